@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One scan of a range of portions for several criteria: counts, and the matching rays if wanted.
+ */
+#ifndef RMAP_QUERY_H
+#define RMAP_QUERY_H
+
+#include "analysis/criterion.h"
+#include "io/map_reader.h"
+
+/* Exact sums over the rays that matched one criterion. */
+struct rmap_count {
+    uint64_t rays, segments;
+    uint64_t portions_read, nbytes_read;
+    double *source_weight;         /* [n_source] sum of w */
+    double *source_weight_squared; /* [n_source] sum of w^2 */
+};
+
+enum rmap_status rmap_count_init(struct rmap_count *count, size_t n_source,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+void rmap_count_fini(struct rmap_count *count);
+void rmap_count_add(struct rmap_count *into, const struct rmap_count *from, size_t n_source);
+
+/* Flux of the matched rays and its standard error (NaN where a source has fewer than 2 rays):
+ * variance = sum over sources of (Phi/N)^2 N/(N-1) (sum w^2 - (sum w)^2/N). */
+void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map, double *flux_ret,
+                     double *standard_error_ret);
+
+/* Scans portions [first, last) with n_criterion criteria. count: [n_criterion], added to.
+ * collect: NULL, or where the rays that match criterion 0 are appended (all columns), at most
+ * `limit` of them (UINT64_MAX: all); the scan of criterion 0 then stops once it has them. */
+enum rmap_status rmap_query_scan(const struct rmap_map *map,
+                                 struct rmap_criterion *const *criterion, size_t n_criterion,
+                                 size_t first, size_t last, struct rmap_count *count,
+                                 struct rmap_portion *collect, uint64_t limit,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,42 @@
+# Every library Raymap builds on, as an imported target rmap::NAME. All are Debian packages; the
+# headers count as system headers, so that our warnings speak of our code only.
+find_package(PkgConfig REQUIRED)
+find_package(Threads REQUIRED)
+find_package(MPI REQUIRED COMPONENTS C)
+
+function(rmap_pkg name module)
+  pkg_check_modules(${name} REQUIRED IMPORTED_TARGET ${module})
+  add_library(rmap::${name} ALIAS PkgConfig::${name})
+endfunction()
+
+# `hdf5` alone may mean the MPI build on some machines; the serial one is asked for by name.
+rmap_pkg(hdf5 hdf5-serial)
+rmap_pkg(zlib zlib)
+rmap_pkg(deflate libdeflate)
+rmap_pkg(yaml yaml-0.1)
+rmap_pkg(jansson jansson)
+rmap_pkg(xxhash libxxhash)
+rmap_pkg(png libpng)
+rmap_pkg(assimp assimp)
+
+# Embree's own CMake files pull in its C++ targets' needs; header and library are all we use.
+find_path(EMBREE_INCLUDE embree3/rtcore.h REQUIRED)
+find_library(EMBREE_LIBRARY embree3 REQUIRED)
+add_library(rmap::embree INTERFACE IMPORTED)
+target_include_directories(rmap::embree SYSTEM INTERFACE ${EMBREE_INCLUDE})
+target_link_libraries(rmap::embree INTERFACE ${EMBREE_LIBRARY})
+
+find_path(RANDOM123_INCLUDE Random123/philox.h REQUIRED)
+add_library(rmap::random123 INTERFACE IMPORTED)
+target_include_directories(rmap::random123 SYSTEM INTERFACE ${RANDOM123_INCLUDE})
+
+# ISA-L makes the fast encoder of noisy columns; libdeflate does the work where it is absent.
+add_library(rmap_isal INTERFACE)
+add_library(rmap::isal ALIAS rmap_isal)
+pkg_check_modules(isal IMPORTED_TARGET libisal)
+if(isal_FOUND)
+  target_link_libraries(rmap_isal INTERFACE PkgConfig::isal)
+  target_compile_definitions(rmap_isal INTERFACE RAYMAP_HAVE_ISAL=1)
+endif()
+
+pkg_check_modules(cmocka IMPORTED_TARGET cmocka)

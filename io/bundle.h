@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Everything a scene is built from, self-contained: the scene file's text, what was chosen of it,
+ * and the meshes it names. Rank 0 reads it from files and broadcasts it; a map carries it.
+ */
+#ifndef RMAP_BUNDLE_H
+#define RMAP_BUNDLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "geometry/mesh.h"
+#include "io/diagnostics.h"
+#include "scene/scene.h"
+
+/* What part of a scene takes part, and in which light. All strings owned; NULL or 0: not given. */
+struct rmap_scene_options {
+    char *simulation;
+    char *color;    /* "rgb" or "spectral" */
+    char **only;    /* names */
+    char **without; /* names */
+    char **set;     /* "key.path=value" */
+    size_t n_only, n_without, n_set;
+};
+void rmap_scene_options_fini(struct rmap_scene_options *options);
+
+struct rmap_bundle {
+    char *path; /* for messages; meshes are relative to its folder */
+    char *text;
+    size_t text_nbytes;
+    struct rmap_scene_options options;
+    size_t n_mesh;
+    struct {
+        char *geometry;         /* name in the scene */
+        struct rmap_mesh *mesh; /* scaled as the scene says */
+    } * mesh;
+    int meshes_complete; /* nothing is read from files any more */
+};
+
+/* Reads the scene file's text (regular file, at most 64 MiB); options are taken over.
+ * RMAP_INPUT: missing, a directory, empty or binary; RMAP_SYSTEM: no permission, no memory. */
+enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
+                                  struct rmap_bundle **bundle_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+void rmap_bundle_destroy(struct rmap_bundle *bundle);
+
+/* Little-endian bytes that hold the whole bundle, and back. *blob_ret: rmap_free. Every length in
+ * a blob is checked: RMAP_FORMAT when it is not one. */
+enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
+                                  size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bundle_unpack(const uint8_t *blob, size_t nbytes,
+                                    struct rmap_bundle **bundle_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Builds the scene. Reads meshes from files into the bundle unless meshes_complete, and sets it.
+ * Lists every mistake in diagnostics; RMAP_INPUT when any of them is an error. */
+enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene **scene_ret,
+                                 struct rmap_diagnostics *diagnostics,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* STL, OBJ, PLY, glTF through assimp; groups, objects and materials of the file become faces.
+ * Degenerate triangles are dropped and counted. RMAP_INPUT when it cannot be read as a mesh. */
+enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
+                                size_t *n_degenerate_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

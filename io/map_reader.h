@@ -1,0 +1,83 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Reading a ray map. Opening reads the index alone; columns are read portion by portion through
+ * a cursor, one per thread, with pread and our own inflate, never through HDF5's global lock.
+ */
+#ifndef RMAP_MAP_READER_H
+#define RMAP_MAP_READER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "io/bundle.h"
+#include "trace/portion.h"
+
+struct rmap_map;
+
+struct rmap_portion_info {
+    int32_t shard, piece; /* piece: index in rmap_map_piece */
+    uint64_t first_ray;
+    uint64_t n_row[RMAP_TABLE_COUNT];
+    uint64_t first_row[RMAP_TABLE_COUNT]; /* in the piece */
+    struct rmap_digest digest;
+    struct rmap_portion_summary summary;
+};
+
+struct rmap_piece_info {
+    int32_t shard, number;
+    char name[64]; /* "shard-00000/piece-00000.h5" */
+    uint64_t nbytes;
+    uint64_t n_row[RMAP_TABLE_COUNT];
+};
+
+/* RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
+ * what to do); RMAP_SYSTEM: no permission, no memory. */
+enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
+                               struct rmap_error *err) RMAP_MUST_USE;
+void rmap_map_close(struct rmap_map *map);
+
+/* All borrowed until close. */
+const struct rmap_scene *rmap_map_scene(const struct rmap_map *map);
+const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map);
+const struct rmap_tally *rmap_map_tally(const struct rmap_map *map); /* balance and images */
+size_t rmap_map_n_portion(const struct rmap_map *map);
+const struct rmap_portion_info *rmap_map_portion(const struct rmap_map *map, size_t portion);
+size_t rmap_map_n_piece(const struct rmap_map *map);
+const struct rmap_piece_info *rmap_map_piece(const struct rmap_map *map, size_t piece);
+
+struct rmap_map_summary {
+    uint64_t n_row[RMAP_TABLE_COUNT];
+    uint64_t nbytes; /* on disk, index included */
+    uint64_t seed;
+    int n_rank, n_shard;
+    bool complete;
+    struct rmap_digest digest;
+    char program_version[64], git_revision[64], isa[32], hdf5_version[32], embree_version[32];
+};
+void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary);
+
+/* Flux that one unit of weight stands for, per source: Phi_s / N_s; 0 where N_s = 0. [n_source] */
+const double *rmap_map_flux_per_weight(const struct rmap_map *map);
+
+/* Portions are in the order of their first ray id. */
+
+struct rmap_cursor;
+
+/* A cursor keeps its last decoded chunk per column, so reading portions of a piece in order
+ * decodes each chunk once. One thread at a time. */
+enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
+                                    struct rmap_cursor **cursor_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+void rmap_cursor_destroy(struct rmap_cursor *cursor);
+
+/* Reads the cursor's columns of one portion into the cursor's own struct rmap_portion (the other
+ * columns are NULL), valid until the next read. RMAP_FORMAT names the damaged dataset and chunk. */
+enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
+                                  const struct rmap_portion **portion_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes read from files so far, for `query`'s report. */
+uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
+
+#endif

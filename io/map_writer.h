@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Writing a ray map: shards of pieces, one writer per shard, and the index.
+ *
+ * Workers append traced blocks and encode full chunks; one thread (the one that talks MPI)
+ * stores encoded chunks. Only the append is synchronised.
+ */
+#ifndef RMAP_MAP_WRITER_H
+#define RMAP_MAP_WRITER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "io/bundle.h"
+#include "trace/portion.h"
+#include "trace/tally.h"
+
+/* What every file of a map says about the run. Borrowed by the writers. */
+struct rmap_run {
+    const struct rmap_bundle *bundle;
+    const struct rmap_scene *scene;
+    uint64_t seed;
+    int n_rank;
+    const char *isa; /* instruction set that decides ties */
+};
+
+/* Makes the directory NAME.raymap. RMAP_USAGE when it exists (and force is false; force removes a
+ * ray map that stands there, and nothing else), RMAP_SYSTEM when it cannot be made. */
+enum rmap_status rmap_map_create(const char *path, bool force,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+struct rmap_shard_writer;
+
+/* piece_nbytes: a piece is closed once it holds that much (0: 256 MiB). */
+enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
+                                          const struct rmap_run *run, size_t piece_nbytes,
+                                          struct rmap_shard_writer **writer_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Copies a block's rows to the shard's column buffers. Thread-safe; any thread. */
+enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *writer,
+                                          const struct rmap_portion *portion,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Encodes one full chunk if there is one; *did_ret says whether. Thread-safe; any thread. */
+enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *writer, bool *did_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Stores the chunks encoded so far. The writing thread alone. */
+enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *writer,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes waiting to be encoded or stored: workers help out rather than run ahead. Any thread. */
+size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *writer);
+
+/* Flushes, publishes the last piece, and closes. The writing thread, after all others are done. */
+enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *writer,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+void rmap_shard_writer_destroy(struct rmap_shard_writer *writer); /* drops what is unfinished */
+
+/* Writes map.h5 from the shards that stand in the map's directory and the merged tally.
+ * complete: every ray asked for is there. */
+enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *run,
+                                  const struct rmap_tally *tally, bool complete,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* For measurements: writes portions the seed's way, 36-byte records compressed by zlib level 1
+ * in one synchronised file. See mpi/cmd_bench.c. */
+
+#endif

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+#include "base/alloc.h"
+
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* Counters of the test hooks only; no behaviour rests on them outside tests. */
+static _Atomic int64_t live_count;
+static _Atomic int64_t fail_countdown;
+
+static int must_fail(void)
+{
+    if (atomic_load_explicit(&fail_countdown, memory_order_relaxed) == 0)
+        return 0;
+    return atomic_fetch_sub(&fail_countdown, 1) == 1;
+}
+
+void *rmap_alloc(size_t n, size_t size)
+{
+    if (must_fail())
+        return NULL;
+    void *block = calloc(n ? n : 1, size ? size : 1);
+    if (block)
+        atomic_fetch_add_explicit(&live_count, 1, memory_order_relaxed);
+    return block;
+}
+
+void *rmap_realloc(void *block, size_t n, size_t size)
+{
+    if (!block)
+        return rmap_alloc(n, size);
+    if (must_fail() || (size && n > SIZE_MAX / size))
+        return NULL;
+    size_t bytes = n * size;
+    return realloc(block, bytes ? bytes : 1);
+}
+
+char *rmap_strdup(const char *text)
+{
+    if (!text)
+        return NULL;
+    size_t bytes = strlen(text) + 1;
+    char *copy = rmap_alloc(bytes, 1);
+    if (copy)
+        memcpy(copy, text, bytes);
+    return copy;
+}
+
+void rmap_free(void *block)
+{
+    if (!block)
+        return;
+    atomic_fetch_sub_explicit(&live_count, 1, memory_order_relaxed);
+    free(block);
+}
+
+enum rmap_status rmap_reserve(void **block, size_t *cap, size_t need, size_t size,
+                              struct rmap_error *err)
+{
+    if (need <= *cap)
+        return RMAP_OK;
+    size_t wanted = *cap ? *cap : 16;
+    while (wanted < need) {
+        if (wanted > SIZE_MAX / 2)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory: %zu elements wanted", need);
+        wanted *= 2;
+    }
+    void *grown = rmap_realloc(*block, wanted, size);
+    if (!grown)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory: %zu elements of %zu bytes", wanted,
+                              size);
+    *block = grown;
+    *cap = wanted;
+    return RMAP_OK;
+}
+
+int64_t rmap_alloc_live(void)
+{
+    return atomic_load(&live_count);
+}
+
+void rmap_alloc_fail_at(int64_t fail_at)
+{
+    atomic_store(&fail_countdown, fail_at);
+}

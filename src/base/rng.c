@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT */
+#include "base/rng.h"
+
+#include <Random123/philox.h>
+
+void rmap_rng(uint64_t seed, uint64_t ray, uint32_t step, enum rmap_rng_slot slot,
+              double uniform[4])
+{
+    philox4x32_ctr_t counter = {{(uint32_t)ray, (uint32_t)(ray >> 32), step, (uint32_t)slot}};
+    philox4x32_key_t key = {{(uint32_t)seed, (uint32_t)(seed >> 32)}};
+    philox4x32_ctr_t bits = philox4x32(counter, key);
+    for (int i = 0; i < 4; i++)
+        uniform[i] = ((double)bits.v[i] + 0.5) * 0x1p-32;
+}

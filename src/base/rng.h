@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Random numbers that are a pure function of (seed, ray id, step, slot): Philox4x32-10
+ * (Salmon et al. 2011, doi:10.1145/2063384.2063405), key = seed, counter = (ray id 64 bits,
+ * step 32, slot 32). Never of a rank, a thread or the clock.
+ */
+#ifndef RMAP_RNG_H
+#define RMAP_RNG_H
+
+#include <stdint.h>
+
+/* One slot per purpose; the enum makes streams distinct by construction. */
+#define RMAP_RNG_SLOT_TABLE(X)                                                                     \
+    X(EMIT_POINT)     /* where on the source; which triangle */                                    \
+    X(EMIT_DIRECTION) /* direction of emission */                                                  \
+    X(SURFACE)        /* outcome at a surface; wavelength; two for the direction */                \
+    X(MEDIUM)         /* channel and free path in an absorbing medium */
+
+enum rmap_rng_slot {
+#define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,
+    RMAP_RNG_SLOT_TABLE(RMAP_RNG_ENUM)
+#undef RMAP_RNG_ENUM
+        RMAP_RNG_SLOT_COUNT
+};
+
+/* Four numbers in (0, 1), multiples of 2^-32 shifted by half of it: neither 0 nor 1 occurs. */
+void rmap_rng(uint64_t seed, uint64_t ray, uint32_t step, enum rmap_rng_slot slot,
+              double uniform[4]);
+
+#endif

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Threads of one process that run the same function, while the caller goes on with its own work
+ * (MPI, storing chunks) until they are done.
+ */
+#ifndef RMAP_WORKERS_H
+#define RMAP_WORKERS_H
+
+#include <stdbool.h>
+
+#include "base/status.h"
+
+struct rmap_workers;
+
+/* Starts n threads; each runs work(context, thread) once, thread in [0, n). */
+enum rmap_status rmap_workers_start(int n, void (*work)(void *context, int thread), void *context,
+                                    struct rmap_workers **workers_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+bool rmap_workers_done(const struct rmap_workers *workers); /* all have returned */
+void rmap_workers_join(struct rmap_workers *workers);       /* waits, and releases */
+
+/* Cores that this process may use. */
+int rmap_workers_available(void);
+
+#endif

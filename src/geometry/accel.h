@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The two-level scene: the next surface that a ray meets. This module alone knows Embree.
+ *
+ * One bottom-level structure per unique mesh, shared by its instances; analytic surfaces need
+ * no structure of their own and stand in the top level by their world bounds. Embree works in
+ * float about the scene's centre; roots, apertures, distances and positions are decided in
+ * double.
+ */
+#ifndef RMAP_ACCEL_H
+#define RMAP_ACCEL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "base/vec.h"
+
+struct rmap_scene;
+struct rmap_accel;
+
+/* Surfaces that coincide at one point, in the order in which the ray met them. A ray that turns
+ * back at one of them meets the ones before it again, in reverse order, and none twice: this is
+ * how touching faces are crossed exactly once each. Zero-initialised: the ray starts in space. */
+#define RMAP_CONTACT_MAX 8
+struct rmap_contact {
+    struct {
+        int32_t object, primitive;
+    } surface[RMAP_CONTACT_MAX];
+    int32_t n;      /* surfaces met at this point */
+    int32_t passed; /* how many of them lie behind the ray's start, along the first direction */
+    bool backward;  /* the ray now runs against the first direction */
+};
+
+struct rmap_ray {
+    struct rmap_vec3 origin;
+    struct rmap_vec3 direction; /* unit */
+    int32_t medium; /* that the ray is in: prefers, among coincident faces, the one whose
+                       near side is this medium */
+    struct rmap_contact contact;
+};
+
+struct rmap_hit {
+    double t; /* distance, >= 0 */
+    struct rmap_vec3 position;
+    struct rmap_vec3 normal; /* unit, as the surface has it, unflipped */
+    int32_t object;
+    int32_t primitive; /* triangle; 0 for analytic surfaces */
+};
+
+/* The scene is borrowed and must outlive the structure. n_threads: for building (0: all).
+ * RMAP_SYSTEM when Embree or memory fails. */
+enum rmap_status rmap_accel_create(const struct rmap_scene *scene, int n_threads,
+                                   struct rmap_accel **accel_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+void rmap_accel_destroy(struct rmap_accel *accel);
+
+/* Instruction set that decides ties between triangles ("AVX2"); ranks of a run must agree. */
+const char *rmap_accel_isa(const struct rmap_accel *accel);
+
+/* Nearest surface along the ray; false when it meets none. Thread-safe. Call
+ * rmap_contact_pass or rmap_contact_turn before the next leg. */
+bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                     struct rmap_hit *hit);
+
+/* The ray went on through the surface of `hit` (which it reached over distance hit->t). */
+void rmap_contact_pass(struct rmap_contact *contact, const struct rmap_hit *hit);
+
+/* The ray turned back (was reflected) at the surface of `hit`. */
+void rmap_contact_turn(struct rmap_contact *contact, const struct rmap_hit *hit);
+
+/* For measurements: the same queries replayed through rtcIntersect1 alone, nothing refined
+ * beyond what Embree's callbacks do. Returns how many rays hit something. */
+struct rmap_replay_ray {
+    struct rmap_ray ray;
+};
+size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
+                         size_t n_ray);
+
+#endif

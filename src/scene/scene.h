@@ -1,0 +1,220 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene as the tracer sees it: resolved, checked, plain data. Names are for people; indices
+ * are for the code. Everything spectral is evaluated on the scene's channels when it is built,
+ * so that the ray loop looks up numbers only.
+ *
+ * Units: lengths in the scene's unit, wavelengths in nm, absorption per length unit, angles in
+ * radians. World frame unless said otherwise.
+ */
+#ifndef RMAP_SCENE_H
+#define RMAP_SCENE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "base/vec.h"
+#include "geometry/mesh.h"
+#include "geometry/shape.h"
+
+#define RMAP_CHANNEL_MAX 128
+
+/* How light is described. A ray's colour is a vector of shares of its flux, one per channel,
+ * summing to 1: shares of watts for sources given in W, of lumens for sources given in lm. */
+enum rmap_colour_mode { RMAP_COLOUR_SPECTRAL, RMAP_COLOUR_RGB };
+
+struct rmap_channels {
+    enum rmap_colour_mode mode;
+    int n;                                  /* RGB: 3 */
+    double wavelength_nm[RMAP_CHANNEL_MAX]; /* increasing; RGB: all 587.56 */
+};
+
+struct rmap_medium {
+    char *name;
+    double n[RMAP_CHANNEL_MAX];          /* refractive index */
+    double absorption[RMAP_CHANNEL_MAX]; /* per length unit, from k and from `absorption` */
+    bool dispersive;                     /* n differs between channels */
+    bool absorbing;                      /* any absorption > 0 */
+    char *description;                   /* "N-BK7 (Sellmeier, ...)", for reports */
+};
+
+enum rmap_surface_type {
+    RMAP_SURFACE_FRESNEL,
+    RMAP_SURFACE_MIRROR,
+    RMAP_SURFACE_LAMBERT,
+    RMAP_SURFACE_ABSORBER,
+    RMAP_SURFACE_MIXTURE
+};
+
+enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL };
+
+/* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's
+ * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse. */
+struct rmap_surface {
+    char *name;
+    enum rmap_surface_type type;
+    enum rmap_coat coat;
+    bool is_metal;
+    double reflect_specular[RMAP_CHANNEL_MAX];
+    double reflect_diffuse[RMAP_CHANNEL_MAX];
+    double transmit_specular[RMAP_CHANNEL_MAX];
+    double transmit_diffuse[RMAP_CHANNEL_MAX];
+    double metal_n[RMAP_CHANNEL_MAX];
+    double metal_k[RMAP_CHANNEL_MAX];
+};
+
+enum rmap_geometry_kind { RMAP_GEOMETRY_SHAPE, RMAP_GEOMETRY_MESH };
+
+/* A unique geometry, in its own frame; shared by its instances. A prescription (`lens`) has
+ * become one geometry per surface and edge. */
+struct rmap_geometry {
+    char *name;
+    enum rmap_geometry_kind kind;
+    struct rmap_shape shape; /* SHAPE */
+    struct rmap_mesh *mesh;  /* MESH; owned by the scene */
+};
+
+#define RMAP_MEDIUM_ANY (-1) /* opaque side without a stated medium: matches every medium */
+
+/* An instance of a geometry. front: the side to which the surface's normal points (local +z of
+ * a cap, outward of closed bodies); back: the other. */
+struct rmap_object {
+    char *name;
+    uint64_t id;    /* stable, unique: from the scene file, or the hash of the name */
+    int32_t parent; /* group, or -1 */
+    int32_t geometry;
+    struct rmap_affine to_world, to_local;
+    int32_t surface_front, surface_back;
+    int32_t medium_front, medium_back; /* or RMAP_MEDIUM_ANY */
+    int32_t line;                      /* in the scene file */
+};
+
+struct rmap_group {
+    char *name;
+    uint64_t id;
+    int32_t parent; /* group, or -1; parents come before children */
+};
+
+enum rmap_source_type {
+    RMAP_SOURCE_COLLIMATED,
+    RMAP_SOURCE_POINT,
+    RMAP_SOURCE_AREA,
+    RMAP_SOURCE_RAYS
+};
+
+enum rmap_emitter {
+    RMAP_EMITTER_POINT,
+    RMAP_EMITTER_DISC,      /* shape_size[0]: radius */
+    RMAP_EMITTER_RECTANGLE, /* shape_size: full widths along the frame's x and y */
+    RMAP_EMITTER_MESH       /* every triangle, emitting from its front side */
+};
+
+enum rmap_distribution {
+    RMAP_DISTRIBUTION_ISOTROPIC,
+    RMAP_DISTRIBUTION_CONE,   /* uniform in solid angle within cone_rad of the axis */
+    RMAP_DISTRIBUTION_COSINE, /* intensity ~ cos(theta)^power */
+};
+
+enum rmap_flux_unit { RMAP_FLUX_W, RMAP_FLUX_LM };
+
+struct rmap_list_ray {
+    struct rmap_vec3 origin, direction; /* direction: unit */
+    int32_t channel;                    /* of its wavelength; -1: the source's spectrum */
+};
+
+struct rmap_source {
+    char *name;
+    enum rmap_source_type type;
+    enum rmap_emitter shape;
+    double shape_size[2];
+    int32_t shape_geometry;   /* MESH: a mesh geometry placed by `frame` */
+    double *triangle_cdf;     /* MESH: [n_triangle], cumulative world area / total */
+    struct rmap_affine frame; /* local z: the axis of emission */
+    enum rmap_distribution distribution;
+    double cone_rad, cosine_power;
+    double flux; /* in the scene's flux_unit */
+    double colour[RMAP_CHANNEL_MAX];
+    double share; /* rays_share, > 0 */
+    int32_t medium;
+    struct rmap_list_ray *list; /* RAYS */
+    size_t n_list;
+};
+
+enum rmap_detector_type { RMAP_DETECTOR_PLANE, RMAP_DETECTOR_INTENSITY };
+enum rmap_side { RMAP_SIDE_FRONT, RMAP_SIDE_BACK, RMAP_SIDE_BOTH };
+
+/* PLANE: size[0] x size[1] about `origin` along unit x and y; `axis` points to the light.
+ * INTENSITY: theta in [0, pi] from `axis`, phi in [0, 2 pi) from x towards y; cells (theta, phi);
+ * catches what leaves the scene. */
+struct rmap_detector {
+    char *name;
+    enum rmap_detector_type type;
+    struct rmap_vec3 origin, x, y, axis;
+    double size[2]; /* INTENSITY: {pi, 2 pi} */
+    uint32_t cells[2];
+    enum rmap_side side;
+    double max_angle_rad; /* from the normal of the side that the light meets */
+    int32_t on_object;    /* object or -1; */
+    int32_t on_group;     /* group or -1; both -1: free in space */
+};
+
+/* A named choice kept with the scene. Unset: rays 0, time_limit_s 0, names NULL. */
+struct rmap_simulation {
+    char *name;
+    uint64_t rays;
+    double time_limit_s;
+    bool record; /* default true */
+};
+
+struct rmap_scene {
+    char *unit;    /* "mm" */
+    double unit_m; /* its length in metres */
+    struct rmap_channels channels;
+    enum rmap_flux_unit flux_unit; /* of every source's flux */
+    uint64_t limit_steps;
+    double limit_weight;
+
+    size_t n_medium, n_surface, n_geometry, n_object, n_group, n_source, n_detector;
+    struct rmap_medium *medium;
+    struct rmap_surface *surface;
+    struct rmap_geometry *geometry;
+    struct rmap_object *object;
+    struct rmap_group *group;
+    struct rmap_source *source;
+    struct rmap_detector *detector;
+    struct rmap_simulation simulation; /* the one chosen, or unset */
+
+    /* Derived by rmap_scene_finish. */
+    struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
+    double radius;
+    int32_t *schedule; /* [schedule_len]: source of ray id k is schedule[k mod schedule_len] */
+    uint64_t *schedule_rank; /* [schedule_len]: how many earlier entries have the same source */
+    size_t schedule_len;
+    uint64_t *schedule_quota; /* [n_source]: entries of each source */
+    int32_t *free_detector;   /* [n_free_detector]: planes free in space, by index */
+    size_t n_free_detector;
+    int32_t *far_detector; /* [n_far_detector]: intensity grids, by index */
+    size_t n_far_detector;
+    int32_t *on_detector; /* detectors lying on object o: [on_first[o], on_first[o+1]) */
+    size_t *on_first;     /* [n_object + 1] */
+};
+
+/* An empty scene with defaults (mm, limits 10,000 steps, no channels). */
+enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
+
+/* Fills the derived part once everything else stands: inverse transforms, bounding sphere,
+ * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
+ * that reaches to infinity, RMAP_SYSTEM when memory is short. */
+enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
+
+/* True when object `object` is `group` or lies below it in the tree. */
+bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group);
+
+/* Source of a ray id, and its running number among that source's rays. */
+int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
+
+#endif

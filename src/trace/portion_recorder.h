@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Records rays into a portion: float positions, int16 normals, 16-bit colours.
+ */
+#ifndef RMAP_PORTION_RECORDER_H
+#define RMAP_PORTION_RECORDER_H
+
+#include "trace/portion.h"
+#include "trace/recorder.h"
+
+struct rmap_portion_recorder {
+    struct rmap_recorder base;
+    struct rmap_portion *portion; /* borrowed */
+    enum rmap_status status;      /* RMAP_SYSTEM once memory ran short: the portion is unusable */
+};
+
+void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
+                                struct rmap_portion *portion);
+
+/* Shares of 65535 that sum to exactly 65535, by largest remainder (ties: lowest channel). */
+void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantised);
+
+#endif

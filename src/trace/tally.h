@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums kept while tracing, per source: the energy balance (emitted = absorbed by each object +
+ * absorbed in each medium + left + limits + errors, exact in rays) and the detectors' images.
+ * Analog weights are 1, so every sum is an exact integer in double and does not depend on the
+ * order of adding. One tally per thread; merged at the end.
+ */
+#ifndef RMAP_TALLY_H
+#define RMAP_TALLY_H
+
+#include "scene/scene.h"
+#include "trace/recorder.h"
+
+struct rmap_tally {
+    const struct rmap_scene *scene; /* borrowed */
+    size_t n_value;
+    double *value; /* everything below, in one block [n_value] that can be summed and sent */
+
+    double *emitted;         /* [n_source] rays */
+    double *absorbed_object; /* [n_source][n_object] */
+    double *absorbed_medium; /* [n_source][n_medium] */
+    double *left;            /* [n_source] */
+    double *limit;           /* [n_source] */
+    double *error;           /* [n_source] */
+    double *segments;        /* [1] legs in all */
+    double *image;           /* sum of weights per detector, source, cell; see rmap_tally_image */
+    double *image_squared;   /* sum of squared weights, same layout */
+    size_t *image_offset;    /* [n_detector + 1], in cells x sources */
+
+    uint64_t first_error_ray; /* smallest ray id that ended with an error; UINT64_MAX: none */
+};
+
+enum rmap_status rmap_tally_create(const struct rmap_scene *scene, struct rmap_tally **tally_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+void rmap_tally_destroy(struct rmap_tally *tally);
+void rmap_tally_merge(struct rmap_tally *into, const struct rmap_tally *from);
+
+/* Sums of detector d from source s: cells[1] rows of cells[0] values, least y first. */
+const double *rmap_tally_image(const struct rmap_tally *tally, size_t detector, size_t source);
+
+/* Records into the tally, and passes every call on to `next` (NULL: nowhere). */
+struct rmap_tally_recorder {
+    struct rmap_recorder base;
+    struct rmap_recorder *next;
+    struct rmap_tally *tally;
+    int32_t source; /* of the ray in hand */
+    uint64_t ray;
+    int32_t last_object, last_medium;
+};
+void rmap_tally_recorder_init(struct rmap_tally_recorder *recorder, struct rmap_tally *tally,
+                              struct rmap_recorder *next);
+
+#endif
