@@ -1,10 +1,134 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The program: which command, on which ranks, and how it ends. MPI_COMM_WORLD and MPI_Finalize
+ * stand here alone.
+ */
+#include <mpi.h>
 #include <stdio.h>
+#include <string.h>
 
-#include "version.h"
+#include "io/diagnostics.h"
+#include "mpi/agree.h"
+#include "mpi/command.h"
+#include "mpi/threads.h"
+#include "mpi/version_text.h"
 
-int main(void)
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
+static const struct rmap_command *const command[] = {
+    NULL,
+};
+
+static void print_overview(FILE *out)
 {
-    puts("raymap " RMAP_VERSION);
-    return 0;
+    fputs("usage: raymap COMMAND [options] ...      alone, or under mpirun -np N\n\n"
+          "Traces light through a scene, keeps every ray's whole history in a ray map, and\n"
+          "answers questions about those histories.\n\ncommands:\n",
+          out);
+    for (size_t i = 0; i < COUNT(command); i++)
+        if (command[i])
+            fprintf(out, "  %-10s %s\n", command[i]->name, command[i]->summary);
+    fputs("\nraymap COMMAND --help says more; raymap --version names the libraries.\n", out);
+}
+
+static enum rmap_status find_command(const char *name, const struct rmap_command **found,
+                                     struct rmap_error *err)
+{
+    const char *known[COUNT(command)] = {NULL};
+    for (size_t i = 0; i < COUNT(command); i++) {
+        known[i] = command[i] ? command[i]->name : NULL;
+        if (known[i] && strcmp(known[i], name) == 0) {
+            *found = command[i];
+            return RMAP_OK;
+        }
+    }
+    const char *nearest = rmap_nearest_word(name, known, COUNT(known));
+    if (nearest)
+        return rmap_error_set(err, RMAP_USAGE, "no command '%s' (did you mean '%s'?)", name,
+                              nearest);
+    return rmap_error_set(err, RMAP_USAGE, "no command '%s'; see: raymap --help", name);
+}
+
+/* Collective. Reads the common options, then hands over to the command. */
+static enum rmap_status run_command(struct rmap_context *context, const struct rmap_command *chosen,
+                                    int argc, char **argv, struct rmap_error *err)
+{
+    struct rmap_arguments given = {0};
+    enum rmap_status st = rmap_arguments_parse(chosen, argc, argv, &given, err);
+    uint64_t n_thread = (uint64_t)rmap_threads_share(context->comm);
+    if (st == RMAP_OK)
+        st = rmap_argument_count(&given, "threads", &n_thread, err);
+    if (st == RMAP_OK && (n_thread < 1 || n_thread > 4096))
+        st = rmap_error_set(err, RMAP_USAGE, "--threads must lie between 1 and 4096");
+    RMAP_TRY(rmap_agree(context, st, err));
+    context->n_thread = (int)n_thread;
+    context->json = rmap_argument(&given, "json") != NULL;
+    context->quiet = rmap_argument(&given, "quiet") != NULL;
+    if (!rmap_argument(&given, "help"))
+        st = chosen->run(context, &given, err);
+    else if (context->rank == 0)
+        rmap_arguments_help(chosen, stdout);
+out:
+    rmap_arguments_fini(&given);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status dispatch(struct rmap_context *context, int argc, char **argv,
+                                 struct rmap_error *err)
+{
+    const char *word = argc > 1 ? argv[1] : "";
+    bool help = strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
+    if (help || strcmp(word, "--version") == 0) {
+        if (context->rank == 0 && help)
+            print_overview(stdout);
+        else if (context->rank == 0)
+            rmap_version_print(stdout);
+        return RMAP_OK;
+    }
+    if (!*word) {
+        if (context->rank == 0)
+            print_overview(stderr);
+        return rmap_error_set(err, RMAP_USAGE, "no command given");
+    }
+    const struct rmap_command *chosen = NULL;
+    enum rmap_status st = find_command(word, &chosen, err);
+    return st == RMAP_OK ? run_command(context, chosen, argc - 1, argv + 1, err) : st;
+}
+
+/* What rank 0 could not write, to a full disk or a closed pipe, nobody has read. */
+static enum rmap_status flush_output(const struct rmap_context *context, enum rmap_status st,
+                                     struct rmap_error *err)
+{
+    if (context->rank == 0 && (fflush(stdout) != 0 || ferror(stdout)) && st == RMAP_OK)
+        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write to standard output");
+    return rmap_agree(context, st, err);
+}
+
+int main(int argc, char **argv)
+{
+    struct rmap_context context = {.comm = MPI_COMM_NULL, .size = 1, .n_thread = 1};
+    struct rmap_error error = {0}, *err = &error;
+    enum rmap_status st = RMAP_OK;
+    int provided = MPI_THREAD_SINGLE;
+    if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS) {
+        fputs("raymap: MPI cannot be started\n", stderr);
+        return RMAP_SYSTEM;
+    }
+    RMAP_TRY(RMAP_MPI(MPI_Comm_dup(MPI_COMM_WORLD, &context.comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_set_errhandler(context.comm, MPI_ERRORS_RETURN)));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_rank(context.comm, &context.rank)));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_size(context.comm, &context.size)));
+    if (provided < MPI_THREAD_FUNNELED)
+        st = rmap_error_set(err, RMAP_SYSTEM, "this MPI does not allow threads beside it");
+    else
+        st = dispatch(&context, argc, argv, err);
+    st = flush_output(&context, st, err);
+out:
+    if (st != RMAP_OK && context.rank == 0 && error.text[0])
+        fprintf(stderr, "raymap: %s\n", error.text);
+    if (context.comm != MPI_COMM_NULL)
+        (void)MPI_Comm_free(&context.comm);
+    (void)MPI_Finalize();
+    return (int)st;
 }

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A command's inputs, on every rank.
+ */
+#ifndef RMAP_LOAD_H
+#define RMAP_LOAD_H
+
+#include "io/bundle.h"
+#include "io/map_reader.h"
+#include "mpi/command.h"
+
+/* What `--simulation --only --without --set --color` are in an option table, and what they say. */
+#define RMAP_SCENE_OPTIONS                                                                         \
+    {"simulation", 0, "NAME", "one of the scene's named simulations"},                             \
+        {"only", 0, "NAMES", "objects, groups, sources or detectors that alone take part"},        \
+        {"without", 0, "NAMES", "objects, groups, sources or detectors to leave out"},             \
+        {"set", 0, "KEY=VALUE", "another value for a key of the scene, as limits.steps=100"},      \
+    {                                                                                              \
+        "color", 0, "MODE", "spectral or rgb: how light is described"                              \
+    }
+
+enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
+                                         struct rmap_scene_options *options,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. Rank 0 reads the scene and all its files and prints every mistake found; the other
+ * ranks build the same scene from what it sends. options are taken over. The caller destroys
+ * both. */
+enum rmap_status rmap_load_scene(const struct rmap_context *context, const char *path,
+                                 struct rmap_scene_options *options,
+                                 struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. Opens the map on every rank. */
+enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
+                               struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * How many worker threads a rank starts when nobody says.
+ */
+#ifndef RMAP_THREADS_H
+#define RMAP_THREADS_H
+
+#include <mpi.h>
+
+/* Collective. This rank's share of the cores that the ranks of its node may use together; at
+ * most the cores it may use itself, at least 1. */
+int rmap_threads_share(MPI_Comm comm);
+
+#endif

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/version_text.h"
+
+#include <mpi.h>
+#include <string.h>
+#include <zlib.h>
+
+#include <jansson.h>
+
+#include "version.h"
+
+void rmap_version_print(FILE *out)
+{
+    char mpi_library[MPI_MAX_LIBRARY_VERSION_STRING];
+    int len = 0;
+    if (MPI_Get_library_version(mpi_library, &len) != MPI_SUCCESS)
+        len = 0;
+    mpi_library[len] = 0;
+    mpi_library[strcspn(mpi_library, ",\n")] = 0;
+    fprintf(out, "raymap %s (%s)\n", RMAP_VERSION, RMAP_GIT_REVISION);
+    fprintf(out, "compiler  %s\n", RMAP_COMPILER);
+    fprintf(out, "MPI       %s\n", mpi_library);
+    fprintf(out, "zlib      %s\n", zlibVersion());
+    fprintf(out, "jansson   %s\n", jansson_version_str());
+}
