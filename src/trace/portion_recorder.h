@@ -5,6 +5,7 @@
 #ifndef RMAP_PORTION_RECORDER_H
 #define RMAP_PORTION_RECORDER_H
 
+#include "scene/scene.h"
 #include "trace/portion.h"
 #include "trace/recorder.h"
 
@@ -12,6 +13,11 @@ struct rmap_portion_recorder {
     struct rmap_recorder base;
     struct rmap_portion *portion; /* borrowed */
     enum rmap_status status;      /* RMAP_SYSTEM once memory ran short: the portion is unusable */
+
+    /* The last colour and what it became: most legs keep the colour of the one before. */
+    bool has_colour;
+    double colour[RMAP_CHANNEL_MAX];
+    uint16_t quantised[RMAP_CHANNEL_MAX];
 };
 
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,

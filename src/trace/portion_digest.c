@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The logical digest of rays: independent of blocks, order, shards and encoding. A ray's rows are
+ * gathered side by side and hashed in one go; only very long rays are hashed in pieces, which
+ * XXH3 promises to give the same value.
+ */
+#include "trace/portion.h"
+
+#define XXH_INLINE_ALL
+#include <stdio.h>
+#include <string.h>
+#include <xxhash.h>
+
+#define GATHER_NBYTES 16384
+
+/* A column as bytes, with its row size, looked up once per portion. */
+struct strip {
+    const uint8_t *start;
+    size_t row_nbytes;
+    enum rmap_table table;
+};
+
+static struct rmap_digest from_hash(XXH128_hash_t hash)
+{
+    return (struct rmap_digest){hash.low64, hash.high64};
+}
+
+void rmap_digest_add(struct rmap_digest *sum, struct rmap_digest term)
+{
+    sum->low += term.low;
+    sum->high += term.high + (sum->low < term.low);
+}
+
+static struct rmap_digest hash_long(const struct strip *strip, const size_t *first, const size_t *n)
+{
+    XXH3_state_t state;
+    XXH3_INITSTATE(&state);
+    XXH3_128bits_reset(&state);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        XXH3_128bits_update(&state, strip[c].start + first[strip[c].table] * strip[c].row_nbytes,
+                            n[strip[c].table] * strip[c].row_nbytes);
+    return from_hash(XXH3_128bits_digest(&state));
+}
+
+static struct rmap_digest hash_short(const struct strip *strip, const size_t *first,
+                                     const size_t *n)
+{
+    uint8_t gather[GATHER_NBYTES];
+    size_t used = 0;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        size_t row = strip[c].row_nbytes, nbytes = n[strip[c].table] * row;
+        memcpy(gather + used, strip[c].start + first[strip[c].table] * row, nbytes);
+        used += nbytes;
+    }
+    return from_hash(XXH3_128bits(gather, used));
+}
+
+struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
+{
+    struct rmap_digest sum = {0, 0};
+    struct strip strip[RMAP_COLUMN_COUNT];
+    size_t first[RMAP_TABLE_COUNT] = {0}, row_nbytes[RMAP_TABLE_COUNT] = {0};
+    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+        enum rmap_column c = (enum rmap_column)i;
+        strip[i] = (struct strip){rmap_portion_column(portion, c),
+                                  rmap_portion_row_nbytes(portion, c), rmap_column_info(c)->table};
+        row_nbytes[strip[i].table] += strip[i].row_nbytes;
+    }
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        const size_t n[RMAP_TABLE_COUNT] = {1, portion->ray.segment_count[i],
+                                            portion->ray.registration_count[i]};
+        size_t nbytes = 0;
+        for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+            nbytes += n[t] * row_nbytes[t];
+        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES ? hash_short(strip, first, n)
+                                                      : hash_long(strip, first, n));
+        for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+            first[t] += n[t];
+    }
+    return sum;
+}
+
+void rmap_digest_text(struct rmap_digest digest, char text[33])
+{
+    (void)snprintf(text, 33, "%016llx%016llx", (unsigned long long)digest.high,
+                   (unsigned long long)digest.low);
+}

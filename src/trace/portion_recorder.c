@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+#include "trace/portion_recorder.h"
+
+#include <math.h>
+#include <string.h>
+
+/* One NaN and no -0, so that equal rays have equal bytes. */
+static double plain(double x)
+{
+    return isnan(x) ? (double)NAN : x + 0.0;
+}
+
+static float plain_float(double x)
+{
+    return isnan(x) ? NAN : (float)x + 0.0f;
+}
+
+static void store_float3(float *out, struct rmap_vec3 v)
+{
+    out[0] = plain_float(v.x);
+    out[1] = plain_float(v.y);
+    out[2] = plain_float(v.z);
+}
+
+/* x in [-1, 1] times 32767, rounded half away from zero. */
+static int16_t quantise_cosine(double x)
+{
+    double scaled = 32767.0 * fmax(-1.0, fmin(1.0, x));
+    return (int16_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+}
+
+static void store_normal(int16_t *out, struct rmap_vec3 n)
+{
+    out[0] = quantise_cosine(n.x);
+    out[1] = quantise_cosine(n.y);
+    out[2] = quantise_cosine(n.z);
+}
+
+static uint16_t quantise_relative(double x)
+{
+    return (uint16_t)(65535.0 * fmax(0.0, fmin(1.0, x)) + 0.5);
+}
+
+/* Gives the units that rounding down left over to the largest remainders. Rounding may also have
+ * made the floors one too many: then the smallest remainder gives one back. */
+static void settle(double *remainder, int n, int missing, uint16_t *quantised)
+{
+    for (; missing > 0; missing--) {
+        int best = 0;
+        for (int i = 1; i < n; i++)
+            if (remainder[i] > remainder[best])
+                best = i;
+        quantised[best]++;
+        remainder[best] -= 1.0;
+    }
+    for (; missing < 0; missing++) {
+        int best = -1;
+        for (int i = 0; i < n; i++)
+            if (quantised[i] > 0 && (best < 0 || remainder[i] < remainder[best]))
+                best = i;
+        quantised[best]--;
+        remainder[best] += 1.0;
+    }
+}
+
+void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantised)
+{
+    double remainder[RMAP_CHANNEL_MAX];
+    double sum = 0.0;
+    int missing = 65535;
+    for (int i = 0; i < n_channel; i++)
+        sum += colour[i];
+    for (int i = 0; i < n_channel; i++) {
+        double share = 65535.0 * fmax(0.0, fmin(1.0, colour[i] / sum));
+        quantised[i] = (uint16_t)share;
+        remainder[i] = share - quantised[i];
+        missing -= quantised[i];
+    }
+    settle(remainder, n_channel, missing, quantised);
+}
+
+static void store_colour(struct rmap_portion_recorder *self, const double *colour, uint16_t *out)
+{
+    int n = self->portion->n_channel;
+    size_t nbytes = (size_t)n * sizeof *colour;
+    if (!self->has_colour || memcmp(self->colour, colour, nbytes) != 0) {
+        rmap_colour_quantise(colour, n, self->quantised);
+        memcpy(self->colour, colour, nbytes);
+        self->has_colour = true;
+    }
+    memcpy(out, self->quantised, (size_t)n * sizeof *out);
+}
+
+/* A new row of the table, or false once memory ran short. */
+static bool next_row(struct rmap_portion_recorder *self, enum rmap_table table, size_t *row_ret)
+{
+    struct rmap_portion *portion = self->portion;
+    if (self->status != RMAP_OK)
+        return false;
+    if (portion->n_row[table] == portion->cap[table]) {
+        self->status = rmap_portion_reserve(portion, table, 1, RMAP_COLUMNS_ALL, NULL);
+        if (self->status != RMAP_OK)
+            return false;
+    }
+    *row_ret = portion->n_row[table]++;
+    return true;
+}
+
+static void emit(struct rmap_recorder *base, const struct rmap_emission *emission)
+{
+    struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
+    struct rmap_portion *portion = self->portion;
+    struct rmap_ray_columns *ray = &portion->ray;
+    size_t i;
+    if (!next_row(self, RMAP_TABLE_RAY, &i))
+        return;
+    if (i == 0 || emission->ray < portion->first_ray)
+        portion->first_ray = emission->ray;
+    ray->id[i] = emission->ray;
+    ray->source[i] = emission->source;
+    ray->segment_count[i] = 0;
+    ray->registration_count[i] = 0;
+    ray->start_object[i] = emission->object;
+    ray->start_primitive[i] = emission->primitive;
+    store_float3(ray->start + 3 * i, emission->position);
+    store_normal(ray->start_normal + 3 * i, emission->normal);
+}
+
+static void step(struct rmap_recorder *base, const struct rmap_step *leg)
+{
+    struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
+    struct rmap_portion *portion = self->portion;
+    struct rmap_segment_columns *segment = &portion->segment;
+    size_t i;
+    if (!next_row(self, RMAP_TABLE_SEGMENT, &i))
+        return;
+    segment->object[i] = leg->object;
+    segment->primitive[i] = leg->primitive;
+    segment->event[i] = leg->events;
+    segment->medium[i] = (int16_t)leg->medium;
+    store_float3(segment->position + 3 * i, leg->position);
+    store_normal(segment->normal + 3 * i, leg->normal);
+    store_colour(self, leg->colour, portion->colour + i * (size_t)portion->n_channel);
+    portion->ray.segment_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
+}
+
+static void registration(struct rmap_recorder *base, const struct rmap_registration *hit)
+{
+    struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
+    struct rmap_portion *portion = self->portion;
+    struct rmap_registration_columns *out = &portion->registration;
+    size_t i;
+    if (!next_row(self, RMAP_TABLE_REGISTRATION, &i))
+        return;
+    out->segment[i] = hit->segment;
+    out->detector[i] = hit->detector;
+    for (size_t k = 0; k < 2; k++) {
+        out->cell[2 * i + k] = (uint16_t)hit->cell[k];
+        out->relative[2 * i + k] = quantise_relative(hit->relative[k]);
+    }
+    out->registered[i] = hit->registered;
+    store_float3(out->direction + 3 * i, hit->direction);
+    out->optical_path[i] = plain(hit->optical_path);
+    portion->ray.registration_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
+}
+
+static void end(struct rmap_recorder *base, const struct rmap_ending *ending)
+{
+    struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
+    struct rmap_ray_columns *ray = &self->portion->ray;
+    if (self->status != RMAP_OK)
+        return;
+    size_t i = self->portion->n_row[RMAP_TABLE_RAY] - 1;
+    ray->stop[i] = (uint8_t)ending->stop;
+    ray->weight[i] = plain(ending->weight);
+    ray->wavelength[i] = plain(ending->wavelength_nm);
+    ray->path_length[i] = plain(ending->path_length);
+    ray->optical_path[i] = plain(ending->optical_path);
+    store_float3(ray->end_direction + 3 * i, ending->direction);
+}
+
+void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
+                                struct rmap_portion *portion)
+{
+    *recorder = (struct rmap_portion_recorder){
+        .base = {.emit = emit, .step = step, .registration = registration, .end = end},
+        .portion = portion};
+}
