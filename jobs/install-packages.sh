@@ -1,0 +1,54 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# Installs the Debian packages that Raymap is built from, those that are missing only.
+#   jobs/install-packages.sh          what building and running need
+#   jobs/install-packages.sh tests    and what the tests need
+set -euo pipefail
+
+build_packages=(
+    gcc libc6-dev make cmake ninja-build pkg-config git
+    libembree-dev libopenmpi-dev openmpi-bin openssh-client libhdf5-dev
+    zlib1g-dev libdeflate-dev libisal-dev libyaml-dev libjansson-dev libxxhash-dev
+    librandom123-dev libpng-dev libassimp-dev librsvg2-dev fonts-dejavu-core
+)
+test_packages=(
+    libcmocka-dev python3 python3-numpy python3-h5py hdf5-tools clang-format binutils
+)
+
+case "${1:-build}" in
+build) wanted=("${build_packages[@]}") ;;
+tests) wanted=("${build_packages[@]}" "${test_packages[@]}") ;;
+*)
+    echo "usage: install-packages.sh [build|tests]" >&2
+    exit 2
+    ;;
+esac
+
+installed() {
+    [ "$(dpkg-query --show --showformat='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+if ! command -v dpkg-query >/dev/null; then
+    echo "This is no Debian system. Raymap needs the counterparts of: ${wanted[*]}" >&2
+    exit 0
+fi
+missing=()
+for package in "${wanted[@]}"; do
+    installed "$package" || missing+=("$package")
+done
+[ ${#missing[@]} -gt 0 ] || exit 0
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+        echo "Packages are missing, and this is neither root nor is there sudo. As root, run:" >&2
+        echo "  apt-get install --no-install-recommends ${missing[*]}" >&2
+        exit 1
+    fi
+    as_root=(sudo)
+fi
+echo "Installing ${#missing[@]} packages: ${missing[*]}" >&2
+apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -o DPkg::Lock::Timeout=400)
+"${apt[@]}" update >&2
+"${apt[@]}" install -y --no-install-recommends "${missing[@]}" >&2
