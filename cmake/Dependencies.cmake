@@ -18,6 +18,7 @@ rmap_pkg(jansson jansson)
 rmap_pkg(xxhash libxxhash)
 rmap_pkg(png libpng)
 rmap_pkg(assimp assimp)
+rmap_pkg(rsvg librsvg-2.0) # brings cairo, which draws for it
 
 # Embree's own CMake files pull in its C++ targets' needs; header and library are all we use.
 find_path(EMBREE_INCLUDE embree3/rtcore.h REQUIRED)

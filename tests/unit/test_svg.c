@@ -1,0 +1,120 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Pictures: the same calls give the same bytes, text is well-formed XML whatever it holds, and a
+ * rasterised image has the pixels that were put in, sharp.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+#include <png.h>
+
+#include "base/alloc.h"
+#include "io/raster.h"
+
+static void draw(struct rmap_svg **svg)
+{
+    assert_int_equal(rmap_svg_create(200, 100, "a <title> & \"more\"", svg, NULL), RMAP_OK);
+    const double path[][2] = {{(double)NAN, 0}, {1, 2.5}, {3.25, 4}, {(double)NAN, 0}, {5, 6}};
+    rmap_svg_path(*svg, path, 5, &(struct rmap_svg_style){.stroke = "#ff0000", .width = 2});
+    rmap_svg_path(*svg, path, 1, &(struct rmap_svg_style){.stroke = "#00ff00"});
+    rmap_svg_string(*svg, &(struct rmap_svg_text){.x = 10, .y = 20, .size = 12},
+                    "5 µm < \x01\xff\xed\xa0\x80 \xf0\x9f\x98\x80");
+}
+
+static void bytes_are_the_same_and_text_is_escaped(void **state)
+{
+    (void)state;
+    const char *text[2];
+    size_t n[2];
+    struct rmap_svg *svg[2];
+    for (int i = 0; i < 2; i++) {
+        draw(&svg[i]);
+        assert_int_equal(rmap_svg_finish(svg[i], &text[i], &n[i], NULL), RMAP_OK);
+    }
+    assert_int_equal(n[0], n[1]);
+    assert_memory_equal(text[0], text[1], n[0]);
+    char *copy = rmap_alloc(n[0] + 1, 1);
+    memcpy(copy, text[0], n[0]);
+    assert_non_null(strstr(copy, "<title>a &lt;title&gt; &amp; &quot;more&quot;</title>"));
+    assert_non_null(strstr(copy, "d=\"M1 2.5L3.25 4M5 6\""));
+    assert_null(strstr(copy, "#00ff00"));
+    assert_non_null(strstr(copy, ">5 µm &lt; ????? \xf0\x9f\x98\x80</text>"));
+    assert_non_null(strstr(copy, "</svg>\n"));
+    rmap_free(copy);
+    rmap_svg_destroy(svg[0]);
+    rmap_svg_destroy(svg[1]);
+}
+
+static void images_stay_sharp(void **state)
+{
+    (void)state;
+    const uint8_t rgb[2][2][3] = {{{255, 0, 0}, {0, 255, 0}}, {{0, 0, 255}, {255, 255, 255}}};
+    uint8_t *png = NULL;
+    size_t n = 0;
+    struct rmap_svg *svg = NULL;
+    assert_int_equal(rmap_png_encode(&rgb[0][0][0], 2, 2, &png, &n, NULL), RMAP_OK);
+    assert_int_equal(rmap_svg_create(100, 100, "t", &svg, NULL), RMAP_OK);
+    rmap_svg_image(svg, 0, 0, 100, 100, png, n);
+    assert_int_equal(rmap_picture_write(svg, "sharp.png", 2.0, NULL), RMAP_OK);
+    rmap_svg_destroy(svg);
+    rmap_free(png);
+
+    png_image image = {.version = PNG_IMAGE_VERSION};
+    assert_true(png_image_begin_read_from_file(&image, "sharp.png"));
+    image.format = PNG_FORMAT_RGB;
+    assert_int_equal(image.width, 200);
+    assert_int_equal(image.height, 200);
+    static uint8_t pixel[200][200][3];
+    assert_true(png_image_finish_read(&image, NULL, pixel, 0, NULL));
+    for (int y = 0; y < 200; y++)
+        for (int x = 0; x < 200; x++)
+            if (x != 99 && x != 100 && y != 99 && y != 100)
+                assert_memory_equal(pixel[y][x], rgb[y / 100][x / 100], 3);
+    remove("sharp.png");
+}
+
+static void bad_names_are_refused(void **state)
+{
+    (void)state;
+    struct rmap_svg *svg;
+    struct rmap_error err = {0};
+    draw(&svg);
+    assert_int_equal(rmap_picture_write(svg, "x.jpeg", 1.0, &err), RMAP_USAGE);
+    assert_non_null(strstr(err.text, "x.jpeg"));
+    assert_int_equal(rmap_picture_write(svg, "no/such/folder/x.svg", 1.0, &err), RMAP_SYSTEM);
+    rmap_svg_destroy(svg);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+static void short_memory_is_told(void **state)
+{
+    (void)state;
+    struct rmap_svg *svg = NULL;
+    const char *text;
+    size_t n;
+    rmap_alloc_fail_at(1);
+    assert_int_equal(rmap_svg_create(10, 10, "t", &svg, NULL), RMAP_SYSTEM);
+    rmap_alloc_fail_at(2);
+    assert_int_equal(rmap_svg_create(10, 10, "t", &svg, NULL), RMAP_OK);
+    assert_int_equal(rmap_svg_finish(svg, &text, &n, NULL), RMAP_SYSTEM);
+    rmap_alloc_fail_at(0);
+    rmap_svg_destroy(svg);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(bytes_are_the_same_and_text_is_escaped),
+        cmocka_unit_test(images_stay_sharp),
+        cmocka_unit_test(bad_names_are_refused),
+        cmocka_unit_test(short_memory_is_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
