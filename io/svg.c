@@ -306,8 +306,8 @@ void rmap_svg_image(struct rmap_svg *svg, double x, double y, double width, doub
 {
     put(svg, "<image");
     put_box(svg, x, y, width, height);
-    put(svg, " preserveAspectRatio=\"none\" image-rendering=\"optimizeSpeed\""
-             " style=\"image-rendering:pixelated\" xlink:href=\"data:image/png;base64,");
+    put(svg, " preserveAspectRatio=\"none\" style=\"image-rendering:pixelated\""
+             " xlink:href=\"data:image/png;base64,");
     put_base64(svg, png, png_nbytes);
     put(svg, "\"/>\n");
 }

@@ -65,7 +65,8 @@ void rmap_svg_string(struct rmap_svg *svg, const struct rmap_svg_text *text, con
 /* Width that a string will take, near enough to lay out by (DejaVu Sans's mean advance). */
 double rmap_svg_string_width(const char *string, double size);
 
-/* A PNG image stretched to the rectangle, pixels kept sharp. */
+/* A PNG image stretched to the rectangle. Viewers keep its pixels sharp; librsvg smooths them
+ * unless image and output pixels coincide. */
 void rmap_svg_image(struct rmap_svg *svg, double x, double y, double width, double height,
                     const uint8_t *png, size_t png_nbytes);
 
