@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT */
+#include "optics/fresnel.h"
+
+#include <math.h>
+
+struct rmap_fresnel rmap_fresnel_dielectric(double n1, double n2, double cos_i)
+{
+    if (n1 == n2) /* also at grazing incidence, where the formulas give 0/0 */
+        return (struct rmap_fresnel){0.0, 0.0, cos_i, false};
+    double eta = n1 / n2;
+    double sin2_t = eta * eta * (1.0 - cos_i * cos_i);
+    if (sin2_t >= 1.0)
+        return (struct rmap_fresnel){1.0, 1.0, 0.0, true};
+    double cos_t = sqrt(1.0 - sin2_t);
+    double rs = (n1 * cos_i - n2 * cos_t) / (n1 * cos_i + n2 * cos_t);
+    double rp = (n2 * cos_i - n1 * cos_t) / (n2 * cos_i + n1 * cos_t);
+    return (struct rmap_fresnel){rs * rs, rp * rp, cos_t, false};
+}
+
+/* a^2 + b^2 and a of the refracted wave, a - i b = sqrt(m^2 - sin^2), m = (n + i k) / n1; then
+ * Rs and Rp = Rs x tangent factor (Born & Wolf 14.2, eqs. 5 to 8 in this notation). */
+double rmap_fresnel_metal(double n1, double n, double k, double cos_i)
+{
+    double m_n = n / n1, m_k = k / n1;
+    double sin2 = 1.0 - cos_i * cos_i;
+    double real = m_n * m_n - m_k * m_k - sin2;
+    double ab2 = hypot(real, 2.0 * m_n * m_k);
+    double a = sqrt(fmax(0.0, 0.5 * (ab2 + real)));
+    double s_sum = ab2 + cos_i * cos_i, s_mix = 2.0 * a * cos_i;
+    double p_sum = ab2 * cos_i * cos_i + sin2 * sin2, p_mix = s_mix * sin2;
+    if (s_sum + s_mix <= 0.0 || p_sum + p_mix <= 0.0)
+        return 1.0; /* grazing along an index of the same value */
+    double rs = (s_sum - s_mix) / (s_sum + s_mix);
+    return 0.5 * rs * (1.0 + (p_sum - p_mix) / (p_sum + p_mix));
+}

@@ -1,0 +1,103 @@
+/* SPDX-License-Identifier: MIT */
+#include "scene/scene.h"
+
+#include "base/alloc.h"
+
+enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret, struct rmap_error *err)
+{
+    struct rmap_scene *scene = rmap_alloc(1, sizeof *scene);
+    char *unit = rmap_strdup("mm");
+    if (!scene || !unit) {
+        rmap_free(scene);
+        rmap_free(unit);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    }
+    scene->unit = unit;
+    scene->unit_m = 1e-3;
+    scene->limit_steps = 10000;
+    scene->simulation.record = true;
+    *scene_ret = scene;
+    return RMAP_OK;
+}
+
+static void destroy_sources(struct rmap_scene *scene)
+{
+    for (size_t i = 0; scene->source && i < scene->n_source; i++) {
+        rmap_free(scene->source[i].name);
+        rmap_free(scene->source[i].triangle_cdf);
+        rmap_free(scene->source[i].list);
+    }
+    rmap_free(scene->source);
+}
+
+static void destroy_optics(struct rmap_scene *scene)
+{
+    for (size_t i = 0; scene->medium && i < scene->n_medium; i++) {
+        rmap_free(scene->medium[i].name);
+        rmap_free(scene->medium[i].description);
+    }
+    rmap_free(scene->medium);
+    for (size_t i = 0; scene->surface && i < scene->n_surface; i++)
+        rmap_free(scene->surface[i].name);
+    rmap_free(scene->surface);
+}
+
+static void destroy_bodies(struct rmap_scene *scene)
+{
+    for (size_t i = 0; scene->geometry && i < scene->n_geometry; i++) {
+        rmap_free(scene->geometry[i].name);
+        rmap_mesh_destroy(scene->geometry[i].mesh);
+    }
+    rmap_free(scene->geometry);
+    for (size_t i = 0; scene->object && i < scene->n_object; i++)
+        rmap_free(scene->object[i].name);
+    rmap_free(scene->object);
+    for (size_t i = 0; scene->group && i < scene->n_group; i++)
+        rmap_free(scene->group[i].name);
+    rmap_free(scene->group);
+    for (size_t i = 0; scene->detector && i < scene->n_detector; i++)
+        rmap_free(scene->detector[i].name);
+    rmap_free(scene->detector);
+}
+
+static void destroy_derived(struct rmap_scene *scene)
+{
+    rmap_free(scene->schedule);
+    rmap_free(scene->schedule_rank);
+    rmap_free(scene->schedule_quota);
+    rmap_free(scene->free_detector);
+    rmap_free(scene->far_detector);
+    rmap_free(scene->on_detector);
+    rmap_free(scene->on_first);
+}
+
+void rmap_scene_destroy(struct rmap_scene *scene)
+{
+    if (!scene)
+        return;
+    destroy_sources(scene);
+    destroy_optics(scene);
+    destroy_bodies(scene);
+    destroy_derived(scene);
+    rmap_free(scene->simulation.name);
+    rmap_free(scene->unit);
+    rmap_free(scene);
+}
+
+bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group)
+{
+    int32_t at = scene->object[object].parent;
+    while (at >= 0 && at != group)
+        at = scene->group[at].parent;
+    return at >= 0 && at == group;
+}
+
+int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret)
+{
+    uint64_t period = ray / scene->schedule_len;
+    size_t entry = (size_t)(ray % scene->schedule_len);
+    int32_t source = scene->schedule[entry];
+    if (ordinal_ret)
+        *ordinal_ret = period * scene->schedule_quota[source] + scene->schedule_rank[entry];
+    return source;
+}

@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a scene says implicitly: inverse transforms, areas, the bounding sphere, which ray id
+ * belongs to which source, which detectors lie where.
+ */
+#include <math.h>
+
+#include "base/alloc.h"
+#include "scene/schedule.h"
+
+/* A box that grows; empty while lower > upper. */
+struct bounds {
+    struct rmap_vec3 lower, upper;
+    bool infinite; /* fmin and fmax would pass over a NaN */
+};
+
+static void include(struct bounds *box, struct rmap_vec3 p)
+{
+    if (!isfinite(p.x + p.y + p.z))
+        box->infinite = true;
+    box->lower =
+        rmap_vec3(fmin(box->lower.x, p.x), fmin(box->lower.y, p.y), fmin(box->lower.z, p.z));
+    box->upper =
+        rmap_vec3(fmax(box->upper.x, p.x), fmax(box->upper.y, p.y), fmax(box->upper.z, p.z));
+}
+
+/* The eight corners of a local box, in the world. */
+static void include_box(struct bounds *box, const struct rmap_affine *to_world,
+                        struct rmap_vec3 lower, struct rmap_vec3 upper)
+{
+    for (int k = 0; k < 8; k++)
+        include(box, rmap_affine_point(to_world, rmap_vec3(k & 1 ? upper.x : lower.x,
+                                                           k & 2 ? upper.y : lower.y,
+                                                           k & 4 ? upper.z : lower.z)));
+}
+
+static void include_geometry(struct bounds *box, const struct rmap_geometry *geometry,
+                             const struct rmap_affine *to_world)
+{
+    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
+        struct rmap_vec3 lower, upper;
+        rmap_shape_bounds(&geometry->shape, &lower, &upper);
+        include_box(box, to_world, lower, upper);
+        return;
+    }
+    const struct rmap_mesh *mesh = geometry->mesh;
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        const float *v = mesh->vertex[i];
+        include(box,
+                rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2])));
+    }
+}
+
+static void include_source(struct bounds *box, const struct rmap_scene *scene,
+                           const struct rmap_source *source)
+{
+    if (source->type == RMAP_SOURCE_RAYS) {
+        for (size_t i = 0; i < source->n_list; i++)
+            include(box, source->list[i].origin);
+        return;
+    }
+    double half[2] = {0.0, 0.0};
+    switch (source->shape) {
+    case RMAP_EMITTER_POINT:
+        break;
+    case RMAP_EMITTER_DISC:
+        half[0] = half[1] = source->shape_size[0];
+        break;
+    case RMAP_EMITTER_RECTANGLE:
+        half[0] = 0.5 * source->shape_size[0];
+        half[1] = 0.5 * source->shape_size[1];
+        break;
+    case RMAP_EMITTER_MESH:
+        include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
+        return;
+    }
+    include_box(box, &source->frame, rmap_vec3(-half[0], -half[1], 0.0),
+                rmap_vec3(half[0], half[1], 0.0));
+}
+
+static void include_detector(struct bounds *box, const struct rmap_detector *detector)
+{
+    if (detector->type != RMAP_DETECTOR_PLANE)
+        return;
+    for (int k = 0; k < 4; k++) {
+        double u = (k & 1 ? 0.5 : -0.5) * detector->size[0];
+        double v = (k & 2 ? 0.5 : -0.5) * detector->size[1];
+        include(box, rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
+    }
+}
+
+static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error *err)
+{
+    struct bounds box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, false};
+    for (size_t i = 0; i < scene->n_object; i++)
+        include_geometry(&box, &scene->geometry[scene->object[i].geometry],
+                         &scene->object[i].to_world);
+    for (size_t i = 0; i < scene->n_source; i++)
+        include_source(&box, scene, &scene->source[i]);
+    for (size_t i = 0; i < scene->n_detector; i++)
+        include_detector(&box, &scene->detector[i]);
+    if (box.lower.x > box.upper.x) /* nothing at all */
+        box.lower = box.upper = rmap_vec3(0.0, 0.0, 0.0);
+    struct rmap_vec3 half = rmap_scale(rmap_sub(box.upper, box.lower), 0.5);
+    scene->centre = rmap_add(box.lower, half);
+    /* Margin: leaving rays end clear of the outermost surface; 1 for a scene that is a point. */
+    double radius = 1.001 * rmap_length(half);
+    scene->radius = radius > 0.0 ? radius : 1.0;
+    if (box.infinite || !isfinite(scene->radius) ||
+        !isfinite(rmap_dot(scene->centre, scene->centre)))
+        return rmap_error_set(err, RMAP_INPUT,
+                              "the scene reaches to infinity: a position or size is not finite");
+    return RMAP_OK;
+}
+
+static enum rmap_status invert_transforms(struct rmap_scene *scene, struct rmap_error *err)
+{
+    for (size_t i = 0; i < scene->n_object; i++) {
+        struct rmap_object *object = &scene->object[i];
+        if (!rmap_affine_invert(&object->to_world, &object->to_local))
+            return rmap_error_set(err, RMAP_INPUT,
+                                  "object '%s': its transform is singular (a scale of 0?)",
+                                  object->name ? object->name : "");
+    }
+    return RMAP_OK;
+}
+
+/* Cumulative world areas of the triangles of a mesh source, divided by their sum. */
+static enum rmap_status tabulate_areas(struct rmap_scene *scene, struct rmap_source *source,
+                                       struct rmap_error *err)
+{
+    const char *name = source->name ? source->name : "";
+    if (source->shape_geometry < 0 || (size_t)source->shape_geometry >= scene->n_geometry ||
+        scene->geometry[source->shape_geometry].kind != RMAP_GEOMETRY_MESH)
+        return rmap_error_set(err, RMAP_INPUT, "source '%s': its shape is not a mesh", name);
+    const struct rmap_mesh *mesh = scene->geometry[source->shape_geometry].mesh;
+    rmap_free(source->triangle_cdf);
+    source->triangle_cdf = rmap_alloc(mesh->n_triangle, sizeof *source->triangle_cdf);
+    if (!source->triangle_cdf)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for source '%s'", name);
+    double total = 0.0;
+    for (size_t t = 0; t < mesh->n_triangle; t++) {
+        struct rmap_vec3 corner[3];
+        rmap_mesh_corners(mesh, t, corner);
+        struct rmap_vec3 a = rmap_affine_vector(&source->frame, rmap_sub(corner[1], corner[0]));
+        struct rmap_vec3 b = rmap_affine_vector(&source->frame, rmap_sub(corner[2], corner[0]));
+        total += 0.5 * rmap_length(rmap_cross(a, b));
+        source->triangle_cdf[t] = total;
+    }
+    if (!(total > 0.0) || !isfinite(total))
+        return rmap_error_set(err, RMAP_INPUT, "source '%s': its mesh has no area", name);
+    for (size_t t = 0; t < mesh->n_triangle; t++)
+        source->triangle_cdf[t] /= total;
+    return RMAP_OK;
+}
+
+/* Lists of detectors by kind; those on a group stand with each of its objects. */
+static bool lies_on(const struct rmap_scene *scene, const struct rmap_detector *detector,
+                    size_t object)
+{
+    if (detector->type != RMAP_DETECTOR_PLANE)
+        return false;
+    if (detector->on_object >= 0)
+        return (size_t)detector->on_object == object;
+    return detector->on_group >= 0 &&
+           rmap_scene_in_group(scene, (int32_t)object, detector->on_group);
+}
+
+static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_error *err)
+{
+    scene->free_detector = rmap_alloc(scene->n_detector, sizeof *scene->free_detector);
+    scene->far_detector = rmap_alloc(scene->n_detector, sizeof *scene->far_detector);
+    scene->on_first = rmap_alloc(scene->n_object + 1, sizeof *scene->on_first);
+    if (!scene->free_detector || !scene->far_detector || !scene->on_first)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of detectors");
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct rmap_detector *detector = &scene->detector[d];
+        if (detector->type == RMAP_DETECTOR_INTENSITY)
+            scene->far_detector[scene->n_far_detector++] = (int32_t)d;
+        else if (detector->on_object < 0 && detector->on_group < 0)
+            scene->free_detector[scene->n_free_detector++] = (int32_t)d;
+    }
+    for (int pass = 0; pass < 2; pass++) { /* count, then fill */
+        size_t n = 0;
+        for (size_t o = 0; o < scene->n_object; o++) {
+            scene->on_first[o] = n;
+            for (size_t d = 0; d < scene->n_detector; d++) {
+                if (!lies_on(scene, &scene->detector[d], o))
+                    continue;
+                if (pass == 1)
+                    scene->on_detector[n] = (int32_t)d;
+                n++;
+            }
+        }
+        scene->on_first[scene->n_object] = n;
+        if (pass == 0 && !(scene->on_detector = rmap_alloc(n, sizeof *scene->on_detector)))
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of detectors");
+    }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(invert_transforms(scene, err));
+    for (size_t i = 0; i < scene->n_source; i++)
+        if (scene->source[i].shape == RMAP_EMITTER_MESH &&
+            scene->source[i].type != RMAP_SOURCE_RAYS)
+            RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
+    RMAP_TRY(bound_scene(scene, err));
+    RMAP_TRY(list_detectors(scene, err));
+    RMAP_TRY(rmap_scene_schedule(scene, err));
+out:
+    return st;
+}

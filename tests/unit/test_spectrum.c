@@ -1,0 +1,218 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Tables of the CIE against the sums and chromaticities that they must give, and shares of
+ * light on channels.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "optics/spectrum.h"
+#include "scene/scene.h"
+
+static void assert_near(double value, double expected, double tolerance)
+{
+    if (!(fabs(value - expected) <= tolerance))
+        fail_msg("%.12g differs from %.12g by %g", value, expected, fabs(value - expected));
+}
+
+static struct rmap_channels spectral(int n, double from_nm, double step_nm)
+{
+    struct rmap_channels channels = {RMAP_COLOUR_SPECTRAL, n, {0}};
+    for (int i = 0; i < n; i++)
+        channels.wavelength_nm[i] = from_nm + step_nm * i;
+    return channels;
+}
+
+static const struct rmap_channels rgb_channels = {RMAP_COLOUR_RGB, 3, {587.56, 587.56, 587.56}};
+
+/* The colour matching functions have equal sums: white light is x = y = z. */
+static void sums_of_the_observer(void **state)
+{
+    (void)state;
+    double sum[3] = {0, 0, 0};
+    for (int nm = 360; nm <= 830; nm += 5) {
+        double xyz[3];
+        rmap_cie1931(nm, xyz);
+        for (int i = 0; i < 3; i++)
+            sum[i] += xyz[i];
+        assert_true(xyz[1] == rmap_luminous_efficiency(nm));
+    }
+    assert_near(sum[0], 21.3731, 1e-3);
+    assert_near(sum[1], 21.3714, 5e-5);
+    assert_near(sum[2], 21.3787, 1e-3);
+    assert_true(rmap_luminous_efficiency(555.0) == 1.0);
+    assert_true(rmap_luminous_efficiency(359.9) == 0.0);
+    assert_true(rmap_luminous_efficiency(830.1) == 0.0);
+    assert_true(rmap_luminous_efficiency((double)NAN) == 0.0);
+    assert_true(rmap_luminous_efficiency(830.0) > 0.0);
+}
+
+/* Chromaticity of D65: x = 0.31272, y = 0.32903 (CIE 15:2004, table T.3), white in sRGB. */
+static void chromaticity_of_d65(void **state)
+{
+    (void)state;
+    double sum[3] = {0, 0, 0}, rgb[3];
+    for (int nm = 360; nm <= 830; nm += 5) {
+        double xyz[3];
+        rmap_cie1931(nm, xyz);
+        for (int i = 0; i < 3; i++)
+            sum[i] += xyz[i] * rmap_d65(nm);
+    }
+    double total = sum[0] + sum[1] + sum[2];
+    assert_near(sum[0] / total, 0.31272, 2e-5);
+    assert_near(sum[1] / total, 0.32903, 3e-5);
+    rmap_xyz_to_rgb(sum, rgb);
+    for (int i = 0; i < 3; i++)
+        assert_near(rgb[i] / sum[1], 1.0, 1.5e-3);
+    assert_true(rmap_d65(560.0) == 100.0);
+    assert_true(rmap_d65(299.0) == 0.0);
+}
+
+/* Wien's law: the maximum of B(lambda, T) lies at 2.897771955e-3 m K / T. */
+static void blackbody_maximum(void **state)
+{
+    (void)state;
+    double t = 5000.0, peak = 2.897771955e6 / t;
+    assert_true(rmap_blackbody(t, peak) > rmap_blackbody(t, peak * 1.001));
+    assert_true(rmap_blackbody(t, peak) > rmap_blackbody(t, peak * 0.999));
+    /* against Planck's formula as it stands */
+    double c2 = 1.438776877e7;
+    double planck =
+        pow(560.0 / 450.0, 5) * (exp(c2 / (560.0 * t)) - 1) / (exp(c2 / (450.0 * t)) - 1);
+    assert_near(rmap_blackbody(t, 450.0), planck, 1e-12 * planck);
+    assert_true(isfinite(rmap_blackbody(1.0, 400.0)) && isfinite(rmap_blackbody(1e9, 400.0)));
+}
+
+static void tables(void **state)
+{
+    (void)state;
+    const double x[] = {400, 500, 700}, y[] = {1, 3, 2};
+    struct rmap_table1 table = {3, x, y};
+    assert_true(rmap_table1_at(&table, 300) == 1.0 && rmap_table1_at(&table, 400) == 1.0);
+    assert_near(rmap_table1_at(&table, 450), 2.0, 1e-15);
+    assert_true(rmap_table1_at(&table, 500) == 3.0);
+    assert_near(rmap_table1_at(&table, 600), 2.5, 1e-15);
+    assert_true(rmap_table1_at(&table, 900) == 2.0);
+}
+
+static void shares_of_continuous_light(void **state)
+{
+    (void)state;
+    struct rmap_channels channels = spectral(81, 380, 5);
+    struct rmap_spectrum d65 = {.kind = RMAP_SPECTRUM_D65};
+    struct rmap_error err = {0};
+    double watt[RMAP_CHANNEL_MAX], lumen[RMAP_CHANNEL_MAX], sum = 0.0, visible = 0.0;
+    assert_int_equal(rmap_spectrum_shares(&d65, &channels, 0, watt, &err), RMAP_OK);
+    assert_int_equal(rmap_spectrum_shares(&d65, &channels, 1, lumen, &err), RMAP_OK);
+    for (int i = 0; i < 81; i++) {
+        sum += watt[i];
+        visible += watt[i] * rmap_luminous_efficiency(channels.wavelength_nm[i]);
+    }
+    assert_near(sum, 1.0, 1e-14);
+    for (int i = 0; i < 81; i++)
+        assert_near(lumen[i],
+                    watt[i] * rmap_luminous_efficiency(channels.wavelength_nm[i]) / visible, 1e-14);
+    /* D65 from 380 to 780 nm: about 203 lm / W */
+    assert_near(rmap_luminous_efficacy(&channels, watt), 203.0, 3.0);
+}
+
+static void shares_of_lines(void **state)
+{
+    (void)state;
+    struct rmap_channels channels = spectral(3, 450, 100);
+    const double line[] = {451, 640, 660}, power[] = {1, 2, 1};
+    struct rmap_spectrum lines = {.kind = RMAP_SPECTRUM_LINES, .table = {3, line, power}};
+    struct rmap_error err = {0};
+    double share[3];
+    assert_int_equal(rmap_spectrum_shares(&lines, &channels, 0, share, &err), RMAP_OK);
+    assert_true(share[0] == 0.25 && share[1] == 0.0 && share[2] == 0.75);
+    const double infrared[] = {1064};
+    struct rmap_channels laser = spectral(1, 1064, 1);
+    struct rmap_spectrum invisible = {.kind = RMAP_SPECTRUM_LINES, .table = {1, infrared, power}};
+    assert_int_equal(rmap_spectrum_shares(&invisible, &laser, 0, share, &err), RMAP_OK);
+    assert_true(share[0] == 1.0);
+    assert_int_equal(rmap_spectrum_shares(&invisible, &laser, 1, share, &err), RMAP_INPUT);
+    assert_true(err.text[0] != 0);
+}
+
+/* D65 is the white of sRGB: equal shares of watts, luminance weights in lumens. */
+static void shares_in_rgb(void **state)
+{
+    (void)state;
+    struct rmap_spectrum d65 = {.kind = RMAP_SPECTRUM_D65};
+    struct rmap_error err = {0};
+    double share[3];
+    assert_int_equal(rmap_spectrum_shares(&d65, &rgb_channels, 0, share, &err), RMAP_OK);
+    for (int i = 0; i < 3; i++)
+        assert_near(share[i], 1.0 / 3.0, 1e-3);
+    assert_int_equal(rmap_spectrum_shares(&d65, &rgb_channels, 1, share, &err), RMAP_OK);
+    assert_near(share[0], 0.2126, 1e-3);
+    assert_near(share[1], 0.7152, 1e-3);
+    assert_near(share[2], 0.0722, 1e-3);
+    struct rmap_spectrum warm = {.kind = RMAP_SPECTRUM_BLACKBODY, .temperature_k = 2700};
+    assert_int_equal(rmap_spectrum_shares(&warm, &rgb_channels, 0, share, &err), RMAP_OK);
+    assert_true(share[0] > share[1] && share[1] > share[2] && share[2] >= 0.0);
+}
+
+static void sampled_reflectances(void **state)
+{
+    (void)state;
+    struct rmap_channels channels = spectral(3, 450, 100);
+    const double x[] = {400, 700}, y[] = {0.1, 0.7};
+    struct rmap_spectrum ramp = {.kind = RMAP_SPECTRUM_TABLE, .table = {2, x, y}};
+    struct rmap_spectrum red = {.kind = RMAP_SPECTRUM_RGB, .rgb = {0.9, 0.5, 0.1}};
+    struct rmap_spectrum grey = {.kind = RMAP_SPECTRUM_EQUAL, .value = 0.7};
+    double value[3];
+    rmap_spectrum_sample(&ramp, &channels, value);
+    assert_near(value[1], 0.4, 1e-15);
+    rmap_spectrum_sample(&ramp, &rgb_channels, value);
+    assert_near(value[0], 0.1 + 0.6 * (640.0 - 400.0) / 300.0, 1e-12); /* middle of the band */
+    assert_near(value[2], 0.1 + 0.6 * (445.0 - 400.0) / 300.0, 1e-12);
+    rmap_spectrum_sample(&red, &channels, value);
+    assert_true(value[0] == 0.1 && value[1] == 0.5 && value[2] == 0.9);
+    rmap_spectrum_sample(&red, &rgb_channels, value);
+    assert_true(value[0] == 0.9 && value[2] == 0.1);
+    rmap_spectrum_sample(&grey, &rgb_channels, value);
+    assert_true(value[0] == 0.7 && value[1] == 0.7 && value[2] == 0.7);
+}
+
+static void display_colours(void **state)
+{
+    (void)state;
+    struct rmap_channels laser = spectral(1, 633, 1), infrared = spectral(1, 1064, 1);
+    const double one[3] = {1, 0, 0}, none[3] = {0, 0, 0};
+    double rgb[3];
+    rmap_colour_display(&laser, one, 0, rgb);
+    assert_true(rgb[0] == 1.0 && rgb[1] < 0.2 && rgb[2] == 0.0);
+    rmap_colour_display(&laser, one, 1, rgb);
+    assert_true(rgb[0] == 1.0 && rgb[1] < 0.2 && rgb[2] == 0.0);
+    rmap_colour_display(&infrared, one, 0, rgb);
+    assert_true(rgb[0] == 0.5 && rgb[1] == 0.5 && rgb[2] == 0.5);
+    rmap_colour_display(&laser, none, 0, rgb);
+    assert_true(rgb[0] == 0.0 && rgb[1] == 0.0 && rgb[2] == 0.0);
+    const double lumen[3] = {0.2126390058715104, 0.7151686787677559, 0.0721923153607337};
+    rmap_colour_display(&rgb_channels, lumen, 1, rgb);
+    assert_near(rgb[1], 1.0, 1e-12);
+    assert_near(rgb[2], 1.0, 1e-12);
+}
+
+int main(void)
+{
+    const struct CMUnitTest test[] = {
+        cmocka_unit_test(sums_of_the_observer),
+        cmocka_unit_test(chromaticity_of_d65),
+        cmocka_unit_test(blackbody_maximum),
+        cmocka_unit_test(tables),
+        cmocka_unit_test(shares_of_continuous_light),
+        cmocka_unit_test(shares_of_lines),
+        cmocka_unit_test(shares_in_rgb),
+        cmocka_unit_test(sampled_reflectances),
+        cmocka_unit_test(display_colours),
+    };
+    return cmocka_run_group_tests_name("spectrum", test, NULL, NULL);
+}
