@@ -41,7 +41,8 @@ struct rmap_registration {
     double relative[2]; /* 0..1 */
     bool registered;
     struct rmap_vec3 position, direction;
-    double angle_rad; /* between the reversed ray and the detector's axis */
+    double angle_rad; /* PLANE: between the reversed ray and the detector's axis;
+                         INTENSITY: theta, between the ray and the axis */
     double optical_path;
 };
 

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Virtual detectors, which watch and never disturb the light. A ray CROSSES a detector when it
+ * meets its area, and is REGISTERED when its side and angle limits accept it too.
+ */
+#ifndef RMAP_DETECTOR_H
+#define RMAP_DETECTOR_H
+
+#include "scene/scene.h"
+#include "trace/recorder.h"
+
+/* A straight leg. `to` must be the very point at which the next leg starts: a plane is crossed
+ * when `from` lies on one side of it and `to` on it or on the other, so that no crossing is
+ * missed or counted twice by rounding. */
+struct rmap_leg {
+    struct rmap_vec3 from, to;
+    struct rmap_vec3 direction; /* unit */
+    double length;
+    double optical_from, index; /* optical path at `from`; refractive index along the leg */
+    uint32_t segment;           /* its number within the ray, from 0 */
+};
+
+/* Planes free in space that the leg crosses, by distance, then by detector index. */
+void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_leg *leg,
+                      struct rmap_recorder *recorder);
+
+/* Planes lying on the object met at the end of the leg: the point is projected along the
+ * detector's axis onto its plane. */
+void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
+                    struct rmap_recorder *recorder);
+
+/* Intensity grids, for a leg that leaves the scene. optical_path: without that leg. */
+void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,
+                     struct rmap_recorder *recorder);
+
+#endif

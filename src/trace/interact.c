@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: MIT */
+#include "trace/interact.h"
+
+#include <math.h>
+
+#include "base/rng.h"
+#include "optics/fresnel.h"
+#include "trace/event.h"
+
+/* The side of a surface that light meets. */
+struct side {
+    const struct rmap_surface *surface;
+    int32_t far;             /* medium beyond; the light's own where none is stated */
+    struct rmap_vec3 normal; /* towards the light */
+    double cos_i;
+};
+
+/* False when the light travels in another medium than the side says. */
+static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                 const struct rmap_hit *hit, struct side *side)
+{
+    const struct rmap_object *object = &scene->object[hit->object];
+    double cosine = rmap_dot(ray->direction, hit->normal);
+    bool front = cosine < 0.0;
+    if (cosine == 0.0) /* grazing exactly: the side that the light can be on */
+        front = object->medium_front == ray->medium || object->medium_back != ray->medium;
+    int32_t near = front ? object->medium_front : object->medium_back;
+    int32_t far = front ? object->medium_back : object->medium_front;
+    if (near != RMAP_MEDIUM_ANY && near != ray->medium)
+        return false;
+    side->surface = &scene->surface[front ? object->surface_front : object->surface_back];
+    side->far = far == RMAP_MEDIUM_ANY ? ray->medium : far;
+    side->normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
+    side->cos_i = fmin(1.0, fabs(cosine));
+    return true;
+}
+
+static struct rmap_vec3 reflected(struct rmap_vec3 direction, const struct side *side)
+{
+    double cosine = rmap_dot(direction, side->normal);
+    return rmap_normalize(rmap_axpy(-2.0 * cosine, side->normal, direction));
+}
+
+/* Snell's law from the tangential part, whose sine keeps its digits at any angle. False at total
+ * reflection. */
+static bool refract(struct rmap_vec3 direction, const struct side *side, double n1, double n2,
+                    struct rmap_vec3 *refracted)
+{
+    if (n1 == n2) {
+        *refracted = direction;
+        return true;
+    }
+    double cosine = rmap_dot(direction, side->normal);
+    struct rmap_vec3 tangent = rmap_scale(rmap_axpy(-cosine, side->normal, direction), n1 / n2);
+    double cos2_t = 1.0 - rmap_dot(tangent, tangent);
+    if (cos2_t <= 0.0)
+        return false;
+    *refracted = rmap_normalize(rmap_axpy(-sqrt(cos2_t), side->normal, tangent));
+    return true;
+}
+
+/* Cosine-weighted about the normal: a uniform point of the unit disc, lifted to the sphere. */
+static struct rmap_vec3 diffused(struct rmap_vec3 normal, double u, double v)
+{
+    struct rmap_vec3 x, y;
+    rmap_basis(normal, &x, &y);
+    double r = sqrt(u), phi = 2.0 * RMAP_PI * v;
+    struct rmap_vec3 plane = rmap_axpy(r * cos(phi), x, rmap_scale(y, r * sin(phi)));
+    return rmap_normalize(rmap_axpy(sqrt(1.0 - u), normal, plane));
+}
+
+static void turn(struct rmap_decision *decision, uint32_t event, struct rmap_vec3 direction)
+{
+    decision->events = event;
+    decision->turned = true;
+    decision->direction = direction;
+}
+
+/* Transmission in the direction of channel i's index. Where rounding, or a mixture's surface,
+ * meets total reflection, the light turns back. */
+static void pass_specular(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                          const struct side *side, int channel, struct rmap_decision *decision)
+{
+    double n1 = scene->medium[ray->medium].n[channel], n2 = scene->medium[side->far].n[channel];
+    if (!refract(ray->direction, side, n1, n2, &decision->direction)) {
+        turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
+        return;
+    }
+    decision->events = RMAP_EVENT_TRANSMIT_SPECULAR;
+    decision->turned = false;
+    decision->medium = side->far;
+}
+
+/* The channel to refract with; draws one where the two media bend them apart. */
+static int refracting_channel(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                              const struct side *side, const struct rmap_colour *colour,
+                              const double *p, double u, struct rmap_decision *decision)
+{
+    if (rmap_colour_single(colour) ||
+        !(scene->medium[ray->medium].dispersive || scene->medium[side->far].dispersive))
+        return colour->begin;
+    decision->collapse = rmap_colour_pick(colour, p, u);
+    return decision->collapse;
+}
+
+static double fresnel_reflectance(const struct side *side, double n1, double n2, int channel,
+                                  bool *total)
+{
+    struct rmap_fresnel f = rmap_fresnel_dielectric(n1, n2, side->cos_i);
+    *total = f.total;
+    if (f.total)
+        return 1.0;
+    switch (side->surface->coat) {
+    case RMAP_COAT_REFLECTANCE:
+        return side->surface->reflect_specular[channel];
+    case RMAP_COAT_IDEAL:
+        return 0.0;
+    case RMAP_COAT_NONE:
+        break;
+    }
+    return 0.5 * (f.rs + f.rp);
+}
+
+/* All live channels share one reflectance, or there is only one of them. */
+static void fresnel_alike(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                          const struct side *side, const struct rmap_colour *colour,
+                          const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    int channel = colour->begin;
+    bool total;
+    double r = fresnel_reflectance(side, scene->medium[ray->medium].n[channel],
+                                   scene->medium[side->far].n[channel], channel, &total);
+    double u[4] = {0.5, 0.5, 0.5, 0.5};
+    if (r > 0.0 && r < 1.0)
+        rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
+    if (u[0] < r)
+        turn(decision, total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
+             reflected(ray->direction, side));
+    else
+        pass_specular(scene, ray, side, channel, decision);
+}
+
+static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                           const struct side *side, const struct rmap_colour *colour,
+                           const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    const struct rmap_medium *near = &scene->medium[ray->medium], *far = &scene->medium[side->far];
+    bool dispersive = near->dispersive || far->dispersive;
+    if (rmap_colour_single(colour) ||
+        (!dispersive && side->surface->coat != RMAP_COAT_REFLECTANCE)) {
+        fresnel_alike(scene, ray, side, colour, draw, decision);
+        return;
+    }
+    bool all_total = true;
+    double *r = decision->scratch;
+    for (int i = colour->begin; i < colour->end; i++) {
+        bool total;
+        r[i] = fresnel_reflectance(side, near->n[i], far->n[i], i, &total);
+        all_total = all_total && (total || !(colour->share[i] > 0.0));
+    }
+    if (all_total) {
+        turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
+        return;
+    }
+    double u[4];
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
+    decision->weigh = r;
+    if (u[0] < rmap_colour_sum(colour, r)) {
+        turn(decision, RMAP_EVENT_REFLECT_SPECULAR, reflected(ray->direction, side));
+        return;
+    }
+    for (int i = colour->begin; i < colour->end; i++)
+        r[i] = 1.0 - r[i];
+    int channel = refracting_channel(scene, ray, side, colour, r, u[1], decision);
+    pass_specular(scene, ray, side, channel, decision);
+}
+
+/* One outcome out of shares per channel; what is left over is absorbed. */
+struct outcome {
+    uint32_t event;
+    const double *p;
+};
+
+static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                          const struct side *side, const struct rmap_colour *colour,
+                          const struct rmap_draw *draw, const struct outcome *outcome,
+                          struct rmap_decision *decision)
+{
+    double u[4], sum = 0.0;
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
+    const struct outcome *chosen = outcome;
+    for (; chosen->event; chosen++) {
+        sum += rmap_colour_sum(colour, chosen->p);
+        if (u[0] < sum)
+            break;
+    }
+    decision->weigh = rmap_colour_single(colour) ? NULL : chosen->p;
+    switch (chosen->event) {
+    case RMAP_EVENT_REFLECT_SPECULAR:
+        turn(decision, chosen->event, reflected(ray->direction, side));
+        break;
+    case RMAP_EVENT_REFLECT_DIFFUSE:
+        turn(decision, chosen->event, diffused(side->normal, u[2], u[3]));
+        break;
+    case RMAP_EVENT_TRANSMIT_SPECULAR:
+        pass_specular(scene, ray, side,
+                      refracting_channel(scene, ray, side, colour, chosen->p, u[1], decision),
+                      decision);
+        break;
+    case RMAP_EVENT_TRANSMIT_DIFFUSE:
+        decision->events = chosen->event;
+        decision->medium = side->far;
+        decision->direction = diffused(rmap_scale(side->normal, -1.0), u[2], u[3]);
+        break;
+    default:
+        decision->events = RMAP_EVENT_ABSORB;
+    }
+}
+
+static void decide_mirror(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                          const struct side *side, const struct rmap_colour *colour,
+                          const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    const struct rmap_surface *surface = side->surface;
+    struct outcome outcome[] = {{RMAP_EVENT_REFLECT_SPECULAR, surface->reflect_specular}, {0}};
+    if (surface->is_metal) {
+        for (int i = colour->begin; i < colour->end; i++)
+            decision->scratch[i] =
+                rmap_fresnel_metal(scene->medium[ray->medium].n[i], surface->metal_n[i],
+                                   surface->metal_k[i], side->cos_i);
+        outcome[0].p = decision->scratch;
+    }
+    decide_shares(scene, ray, side, colour, draw, outcome, decision);
+}
+
+static void decide_mixture(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                           const struct side *side, const struct rmap_colour *colour,
+                           const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    const struct rmap_surface *surface = side->surface;
+    const struct outcome outcome[] = {
+        {RMAP_EVENT_REFLECT_SPECULAR, surface->reflect_specular},
+        {RMAP_EVENT_REFLECT_DIFFUSE, surface->reflect_diffuse},
+        {RMAP_EVENT_TRANSMIT_SPECULAR, surface->transmit_specular},
+        {RMAP_EVENT_TRANSMIT_DIFFUSE, surface->transmit_diffuse},
+        {0},
+    };
+    decide_shares(scene, ray, side, colour, draw, outcome, decision);
+}
+
+void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                   const struct rmap_hit *hit, const struct rmap_colour *colour,
+                   const struct rmap_draw *draw, struct rmap_decision *decision)
+{
+    struct side side;
+    decision->turned = false;
+    decision->medium = ray->medium;
+    decision->collapse = -1;
+    decision->weigh = NULL;
+    decision->events = RMAP_EVENT_ERROR;
+    if (!meet(scene, ray, hit, &side))
+        return;
+    switch (side.surface->type) {
+    case RMAP_SURFACE_FRESNEL:
+        decide_fresnel(scene, ray, &side, colour, draw, decision);
+        break;
+    case RMAP_SURFACE_MIRROR:
+        decide_mirror(scene, ray, &side, colour, draw, decision);
+        break;
+    case RMAP_SURFACE_LAMBERT: {
+        const struct outcome outcome[] = {
+            {RMAP_EVENT_REFLECT_DIFFUSE, side.surface->reflect_diffuse}, {0}};
+        decide_shares(scene, ray, &side, colour, draw, outcome, decision);
+        break;
+    }
+    case RMAP_SURFACE_ABSORBER:
+        decision->events = RMAP_EVENT_ABSORB;
+        break;
+    case RMAP_SURFACE_MIXTURE:
+        decide_mixture(scene, ray, &side, colour, draw, decision);
+        break;
+    }
+}
+
+void rmap_decision_apply(const struct rmap_decision *decision, struct rmap_colour *colour)
+{
+    if (decision->collapse >= 0)
+        rmap_colour_collapse(colour, decision->collapse);
+    else if (decision->weigh)
+        rmap_colour_weigh(colour, decision->weigh);
+}
+
+double rmap_absorb(const struct rmap_medium *medium, const struct rmap_draw *draw, double length,
+                   struct rmap_colour *colour)
+{
+    double u[4], p[RMAP_CHANNEL_MAX];
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_MEDIUM, u);
+    double mu = medium->absorption[rmap_colour_pick(colour, NULL, u[0])];
+    double travelled = fmin(-log(u[1]) / mu, length);
+    bool absorbed = travelled < length;
+    if (rmap_colour_single(colour))
+        return travelled;
+    for (int i = colour->begin; i < colour->end; i++)
+        p[i] = exp(-medium->absorption[i] * travelled) * (absorbed ? medium->absorption[i] : 1.0);
+    rmap_colour_weigh(colour, p);
+    return travelled;
+}

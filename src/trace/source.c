@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+#include "trace/source.h"
+
+#include <math.h>
+
+#include "base/rng.h"
+
+/* A direction about local +z by azimuth and 1 - cos(theta), which keeps its digits near the
+ * axis. */
+static struct rmap_vec3 about_z(double one_minus_cos, double azimuth_turns)
+{
+    double phi = 2.0 * RMAP_PI * azimuth_turns;
+    double sine = sqrt(one_minus_cos * (2.0 - one_minus_cos));
+    return rmap_vec3(sine * cos(phi), sine * sin(phi), 1.0 - one_minus_cos);
+}
+
+static struct rmap_vec3 point_direction(const struct rmap_source *source, const double u[4])
+{
+    switch (source->distribution) {
+    case RMAP_DISTRIBUTION_ISOTROPIC:
+        return about_z(2.0 * u[0], u[1]);
+    case RMAP_DISTRIBUTION_CONE: {
+        double half_sine = sin(0.5 * source->cone_rad);
+        return about_z(u[0] * 2.0 * half_sine * half_sine, u[1]);
+    }
+    case RMAP_DISTRIBUTION_COSINE:
+        return about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
+    }
+    return rmap_vec3(0.0, 0.0, 1.0);
+}
+
+static struct rmap_vec3 lambertian(struct rmap_vec3 normal, const double u[4])
+{
+    struct rmap_vec3 x, y;
+    rmap_basis(normal, &x, &y);
+    struct rmap_vec3 local = about_z(1.0 - sqrt(u[0]), u[1]);
+    return rmap_normalize(
+        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
+}
+
+static struct rmap_vec3 point_on_disc(double radius, const double u[4])
+{
+    double r = radius * sqrt(u[0]), phi = 2.0 * RMAP_PI * u[1];
+    return rmap_vec3(r * cos(phi), r * sin(phi), 0.0);
+}
+
+/* First triangle whose cumulative share exceeds u; one without area is never chosen. */
+static size_t choose_triangle(const double *cdf, size_t n, double u)
+{
+    size_t low = 0, high = n - 1;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (cdf[middle] > u)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low;
+}
+
+/* Uniform on a mesh, with the world normal of the triangle's front side (Osada et al. 2002,
+ * doi:10.1145/571647.571648, eq. 1). */
+static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
+                                      const struct rmap_source *source, const double u[4],
+                                      struct rmap_vec3 *normal)
+{
+    const struct rmap_mesh *mesh = scene->geometry[source->shape_geometry].mesh;
+    struct rmap_vec3 corner[3];
+    rmap_mesh_corners(mesh, choose_triangle(source->triangle_cdf, mesh->n_triangle, u[2]), corner);
+    for (int k = 0; k < 3; k++)
+        corner[k] = rmap_affine_point(&source->frame, corner[k]);
+    struct rmap_vec3 a = rmap_sub(corner[1], corner[0]), b = rmap_sub(corner[2], corner[0]);
+    *normal = rmap_normalize(rmap_cross(a, b));
+    if (rmap_affine_determinant(&source->frame) < 0.0)
+        *normal = rmap_scale(*normal, -1.0);
+    double root = sqrt(u[0]);
+    return rmap_axpy(root * (1.0 - u[1]), a, rmap_axpy(root * u[1], b, corner[0]));
+}
+
+/* Where on the emitter; *normal is the side it shines to. */
+static struct rmap_vec3 emitter_point(const struct rmap_scene *scene,
+                                      const struct rmap_source *source, const double u[4],
+                                      struct rmap_vec3 *normal)
+{
+    struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 0.0);
+    switch (source->shape) {
+    case RMAP_EMITTER_POINT:
+        break;
+    case RMAP_EMITTER_DISC:
+        local = point_on_disc(source->shape_size[0], u);
+        break;
+    case RMAP_EMITTER_RECTANGLE:
+        local = rmap_vec3((u[0] - 0.5) * source->shape_size[0],
+                          (u[1] - 0.5) * source->shape_size[1], 0.0);
+        break;
+    case RMAP_EMITTER_MESH:
+        return point_on_mesh(scene, source, u, normal);
+    }
+    *normal = rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(0.0, 0.0, 1.0)));
+    return rmap_affine_point(&source->frame, local);
+}
+
+static void emit_list(const struct rmap_source *source, uint64_t ordinal,
+                      struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
+    emission->position = row->origin;
+    emission->direction = row->direction;
+    if (row->channel >= 0)
+        rmap_colour_collapse(colour, row->channel);
+}
+
+void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
+                      struct rmap_colour *colour, struct rmap_emission *emission)
+{
+    uint64_t ordinal = 0;
+    int32_t index = rmap_scene_source_of(scene, ray, &ordinal);
+    const struct rmap_source *source = &scene->source[index];
+    rmap_colour_set(colour, source->colour, scene->channels.n);
+    *emission = (struct rmap_emission){.ray = ray,
+                                       .source = index,
+                                       .object = -1,
+                                       .primitive = -1,
+                                       .medium = source->medium,
+                                       .colour = colour->share};
+    if (source->type == RMAP_SOURCE_RAYS) {
+        emit_list(source, ordinal, colour, emission);
+        return;
+    }
+    double place[4], way[4];
+    struct rmap_vec3 normal;
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    emission->position = emitter_point(scene, source, place, &normal);
+    emission->direction = normal;
+    if (source->type == RMAP_SOURCE_COLLIMATED)
+        return;
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+    if (source->type == RMAP_SOURCE_AREA) {
+        emission->normal = normal;
+        emission->direction = lambertian(normal, way);
+    } else {
+        emission->direction =
+            rmap_normalize(rmap_affine_vector(&source->frame, point_direction(source, way)));
+    }
+}

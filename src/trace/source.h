@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Emission: where a ray begins, in which direction, of which colour.
+ */
+#ifndef RMAP_SOURCE_H
+#define RMAP_SOURCE_H
+
+#include "scene/scene.h"
+#include "trace/colour.h"
+#include "trace/recorder.h"
+
+/* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
+ * A list of rays gives its row (running number of the source's ray modulo the list's length).
+ * Point sources are isotropic, uniform in a cone or ~ cos^power about the frame's z; area sources
+ * are Lambertian on the side of their normal, uniform over their area. */
+void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
+                      struct rmap_colour *colour, struct rmap_emission *emission);
+
+#endif

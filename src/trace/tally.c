@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: MIT */
+#include "trace/tally.h"
+
+#include <stddef.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+/* False, with *product unset, when a x b does not fit. */
+static bool multiply(size_t a, size_t b, size_t *product)
+{
+    if (b && a > SIZE_MAX / b)
+        return false;
+    *product = a * b;
+    return true;
+}
+
+/* Values of the images in all, and where each detector's begin. */
+static bool lay_out_images(struct rmap_tally *tally, size_t *n_image)
+{
+    const struct rmap_scene *scene = tally->scene;
+    size_t at = 0;
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        size_t cells, values;
+        tally->image_offset[d] = at;
+        if (!multiply(scene->detector[d].cells[0], scene->detector[d].cells[1], &cells) ||
+            !multiply(cells, scene->n_source, &values) || values > SIZE_MAX / 4 - at)
+            return false;
+        at += values;
+    }
+    tally->image_offset[scene->n_detector] = at;
+    *n_image = at;
+    return true;
+}
+
+/* Sizes of the block's parts, in its order; false when they do not fit. */
+#define N_PART 9
+static bool measure(const struct rmap_scene *scene, size_t n_image, size_t part[N_PART],
+                    size_t *n_value)
+{
+    size_t source = scene->n_source;
+    part[0] = part[3] = part[4] = part[5] = source;
+    part[6] = 1;
+    part[7] = part[8] = n_image;
+    if (!multiply(source, scene->n_object, &part[1]) ||
+        !multiply(source, scene->n_medium, &part[2]))
+        return false;
+    *n_value = 0;
+    for (int k = 0; k < N_PART; k++) {
+        if (part[k] > SIZE_MAX / sizeof(double) - *n_value)
+            return false;
+        *n_value += part[k];
+    }
+    return true;
+}
+
+enum rmap_status rmap_tally_create(const struct rmap_scene *scene, struct rmap_tally **tally_ret,
+                                   struct rmap_error *err)
+{
+    struct rmap_tally *tally = rmap_alloc(1, sizeof *tally);
+    size_t n_image = 0, part[N_PART];
+    if (!tally)
+        goto failed;
+    tally->scene = scene;
+    tally->first_error_ray = UINT64_MAX;
+    tally->image_offset = rmap_alloc(scene->n_detector + 1, sizeof *tally->image_offset);
+    if (!tally->image_offset || !lay_out_images(tally, &n_image) ||
+        !measure(scene, n_image, part, &tally->n_value))
+        goto failed;
+    tally->value = rmap_alloc(tally->n_value, sizeof *tally->value);
+    if (!tally->value)
+        goto failed;
+    double **field[N_PART] = {&tally->emitted,  &tally->absorbed_object, &tally->absorbed_medium,
+                              &tally->left,     &tally->limit,           &tally->error,
+                              &tally->segments, &tally->image,           &tally->image_squared};
+    double *at = tally->value;
+    for (int k = 0; k < N_PART; k++) {
+        *field[k] = at;
+        at += part[k];
+    }
+    *tally_ret = tally;
+    return RMAP_OK;
+failed:
+    rmap_tally_destroy(tally);
+    return rmap_error_set(err, RMAP_SYSTEM,
+                          "out of memory for the sums of %zu sources, %zu objects, %zu detectors",
+                          scene->n_source, scene->n_object, scene->n_detector);
+}
+
+void rmap_tally_destroy(struct rmap_tally *tally)
+{
+    if (!tally)
+        return;
+    rmap_free(tally->value);
+    rmap_free(tally->image_offset);
+    rmap_free(tally);
+}
+
+void rmap_tally_merge(struct rmap_tally *into, const struct rmap_tally *from)
+{
+    for (size_t i = 0; i < into->n_value; i++)
+        into->value[i] += from->value[i];
+    if (from->first_error_ray < into->first_error_ray)
+        into->first_error_ray = from->first_error_ray;
+}
+
+static size_t cells_of(const struct rmap_scene *scene, size_t detector)
+{
+    return (size_t)scene->detector[detector].cells[0] * scene->detector[detector].cells[1];
+}
+
+const double *rmap_tally_image(const struct rmap_tally *tally, size_t detector, size_t source)
+{
+    return tally->image + tally->image_offset[detector] + source * cells_of(tally->scene, detector);
+}
+
+static void emit(struct rmap_recorder *self, const struct rmap_emission *emission)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    recorder->source = emission->source;
+    recorder->ray = emission->ray;
+    recorder->last_object = -1;
+    recorder->last_medium = emission->medium;
+    recorder->tally->emitted[emission->source] += 1.0;
+    if (recorder->next)
+        recorder->next->emit(recorder->next, emission);
+}
+
+static void step(struct rmap_recorder *self, const struct rmap_step *row)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    recorder->last_object = row->object;
+    recorder->last_medium = row->medium;
+    recorder->tally->segments[0] += 1.0;
+    if (recorder->next)
+        recorder->next->step(recorder->next, row);
+}
+
+static void add_registration(struct rmap_recorder *self,
+                             const struct rmap_registration *registration)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    struct rmap_tally *tally = recorder->tally;
+    if (registration->registered) {
+        size_t detector = (size_t)registration->detector;
+        size_t cell = tally->image_offset[detector] +
+                      (size_t)recorder->source * cells_of(tally->scene, detector) +
+                      (size_t)registration->cell[1] * tally->scene->detector[detector].cells[0] +
+                      registration->cell[0];
+        tally->image[cell] += 1.0; /* analog: every weight is 1 */
+        tally->image_squared[cell] += 1.0;
+    }
+    if (recorder->next)
+        recorder->next->registration(recorder->next, registration);
+}
+
+static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    struct rmap_tally *tally = recorder->tally;
+    size_t source = (size_t)recorder->source;
+    switch (ending->stop) {
+    case RMAP_STOP_ABSORBED:
+        if (recorder->last_object >= 0)
+            tally->absorbed_object[source * tally->scene->n_object +
+                                   (size_t)recorder->last_object] += ending->weight;
+        else
+            tally->absorbed_medium[source * tally->scene->n_medium +
+                                   (size_t)recorder->last_medium] += ending->weight;
+        break;
+    case RMAP_STOP_LEFT:
+        tally->left[source] += ending->weight;
+        break;
+    case RMAP_STOP_LIMIT:
+        tally->limit[source] += ending->weight;
+        break;
+    case RMAP_STOP_ERROR:
+    case RMAP_STOP_COUNT:
+        tally->error[source] += ending->weight;
+        if (recorder->ray < tally->first_error_ray)
+            tally->first_error_ray = recorder->ray;
+    }
+    if (recorder->next)
+        recorder->next->end(recorder->next, ending);
+}
+
+void rmap_tally_recorder_init(struct rmap_tally_recorder *recorder, struct rmap_tally *tally,
+                              struct rmap_recorder *next)
+{
+    *recorder = (struct rmap_tally_recorder){
+        .base = {emit, step, add_registration, end}, .next = next, .tally = tally};
+}
