@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+#include "geometry/mesh.h"
+
+#include "base/alloc.h"
+
+enum rmap_status rmap_mesh_create(size_t n_vertex, size_t n_triangle, size_t n_face,
+                                  struct rmap_mesh **mesh_ret, struct rmap_error *err)
+{
+    struct rmap_mesh *mesh = rmap_alloc(1, sizeof(*mesh));
+    if (!mesh || n_vertex >= UINT32_MAX || n_triangle >= UINT32_MAX)
+        goto fail;
+    mesh->n_vertex = n_vertex;
+    mesh->n_triangle = n_triangle;
+    mesh->n_face = n_face;
+    mesh->vertex = rmap_alloc(n_vertex + 1, sizeof(*mesh->vertex));
+    mesh->triangle = rmap_alloc(n_triangle + 1, sizeof(*mesh->triangle));
+    mesh->face = rmap_alloc(n_triangle + 1, sizeof(*mesh->face));
+    mesh->face_name = rmap_alloc(n_face + 1, sizeof(*mesh->face_name));
+    if (!mesh->vertex || !mesh->triangle || !mesh->face || !mesh->face_name)
+        goto fail;
+    *mesh_ret = mesh;
+    return RMAP_OK;
+fail:
+    rmap_mesh_destroy(mesh);
+    return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu vertices, %zu triangles",
+                          n_vertex, n_triangle);
+}
+
+void rmap_mesh_destroy(struct rmap_mesh *mesh)
+{
+    if (!mesh)
+        return;
+    if (mesh->face_name)
+        for (size_t i = 0; i < mesh->n_face; i++)
+            rmap_free(mesh->face_name[i]);
+    rmap_free(mesh->face_name);
+    rmap_free(mesh->face);
+    rmap_free(mesh->triangle);
+    rmap_free(mesh->vertex);
+    rmap_free(mesh);
+}

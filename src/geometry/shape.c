@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: MIT */
+#include "geometry/shape.h"
+
+#include <stddef.h>
+
+#include "geometry/shape_internal.h"
+
+static bool inside_flat(const struct rmap_shape *shape, double x, double y)
+{
+    if (shape->type == RMAP_SHAPE_RECTANGLE)
+        return fabs(x) <= 0.5 * shape->size[0] && fabs(y) <= 0.5 * shape->size[1];
+    double s = x * x + y * y;
+    return s <= shape->aperture * shape->aperture && s >= shape->inner * shape->inner;
+}
+
+static bool flat_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
+                           struct rmap_shape_hit *hit)
+{
+    struct rmap_vec3 p = query->origin, d = query->direction;
+    if (query->on_surface || d.z == 0)
+        return false;
+    double t = -p.z / d.z;
+    double x = p.x + t * d.x, y = p.y + t * d.y;
+    if (!(t > query->t_min && t < query->t_max) || !inside_flat(shape, x, y))
+        return false;
+    *hit = (struct rmap_shape_hit){t, rmap_vec3(x, y, 0), rmap_vec3(0, 0, 1)};
+    return true;
+}
+
+bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origin,
+                          struct rmap_vec3 direction, bool on_surface, double t_min, double t_max,
+                          struct rmap_shape_hit *hit)
+{
+    struct rmap_shape_query query = {origin, direction, on_surface, t_min, t_max};
+    if (shape->type == RMAP_SHAPE_DISC || shape->type == RMAP_SHAPE_RECTANGLE)
+        return flat_intersect(shape, &query, hit);
+    if (shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0)
+        return rmap_asphere_intersect(shape, &query, hit);
+    return rmap_quadric_intersect(shape, &query, hit);
+}
+
+/* What the sag formula has under its root: negative where the conic has ended. */
+static double under_root(const struct rmap_shape *shape, double r)
+{
+    return 1 - (1 + shape->conic) * shape->curvature * shape->curvature * r * r;
+}
+
+double rmap_shape_sag(const struct rmap_shape *shape, double r)
+{
+    return under_root(shape, r) < 0 ? (double)NAN : rmap_conic_sag(shape, r * r);
+}
+
+void rmap_shape_bounds(const struct rmap_shape *shape, struct rmap_vec3 *lower,
+                       struct rmap_vec3 *upper)
+{
+    double r = shape->aperture, low = 0, high = 0;
+    struct rmap_vec3 half;
+    switch (shape->type) {
+    case RMAP_SHAPE_CONIC:
+        if (shape->n_asphere > 0) {
+            rmap_asphere_sag_range(shape, &low, &high);
+        } else {
+            double a = rmap_conic_sag(shape, shape->inner * shape->inner);
+            double b = rmap_conic_sag(shape, r * r);
+            low = fmin(a, b);
+            high = fmax(a, b);
+        }
+        break;
+    case RMAP_SHAPE_RECTANGLE:
+        half = rmap_vec3(0.5 * shape->size[0], 0.5 * shape->size[1], 0);
+        *lower = rmap_scale(half, -1);
+        *upper = half;
+        return;
+    case RMAP_SHAPE_TUBE:
+        r = fmax(shape->radius, shape->radius2);
+        high = shape->length;
+        break;
+    case RMAP_SHAPE_SPHERE:
+        r = shape->radius;
+        low = -r;
+        high = r;
+        break;
+    case RMAP_SHAPE_DISC:
+        break;
+    }
+    *lower = rmap_vec3(-r, -r, low);
+    *upper = rmap_vec3(r, r, high);
+}
+
+static const char *check_rim(const struct rmap_shape *shape)
+{
+    if (!(shape->aperture > 0 && isfinite(shape->aperture)))
+        return "aperture must be > 0 and finite";
+    if (!(shape->inner >= 0 && shape->inner < shape->aperture))
+        return "inner must be >= 0 and smaller than the aperture";
+    return NULL;
+}
+
+static const char *check_conic(const struct rmap_shape *shape)
+{
+    if (!isfinite(shape->curvature))
+        return "curvature must be finite (radius must not be tiny)";
+    if (!isfinite(shape->conic))
+        return "conic must be finite";
+    if (shape->n_asphere < 0 || shape->n_asphere > RMAP_ASPHERE_MAX)
+        return "asphere has too many terms (even powers 2 to 32)";
+    for (int i = 0; i < shape->n_asphere; i++)
+        if (!isfinite(shape->asphere[i]))
+            return "asphere coefficients must be finite";
+    const char *wrong = check_rim(shape);
+    if (wrong)
+        return wrong;
+    double rest = under_root(shape, shape->aperture);
+    if (rest < 0 || (rest == 0 && shape->n_asphere > 0))
+        return "aperture reaches beyond the end of the conic: (1 + conic) (aperture / radius)^2 "
+               "must be at most 1 (below 1 for an asphere)";
+    return isfinite(rmap_shape_sag(shape, shape->aperture)) ? NULL : "the sag is not finite";
+}
+
+const char *rmap_shape_check(const struct rmap_shape *shape)
+{
+    switch (shape->type) {
+    case RMAP_SHAPE_CONIC:
+        return check_conic(shape);
+    case RMAP_SHAPE_DISC:
+        return check_rim(shape);
+    case RMAP_SHAPE_RECTANGLE:
+        if (!(shape->size[0] > 0 && shape->size[1] > 0 && isfinite(shape->size[0]) &&
+              isfinite(shape->size[1])))
+            return "size must be two finite numbers > 0";
+        return NULL;
+    case RMAP_SHAPE_TUBE:
+        if (!(shape->radius >= 0 && shape->radius2 >= 0 && isfinite(shape->radius) &&
+              isfinite(shape->radius2)) ||
+            (shape->radius == 0 && shape->radius2 == 0))
+            return "radius and radius2 must be finite, >= 0 and not both 0";
+        return shape->length > 0 && isfinite(shape->length) ? NULL
+                                                            : "length must be > 0 and finite";
+    case RMAP_SHAPE_SPHERE:
+        return shape->radius > 0 && isfinite(shape->radius) ? NULL
+                                                            : "radius must be > 0 and finite";
+    }
+    return "unknown shape";
+}

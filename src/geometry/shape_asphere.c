@@ -1,0 +1,291 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Even aspheres. Along the ray s(t) = x^2 + y^2 is a quadratic and the surface is met where
+ *
+ *     g(t) = z(t) - sag(s(t)) = 0.
+ *
+ * The part of the ray over the aperture is cut into intervals, first in ray order, until on each
+ * of them g provably has no root (its range excludes 0) or at most one (the range of its
+ * derivative does: interval Newton, Moore 1966, "Interval Analysis"). So no root is missed, at
+ * grazing incidence either, and none is found out of order. Where the ray starts on the surface,
+ * t = 0 is an end point of an interval and its root is known: an interval that touches it with g
+ * monotonic has no other.
+ */
+#include "geometry/shape_internal.h"
+
+#include <float.h>
+
+struct range {
+    double lower, upper;
+};
+
+struct ray2 {
+    struct rmap_vec3 p, d; /* shifted to the point nearest to the vertex */
+    double s0, s1, s2;     /* s(t) = s0 + 2 s1 t + s2 t^2 */
+};
+
+double rmap_conic_sag(const struct rmap_shape *shape, double s)
+{
+    double c = shape->curvature;
+    double z = c * s / (1 + sqrt(fmax(0, 1 - (1 + shape->conic) * c * c * s)));
+    double poly = 0;
+    for (int i = shape->n_asphere - 1; i >= 0; i--)
+        poly = (poly + shape->asphere[i]) * s;
+    return z + poly;
+}
+
+double rmap_conic_slope(const struct rmap_shape *shape, double s)
+{
+    double c = shape->curvature;
+    double poly = 0;
+    for (int i = shape->n_asphere - 1; i >= 0; i--)
+        poly = poly * s + (i + 1) * shape->asphere[i];
+    return c / (2 * sqrt(fmax(0, 1 - (1 + shape->conic) * c * c * s))) + poly;
+}
+
+/* Range of a polynomial part's monomial sum over [s.lower, s.upper], 0 <= s.lower. */
+static struct range monomials(const struct rmap_shape *shape, struct range s, bool derivative)
+{
+    struct range sum = {0, 0};
+    double low = derivative ? 1 : s.lower;
+    double high = derivative ? 1 : s.upper;
+    for (int i = 0; i < shape->n_asphere; i++) {
+        double a = shape->asphere[i] * (derivative ? i + 1 : 1);
+        sum.lower += a * (a > 0 ? low : high);
+        sum.upper += a * (a > 0 ? high : low);
+        low *= s.lower;
+        high *= s.upper;
+    }
+    return sum;
+}
+
+static double conic_part(const struct rmap_shape *shape, double s, bool derivative)
+{
+    double c = shape->curvature;
+    double root = sqrt(fmax(0, 1 - (1 + shape->conic) * c * c * s));
+    return derivative ? c / (2 * root) : c * s / (1 + root);
+}
+
+/* Both parts of the conic are monotonic in s; the pad covers the rounding of the sums. */
+static struct range sag_range(const struct rmap_shape *shape, struct range s, bool derivative)
+{
+    double a = conic_part(shape, s.lower, derivative);
+    double b = conic_part(shape, s.upper, derivative);
+    struct range m = monomials(shape, s, derivative);
+    struct range r = {fmin(a, b) + m.lower, fmax(a, b) + m.upper};
+    double pad =
+        8 * DBL_EPSILON *
+        (fabs(a) + fabs(b) + fabs(m.lower) + fabs(m.upper) + fabs(r.lower) + fabs(r.upper));
+    return (struct range){r.lower - pad, r.upper + pad};
+}
+
+void rmap_asphere_sag_range(const struct rmap_shape *shape, double *lower, double *upper)
+{
+    enum { PIECES = 64 };
+    double s0 = shape->inner * shape->inner;
+    double step = (shape->aperture * shape->aperture - s0) / PIECES;
+    *lower = INFINITY;
+    *upper = -INFINITY;
+    for (int i = 0; i < PIECES; i++) {
+        struct range r = sag_range(
+            shape,
+            (struct range){s0 + i * step, i + 1 < PIECES ? s0 + (i + 1) * step
+                                                         : shape->aperture * shape->aperture},
+            false);
+        *lower = fmin(*lower, r.lower);
+        *upper = fmax(*upper, r.upper);
+    }
+}
+
+static double s_at(const struct ray2 *ray, double t)
+{
+    double x = ray->p.x + t * ray->d.x;
+    double y = ray->p.y + t * ray->d.y;
+    return x * x + y * y;
+}
+
+static double g_at(const struct rmap_shape *shape, const struct ray2 *ray, double t)
+{
+    return ray->p.z + t * ray->d.z - rmap_conic_sag(shape, s_at(ray, t));
+}
+
+static double g_slope(const struct rmap_shape *shape, const struct ray2 *ray, double t)
+{
+    return ray->d.z - 2 * rmap_conic_slope(shape, s_at(ray, t)) * (ray->s1 + t * ray->s2);
+}
+
+static struct range s_range(const struct rmap_shape *shape, const struct ray2 *ray, struct range t)
+{
+    double a = s_at(ray, t.lower);
+    double b = s_at(ray, t.upper);
+    double turn = ray->s2 > 0 ? -ray->s1 / ray->s2 : t.lower;
+    struct range s = {fmin(a, b), fmax(a, b)};
+    if (turn > t.lower && turn < t.upper)
+        s.lower = fmin(s.lower, s_at(ray, turn));
+    s.upper = fmin(s.upper, shape->aperture * shape->aperture);
+    s.lower = fmin(s.lower, s.upper);
+    return s;
+}
+
+static struct range product(struct range a, struct range b)
+{
+    double p[4] = {a.lower * b.lower, a.lower * b.upper, a.upper * b.lower, a.upper * b.upper};
+    struct range r = {p[0], p[0]};
+    for (int i = 1; i < 4; i++) {
+        r.lower = fmin(r.lower, p[i]);
+        r.upper = fmax(r.upper, p[i]);
+    }
+    return r;
+}
+
+static bool excludes_zero(struct range r)
+{
+    return r.lower > 0 || r.upper < 0;
+}
+
+/* At most one root between the ends: Newton, kept inside the bracket by bisection. */
+static double refine(const struct rmap_shape *shape, const struct ray2 *ray, struct range t)
+{
+    double g_low = g_at(shape, ray, t.lower);
+    double x = 0.5 * (t.lower + t.upper);
+    double best = x;
+    double g_best = INFINITY;
+    for (int i = 0; i < 200; i++) {
+        double g = g_at(shape, ray, x);
+        if (fabs(g) < g_best) {
+            g_best = fabs(g);
+            best = x;
+        } else if (i > 3 && t.upper - t.lower < 1e-9 * (fabs(t.upper) + fabs(t.lower))) {
+            break;
+        }
+        if (g == 0)
+            break;
+        if ((g < 0) == (g_low < 0))
+            t.lower = x;
+        else
+            t.upper = x;
+        double next = x - g / g_slope(shape, ray, x);
+        if (!(next > t.lower && next < t.upper))
+            next = 0.5 * (t.lower + t.upper);
+        if (fabs(next - x) <= 0.5 * DBL_EPSILON * fabs(x) || next == t.lower || next == t.upper) {
+            best = fabs(g_at(shape, ray, next)) < g_best ? next : best;
+            break;
+        }
+        x = next;
+    }
+    return best;
+}
+
+/* What an interval holds: nothing, at most one root, or it must be cut. */
+enum verdict { EMPTY, MONOTONIC, UNCLEAR };
+
+static enum verdict judge(const struct rmap_shape *shape, const struct ray2 *ray, struct range t)
+{
+    struct range s = s_range(shape, ray, t);
+    struct range sag = sag_range(shape, s, false);
+    double z0 = ray->p.z + t.lower * ray->d.z;
+    double z1 = ray->p.z + t.upper * ray->d.z;
+    if (fmin(z0, z1) > sag.upper || fmax(z0, z1) < sag.lower)
+        return EMPTY;
+    struct range ds = {2 * (ray->s1 + t.lower * ray->s2), 2 * (ray->s1 + t.upper * ray->s2)};
+    struct range slope = product(sag_range(shape, s, true), ds);
+    struct range dg = {ray->d.z - slope.upper, ray->d.z - slope.lower};
+    return excludes_zero(dg) ? MONOTONIC : UNCLEAR;
+}
+
+/* Part of the ray over the aperture and between the lowest and highest sag; false: none. */
+static bool clip(const struct rmap_shape *shape, const struct ray2 *ray, struct range *t)
+{
+    double excess = ray->s0 - shape->aperture * shape->aperture;
+    if (ray->s2 > 0) {
+        double discriminant = ray->s1 * ray->s1 - ray->s2 * excess;
+        if (!(discriminant > 0))
+            return false;
+        double root = sqrt(discriminant);
+        t->lower = fmax(t->lower, (-ray->s1 - root) / ray->s2);
+        t->upper = fmin(t->upper, (-ray->s1 + root) / ray->s2);
+    } else if (excess > 0) {
+        return false;
+    }
+    struct range z = sag_range(shape, (struct range){0, shape->aperture * shape->aperture}, false);
+    if (ray->d.z != 0) {
+        double a = (z.lower - ray->p.z) / ray->d.z;
+        double b = (z.upper - ray->p.z) / ray->d.z;
+        double pad = 1e-9 * (fabs(b - a) + fabs(a)) + DBL_MIN;
+        t->lower = fmax(t->lower, fmin(a, b) - pad);
+        t->upper = fmin(t->upper, fmax(a, b) + pad);
+    } else if (ray->p.z < z.lower || ray->p.z > z.upper) {
+        return false;
+    }
+    return t->lower < t->upper;
+}
+
+static bool accept(const struct rmap_shape *shape, const struct ray2 *ray,
+                   const struct rmap_shape_query *query, double t, double shift,
+                   struct rmap_shape_hit *hit)
+{
+    struct rmap_vec3 q = rmap_axpy(t, ray->d, ray->p);
+    double s = q.x * q.x + q.y * q.y;
+    if (s > shape->aperture * shape->aperture || s < shape->inner * shape->inner)
+        return false;
+    if (!(t + shift > query->t_min && t + shift < query->t_max))
+        return false;
+    hit->t = t + shift;
+    hit->point = q;
+    hit->normal = rmap_shape_normal(shape, q);
+    return true;
+}
+
+/* First root in `t`; `known`: where a root stands that does not count (NaN: nowhere). */
+static bool search(const struct rmap_shape *shape, const struct ray2 *ray,
+                   const struct rmap_shape_query *query, struct range t, double known, double shift,
+                   struct rmap_shape_hit *hit)
+{
+    enum { DEPTH = 56 };
+    struct range stack[DEPTH + 1];
+    double smallest = (t.upper - t.lower) * 0x1p-50;
+    int n = 0;
+    stack[n++] = t;
+    while (n > 0) {
+        struct range now = stack[--n];
+        bool touches = now.lower == known || now.upper == known;
+        enum verdict verdict = judge(shape, ray, now);
+        if (verdict == EMPTY || (verdict == MONOTONIC && touches))
+            continue;
+        if (verdict == UNCLEAR && now.upper - now.lower > smallest && n + 2 <= DEPTH) {
+            double middle = 0.5 * (now.lower + now.upper);
+            stack[n++] = (struct range){middle, now.upper};
+            stack[n++] = (struct range){now.lower, middle};
+            continue;
+        }
+        double a = g_at(shape, ray, now.lower);
+        double b = g_at(shape, ray, now.upper);
+        if (touches || (a > 0 && b > 0) || (a < 0 && b < 0))
+            continue;
+        double root = a == 0 ? now.lower : b == 0 ? now.upper : refine(shape, ray, now);
+        if (accept(shape, ray, query, root, shift, hit))
+            return true;
+    }
+    return false;
+}
+
+bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
+                            struct rmap_shape_hit *hit)
+{
+    struct rmap_vec3 d = query->direction;
+    double shift = query->on_surface ? 0 : -rmap_dot(query->origin, d) / rmap_dot(d, d);
+    struct ray2 ray = {.p = rmap_axpy(shift, d, query->origin), .d = d};
+    ray.s0 = ray.p.x * ray.p.x + ray.p.y * ray.p.y;
+    ray.s1 = ray.p.x * d.x + ray.p.y * d.y;
+    ray.s2 = d.x * d.x + d.y * d.y;
+    struct range t = {query->t_min - shift, query->t_max - shift};
+    if (!clip(shape, &ray, &t))
+        return false;
+    if (!query->on_surface)
+        return search(shape, &ray, query, t, NAN, shift, hit);
+    if (t.lower < 0 &&
+        search(shape, &ray, query, (struct range){t.lower, fmin(0, t.upper)}, 0, shift, hit))
+        return true;
+    return t.upper > 0 &&
+           search(shape, &ray, query, (struct range){fmax(0, t.lower), t.upper}, 0, shift, hit);
+}

@@ -1,0 +1,167 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Surfaces of revolution of second degree about z:
+ *
+ *     F = alpha (x^2 + y^2) + gamma z^2 + 2 delta z + epsilon = 0
+ *
+ *     CONIC   alpha = c, gamma = c (1 + k), delta = -1, epsilon = 0
+ *     TUBE    alpha = 1, gamma = -m^2, delta = -m radius, epsilon = -radius^2
+ *     SPHERE  alpha = gamma = 1, delta = 0, epsilon = -radius^2
+ *
+ * Along the ray F = A t^2 + 2 B t + C. The ray is first moved to its point nearest to the shape,
+ * where the coefficients are as small as they can be; each root then gets one Newton step on F
+ * evaluated at the point itself, so that it is as good as the point's own coordinates.
+ */
+#include "geometry/shape_internal.h"
+
+#include <float.h>
+
+struct quadric {
+    double alpha, gamma, delta, epsilon;
+    double middle; /* z about which the surface lies */
+};
+
+static struct quadric quadric_of(const struct rmap_shape *shape)
+{
+    double m;
+    switch (shape->type) {
+    case RMAP_SHAPE_CONIC:
+        return (struct quadric){shape->curvature, shape->curvature * (1 + shape->conic), -1, 0, 0};
+    case RMAP_SHAPE_TUBE:
+        m = (shape->radius2 - shape->radius) / shape->length;
+        return (struct quadric){1, -m * m, -m * shape->radius, -shape->radius * shape->radius,
+                                0.5 * shape->length};
+    default:
+        return (struct quadric){1, 1, 0, -shape->radius * shape->radius, 0};
+    }
+}
+
+/* Half the gradient of F. */
+static struct rmap_vec3 half_gradient(const struct quadric *f, struct rmap_vec3 p)
+{
+    return rmap_vec3(f->alpha * p.x, f->alpha * p.y, f->gamma * p.z + f->delta);
+}
+
+static double value(const struct quadric *f, struct rmap_vec3 p)
+{
+    return f->alpha * (p.x * p.x + p.y * p.y) + (f->gamma * p.z + 2 * f->delta) * p.z + f->epsilon;
+}
+
+/* Is a point of the whole quadric a point of the surface? */
+static bool belongs(const struct rmap_shape *shape, struct rmap_vec3 p)
+{
+    if (shape->type == RMAP_SHAPE_SPHERE)
+        return true;
+    if (shape->type == RMAP_SHAPE_TUBE)
+        return p.z >= 0 && p.z <= shape->length;
+    double s = p.x * p.x + p.y * p.y;
+    if (s > shape->aperture * shape->aperture || s < shape->inner * shape->inner)
+        return false;
+    /* 1 - (1 + k) c z is the root in the sag formula: negative on the sheet, or the half of an
+     * ellipsoid, that the formula does not describe. */
+    return 1 - (1 + shape->conic) * shape->curvature * p.z >= -4 * DBL_EPSILON;
+}
+
+static struct rmap_vec3 normal_at(const struct rmap_shape *shape, const struct quadric *f,
+                                  struct rmap_vec3 p)
+{
+    struct rmap_vec3 g = half_gradient(f, p);
+    if (shape->type == RMAP_SHAPE_CONIC)
+        g = rmap_scale(g, -1);
+    double length = rmap_length(g);
+    return length > 0 ? rmap_scale(g, 1 / length) : rmap_vec3(0, 0, 1); /* a cone's apex */
+}
+
+struct rmap_vec3 rmap_shape_normal(const struct rmap_shape *shape, struct rmap_vec3 point)
+{
+    if (shape->type == RMAP_SHAPE_DISC || shape->type == RMAP_SHAPE_RECTANGLE)
+        return rmap_vec3(0, 0, 1);
+    if (shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0) {
+        double slope = -2 * rmap_conic_slope(shape, point.x * point.x + point.y * point.y);
+        return rmap_normalize(rmap_vec3(slope * point.x, slope * point.y, 1));
+    }
+    struct quadric f = quadric_of(shape);
+    return normal_at(shape, &f, point);
+}
+
+/* The roots in increasing order; how many. Neither is found by subtracting what is nearly equal
+ * (Press et al., Numerical Recipes, section 5.6). */
+static int roots(double a, double b, double c, double t[2])
+{
+    double discriminant = b * b - a * c;
+    if (!(discriminant >= 0))
+        return 0;
+    double q = -(b + copysign(sqrt(discriminant), b));
+    if (q == 0) { /* b = 0 and a c = 0 */
+        t[0] = 0;
+        return a != 0 ? 1 : 0;
+    }
+    if (a == 0) {
+        t[0] = c / q;
+        return 1;
+    }
+    double far = q / a;
+    double near = c / q;
+    if (!isfinite(far)) {
+        t[0] = near;
+        return 1;
+    }
+    t[0] = fmin(near, far);
+    t[1] = fmax(near, far);
+    return 2;
+}
+
+static bool take(const struct rmap_shape *shape, const struct quadric *f,
+                 const struct rmap_shape_query *query, double t, struct rmap_vec3 point,
+                 struct rmap_shape_hit *hit)
+{
+    if (!(t > query->t_min && t < query->t_max) || !belongs(shape, point))
+        return false;
+    hit->t = t;
+    hit->point = point;
+    hit->normal = normal_at(shape, f, point);
+    return true;
+}
+
+/* The origin is a root: the other one is -2 B / A. */
+static bool other_side(const struct rmap_shape *shape, const struct quadric *f,
+                       const struct rmap_shape_query *query, struct rmap_shape_hit *hit)
+{
+    struct rmap_vec3 d = query->direction;
+    double a = f->alpha * (d.x * d.x + d.y * d.y) + f->gamma * d.z * d.z;
+    double t = -2 * rmap_dot(half_gradient(f, query->origin), d) / a;
+    if (!isfinite(t))
+        return false;
+    return take(shape, f, query, t, rmap_axpy(t, d, query->origin), hit);
+}
+
+bool rmap_quadric_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
+                            struct rmap_shape_hit *hit)
+{
+    struct quadric f = quadric_of(shape);
+    if (query->on_surface)
+        return other_side(shape, &f, query, hit);
+    struct rmap_vec3 d = query->direction;
+    struct rmap_vec3 from = query->origin;
+    from.z -= f.middle;
+    double shift = -rmap_dot(from, d) / rmap_dot(d, d);
+    struct rmap_vec3 p = rmap_axpy(shift, d, query->origin);
+    double a = f.alpha * (d.x * d.x + d.y * d.y) + f.gamma * d.z * d.z;
+    double b = rmap_dot(half_gradient(&f, p), d);
+    double t[2] = {0, INFINITY};
+    int n = roots(a, b, value(&f, p), t);
+    double limit = 1e-6 * (t[1] - t[0]);
+    for (int i = 0; i < n; i++) {
+        struct rmap_vec3 q = rmap_axpy(t[i], d, p);
+        double slope = rmap_dot(half_gradient(&f, q), d);
+        double step = -0.5 * value(&f, q) / slope;
+        /* At a tangent the step is noise over noise; near one it must stay small. */
+        if (fabs(step) < limit) {
+            t[i] += step;
+            q = rmap_axpy(step, d, q);
+        }
+        if (take(shape, &f, query, shift + t[i], q, hit))
+            return true;
+    }
+    return false;
+}
