@@ -13,6 +13,7 @@
 
 #include <cmocka.h>
 
+#include "near.h"
 #include "optics/dispersion.h"
 
 static double index_at(const char *name, double wavelength_nm)
@@ -20,12 +21,6 @@ static double index_at(const char *name, double wavelength_nm)
     const struct rmap_glass *glass = rmap_glass_find(name);
     assert_non_null(glass);
     return rmap_sellmeier_index(&glass->sellmeier, wavelength_nm);
-}
-
-static void assert_near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g differs from %.12g by %g", value, expected, fabs(value - expected));
 }
 
 static void codev_listing(void **state)

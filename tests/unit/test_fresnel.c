@@ -11,15 +11,10 @@
 #include <cmocka.h>
 
 #include "base/vec.h"
+#include "near.h"
 #include "optics/fresnel.h"
 
 #define DEG (RMAP_PI / 180.0)
-
-static void assert_near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.17g differs from %.17g by %g", value, expected, fabs(value - expected));
-}
 
 /* ((n - 1) / (n + 1))^2 */
 static void normal_incidence(void **state)

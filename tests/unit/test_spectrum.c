@@ -11,14 +11,9 @@
 
 #include <cmocka.h>
 
+#include "near.h"
 #include "optics/spectrum.h"
 #include "scene/scene.h"
-
-static void assert_near(double value, double expected, double tolerance)
-{
-    if (!(fabs(value - expected) <= tolerance))
-        fail_msg("%.12g differs from %.12g by %g", value, expected, fabs(value - expected));
-}
 
 static struct rmap_channels spectral(int n, double from_nm, double step_nm)
 {
