@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/criterion.h"
+
+#include "analysis/criterion_tree.h"
+#include "base/alloc.h"
+
+enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
+                                         const struct rmap_criterion_node *node, int32_t *index_ret,
+                                         struct rmap_error *err)
+{
+    void *block = criterion->node;
+    if (criterion->n_node >= INT32_MAX)
+        return rmap_error_set(err, RMAP_INPUT, "the criterion has too many tests");
+    enum rmap_status st = rmap_reserve(&block, &criterion->node_cap, criterion->n_node + 1,
+                                       sizeof *criterion->node, err);
+    if (st != RMAP_OK)
+        return st;
+    criterion->node = block;
+    *index_ret = (int32_t)criterion->n_node;
+    criterion->node[criterion->n_node++] = *node;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_criterion_block_add(struct rmap_criterion *criterion, size_t n, size_t size,
+                                          void **block_ret, struct rmap_error *err)
+{
+    void *list = criterion->block;
+    enum rmap_status st = rmap_reserve(&list, &criterion->block_cap, criterion->n_block + 1,
+                                       sizeof *criterion->block, err);
+    if (st != RMAP_OK)
+        return st;
+    criterion->block = list;
+    *block_ret = rmap_alloc(n, size);
+    if (!*block_ret)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
+    criterion->block[criterion->n_block++] = *block_ret;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scene *scene,
+                                        struct rmap_criterion **criterion_ret,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion *criterion = rmap_alloc(1, sizeof *criterion);
+    if (criterion)
+        criterion->text = rmap_strdup(text);
+    if (!criterion || !criterion->text) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
+        goto out;
+    }
+    criterion->scene = scene;
+    RMAP_TRY(rmap_criterion_parse(criterion, err));
+    rmap_criterion_plan(criterion);
+    *criterion_ret = criterion;
+    criterion = NULL;
+out:
+    rmap_criterion_destroy(criterion);
+    return st;
+}
+
+void rmap_criterion_destroy(struct rmap_criterion *criterion)
+{
+    if (!criterion)
+        return;
+    for (size_t i = 0; i < criterion->n_block; i++)
+        rmap_free(criterion->block[i]);
+    rmap_free(criterion->block);
+    rmap_free(criterion->node);
+    rmap_free(criterion->text);
+    rmap_free(criterion);
+}
+
+const char *rmap_criterion_text(const struct rmap_criterion *criterion)
+{
+    return criterion->text;
+}
+
+rmap_column_set rmap_criterion_columns(const struct rmap_criterion *criterion)
+{
+    return criterion->columns;
+}

@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Tests of a ray's registrations: registered, crossed, angle, x, y, time, where.
+ */
+#include <math.h>
+
+#include "analysis/criterion_parser.h"
+
+static const struct its_number {
+    const char *word;
+    enum rmap_registration_number number;
+} its_number_table[] = {
+    {"angle", RMAP_REGISTRATION_ANGLE},
+    {"x", RMAP_REGISTRATION_X},
+    {"y", RMAP_REGISTRATION_Y},
+    {"time", RMAP_REGISTRATION_TIME},
+};
+enum { N_ITS_NUMBER = sizeof its_number_table / sizeof *its_number_table };
+
+static enum rmap_dimension its_dimension(const struct rmap_scene *scene,
+                                         enum rmap_registration_number number,
+                                         const struct rmap_index_set *detector)
+{
+    switch (number) {
+    case RMAP_REGISTRATION_ANGLE:
+        return RMAP_DIMENSION_ANGLE;
+    case RMAP_REGISTRATION_TIME:
+        return RMAP_DIMENSION_TIME;
+    case RMAP_REGISTRATION_X:
+    case RMAP_REGISTRATION_Y:
+        break;
+    }
+    return rmap_detector_dimension(scene, detector);
+}
+
+/* The comparison behind a number of a registration, as a node of its own. */
+static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
+                                             const struct its_number *row,
+                                             const struct rmap_token *word,
+                                             const struct rmap_index_set *detector,
+                                             int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node node = {.kind = RMAP_CRITERION_ITS_NUMBER,
+                                       .first = -1,
+                                       .next = -1,
+                                       .begin = word->begin,
+                                       .its_number = row->number};
+    if (!rmap_parser_at_comparison(parser))
+        return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%s > 10'",
+                                row->word, row->word);
+    RMAP_TRY(rmap_parse_interval(
+        parser, its_dimension(parser->criterion->scene, row->number, detector), &node.interval));
+    node.end = parser->taken_end;
+    RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node_ret)
+{
+    const char *candidate[N_ITS_NUMBER];
+    struct rmap_token word = parser->token;
+    size_t row = 0;
+    while (row < N_ITS_NUMBER && !rmap_parser_at_word(parser, its_number_table[row].word))
+        row++;
+    for (size_t i = 0; i < N_ITS_NUMBER; i++)
+        candidate[i] = its_number_table[i].word;
+    if (word.kind != RMAP_TOKEN_WORD)
+        return rmap_parser_expected(parser, "angle, x, y or time");
+    if (row == N_ITS_NUMBER)
+        return rmap_parser_fail_word(parser, &word, "number of a registration", candidate,
+                                     N_ITS_NUMBER);
+    enum rmap_status st = rmap_parser_advance(parser);
+    if (st == RMAP_OK)
+        st =
+            parse_its_comparison(parser, &its_number_table[row], &word, parser->detector, node_ret);
+    return st;
+}
+
+static enum rmap_status parse_where(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_parser_advance(parser));
+    parser->detector = &test->detector;
+    st = rmap_parse_logic(parser, &test->where);
+    parser->detector = NULL;
+out:
+    return st;
+}
+
+static enum rmap_status parse_registrations(struct rmap_parser *parser,
+                                            struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_registration_test *test = &node->registrations;
+    node->kind = RMAP_CRITERION_REGISTRATIONS;
+    test->where = -1;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
+    if (parser->token.kind == RMAP_TOKEN_COMMA) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        if (!rmap_parser_at_word(parser, "where"))
+            RMAP_TRY(rmap_parse_region(parser, test));
+    }
+    if (rmap_parser_at_word(parser, "where"))
+        RMAP_TRY(parse_where(parser, test));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE,
+                              test->where < 0 ? "',', 'where' or ')'" : "'and', 'or' or ')'"));
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_registered(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    return parse_registrations(parser, node);
+}
+
+enum rmap_status rmap_parse_crossed(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    node->registrations.crossed = true;
+    return parse_registrations(parser, node);
+}
+
+enum rmap_status rmap_parse_any_number(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_registration_test *test = &node->registrations;
+    struct rmap_token word = parser->word;
+    size_t row = 0;
+    while (row + 1 < N_ITS_NUMBER &&
+           !rmap_token_is(parser->text, &word, its_number_table[row].word))
+        row++;
+    node->kind = RMAP_CRITERION_REGISTRATIONS;
+    test->where = -1;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    RMAP_TRY(
+        parse_its_comparison(parser, &its_number_table[row], &word, &test->detector, &test->where));
+out:
+    return st;
+}

@@ -1,0 +1,236 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rows of a table count for a test. The loops over steps run over whole columns without
+ * branches, so that compilers turn them into SIMD.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "analysis/criterion_tree.h"
+#include "trace/event.h"
+
+static void mark_objects(const struct rmap_index_set *set, const int32_t *object, size_t n,
+                         uint8_t *flag)
+{
+    uint32_t low = (uint32_t)set->low, span = set->span;
+    if (!set->member)
+        for (size_t i = 0; i < n; i++)
+            flag[i] = (uint32_t)object[i] - low < span;
+    else
+        for (size_t i = 0; i < n; i++)
+            flag[i] = rmap_index_set_has(set, object[i]);
+}
+
+static void keep_events(uint32_t events, uint32_t events_not, const uint32_t *event, size_t n,
+                        uint8_t *flag)
+{
+    if (events)
+        for (size_t i = 0; i < n; i++)
+            flag[i] &= (event[i] & events) != 0;
+    if (events_not)
+        for (size_t i = 0; i < n; i++)
+            flag[i] &= (event[i] & events_not) == 0;
+}
+
+static void keep_media(const struct rmap_index_set *set, const int16_t *medium, size_t n,
+                       uint8_t *flag)
+{
+    for (size_t i = 0; i < n; i++)
+        flag[i] &= rmap_index_set_has(set, medium[i]);
+}
+
+static bool has_part(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
+                     int32_t object, int32_t primitive)
+{
+    const struct rmap_scene *scene = criterion->scene;
+    uint32_t part = (uint32_t)primitive;
+    if (test->part == RMAP_PART_FACE) {
+        const struct rmap_mesh *mesh = scene->geometry[scene->object[object].geometry].mesh;
+        if (mesh && part >= mesh->n_triangle)
+            return false;
+        part = mesh ? mesh->face[part] : 0;
+    }
+    return part >= test->part_low && part <= test->part_high;
+}
+
+static struct rmap_vec3 leg(const float *from, const float *to)
+{
+    return rmap_vec3((double)to[0] - (double)from[0], (double)to[1] - (double)from[1],
+                     (double)to[2] - (double)from[2]);
+}
+
+/* The side of an object that light met in a row: bit 0 front, bit 1 back. Against the normal is
+ * the front; a leg of no length (touching faces) is judged by where the light went next. */
+static unsigned side_by_geometry(const struct rmap_portion *portion, size_t row, size_t ray,
+                                 size_t ray_row)
+{
+    const float *position = portion->segment.position, *at = position + 3 * row;
+    const int16_t *n = portion->segment.normal + 3 * row;
+    struct rmap_vec3 normal = rmap_vec3(n[0], n[1], n[2]);
+    double along = rmap_dot(leg(row > ray_row ? at - 3 : portion->ray.start + 3 * ray, at), normal);
+    bool is_last = row + 1 >= ray_row + portion->ray.segment_count[ray];
+    if (along == 0.0 && !is_last) {
+        const uint32_t back =
+            RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TOTAL_REFLECTION;
+        along = rmap_dot(leg(at, at + 3), normal);
+        if (portion->segment.event[row] & back)
+            along = -along;
+    }
+    return along > 0.0 ? 2 : 1;
+}
+
+static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *side,
+                       const struct rmap_portion *portion, const struct rmap_strip *strip,
+                       uint8_t *flag)
+{
+    size_t ray = strip->ray, ray_row = strip->ray_row;
+    for (size_t i = 0; i < strip->n; i++) {
+        if (!flag[i])
+            continue;
+        size_t row = strip->first + i;
+        while (row >= ray_row + portion->ray.segment_count[ray])
+            ray_row += portion->ray.segment_count[ray++];
+        int32_t object = portion->segment.object[row];
+        const struct rmap_object *met = &criterion->scene->object[object];
+        int16_t medium = portion->segment.medium[row];
+        if (side[object] == 3)
+            continue;
+        unsigned own = rmap_object_medium_tells(met)
+                           ? (unsigned)(medium == met->medium_front) |
+                                 (unsigned)(medium == met->medium_back) << 1
+                           : side_by_geometry(portion, row, ray, ray_row);
+        flag[i] = (side[object] & own) != 0;
+    }
+}
+
+void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
+                     const struct rmap_portion *portion, const struct rmap_strip *strip,
+                     uint8_t *flag)
+{
+    const struct rmap_segment_columns *segment = &portion->segment;
+    size_t first = strip->first, n = strip->n;
+    if (test->of_object)
+        mark_objects(&test->object, segment->object + first, n, flag);
+    else
+        memset(flag, 1, n);
+    if (test->events | test->events_not)
+        keep_events(test->events, test->events_not, segment->event + first, n, flag);
+    if (test->of_medium)
+        keep_media(&test->medium, segment->medium + first, n, flag);
+    if (test->part != RMAP_PART_ALL)
+        for (size_t i = 0; i < n; i++)
+            if (flag[i])
+                flag[i] = has_part(criterion, test, segment->object[first + i],
+                                   segment->primitive[first + i]);
+    if (test->side)
+        keep_sides(criterion, test->side, portion, strip, flag);
+}
+
+/* Position on a detector: 0..1, or in its own units. */
+static double coordinate(const struct rmap_detector *detector, const uint16_t *relative, int axis,
+                         bool as_relative)
+{
+    double r = relative[axis] / 65535.0;
+    if (as_relative)
+        return r;
+    if (detector->type == RMAP_DETECTOR_INTENSITY)
+        return r * (axis == 0 ? 180.0 : 360.0);
+    return (r - 0.5) * detector->size[axis];
+}
+
+/* Degrees between the reversed ray and the axis; atan2 keeps its digits near 0 and 180. */
+static double angle_deg(const struct rmap_detector *detector, const float *direction)
+{
+    struct rmap_vec3 d =
+        rmap_vec3(-(double)direction[0], -(double)direction[1], -(double)direction[2]);
+    return atan2(rmap_length(rmap_cross(d, detector->axis)), rmap_dot(d, detector->axis)) *
+           (180.0 / RMAP_PI);
+}
+
+static double its_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                         size_t row, enum rmap_registration_number number)
+{
+    const double light_speed_m_per_s = 299792458.0;
+    const struct rmap_registration_columns *registration = &portion->registration;
+    const struct rmap_detector *detector = &scene->detector[registration->detector[row]];
+    switch (number) {
+    case RMAP_REGISTRATION_ANGLE:
+        return angle_deg(detector, registration->direction + 3 * row);
+    case RMAP_REGISTRATION_X:
+        return coordinate(detector, registration->relative + 2 * row, 0, false);
+    case RMAP_REGISTRATION_Y:
+        return coordinate(detector, registration->relative + 2 * row, 1, false);
+    case RMAP_REGISTRATION_TIME:
+        return registration->optical_path[row] * scene->unit_m / light_speed_m_per_s;
+    }
+    return (double)NAN;
+}
+
+static bool where_holds(const struct rmap_criterion *criterion, int32_t index,
+                        const struct rmap_portion *portion, size_t row)
+{
+    const struct rmap_criterion_node *node = &criterion->node[index];
+    if (node->kind == RMAP_CRITERION_ITS_NUMBER)
+        return rmap_interval_holds(&node->interval,
+                                   its_number(criterion->scene, portion, row, node->its_number));
+    if (node->kind == RMAP_CRITERION_NOT)
+        return !where_holds(criterion, node->first, portion, row);
+    bool is_and = node->kind == RMAP_CRITERION_AND, own = is_and;
+    for (int32_t child = node->first; child >= 0 && own == is_and;
+         child = criterion->node[child].next)
+        own = where_holds(criterion, child, portion, row);
+    return own;
+}
+
+/* Even-odd rule; points on an edge are inside. */
+static bool polygon_has(const double (*corner)[2], size_t n, double x, double y)
+{
+    bool inside = false;
+    for (size_t i = 0, j = n - 1; i < n; j = i++) {
+        const double *a = corner[j], *b = corner[i];
+        double turn = (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]);
+        if (turn == 0.0 && x >= fmin(a[0], b[0]) && x <= fmax(a[0], b[0]) &&
+            y >= fmin(a[1], b[1]) && y <= fmax(a[1], b[1]))
+            return true;
+        if ((a[1] > y) != (b[1] > y) && (turn > 0.0) == (b[1] > a[1]))
+            inside = !inside;
+    }
+    return inside;
+}
+
+static bool region_has(const struct rmap_registration_test *test,
+                       const struct rmap_detector *detector, const struct rmap_portion *portion,
+                       size_t row)
+{
+    const double *b = test->bound;
+    if (test->region == RMAP_REGION_CELLS) {
+        const uint16_t *cell = portion->registration.cell + 2 * row;
+        return cell[0] >= b[0] && cell[0] <= b[1] && cell[1] >= b[2] && cell[1] <= b[3];
+    }
+    const uint16_t *relative = portion->registration.relative + 2 * row;
+    double x = coordinate(detector, relative, 0, test->relative);
+    double y = coordinate(detector, relative, 1, test->relative);
+    if (test->region == RMAP_REGION_RECT)
+        return x >= b[0] && x <= b[2] && y >= b[1] && y <= b[3];
+    if (test->region == RMAP_REGION_POLYGON)
+        return polygon_has((const double(*)[2])test->corner, test->n_corner, x, y);
+    double u = (x - b[0]) / b[2], v = (y - b[1]) / b[3];
+    return u * u + v * v <= 1.0;
+}
+
+void rmap_registrations_mark(const struct rmap_criterion *criterion,
+                             const struct rmap_registration_test *test,
+                             const struct rmap_portion *portion, const struct rmap_strip *strip,
+                             uint8_t *flag)
+{
+    const struct rmap_registration_columns *registration = &portion->registration;
+    for (size_t i = 0; i < strip->n; i++) {
+        size_t row = strip->first + i;
+        int32_t d = registration->detector[row];
+        flag[i] = rmap_index_set_has(&test->detector, d) &&
+                  (test->crossed || registration->registered[row]) &&
+                  (test->region == RMAP_REGION_ALL ||
+                   region_has(test, &criterion->scene->detector[d], portion, row)) &&
+                  (test->where < 0 || where_holds(criterion, test->where, portion, row));
+    }
+}

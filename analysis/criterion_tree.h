@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A criterion as a typed tree: and, or, not over elementary tests. Names are resolved to sets of
+ * indices, units to the map's own, and every comparison to one interval.
+ */
+#ifndef RMAP_CRITERION_TREE_H
+#define RMAP_CRITERION_TREE_H
+
+#include "analysis/criterion.h"
+
+/* True for v in the closed [low, high], or, when `outside`, for v beyond it. Never for NaN. */
+struct rmap_interval {
+    double low, high;
+    bool outside;
+};
+
+static inline bool rmap_interval_holds(const struct rmap_interval *interval, double v)
+{
+    return interval->outside ? (v < interval->low) | (v > interval->high)
+                             : (v >= interval->low) & (v <= interval->high);
+}
+
+/* Indices k with low <= k < low + span, all of them or those marked. */
+struct rmap_index_set {
+    int32_t low;
+    uint32_t span;
+    uint8_t *member; /* [span], NULL: all; owned by the criterion */
+};
+
+static inline bool rmap_index_set_has(const struct rmap_index_set *set, int32_t k)
+{
+    uint32_t at = (uint32_t)k - (uint32_t)set->low;
+    return at < set->span && (!set->member || set->member[at]);
+}
+
+enum rmap_criterion_kind {
+    RMAP_CRITERION_ALL,
+    RMAP_CRITERION_AND, /* of the children; so OR; NOT of the one child */
+    RMAP_CRITERION_OR,
+    RMAP_CRITERION_NOT,
+    RMAP_CRITERION_SOURCE,        /* a count, 0 or 1 */
+    RMAP_CRITERION_ENDED,         /* a count, 0 or 1 */
+    RMAP_CRITERION_NUMBER,        /* of the ray */
+    RMAP_CRITERION_STEPS,         /* a count of rows of /segment */
+    RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
+    RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
+};
+
+enum rmap_ray_number {
+    RMAP_RAY_NUMBER_ID,
+    RMAP_RAY_NUMBER_SEGMENTS,
+    RMAP_RAY_NUMBER_WAVELENGTH, /* nm */
+    RMAP_RAY_NUMBER_FLUX,       /* the scene's flux unit */
+    RMAP_RAY_NUMBER_PATH_LENGTH,
+    RMAP_RAY_NUMBER_OPTICAL_PATH /* scene's length unit, both */
+};
+
+enum rmap_registration_number {
+    RMAP_REGISTRATION_ANGLE, /* degrees */
+    RMAP_REGISTRATION_X,     /* scene's length unit, or degrees on an intensity grid */
+    RMAP_REGISTRATION_Y,
+    RMAP_REGISTRATION_TIME /* s */
+};
+
+/* Part of an object. Ranges are closed. */
+enum rmap_part { RMAP_PART_ALL, RMAP_PART_FACE, RMAP_PART_TRIANGLE };
+
+/* Which rows of /segment count. What is not given holds for every row. */
+struct rmap_step_test {
+    bool of_object, of_medium;
+    struct rmap_index_set object, medium;
+    uint64_t object_bits[4]; /* as in struct rmap_portion_summary */
+    uint32_t events;         /* any of these bits; 0: not given */
+    uint32_t events_not;     /* and none of these */
+    enum rmap_part part;
+    uint32_t part_low, part_high;
+    uint8_t *side; /* [n_object] which sides of an object count: bit 0 front, bit 1 back; NULL: no
+                      object needs the question; owned by the criterion */
+};
+
+struct rmap_ending_test {
+    uint32_t stop;
+    bool somewhere; /* last row's object in `object`, or no object and its medium in `medium` */
+    struct rmap_index_set object, medium;
+    uint64_t object_bits[4];
+};
+
+enum rmap_region {
+    RMAP_REGION_ALL,
+    RMAP_REGION_RECT,
+    RMAP_REGION_ELLIPSE,
+    RMAP_REGION_POLYGON,
+    RMAP_REGION_CELLS
+};
+
+/* Which rows of /registration count. */
+struct rmap_registration_test {
+    struct rmap_index_set detector;
+    uint64_t detector_bits;
+    bool crossed; /* also where it was not registered */
+    enum rmap_region region;
+    bool relative;       /* region in 0..1 instead of the detector's own units */
+    double bound[4];     /* RECT x0 y0 x1 y1; ELLIPSE cx cy rx ry; CELLS i0 i1 j0 j1 */
+    double (*corner)[2]; /* POLYGON [n_corner]; owned by the criterion */
+    size_t n_corner;
+    int32_t where; /* node, or -1 */
+};
+
+struct rmap_criterion_node {
+    enum rmap_criterion_kind kind;
+    int32_t first, next; /* first child, next sibling; -1: none */
+    size_t begin, end;   /* bytes of the text */
+    struct rmap_interval interval;
+    union {
+        enum rmap_ray_number ray_number;
+        enum rmap_registration_number its_number;
+        struct {
+            struct rmap_index_set source;
+            uint64_t source_bits;
+        };
+        struct rmap_ending_test ending;
+        struct rmap_step_test steps;
+        struct rmap_registration_test registrations;
+    };
+};
+
+struct rmap_criterion {
+    char *text;
+    const struct rmap_scene *scene; /* borrowed */
+    struct rmap_criterion_node *node;
+    size_t n_node, node_cap;
+    void **block; /* arrays that nodes point to */
+    size_t n_block, block_cap;
+    int32_t root;
+    int n_mask; /* intermediate results that evaluation holds at once */
+    rmap_column_set columns;
+};
+
+/* Parentheses nest no deeper than this: the parser and the evaluator recurse. */
+#define RMAP_CRITERION_DEPTH 2000
+
+/* A new node with no children; *index_ret may be kept, pointers to nodes may not. */
+enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
+                                         const struct rmap_criterion_node *node, int32_t *index_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Zeroed memory that lives as long as the criterion. */
+enum rmap_status rmap_criterion_block_add(struct rmap_criterion *criterion, size_t n, size_t size,
+                                          void **block_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Parses the text into criterion->node and root. */
+enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Orders children by cost and sets columns, n_mask and the bits of every test. */
+void rmap_criterion_plan(struct rmap_criterion *criterion);
+
+/* Rays with larger ids cannot match; infinite without such a bound. */
+double rmap_criterion_last_ray(const struct rmap_criterion *criterion);
+
+/* True when the medium travelled tells the side of the object that light met; else geometry. */
+static inline bool rmap_object_medium_tells(const struct rmap_object *object)
+{
+    return object->medium_front != object->medium_back && object->medium_front != RMAP_MEDIUM_ANY &&
+           object->medium_back != RMAP_MEDIUM_ANY;
+}
+
+/* Some rows of a table, and the ray that the first of them belongs to. */
+struct rmap_strip {
+    size_t first, n; /* rows */
+    size_t ray;      /* row of /ray */
+    size_t ray_row;  /* where that ray's rows begin */
+};
+
+/* Mark rows that count: flag[i] = 1 or 0 for row strip->first + i. */
+void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
+                     const struct rmap_portion *portion, const struct rmap_strip *strip,
+                     uint8_t *flag);
+void rmap_registrations_mark(const struct rmap_criterion *criterion,
+                             const struct rmap_registration_test *test,
+                             const struct rmap_portion *portion, const struct rmap_strip *strip,
+                             uint8_t *flag);
+
+#endif

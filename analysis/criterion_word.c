@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Elementary tests: which word begins which, tests of the ray as a whole, and what all of them
+ * share: names and sets.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "analysis/criterion_parser.h"
+#include "base/alloc.h"
+#include "io/diagnostics.h"
+#include "trace/event.h"
+
+/* Packs marks [n] into a set; without gaps it needs no memory of its own. */
+enum rmap_status rmap_parser_pack_set(struct rmap_parser *parser, const uint8_t *mark, size_t n,
+                                      struct rmap_index_set *set)
+{
+    size_t low = 0, high = n, n_marked = 0;
+    while (low < high && !mark[low])
+        low++;
+    while (high > low && !mark[high - 1])
+        high--;
+    for (size_t i = low; i < high; i++)
+        n_marked += mark[i];
+    *set = (struct rmap_index_set){.low = (int32_t)low, .span = (uint32_t)(high - low)};
+    if (n_marked == high - low)
+        return RMAP_OK;
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, high - low, 1, &block, parser->err);
+    if (st != RMAP_OK)
+        return st;
+    memcpy(block, mark + low, high - low);
+    set->member = block;
+    return RMAP_OK;
+}
+
+/* The set that a name token stands for among the wanted kind; *found_ret: it names something. */
+enum rmap_status rmap_parser_look_up(struct rmap_parser *parser, const struct rmap_token *token,
+                                     enum rmap_name_wanted wanted, struct rmap_index_set *set,
+                                     bool *found_ret)
+{
+    char name[RMAP_TOKEN_NAME_NBYTES + 1];
+    rmap_token_name(parser->text, token, name);
+    size_t n = rmap_names_count(parser->names, wanted);
+    uint8_t *mark = rmap_alloc(n, 1);
+    if (!mark)
+        return rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for %zu names", n);
+    rmap_names_mark(parser->names, name, strpbrk(name, "*?") != NULL, wanted, mark, found_ret);
+    enum rmap_status st = *found_ret ? rmap_parser_pack_set(parser, mark, n, set) : RMAP_OK;
+    rmap_free(mark);
+    return st;
+}
+
+enum rmap_status rmap_parser_take_name(struct rmap_parser *parser, const char *what,
+                                       struct rmap_token *token_ret)
+{
+    *token_ret = parser->token;
+    if (parser->token.kind == RMAP_TOKEN_WORD || parser->token.kind == RMAP_TOKEN_QUOTED)
+        return rmap_parser_advance(parser);
+    return rmap_parser_expected(parser, what);
+}
+
+enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
+                                struct rmap_index_set *set)
+{
+    static const char *const what[] = {
+        [RMAP_WANTED_OBJECT] = "the name of an object",
+        [RMAP_WANTED_SOURCE] = "the name of a source",
+        [RMAP_WANTED_DETECTOR] = "the name of a detector",
+        [RMAP_WANTED_SURFACE] = "the name of a surface property",
+        [RMAP_WANTED_MEDIUM] = "the name of a medium",
+    };
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token token;
+    bool found = false;
+    RMAP_TRY(rmap_parser_take_name(parser, what[wanted], &token));
+    RMAP_TRY(rmap_parser_look_up(parser, &token, wanted, set, &found));
+    if (!found)
+        st = rmap_names_fail(parser->names, parser->text, &token, wanted, parser->err);
+out:
+    return st;
+}
+
+/* Text of a token as a word, for messages and tables. */
+void rmap_parser_word(const struct rmap_parser *parser, const struct rmap_token *token,
+                      char word[RMAP_TOKEN_NAME_NBYTES + 1])
+{
+    size_t len = token->end - token->begin;
+    if (len > RMAP_TOKEN_NAME_NBYTES)
+        len = RMAP_TOKEN_NAME_NBYTES;
+    memcpy(word, parser->text + token->begin, len);
+    word[len] = 0;
+}
+
+/* "unknown KIND 'word' (did you mean 'x'?)" */
+enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
+                                       const struct rmap_token *token, const char *kind,
+                                       const char *const *candidate, size_t n)
+{
+    char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
+    rmap_parser_word(parser, token, word);
+    rmap_criterion_shorten(word, shown);
+    const char *near = rmap_nearest_word(word, candidate, n);
+    if (near)
+        return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s' (did you mean '%s'?)", kind, shown,
+                                near);
+    return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s'", kind, shown);
+}
+
+static enum rmap_status parse_all(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    (void)parser;
+    node->kind = RMAP_CRITERION_ALL;
+    return RMAP_OK;
+}
+
+static enum rmap_status parse_source(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    node->kind = RMAP_CRITERION_SOURCE;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_SOURCE, &node->source));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+out:
+    return st;
+}
+
+/* An object, a group or a medium; both where both have the name. */
+static enum rmap_status parse_place(struct rmap_parser *parser, struct rmap_ending_test *ending)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token token;
+    bool object = false, medium = false;
+    ending->somewhere = true;
+    RMAP_TRY(rmap_parser_take_name(parser, "the name of an object or a medium", &token));
+    RMAP_TRY(rmap_parser_look_up(parser, &token, RMAP_WANTED_OBJECT, &ending->object, &object));
+    RMAP_TRY(rmap_parser_look_up(parser, &token, RMAP_WANTED_MEDIUM, &ending->medium, &medium));
+    if (!object && !medium)
+        st = rmap_names_fail(parser->names, parser->text, &token, RMAP_WANTED_PLACE, parser->err);
+out:
+    return st;
+}
+
+static const char *const stop_words[] = {
+#define ROW(symbol, value, word) [value] = word,
+    RMAP_STOP_TABLE(ROW)
+#undef ROW
+};
+
+static enum rmap_status parse_ended(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_ending_test *ending = &node->ending;
+    node->kind = RMAP_CRITERION_ENDED;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    struct rmap_token word = parser->token;
+    while (ending->stop < RMAP_STOP_COUNT && !rmap_parser_at_word(parser, stop_words[ending->stop]))
+        ending->stop++;
+    if (word.kind != RMAP_TOKEN_WORD)
+        return rmap_parser_expected(parser, "absorbed, left, limit or error");
+    if (ending->stop == RMAP_STOP_COUNT)
+        return rmap_parser_fail_word(parser, &word, "ending", stop_words, RMAP_STOP_COUNT);
+    RMAP_TRY(rmap_parser_advance(parser));
+    if (parser->token.kind == RMAP_TOKEN_COMMA) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        RMAP_TRY(parse_place(parser, ending));
+    }
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+out:
+    return st;
+}
+
+/* Steps lettered O F S I R T D d: a limit or an error takes the letter. */
+static enum rmap_status parse_bounces(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    (void)parser;
+    node->kind = RMAP_CRITERION_STEPS;
+    node->steps.events = RMAP_EVENT_ELEMENT | RMAP_EVENT_FLUORESCE | RMAP_EVENT_SCATTER_VOLUME |
+                         RMAP_EVENT_TOTAL_REFLECTION | RMAP_EVENT_REFLECT_SPECULAR |
+                         RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE |
+                         RMAP_EVENT_TRANSMIT_DIFFUSE;
+    node->steps.events_not = RMAP_EVENT_LIMIT | RMAP_EVENT_ERROR;
+    return RMAP_OK;
+}
+
+/* Every word that begins a test. A number must be compared; a count need not. */
+static const struct word {
+    const char *word;
+    enum rmap_status (*parse)(struct rmap_parser *parser, struct rmap_criterion_node *node);
+    bool is_number;
+    enum rmap_ray_number ray_number; /* where parse is NULL */
+    enum rmap_dimension dimension;
+} word_table[] = {
+    {"all", parse_all},
+    {"source", parse_source},
+    {"hit", rmap_parse_hit},
+    {"surface", rmap_parse_surface},
+    {"event", rmap_parse_event_test},
+    {"medium", rmap_parse_medium},
+    {"registered", rmap_parse_registered},
+    {"crossed", rmap_parse_crossed},
+    {"ended", parse_ended},
+    {"segments", NULL, true, RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE},
+    {"bounces", parse_bounces, true},
+    {"wavelength", NULL, true, RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH},
+    {"flux", NULL, true, RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX},
+    {"path_length", NULL, true, RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH},
+    {"optical_path", NULL, true, RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH},
+    {"ray", NULL, true, RMAP_RAY_NUMBER_ID, RMAP_DIMENSION_NONE},
+    {"angle", rmap_parse_any_number},
+    {"x", rmap_parse_any_number},
+    {"y", rmap_parse_any_number},
+    {"time", rmap_parse_any_number},
+};
+enum { N_WORD = sizeof word_table / sizeof *word_table };
+
+/* The word is none: say which one was meant, or how to ask for what it names. */
+static enum rmap_status fail_unknown(const struct rmap_parser *parser)
+{
+    const struct rmap_token *token = &parser->token;
+    const char *candidate[N_WORD];
+    char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
+    if (token->kind == RMAP_TOKEN_AT || rmap_parser_at_word(parser, "let"))
+        return RMAP_PARSER_FAIL(parser, token, "named criteria (let, @name) are not available yet");
+    if (rmap_parser_at_word(parser, "path"))
+        return RMAP_PARSER_FAIL(parser, token, "path(\"...\") is not available yet");
+    if (token->kind != RMAP_TOKEN_WORD && token->kind != RMAP_TOKEN_QUOTED)
+        return rmap_parser_expected(parser, "a test such as hit(name) or all");
+    rmap_token_name(parser->text, token, word);
+    rmap_criterion_shorten(word, shown);
+    const struct rmap_name *name = rmap_names_find(parser->names, word);
+    if (name)
+        return RMAP_PARSER_FAIL(parser, token, "'%s' is %s, not a test (use %s(...))", shown,
+                                rmap_name_kind_phrase(name->kind),
+                                rmap_name_kind_usage(name->kind));
+    for (size_t i = 0; i < N_WORD; i++)
+        candidate[i] = word_table[i].word;
+    return rmap_parser_fail_word(parser, token, "test", candidate, N_WORD);
+}
+
+static enum rmap_status parse_comparison(struct rmap_parser *parser, const struct word *word,
+                                         const struct rmap_token *token,
+                                         struct rmap_interval *interval)
+{
+    if (rmap_parser_at_comparison(parser))
+        return rmap_parse_interval(parser, word->dimension, interval);
+    if (word->is_number)
+        return RMAP_PARSER_FAIL(parser, token,
+                                "'%s' is a number: compare it, as in '%s > 10' or '%s in 1..10'",
+                                word->word, word->word, word->word);
+    *interval = (struct rmap_interval){1.0, (double)INFINITY, false};
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token token = parser->token;
+    const struct word *word = word_table;
+    if (parser->detector)
+        return rmap_parse_where_test(parser, node_ret);
+    while (word < word_table + N_WORD && !rmap_parser_at_word(parser, word->word))
+        word++;
+    if (word == word_table + N_WORD)
+        return fail_unknown(parser);
+    struct rmap_criterion_node node = {.first = -1, .next = -1, .begin = token.begin};
+    parser->word = token;
+    RMAP_TRY(rmap_parser_advance(parser));
+    if (word->parse) {
+        RMAP_TRY(word->parse(parser, &node));
+    } else {
+        node.kind = RMAP_CRITERION_NUMBER;
+        node.ray_number = word->ray_number;
+    }
+    RMAP_TRY(parse_comparison(parser, word, &token, &node.interval));
+    node.end = parser->taken_end;
+    RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
+out:
+    return st;
+}
