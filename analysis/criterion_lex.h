@@ -63,4 +63,8 @@ enum rmap_status rmap_criterion_fail(const char *text, size_t begin, size_t end,
 #define RMAP_SHOWN_NBYTES 64
 void rmap_criterion_shorten(const char *word, char shown[RMAP_SHOWN_NBYTES]);
 
+/* The same of a token as it is written, quotes included, up to a line's end. */
+void rmap_token_shorten(const char *text, const struct rmap_token *token,
+                        char shown[RMAP_SHOWN_NBYTES]);
+
 #endif

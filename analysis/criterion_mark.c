@@ -138,11 +138,13 @@ static double coordinate(const struct rmap_detector *detector, const uint16_t *r
     return (r - 0.5) * detector->size[axis];
 }
 
-/* Degrees between the reversed ray and the axis; atan2 keeps its digits near 0 and 180. */
+/* Degrees between the axis and the reversed ray, or, on an intensity grid, the ray itself, as the
+ * tracer counts them. atan2 keeps its digits near 0 and 180. */
 static double angle_deg(const struct rmap_detector *detector, const float *direction)
 {
-    struct rmap_vec3 d =
-        rmap_vec3(-(double)direction[0], -(double)direction[1], -(double)direction[2]);
+    double sign = detector->type == RMAP_DETECTOR_INTENSITY ? 1.0 : -1.0;
+    struct rmap_vec3 d = rmap_vec3(sign * (double)direction[0], sign * (double)direction[1],
+                                   sign * (double)direction[2]);
     return atan2(rmap_length(rmap_cross(d, detector->axis)), rmap_dot(d, detector->axis)) *
            (180.0 / RMAP_PI);
 }

@@ -58,6 +58,19 @@ void rmap_criterion_shorten(const char *word, char shown[RMAP_SHOWN_NBYTES])
     (void)snprintf(shown, RMAP_SHOWN_NBYTES, "%.*s%s", (int)len, word, dots);
 }
 
+void rmap_token_shorten(const char *text, const struct rmap_token *token,
+                        char shown[RMAP_SHOWN_NBYTES])
+{
+    char written[RMAP_SHOWN_NBYTES + 8];
+    size_t len = token->end - token->begin;
+    if (len > sizeof written - 1)
+        len = sizeof written - 1;
+    memcpy(written, text + token->begin, len);
+    written[len] = 0;
+    written[strcspn(written, "\r\n")] = 0;
+    rmap_criterion_shorten(written, shown);
+}
+
 /* Where a line stands, and what of it is shown: code points [first, last), from 0. */
 struct view {
     const char *line;

@@ -227,16 +227,21 @@ enum rmap_status rmap_names_fail(const struct rmap_names *names, const char *tex
                                  struct rmap_error *err)
 {
     char name[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES], hint[RMAP_SHOWN_NBYTES];
+    char written[RMAP_SHOWN_NBYTES];
     rmap_token_name(text, token, name);
     rmap_criterion_shorten(name, shown);
+    rmap_token_shorten(text, token, written);
     const char *noun = wanted_table[wanted].noun;
     const struct rmap_name *other = rmap_names_find(names, name);
     if (other) {
         const char *usage = kind_table[other->kind].usage;
-        const char *more = other->kind == RMAP_NAME_DETECTOR ? " or crossed(...)" : "";
-        return rmap_criterion_fail(
-            text, token->begin, token->end, err, "'%s' is %s, not %s %s (use %s(...)%s)", shown,
-            kind_table[other->kind].phrase, noun[0] == 'o' ? "an" : "a", noun, usage, more);
+        char more[RMAP_SHOWN_NBYTES + 16] = "";
+        if (other->kind == RMAP_NAME_DETECTOR)
+            (void)snprintf(more, sizeof more, " or crossed(%s)", written);
+        return rmap_criterion_fail(text, token->begin, token->end, err,
+                                   "'%s' is %s, not %s %s (use %s(%s)%s)", shown,
+                                   kind_table[other->kind].phrase, noun[0] == 'o' ? "an" : "a",
+                                   noun, usage, written, more);
     }
     if (strpbrk(name, "*?"))
         return rmap_criterion_fail(text, token->begin, token->end, err,

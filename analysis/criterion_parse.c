@@ -26,11 +26,8 @@ enum rmap_status rmap_parser_expected(const struct rmap_parser *parser, const ch
     const struct rmap_token *token = &parser->token;
     if (token->kind == RMAP_TOKEN_END)
         return RMAP_PARSER_FAIL(parser, token, "expected %s, found the end", what);
-    char found[RMAP_SHOWN_NBYTES + 8] = {0}, shown[RMAP_SHOWN_NBYTES];
-    size_t len = token->end - token->begin;
-    memcpy(found, parser->text + token->begin, len < sizeof found ? len : sizeof found - 1);
-    found[strcspn(found, "\r\n")] = 0;
-    rmap_criterion_shorten(found, shown);
+    char shown[RMAP_SHOWN_NBYTES];
+    rmap_token_shorten(parser->text, token, shown);
     return RMAP_PARSER_FAIL(parser, token, "expected %s, found %s%s%s", what,
                             *shown == '\'' ? "" : "'", shown, *shown == '\'' ? "" : "'");
 }
