@@ -98,10 +98,11 @@ static enum rmap_status parse_registrations(struct rmap_parser *parser,
     test->where = -1;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
-    if (parser->token.kind == RMAP_TOKEN_COMMA) {
+    while (parser->token.kind == RMAP_TOKEN_COMMA) {
         RMAP_TRY(rmap_parser_advance(parser));
-        if (!rmap_parser_at_word(parser, "where"))
-            RMAP_TRY(rmap_parse_region(parser, test));
+        if (rmap_parser_at_word(parser, "where"))
+            break;
+        RMAP_TRY(rmap_parse_region(parser, test));
     }
     if (rmap_parser_at_word(parser, "where"))
         RMAP_TRY(parse_where(parser, test));

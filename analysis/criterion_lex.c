@@ -94,7 +94,7 @@ static enum rmap_status read_word(const char *text, struct rmap_token *token,
     } logic[] = {{"not", RMAP_TOKEN_NOT}, {"and", RMAP_TOKEN_AND}, {"or", RMAP_TOKEN_OR}};
     token->kind = RMAP_TOKEN_WORD;
     token->end = token->begin + 1;
-    while (continues_word(text[token->end]))
+    while (continues_word(text[token->end]) && strncmp(text + token->end, "..", 2) != 0)
         token->end++;
     size_t nbytes = token->end - token->begin;
     for (size_t i = 0; i < sizeof logic / sizeof *logic; i++)

@@ -324,6 +324,8 @@ enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_regis
     enum rmap_status st = RMAP_OK;
     struct coordinates list = {0};
     struct rmap_token word = parser->token;
+    if (test->region != RMAP_REGION_ALL)
+        return RMAP_PARSER_FAIL(parser, &word, "only one region can be given");
     for (size_t i = 0; i < sizeof table / sizeof *table; i++)
         if (rmap_parser_at_word(parser, table[i].word))
             test->region = table[i].region;
