@@ -300,8 +300,13 @@ double rmap_absorb(const struct rmap_medium *medium, const struct rmap_draw *dra
     bool absorbed = travelled < length;
     if (rmap_colour_single(colour))
         return travelled;
-    for (int i = colour->begin; i < colour->end; i++)
-        p[i] = exp(-medium->absorption[i] * travelled) * (absorbed ? medium->absorption[i] : 1.0);
+    for (int i = colour->begin; i < colour->end; i++) {
+        double mu_i = medium->absorption[i];
+        if (i > colour->begin && mu_i == medium->absorption[i - 1])
+            p[i] = p[i - 1]; /* exp is dear, and many media are grey */
+        else
+            p[i] = exp(-mu_i * travelled) * (absorbed ? mu_i : 1.0);
+    }
     rmap_colour_weigh(colour, p);
     return travelled;
 }
