@@ -5,6 +5,7 @@
 
 #include "base/rng.h"
 #include "optics/fresnel.h"
+#include "trace/azimuth.h"
 #include "trace/event.h"
 
 /* The side of a surface that light meets. */
@@ -64,8 +65,9 @@ static struct rmap_vec3 diffused(struct rmap_vec3 normal, double u, double v)
 {
     struct rmap_vec3 x, y;
     rmap_basis(normal, &x, &y);
-    double r = sqrt(u), phi = 2.0 * RMAP_PI * v;
-    struct rmap_vec3 plane = rmap_axpy(r * cos(phi), x, rmap_scale(y, r * sin(phi)));
+    double r = sqrt(u), cosine, sine;
+    rmap_azimuth(v, &cosine, &sine);
+    struct rmap_vec3 plane = rmap_axpy(r * cosine, x, rmap_scale(y, r * sine));
     return rmap_normalize(rmap_axpy(sqrt(1.0 - u), normal, plane));
 }
 

@@ -4,14 +4,15 @@
 #include <math.h>
 
 #include "base/rng.h"
+#include "trace/azimuth.h"
 
 /* A direction about local +z by azimuth and 1 - cos(theta), which keeps its digits near the
  * axis. */
 static struct rmap_vec3 about_z(double one_minus_cos, double azimuth_turns)
 {
-    double phi = 2.0 * RMAP_PI * azimuth_turns;
-    double sine = sqrt(one_minus_cos * (2.0 - one_minus_cos));
-    return rmap_vec3(sine * cos(phi), sine * sin(phi), 1.0 - one_minus_cos);
+    double x, y, sine = sqrt(one_minus_cos * (2.0 - one_minus_cos));
+    rmap_azimuth(azimuth_turns, &x, &y);
+    return rmap_vec3(sine * x, sine * y, 1.0 - one_minus_cos);
 }
 
 static struct rmap_vec3 point_direction(const struct rmap_source *source, const double u[4])
@@ -40,8 +41,9 @@ static struct rmap_vec3 lambertian(struct rmap_vec3 normal, const double u[4])
 
 static struct rmap_vec3 point_on_disc(double radius, const double u[4])
 {
-    double r = radius * sqrt(u[0]), phi = 2.0 * RMAP_PI * u[1];
-    return rmap_vec3(r * cos(phi), r * sin(phi), 0.0);
+    double x, y, r = radius * sqrt(u[0]);
+    rmap_azimuth(u[1], &x, &y);
+    return rmap_vec3(r * x, r * y, 0.0);
 }
 
 /* First triangle whose cumulative share exceeds u; one without area is never chosen. */

@@ -11,6 +11,7 @@
 
 #include "hand_scene.h"
 #include "near.h"
+#include "trace/azimuth.h"
 #include "trace/source.h"
 
 #define N 40000
@@ -56,6 +57,19 @@ static struct moments measure(const struct rmap_scene *scene)
         m.z_min = fmin(m.z_min, d.z);
     }
     return m;
+}
+
+/* Against the C library, whose argument here is rounded to 4e-16. */
+static void azimuth(void **state)
+{
+    (void)state;
+    for (int i = 0; i <= 100000; i++) {
+        double turns = i / 100000.0, c, s;
+        rmap_azimuth(turns, &c, &s);
+        assert_near(c, cos(2.0 * RMAP_PI * turns), 1e-15);
+        assert_near(s, sin(2.0 * RMAP_PI * turns), 1e-15);
+        assert_near(c * c + s * s, 1.0, 4.5e-16);
+    }
 }
 
 static void isotropic(void **state)
@@ -219,9 +233,13 @@ static void list_of_rays(void **state)
 int main(void)
 {
     const struct CMUnitTest test[] = {
-        cmocka_unit_test(isotropic),      cmocka_unit_test(cone),
-        cmocka_unit_test(cosine_power),   cmocka_unit_test(collimated_disc),
-        cmocka_unit_test(area_rectangle), cmocka_unit_test(area_mesh),
+        cmocka_unit_test(azimuth),
+        cmocka_unit_test(isotropic),
+        cmocka_unit_test(cone),
+        cmocka_unit_test(cosine_power),
+        cmocka_unit_test(collimated_disc),
+        cmocka_unit_test(area_rectangle),
+        cmocka_unit_test(area_mesh),
         cmocka_unit_test(list_of_rays),
     };
     return cmocka_run_group_tests_name("source", test, NULL, NULL);
