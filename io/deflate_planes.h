@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One zlib stream (RFC 1950) of a chunk's byte planes, fast. With ISA-L each plane gets the
+ * method that pays: stored, Huffman codes alone, or a search for matches. Without it libdeflate
+ * does them all.
+ */
+#ifndef RMAP_DEFLATE_PLANES_H
+#define RMAP_DEFLATE_PLANES_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+
+struct rmap_deflater;
+enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+void rmap_deflater_destroy(struct rmap_deflater *deflater);
+
+/* Most bytes that n_plane planes of plane_nbytes can take. */
+size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes);
+
+/* Writes the stream of planes [n_plane][plane_nbytes] and returns its length; out has room for
+ * rmap_deflate_bound. */
+size_t rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane, size_t n_plane,
+                           size_t plane_nbytes, uint8_t *out);
+
+#endif

@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Mantissa planes have no matches: searching for them is wasted time, and where the bytes are
+ * noise even Huffman codes are. So each plane becomes deflate blocks of its own, byte-aligned by
+ * a full flush, chosen from samples of the plane alone:
+ *   stored          where the sample's entropy is that of noise,
+ *   Huffman only    (a window of 2 bytes: literals and runs),
+ *   usual window    where a sample shrinks well more with it: object ids, events, counts.
+ */
+#ifdef RAYMAP_HAVE_ISAL
+
+#include "io/deflate_planes.h"
+
+#include <isa-l/igzip_lib.h>
+#include <libdeflate.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+/* 4096 bytes of pure noise show 7.95 bits each (8 - 255 / (2 x 4096 ln 2)); above this limit
+ * Huffman codes gain under 2 %. */
+#define SAMPLE_NBYTES 4096
+#define SAMPLE_PIECES 8
+#define NOISE_BITS    7.85
+
+/* The window must make a sample this much smaller to be worth its time. */
+#define WINDOW_SAMPLE_NBYTES 8192
+#define WINDOW_GAIN          0.85
+
+#define STORED_MAX 65535 /* bytes of one stored block, RFC 1951 3.2.4 */
+
+enum { HISTORY_RUNS = 1, HISTORY_WINDOW = 15 };
+
+struct rmap_deflater {
+    struct isal_zstream stream;
+    uint8_t level_buffer[ISAL_DEF_LVL1_DEFAULT];
+    uint8_t sample[2 * WINDOW_SAMPLE_NBYTES];
+};
+
+enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret, struct rmap_error *err)
+{
+    *deflater_ret = rmap_alloc(1, sizeof **deflater_ret);
+    return *deflater_ret ? RMAP_OK
+                         : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a compressor");
+}
+
+void rmap_deflater_destroy(struct rmap_deflater *deflater)
+{
+    rmap_free(deflater);
+}
+
+static size_t stored_nbytes(size_t nbytes)
+{
+    return nbytes + 5 * ((nbytes + STORED_MAX - 1) / STORED_MAX);
+}
+
+size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes)
+{
+    enum { HEADER = 2, FINAL_BLOCK = 2, ADLER = 4 };
+    return HEADER + n_plane * stored_nbytes(plane_nbytes) + FINAL_BLOCK + ADLER;
+}
+
+static size_t put_stored(const uint8_t *data, size_t nbytes, uint8_t *out)
+{
+    uint8_t *p = out;
+    while (nbytes > 0) {
+        size_t n = nbytes < STORED_MAX ? nbytes : STORED_MAX;
+        const uint8_t header[5] = {0, (uint8_t)(n & 255), (uint8_t)(n >> 8), (uint8_t)(~n & 255),
+                                   (uint8_t)(~n >> 8 & 255)};
+        memcpy(p, header, sizeof header);
+        memcpy(p + sizeof header, data, n);
+        p += sizeof header + n;
+        data += n;
+        nbytes -= n;
+    }
+    return (size_t)(p - out);
+}
+
+/* Length of the blocks written, or 0 when they do not fit in out_cap bytes. */
+static size_t put_coded(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
+                        uint16_t history, uint8_t *out, size_t out_cap)
+{
+    struct isal_zstream *stream = &deflater->stream;
+    union {
+        const uint8_t *in;
+        uint8_t *next_in;
+    } source = {.in = data}; /* ISA-L's field lacks the const that it keeps */
+    isal_deflate_stateless_init(stream);
+    stream->level = 1;
+    stream->level_buf = deflater->level_buffer;
+    stream->level_buf_size = sizeof deflater->level_buffer;
+    stream->hist_bits = history;
+    stream->flush = FULL_FLUSH;
+    stream->end_of_stream = 0;
+    stream->next_in = source.next_in;
+    stream->avail_in = (uint32_t)nbytes;
+    stream->next_out = out;
+    stream->avail_out = (uint32_t)out_cap;
+    if (isal_deflate_stateless(stream) != COMP_OK || stream->avail_in != 0)
+        return 0;
+    return out_cap - stream->avail_out;
+}
+
+/* Shannon entropy per byte of a sample spread over the plane. */
+static double sample_bits(const uint8_t *data, size_t nbytes)
+{
+    uint32_t count[256] = {0};
+    size_t n = 0, piece = SAMPLE_NBYTES / SAMPLE_PIECES;
+    size_t pieces = nbytes <= SAMPLE_NBYTES ? 1 : SAMPLE_PIECES;
+    if (pieces == 1)
+        piece = nbytes;
+    for (size_t k = 0; k < pieces; k++) {
+        const uint8_t *p = data + (pieces > 1 ? k * ((nbytes - piece) / (pieces - 1)) : 0);
+        for (size_t i = 0; i < piece; i++)
+            count[p[i]]++;
+        n += piece;
+    }
+    double bits = 0.0;
+    for (int i = 0; i < 256; i++)
+        if (count[i])
+            bits -= count[i] * log2((double)count[i] / (double)n);
+    return n ? bits / (double)n : 0.0;
+}
+
+static uint16_t choose_history(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes)
+{
+    size_t n = nbytes < WINDOW_SAMPLE_NBYTES ? nbytes : WINDOW_SAMPLE_NBYTES;
+    const uint8_t *middle = data + (nbytes - n) / 2;
+    size_t cap = sizeof deflater->sample;
+    size_t runs = put_coded(deflater, middle, n, HISTORY_RUNS, deflater->sample, cap);
+    size_t window = put_coded(deflater, middle, n, HISTORY_WINDOW, deflater->sample, cap);
+    return (double)window < WINDOW_GAIN * (double)runs ? HISTORY_WINDOW : HISTORY_RUNS;
+}
+
+static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
+                        uint8_t *out)
+{
+    size_t stored = stored_nbytes(nbytes), coded = 0;
+    if (nbytes < SAMPLE_NBYTES || sample_bits(data, nbytes) < NOISE_BITS)
+        coded =
+            put_coded(deflater, data, nbytes, choose_history(deflater, data, nbytes), out, stored);
+    return coded ? coded : put_stored(data, nbytes, out);
+}
+
+size_t rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane, size_t n_plane,
+                           size_t plane_nbytes, uint8_t *out)
+{
+    static const uint8_t header[2] = {0x78, 0x01}, final_block[2] = {0x03, 0x00};
+    uint8_t *p = out;
+    memcpy(p, header, sizeof header);
+    p += sizeof header;
+    for (size_t k = 0; k < n_plane; k++)
+        p += put_plane(deflater, plane + k * plane_nbytes, plane_nbytes, p);
+    memcpy(p, final_block, sizeof final_block);
+    p += sizeof final_block;
+    uint32_t adler = libdeflate_adler32(1, plane, n_plane * plane_nbytes);
+    for (int shift = 24; shift >= 0; shift -= 8)
+        *p++ = (uint8_t)(adler >> shift & 255);
+    return (size_t)(p - out);
+}
+
+#else
+typedef int rmap_deflate_planes_isal_is_absent; /* a file must hold something */
+#endif

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Elements are taken as whole words and narrowed, which compilers turn into vector packs and
+ * unpacks; byte-wise loops with a stride they do not.
+ */
+#include "io/shuffle.h"
+
+#include <string.h>
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "columns are little-endian in memory");
+
+static void shuffle2(const uint16_t *restrict e, size_t n, uint8_t *restrict p0,
+                     uint8_t *restrict p1)
+{
+    for (size_t i = 0; i < n; i++) {
+        p0[i] = (uint8_t)(e[i] & 255);
+        p1[i] = (uint8_t)(e[i] >> 8);
+    }
+}
+
+static void shuffle4(const uint32_t *restrict e, size_t n, uint8_t *restrict p0,
+                     uint8_t *restrict p1, uint8_t *restrict p2, uint8_t *restrict p3)
+{
+    for (size_t i = 0; i < n; i++) {
+        p0[i] = (uint8_t)(e[i] & 255);
+        p1[i] = (uint8_t)(e[i] >> 8 & 255);
+        p2[i] = (uint8_t)(e[i] >> 16 & 255);
+        p3[i] = (uint8_t)(e[i] >> 24);
+    }
+}
+
+static void unshuffle2(const uint8_t *restrict p0, const uint8_t *restrict p1, size_t n,
+                       uint16_t *restrict e)
+{
+    for (size_t i = 0; i < n; i++)
+        e[i] = (uint16_t)(p0[i] | p1[i] << 8);
+}
+
+static void unshuffle4(const uint8_t *restrict p0, const uint8_t *restrict p1,
+                       const uint8_t *restrict p2, const uint8_t *restrict p3, size_t n,
+                       uint32_t *restrict e)
+{
+    for (size_t i = 0; i < n; i++)
+        e[i] =
+            (uint32_t)p0[i] | (uint32_t)p1[i] << 8 | (uint32_t)p2[i] << 16 | (uint32_t)p3[i] << 24;
+}
+
+/* Eight-byte elements go through their halves, a cache-sized strip at a time. */
+#define STRIP 1024
+
+static void shuffle8(const uint64_t *restrict e, size_t n, uint8_t *restrict plane)
+{
+    uint32_t low[STRIP], high[STRIP];
+    for (size_t i = 0; i < n; i += STRIP) {
+        size_t m = n - i < STRIP ? n - i : STRIP;
+        for (size_t k = 0; k < m; k++) {
+            low[k] = (uint32_t)(e[i + k] & UINT32_MAX);
+            high[k] = (uint32_t)(e[i + k] >> 32);
+        }
+        uint8_t *p = plane + i;
+        shuffle4(low, m, p, p + n, p + 2 * n, p + 3 * n);
+        shuffle4(high, m, p + 4 * n, p + 5 * n, p + 6 * n, p + 7 * n);
+    }
+}
+
+static void unshuffle8(const uint8_t *restrict plane, size_t n, uint64_t *restrict e)
+{
+    uint32_t low[STRIP], high[STRIP];
+    for (size_t i = 0; i < n; i += STRIP) {
+        size_t m = n - i < STRIP ? n - i : STRIP;
+        const uint8_t *p = plane + i;
+        unshuffle4(p, p + n, p + 2 * n, p + 3 * n, m, low);
+        unshuffle4(p + 4 * n, p + 5 * n, p + 6 * n, p + 7 * n, m, high);
+        for (size_t k = 0; k < m; k++)
+            e[i + k] = (uint64_t)high[k] << 32 | low[k];
+    }
+}
+
+void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane)
+{
+    if (element_nbytes == 2)
+        shuffle2(element, n, plane, plane + n);
+    else if (element_nbytes == 4)
+        shuffle4(element, n, plane, plane + n, plane + 2 * n, plane + 3 * n);
+    else if (element_nbytes == 8)
+        shuffle8(element, n, plane);
+    else
+        memcpy(plane, element, n);
+}
+
+void rmap_unshuffle(const uint8_t *plane, size_t n, size_t element_nbytes, void *element)
+{
+    if (element_nbytes == 2)
+        unshuffle2(plane, plane + n, n, element);
+    else if (element_nbytes == 4)
+        unshuffle4(plane, plane + n, plane + 2 * n, plane + 3 * n, n, element);
+    else if (element_nbytes == 8)
+        unshuffle8(plane, n, element);
+    else
+        memcpy(element, plane, n);
+}

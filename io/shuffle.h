@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * HDF5's shuffle: byte k of every element together, k = 0 first, and back.
+ */
+#ifndef RMAP_SHUFFLE_H
+#define RMAP_SHUFFLE_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+/* element_nbytes: 1, 2, 4 or 8; element arrays are aligned as such. Little-endian machines. */
+void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane);
+void rmap_unshuffle(const uint8_t *plane, size_t n, size_t element_nbytes, void *element);
+
+#endif
