@@ -17,6 +17,7 @@ struct rmap_map;
 
 struct rmap_portion_info {
     int32_t shard, piece; /* piece: index in rmap_map_piece */
+    uint8_t colour_space; /* enum rmap_colour_mode */
     uint64_t first_ray;
     uint64_t n_row[RMAP_TABLE_COUNT];
     uint64_t first_row[RMAP_TABLE_COUNT]; /* in the piece */
@@ -60,19 +61,29 @@ void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *sum
 /* Flux that one unit of weight stands for, per source: Phi_s / N_s; 0 where N_s = 0. [n_source] */
 const double *rmap_map_flux_per_weight(const struct rmap_map *map);
 
-/* Portions are in the order of their first ray id. */
+/* Portions are in the order of their first ray id.
+ *
+ * Splitting a scan: part `part` of n_part holds portions [split(part), split(part + 1)), about the
+ * same number of legs each; split(n_part) is the number of portions. Two neighbouring parts decode
+ * at most two chunks per column and shard twice, so a part should be long: RMAP_PART_PORTIONS
+ * portions or more (a chunk of /ray is 16 of them). Give whole parts to threads. */
+#define RMAP_PART_PORTIONS 64
+size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
 struct rmap_cursor;
 
-/* A cursor keeps its last decoded chunk per column, so reading portions of a piece in order
- * decodes each chunk once. One thread at a time. */
+/* A cursor keeps its last decoded chunks, three per column and shard (at most 64 per column), so
+ * reading portions in order decodes each chunk once, also where shards alternate. One thread at a
+ * time; any number of cursors. */
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
                                     struct rmap_cursor **cursor_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 void rmap_cursor_destroy(struct rmap_cursor *cursor);
 
 /* Reads the cursor's columns of one portion into the cursor's own struct rmap_portion (the other
- * columns are NULL), valid until the next read. RMAP_FORMAT names the damaged dataset and chunk. */
+ * columns are NULL), valid until the next read. Checked on the way: counts add up to the rows of
+ * the other tables, and sources, objects, media, detectors and stops exist in the scene.
+ * RMAP_FORMAT names the piece, the damaged dataset and the chunk. */
 enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
                                   const struct rmap_portion **portion_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;

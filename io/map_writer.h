@@ -22,7 +22,8 @@ struct rmap_run {
     const struct rmap_scene *scene;
     uint64_t seed;
     int n_rank;
-    const char *isa; /* instruction set that decides ties */
+    const char *isa;            /* instruction set that decides ties */
+    const char *embree_version; /* or NULL */
 };
 
 /* Makes the directory NAME.raymap. RMAP_USAGE when it exists (and force is false; force removes a
@@ -32,7 +33,8 @@ enum rmap_status rmap_map_create(const char *path, bool force,
 
 struct rmap_shard_writer;
 
-/* piece_nbytes: a piece is closed once it holds that much (0: 256 MiB). */
+/* piece_nbytes: a piece is closed once it holds that much before compression, so that where it
+ * ends does not hang on which chunk was encoded when (0: 512 MiB, about 256 MiB stored). */
 enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
                                           const struct rmap_run *run, size_t piece_nbytes,
                                           struct rmap_shard_writer **writer_ret,

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Chunks on their way from the column buffers to the file: filled, encoded by any thread, stored
+ * by one, in the order in which they were filled. Buffers are used again. Not synchronised: the
+ * shard writer holds its lock around every call here.
+ */
+#ifndef RMAP_CHUNK_QUEUE_H
+#define RMAP_CHUNK_QUEUE_H
+
+#include "io/map_format.h"
+
+struct rmap_shard_piece; /* what a shard writer knows of a piece in flight */
+
+enum rmap_chunk_state { RMAP_CHUNK_FILLED, RMAP_CHUNK_ENCODING, RMAP_CHUNK_ENCODED };
+
+/* A chunk, or, with `ends_piece`, the sign that its piece is complete. */
+struct rmap_chunk {
+    struct rmap_chunk *next;
+    enum rmap_chunk_state state;
+    bool ends_piece;
+    struct rmap_shard_piece *piece;
+    enum rmap_column column;
+    uint32_t index;
+    uint64_t n_row_end; /* rows of the column in the piece, this chunk included */
+    size_t n_row;       /* filled */
+    size_t raw_nbytes, stored_nbytes;
+    uint8_t *raw;    /* [RMAP_CHUNK_ROWS] rows */
+    uint8_t *stored; /* [rmap_codec_bound]; made when first encoded */
+};
+
+struct rmap_chunk_queue {
+    int n_channel;
+    struct rmap_chunk *head, *tail;
+    struct rmap_chunk *unencoded;                    /* first that is not in hand or done */
+    struct rmap_chunk *spare[RMAP_COLUMN_COUNT + 1]; /* last: signs, without buffers */
+    size_t nbytes;                                   /* waiting */
+};
+
+/* A spare or new chunk for a column, or (column = RMAP_COLUMN_COUNT) a sign. */
+enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, enum rmap_column column,
+                                       struct rmap_chunk **chunk_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_chunk_queue_push(struct rmap_chunk_queue *queue, struct rmap_chunk *chunk);
+
+/* The next chunk to encode, marked as being encoded; NULL without any. */
+struct rmap_chunk *rmap_chunk_queue_next(struct rmap_chunk_queue *queue);
+void rmap_chunk_queue_encoded(struct rmap_chunk_queue *queue, struct rmap_chunk *chunk);
+
+/* Takes the oldest chunk out if it is ready to be stored; NULL if not. */
+struct rmap_chunk *rmap_chunk_queue_pop(struct rmap_chunk_queue *queue);
+void rmap_chunk_queue_give_back(struct rmap_chunk_queue *queue, struct rmap_chunk *chunk);
+
+void rmap_chunk_destroy(struct rmap_chunk *chunk);
+void rmap_chunk_queue_fini(struct rmap_chunk_queue *queue);
+
+#endif

@@ -1,0 +1,347 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/h5.h"
+
+#include <errno.h>
+#include <pthread.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/codec.h"
+
+static pthread_once_t started = PTHREAD_ONCE_INIT;
+
+static void start(void)
+{
+    (void)H5dont_atexit();
+}
+
+/* Before any call of a thread: our exit rules, and no printing. The error stack is per thread. */
+static void begin(void)
+{
+    (void)pthread_once(&started, start);
+    (void)H5Eset_auto2(H5E_DEFAULT, NULL, NULL);
+    (void)H5Eclear2(H5E_DEFAULT);
+}
+
+struct innermost {
+    char text[400];
+};
+
+static herr_t take_innermost(unsigned n, const H5E_error2_t *error, void *context)
+{
+    struct innermost *found = context;
+    if (n == 0)
+        (void)snprintf(found->text, sizeof found->text, "%s: %s", error->func_name, error->desc);
+    return 0;
+}
+
+enum rmap_status rmap_h5_fail(struct rmap_h5 *h5, const char *what, struct rmap_error *err)
+{
+    struct innermost found = {""};
+    (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &found);
+    (void)H5Eclear2(H5E_DEFAULT);
+    if (h5->on_error == RMAP_SYSTEM)
+        h5->failed = true;
+    return rmap_error_set(err, h5->on_error, "%s: %s failed (HDF5: %s)", h5->path, what,
+                          found.text[0] ? found.text : "missing, or of another type");
+}
+
+static enum rmap_status check_alive(struct rmap_h5 *h5, struct rmap_error *err)
+{
+    if (h5->failed)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", h5->path);
+    begin();
+    return RMAP_OK;
+}
+
+struct rmap_h5_unit rmap_h5_unit_of(enum rmap_unit unit, const char *length, double length_m)
+{
+    switch (unit) {
+    case RMAP_UNIT_LENGTH:
+        return (struct rmap_h5_unit){length, length_m, {1}};
+    case RMAP_UNIT_NM:
+        return (struct rmap_h5_unit){"nm", 1e-9, {1}};
+    case RMAP_UNIT_ONE:
+        break;
+    }
+    return (struct rmap_h5_unit){"1", 1.0, {0}};
+}
+
+hid_t rmap_h5_type(enum rmap_element element)
+{
+    switch (element) {
+    case RMAP_U8:
+        return H5T_STD_U8LE;
+    case RMAP_U16:
+        return H5T_STD_U16LE;
+    case RMAP_I16:
+        return H5T_STD_I16LE;
+    case RMAP_U32:
+        return H5T_STD_U32LE;
+    case RMAP_I32:
+        return H5T_STD_I32LE;
+    case RMAP_U64:
+        return H5T_STD_U64LE;
+    case RMAP_F32:
+        return H5T_IEEE_F32LE;
+    case RMAP_F64:
+        break;
+    }
+    return H5T_IEEE_F64LE;
+}
+
+static enum rmap_status set_path(struct rmap_h5 *h5, const char *path, enum rmap_status on_error,
+                                 struct rmap_error *err)
+{
+    *h5 = (struct rmap_h5){.file = H5I_INVALID_HID, .on_error = on_error};
+    h5->path = rmap_strdup(path);
+    return h5->path ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+}
+
+enum rmap_status rmap_h5_create(struct rmap_h5 *h5, const char *path, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    hid_t create = H5I_INVALID_HID, access = H5I_INVALID_HID;
+    begin();
+    RMAP_TRY(set_path(h5, path, RMAP_SYSTEM, err));
+    create = H5Pcreate(H5P_FILE_CREATE);
+    access = H5Pcreate(H5P_FILE_ACCESS);
+    if (create < 0 || access < 0 || H5Pset_obj_track_times(create, false) < 0 ||
+        H5Pset_libver_bounds(access, H5F_LIBVER_EARLIEST, H5F_LIBVER_V110) < 0 ||
+        H5Pset_fclose_degree(access, H5F_CLOSE_SEMI) < 0 ||
+        (h5->file = H5Fcreate(path, H5F_ACC_EXCL, create, access)) < 0)
+        st = rmap_h5_fail(h5, "creating the file", err);
+out:
+    if (create >= 0)
+        (void)H5Pclose(create);
+    if (access >= 0)
+        (void)H5Pclose(access);
+    if (st != RMAP_OK)
+        rmap_h5_drop(h5);
+    return st;
+}
+
+enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    hid_t access = H5I_INVALID_HID;
+    begin();
+    RMAP_TRY(set_path(h5, path, RMAP_FORMAT, err));
+    access = H5Pcreate(H5P_FILE_ACCESS);
+    if (access < 0 || H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
+        (h5->file = H5Fopen(path, H5F_ACC_RDONLY, access)) < 0)
+        st = rmap_h5_fail(h5, "opening it as an HDF5 file", err);
+out:
+    if (access >= 0)
+        (void)H5Pclose(access);
+    if (st != RMAP_OK)
+        rmap_h5_drop(h5);
+    return st;
+}
+
+enum rmap_status rmap_h5_close(struct rmap_h5 *h5, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_alive(h5, err));
+    if (H5Fflush(h5->file, H5F_SCOPE_LOCAL) < 0 || H5Fclose(h5->file) < 0)
+        return rmap_h5_fail(h5, "flushing and closing", err);
+    h5->file = H5I_INVALID_HID;
+    rmap_h5_drop(h5);
+out:
+    return st;
+}
+
+void rmap_h5_drop(struct rmap_h5 *h5)
+{
+    if (h5->path && h5->file >= 0 && !h5->failed) {
+        begin();
+        (void)H5Fclose(h5->file);
+    }
+    rmap_free(h5->path);
+    *h5 = (struct rmap_h5){.file = H5I_INVALID_HID, .failed = h5->failed};
+}
+
+enum rmap_status rmap_h5_group(struct rmap_h5 *h5, const char *path, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_alive(h5, err));
+    hid_t create = H5Pcreate(H5P_GROUP_CREATE);
+    hid_t group = H5I_INVALID_HID;
+    if (create >= 0 && H5Pset_obj_track_times(create, false) >= 0)
+        group = H5Gcreate2(h5->file, path, H5P_DEFAULT, create, H5P_DEFAULT);
+    if (group < 0 || H5Gclose(group) < 0)
+        st = rmap_h5_fail(h5, path, err);
+    if (create >= 0)
+        (void)H5Pclose(create);
+out:
+    return st;
+}
+
+/* A fixed-length, null-padded UTF-8 string type. */
+static hid_t string_type(size_t nbytes)
+{
+    hid_t type = H5Tcopy(H5T_C_S1);
+    if (type >= 0 &&
+        (H5Tset_size(type, nbytes ? nbytes : 1) < 0 || H5Tset_cset(type, H5T_CSET_UTF8) < 0 ||
+         H5Tset_strpad(type, H5T_STR_NULLPAD) < 0)) {
+        (void)H5Tclose(type);
+        type = H5I_INVALID_HID;
+    }
+    return type;
+}
+
+static enum rmap_status put_attribute(struct rmap_h5 *h5, const char *path, const char *name,
+                                      hid_t type, hid_t space, const void *data,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    hid_t attribute = H5I_INVALID_HID;
+    if (type < 0 || space < 0 ||
+        (attribute = H5Acreate_by_name(h5->file, path, name, type, space, H5P_DEFAULT, H5P_DEFAULT,
+                                       H5P_DEFAULT)) < 0 ||
+        H5Awrite(attribute, type, data) < 0)
+        st = rmap_h5_fail(h5, name, err);
+    if (attribute >= 0 && !h5->failed && H5Aclose(attribute) < 0)
+        st = rmap_h5_fail(h5, name, err);
+    return st;
+}
+
+enum rmap_status rmap_h5_put_text(struct rmap_h5 *h5, const char *path, const char *name,
+                                  const char *text, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_alive(h5, err));
+    hid_t type = string_type(strlen(text)), space = H5Screate(H5S_SCALAR);
+    st = put_attribute(h5, path, name, type, space, text, err);
+    (void)H5Tclose(type);
+    (void)H5Sclose(space);
+out:
+    return st;
+}
+
+enum rmap_status rmap_h5_put(struct rmap_h5 *h5, const char *path, const char *name,
+                             enum rmap_element element, size_t n, const void *data,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_alive(h5, err));
+    hsize_t dims = n;
+    hid_t space = n == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &dims, NULL);
+    st = put_attribute(h5, path, name, rmap_h5_type(element), space, data, err);
+    (void)H5Sclose(space);
+out:
+    return st;
+}
+
+enum rmap_status rmap_h5_describe(struct rmap_h5 *h5, const char *path, struct rmap_h5_unit unit,
+                                  const char *description, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_h5_put_text(h5, path, "units", unit.name, err));
+    RMAP_TRY(rmap_h5_put(h5, path, "unitSI", RMAP_F64, 1, &unit.si, err));
+    RMAP_TRY(rmap_h5_put(h5, path, "unitDimension", RMAP_F64, 7, unit.dimension, err));
+    RMAP_TRY(rmap_h5_put_text(h5, path, "description", description, err));
+out:
+    return st;
+}
+
+static enum rmap_status write_data(struct rmap_h5 *h5, const char *path, hid_t type, int rank,
+                                   const hsize_t *dims, const void *data, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    hid_t space = H5Screate_simple(rank, dims, NULL), create = H5Pcreate(H5P_DATASET_CREATE);
+    hid_t set = H5I_INVALID_HID;
+    hsize_t n = 1;
+    for (int k = 0; k < rank; k++)
+        n *= dims[k];
+    if (type < 0 || space < 0 || create < 0 || H5Pset_obj_track_times(create, false) < 0 ||
+        (set = H5Dcreate2(h5->file, path, type, space, H5P_DEFAULT, create, H5P_DEFAULT)) < 0 ||
+        (n > 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0))
+        st = rmap_h5_fail(h5, path, err);
+    if (set >= 0 && !h5->failed && H5Dclose(set) < 0)
+        st = rmap_h5_fail(h5, path, err);
+    (void)H5Sclose(space);
+    (void)H5Pclose(create);
+    return st;
+}
+
+static enum rmap_status put_checksum(struct rmap_h5 *h5, const char *path, const void *data,
+                                     size_t nbytes, struct rmap_error *err)
+{
+    uint64_t sum = rmap_checksum(data, nbytes);
+    return rmap_h5_put(h5, path, "checksum", RMAP_U64, 1, &sum, err);
+}
+
+enum rmap_status rmap_h5_write(struct rmap_h5 *h5, const struct rmap_h5_array *array,
+                               const void *data, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t nbytes = rmap_element_nbytes(array->element);
+    RMAP_TRY(check_alive(h5, err));
+    for (int k = 0; k < array->rank; k++)
+        nbytes *= (size_t)array->dims[k];
+    RMAP_TRY(write_data(h5, array->path, rmap_h5_type(array->element), array->rank, array->dims,
+                        data, err));
+    RMAP_TRY(rmap_h5_describe(h5, array->path, array->unit, array->description, err));
+    RMAP_TRY(put_checksum(h5, array->path, data, nbytes, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_h5_write_names(struct rmap_h5 *h5, const char *path, const char *const *name,
+                                     size_t n, const char *description, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t width = 1;
+    char *text = NULL;
+    hid_t type = H5I_INVALID_HID;
+    hsize_t dims = n;
+    RMAP_TRY(check_alive(h5, err));
+    for (size_t i = 0; i < n; i++)
+        if (name[i] && strlen(name[i]) > width)
+            width = strlen(name[i]);
+    text = rmap_alloc(n, width);
+    if (!text) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names in %s", path);
+        goto out;
+    }
+    for (size_t i = 0; i < n; i++)
+        if (name[i])
+            memcpy(text + i * width, name[i], strlen(name[i]));
+    type = string_type(width);
+    RMAP_TRY(write_data(h5, path, type, 1, &dims, text, err));
+    RMAP_TRY(rmap_h5_describe(h5, path, rmap_h5_unit_of(RMAP_UNIT_ONE, NULL, 1), description, err));
+    RMAP_TRY(put_checksum(h5, path, text, n * width, err));
+out:
+    if (type >= 0)
+        (void)H5Tclose(type);
+    rmap_free(text);
+    return st;
+}
+
+enum rmap_status rmap_h5_write_fields(struct rmap_h5 *h5, const struct rmap_h5_field *field,
+                                      size_t n_field, const void *row, size_t n, size_t row_nbytes,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t f = 0; f < n_field; f++) {
+        size_t cell = field[f].width * rmap_element_nbytes(field[f].element);
+        char *column = rmap_alloc(n, cell);
+        if (!column)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s", field[f].path);
+        for (size_t i = 0; i < n; i++)
+            memcpy(column + i * cell, (const char *)row + i * row_nbytes + field[f].offset, cell);
+        struct rmap_h5_array array = {field[f].path,
+                                      field[f].element,
+                                      field[f].width == 1 ? 1 : 2,
+                                      {n, field[f].width},
+                                      rmap_h5_unit_of(RMAP_UNIT_ONE, NULL, 1),
+                                      field[f].description};
+        st = rmap_h5_write(h5, &array, column, err);
+        rmap_free(column);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return st;
+}

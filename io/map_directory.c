@@ -1,0 +1,238 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map_directory.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/map_writer.h"
+#include "io/publish.h"
+
+enum { DIGITS = 5 };
+
+/* The number in "prefixNNNNNsuffix", or -1. */
+static int numbered(const char *name, const char *prefix, const char *suffix)
+{
+    size_t n = strlen(prefix);
+    int number = 0;
+    if (strlen(name) != n + DIGITS + strlen(suffix) || strncmp(name, prefix, n) != 0 ||
+        strcmp(name + n + DIGITS, suffix) != 0)
+        return -1;
+    for (int k = 0; k < DIGITS; k++) {
+        char c = name[n + (size_t)k];
+        if (c < '0' || c > '9')
+            return -1;
+        number = 10 * number + (c - '0');
+    }
+    return number;
+}
+
+static int shard_number(const char *name)
+{
+    return numbered(name, "shard-", "");
+}
+
+static int piece_number(const char *name)
+{
+    return numbered(name, "piece-", ".h5");
+}
+
+/* Calls visit for every entry but . and .. until it fails. */
+static enum rmap_status visit_directory(const char *path,
+                                        enum rmap_status (*visit)(void *context, const char *name,
+                                                                  struct rmap_error *err),
+                                        void *context, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    DIR *directory = opendir(path);
+    if (!directory)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot list the directory: %s", path,
+                              strerror(errno));
+    struct dirent *entry;
+    while (st == RMAP_OK && (errno = 0, entry = readdir(directory)))
+        if (strcmp(entry->d_name, ".") != 0 && strcmp(entry->d_name, "..") != 0)
+            st = visit(context, entry->d_name, err);
+    if (st == RMAP_OK && errno != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: reading the directory: %s", path,
+                            strerror(errno));
+    (void)closedir(directory);
+    return st;
+}
+
+static enum rmap_status take_highest(void *context, const char *name, struct rmap_error *err)
+{
+    int *next = context;
+    (void)err;
+    if (piece_number(name) >= *next)
+        *next = piece_number(name) + 1;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_shard_next_piece(const char *shard_path, int *number_ret,
+                                       struct rmap_error *err)
+{
+    *number_ret = 0;
+    return visit_directory(shard_path, take_highest, number_ret, err);
+}
+
+struct piece_list {
+    const char *map_path;
+    int shard;
+    struct rmap_piece_name *name;
+    size_t n, cap;
+};
+
+static enum rmap_status list_piece(void *context, const char *name, struct rmap_error *err)
+{
+    struct piece_list *list = context;
+    int number = piece_number(name);
+    if (number < 0)
+        return RMAP_OK;
+    void *block = list->name;
+    enum rmap_status st = rmap_reserve(&block, &list->cap, list->n + 1, sizeof *list->name, err);
+    list->name = block;
+    if (st == RMAP_OK)
+        list->name[list->n++] = (struct rmap_piece_name){list->shard, number};
+    return st;
+}
+
+static enum rmap_status list_shard(void *context, const char *name, struct rmap_error *err)
+{
+    struct piece_list *list = context;
+    list->shard = shard_number(name);
+    if (list->shard < 0)
+        return RMAP_OK;
+    char *path = rmap_path_format("%s/%s", list->map_path, name);
+    enum rmap_status st = path ? visit_directory(path, list_piece, list, err)
+                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    rmap_free(path);
+    return st;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const struct rmap_piece_name *x = a, *y = b;
+    if (x->shard != y->shard)
+        return x->shard < y->shard ? -1 : 1;
+    return (x->number > y->number) - (x->number < y->number);
+}
+
+enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
+                                      size_t *n_ret, struct rmap_error *err)
+{
+    struct piece_list list = {.map_path = map_path};
+    enum rmap_status st = visit_directory(map_path, list_shard, &list, err);
+    if (st != RMAP_OK) {
+        rmap_free(list.name);
+        return st;
+    }
+    if (list.n > 0)
+        qsort(list.name, list.n, sizeof *list.name, by_place);
+    *name_ret = list.name;
+    *n_ret = list.n;
+    return RMAP_OK;
+}
+
+/* ---- making the directory, over an old map if told to ---- */
+
+static bool is_temporary(const char *name)
+{
+    size_t n = strlen(name);
+    return n > 5 && strcmp(name + n - 5, ".part") == 0 &&
+           (strncmp(name, ".piece-", 7) == 0 || strncmp(name, ".map.h5.", 8) == 0);
+}
+
+struct clearing {
+    const char *map_path;
+    const char *shard; /* being visited, or NULL */
+    bool remove;       /* false: look only */
+};
+
+static enum rmap_status foreign(const char *path, const char *name, struct rmap_error *err)
+{
+    return rmap_error_set(
+        err, RMAP_USAGE,
+        "%s holds '%s', which is no part of a ray map: nothing was removed; choose "
+        "another name or remove it yourself",
+        path, name);
+}
+
+static enum rmap_status remove_path(char *path, int (*how)(const char *), struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (how(path) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
+    rmap_free(path);
+    return st;
+}
+
+static enum rmap_status clear_piece(void *context, const char *name, struct rmap_error *err)
+{
+    const struct clearing *clearing = context;
+    if (piece_number(name) < 0 && !is_temporary(name))
+        return foreign(clearing->shard, name, err);
+    if (!clearing->remove)
+        return RMAP_OK;
+    return remove_path(rmap_path_format("%s/%s", clearing->shard, name), unlink, err);
+}
+
+static enum rmap_status clear_shard(struct clearing *clearing, const char *name,
+                                    struct rmap_error *err)
+{
+    char *path = rmap_path_format("%s/%s", clearing->map_path, name);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    clearing->shard = path;
+    enum rmap_status st = visit_directory(path, clear_piece, clearing, err);
+    if (st == RMAP_OK && clearing->remove)
+        return remove_path(path, rmdir, err);
+    rmap_free(path);
+    return st;
+}
+
+static enum rmap_status clear_entry(void *context, const char *name, struct rmap_error *err)
+{
+    struct clearing *clearing = context;
+    if (shard_number(name) >= 0)
+        return clear_shard(clearing, name, err);
+    if (strcmp(name, "map.h5") != 0 && !is_temporary(name))
+        return foreign(clearing->map_path, name, err);
+    if (!clearing->remove)
+        return RMAP_OK;
+    return remove_path(rmap_path_format("%s/%s", clearing->map_path, name), unlink, err);
+}
+
+/* Looks first, then removes: a directory with foreign files is left whole. */
+static enum rmap_status clear_map(const char *path, struct rmap_error *err)
+{
+    struct clearing clearing = {.map_path = path};
+    enum rmap_status st = visit_directory(path, clear_entry, &clearing, err);
+    clearing.remove = true;
+    return st == RMAP_OK ? visit_directory(path, clear_entry, &clearing, err) : st;
+}
+
+enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error *err)
+{
+    struct stat info;
+    if (mkdir(path, 0777) == 0)
+        return RMAP_OK;
+    int reason = errno;
+    if (reason != EEXIST)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", path,
+                              strerror(reason));
+    if (!force)
+        return rmap_error_set(err, RMAP_USAGE, "%s exists already: use another name, or --force",
+                              path);
+    if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "%s is no directory, so no ray map: it is left as it is", path);
+    return clear_map(path, err);
+}

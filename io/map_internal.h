@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * An open map, for the files that make up its reader.
+ */
+#ifndef RMAP_MAP_INTERNAL_H
+#define RMAP_MAP_INTERNAL_H
+
+#include <pthread.h>
+
+#include "io/map_scan.h"
+
+/* Chunks of one piece per column, in order; read when first needed. */
+struct rmap_piece_chunks {
+    bool loaded;
+    struct rmap_chunk_entry *entry; /* [n_chunk of all columns], grouped by column */
+    size_t first[RMAP_COLUMN_COUNT + 1];
+};
+
+struct rmap_map {
+    char *path;
+    struct rmap_map_content content;
+    struct rmap_map_summary summary;
+    struct rmap_bundle *bundle;
+    struct rmap_scene *scene;
+    struct rmap_tally *tally;
+    double *flux_per_weight; /* [n_source] */
+    uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
+
+    pthread_mutex_t lock;             /* of chunks */
+    struct rmap_piece_chunks *chunks; /* [n_piece] */
+};
+
+/* "MAP/shard-00000/piece-00000.h5"; rmap_free. NULL when memory is short. */
+char *rmap_map_piece_path(const struct rmap_map *map, size_t piece);
+
+/* Chunks of a piece, read and checked against the index the first time: borrowed from the map.
+ * Thread-safe. RMAP_FORMAT when the piece is missing, of another size, or inconsistent. */
+enum rmap_status rmap_map_piece_chunks(const struct rmap_map *map, size_t piece,
+                                       const struct rmap_piece_chunks **chunks_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

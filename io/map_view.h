@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The view of all pieces as one, for people with h5py: virtual datasets in the index, one per
+ * column, by relative file names. Missing pieces read as fill values without an error, so no
+ * program of ours reads through it.
+ */
+#ifndef RMAP_MAP_VIEW_H
+#define RMAP_MAP_VIEW_H
+
+#include "io/map_format.h"
+
+/* Writes /ray/..., /segment/..., /registration/... over pieces in the order given. With more than
+ * RMAP_VIEW_PIECES_MAX pieces only the root's attribute `view` says that there is none. */
+enum rmap_status rmap_map_view_write(struct rmap_h5 *h5, const struct rmap_scene *scene,
+                                     const struct rmap_piece_info *piece, size_t n_piece,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

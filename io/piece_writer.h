@@ -1,0 +1,32 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One piece of a shard: a complete HDF5 file that takes ready chunks and is published at the end.
+ */
+#ifndef RMAP_PIECE_WRITER_H
+#define RMAP_PIECE_WRITER_H
+
+#include "io/map_format.h"
+#include "io/map_writer.h"
+
+struct rmap_piece_writer;
+
+/* scene_digest and run are borrowed. */
+enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int number,
+                                          const struct rmap_run *run, const char *scene_digest,
+                                          struct rmap_piece_writer **writer_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Stores chunk `index` of a column, after which the column has n_row rows. */
+enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *writer, enum rmap_column column,
+                                       uint32_t index, uint64_t n_row, const uint8_t *stored,
+                                       size_t nbytes, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Writes the tables of chunks and portions, closes and publishes. */
+enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *writer,
+                                          const struct rmap_portion_info *portion, size_t n_portion,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Releases; what was not finished is removed. NULL is fine. */
+void rmap_piece_writer_destroy(struct rmap_piece_writer *writer);
+
+#endif

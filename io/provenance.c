@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/provenance.h"
+
+#include <libdeflate.h>
+#include <stdio.h>
+#include <string.h>
+#include <xxhash.h>
+
+#include "base/alloc.h"
+#include "io/map_format.h"
+#include "version.h"
+
+enum rmap_status rmap_scene_digest(const struct rmap_bundle *bundle, char text[33],
+                                   struct rmap_error *err)
+{
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    enum rmap_status st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    if (st != RMAP_OK)
+        return st;
+    XXH128_hash_t hash = XXH3_128bits(blob, nbytes);
+    rmap_digest_text((struct rmap_digest){hash.low64, hash.high64}, text);
+    rmap_free(blob);
+    return RMAP_OK;
+}
+
+static enum rmap_status put_versions(struct rmap_h5 *h5, const struct rmap_run *run,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char text[128];
+    unsigned major = 0, minor = 0, release = 0;
+    (void)H5get_libversion(&major, &minor, &release);
+    (void)snprintf(text, sizeof text, "%u.%u.%u", major, minor, release);
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "hdf5_version", text, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "embree_version",
+                              run->embree_version ? run->embree_version : "", err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "libdeflate_version", LIBDEFLATE_VERSION_STRING, err));
+    unsigned xxhash = XXH_versionNumber();
+    (void)snprintf(text, sizeof text, "%u.%u.%u", xxhash / 10000, xxhash / 100 % 100, xxhash % 100);
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "xxhash_version", text, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
+                                     const struct rmap_run *run, const char *scene_digest,
+                                     struct rmap_error *err)
+{
+    static const int32_t version[2] = {RMAP_FORMAT_MAJOR, RMAP_FORMAT_MINOR};
+    const struct rmap_scene *scene = run->scene;
+    const char *flux = scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "filetype", filetype, err));
+    RMAP_TRY(rmap_h5_put(h5, "/", "version", RMAP_I32, 2, version, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "program_version", RMAP_VERSION, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "git_revision", RMAP_GIT_REVISION, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "compiler", RMAP_COMPILER, err));
+    RMAP_TRY(put_versions(h5, run, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "isa", run->isa ? run->isa : "", err));
+    RMAP_TRY(rmap_h5_put(h5, "/", "seed", RMAP_U64, 1, &run->seed, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "scene_digest", scene_digest, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "length_unit", scene->unit, err));
+    RMAP_TRY(rmap_h5_put(h5, "/", "length_unitSI", RMAP_F64, 1, &scene->unit_m, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "flux_unit", flux, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "colour_space",
+                              scene->channels.mode == RMAP_COLOUR_RGB ? "rgb" : "spectral", err));
+    int32_t n_channel = scene->channels.n;
+    RMAP_TRY(rmap_h5_put(h5, "/", "channels", RMAP_I32, 1, &n_channel, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_provenance_check(struct rmap_h5 *h5, const char *filetype,
+                                       struct rmap_error *err)
+{
+    char text[64];
+    int32_t version[2] = {0};
+    if (rmap_h5_get_text(h5, "/", "filetype", text, sizeof text, NULL) != RMAP_OK ||
+        strcmp(text, filetype) != 0 ||
+        rmap_h5_get(h5, "/", "version", RMAP_I32, 2, version, NULL) != RMAP_OK)
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "%s is an HDF5 file, but not a '%s': give the map's directory",
+                              h5->path, filetype);
+    if (version[0] != RMAP_FORMAT_MAJOR)
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "%s has format version %d.%d; this program reads %d.x: use %s raymap",
+                              h5->path, (int)version[0], (int)version[1], RMAP_FORMAT_MAJOR,
+                              version[0] > RMAP_FORMAT_MAJOR ? "a newer" : "an older");
+    return RMAP_OK;
+}

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/publish.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+
+#define HOST_LEN 256
+
+char *rmap_path_format(const char *format, ...)
+{
+    va_list args, again;
+    va_start(args, format);
+    va_copy(again, args);
+    int length = vsnprintf(NULL, 0, format, args);
+    char *path = length < 0 ? NULL : rmap_alloc((size_t)length + 1, 1);
+    if (path)
+        (void)vsnprintf(path, (size_t)length + 1, format, again);
+    va_end(again);
+    va_end(args);
+    return path;
+}
+
+static const char *environment(const char *name, const char *otherwise)
+{
+    const char *value = getenv(name);
+    return value && *value && !strchr(value, '/') ? value : otherwise;
+}
+
+char *rmap_temporary_path(const char *directory, const char *name)
+{
+    char host[HOST_LEN] = "host";
+    (void)gethostname(host, sizeof host - 1);
+    return rmap_path_format("%s/.%s.%s.%s.%s.%ld.part", directory, name,
+                            environment("SLURM_JOB_ID", "0"),
+                            environment("SLURM_RESTART_COUNT", "0"), host, (long)getpid());
+}
+
+static enum rmap_status system_error(struct rmap_error *err, const char *path, const char *what)
+{
+    return rmap_error_set(err, RMAP_SYSTEM, "%s: %s: %s", path, what, strerror(errno));
+}
+
+static enum rmap_status sync_path(const char *path, int flags, struct rmap_error *err)
+{
+    int fd = open(path, flags | O_CLOEXEC);
+    if (fd < 0)
+        return system_error(err, path, "cannot open for syncing");
+    int failed = fsync(fd);
+    int reason = errno;
+    if (close(fd) != 0 && !failed)
+        return system_error(err, path, "closing");
+    errno = reason;
+    return failed ? system_error(err, path, "syncing to disk") : RMAP_OK;
+}
+
+/* File systems without hard links (some FUSE and object stores): the name is taken first with
+ * O_EXCL, then the file is moved over the empty one. */
+static int reserve_and_rename(const char *temporary, const char *final)
+{
+    int fd = open(final, O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
+    if (fd < 0 || close(fd) != 0)
+        return -1;
+    return rename(temporary, final);
+}
+
+static int link_new(const char *temporary, const char *final)
+{
+    if (link(temporary, final) == 0)
+        return unlink(temporary);
+    if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS || errno == EMLINK)
+        return reserve_and_rename(temporary, final);
+    return -1;
+}
+
+static enum rmap_status publish(const char *directory, const char *temporary, const char *final,
+                                int (*give_name)(const char *, const char *),
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(sync_path(temporary, O_RDWR, err));
+    if (give_name(temporary, final) != 0) {
+        st = system_error(err, final, "cannot be published");
+        goto out;
+    }
+    RMAP_TRY(sync_path(directory, O_RDONLY | O_DIRECTORY, err));
+out:
+    if (st != RMAP_OK)
+        (void)unlink(temporary);
+    return st;
+}
+
+enum rmap_status rmap_publish_new(const char *directory, const char *temporary, const char *final,
+                                  struct rmap_error *err)
+{
+    return publish(directory, temporary, final, link_new, err);
+}
+
+enum rmap_status rmap_publish_over(const char *directory, const char *temporary, const char *final,
+                                   struct rmap_error *err)
+{
+    return publish(directory, temporary, final, rename, err);
+}

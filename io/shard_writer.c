@@ -1,0 +1,374 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A shard's column buffers under one lock; encoding outside any lock; HDF5 in one thread.
+ *
+ * A full buffer goes to a queue that keeps the order of filling, so the file does not depend on
+ * which thread encoded what. A piece ends between two portions: its buffers are flushed as they
+ * are, and a sign in the queue tells the writing thread to close it.
+ */
+#include <errno.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/alloc.h"
+#include "io/chunk_queue.h"
+#include "io/codec.h"
+#include "io/map_directory.h"
+#include "io/piece_writer.h"
+#include "io/provenance.h"
+#include "io/publish.h"
+
+#define PIECE_NBYTES_DEFAULT (UINT64_C(512) << 20)
+
+/* A piece in flight: begun by append, ended by store. */
+struct rmap_shard_piece {
+    int number;
+    uint64_t n_row[RMAP_TABLE_COUNT];
+    uint64_t raw_nbytes;
+    struct rmap_portion_info *portion;
+    size_t n_portion, cap_portion;
+};
+
+struct encoder_slot {
+    struct encoder_slot *next;
+    struct rmap_encoder *encoder;
+};
+
+struct rmap_shard_writer {
+    char *path;
+    int shard;
+    struct rmap_run run;
+    char scene_digest[33];
+    uint64_t piece_nbytes;
+
+    pthread_mutex_t lock;
+    /* Under the lock. */
+    enum rmap_status failed; /* RMAP_OK, or why the shard is unusable */
+    int next_number;
+    struct rmap_shard_piece *piece; /* being filled, or NULL */
+    struct rmap_chunk *open[RMAP_COLUMN_COUNT];
+    struct rmap_chunk_queue queue;
+    struct encoder_slot *idle;
+    _Atomic size_t backlog;
+
+    /* The writing thread's own. */
+    struct rmap_piece_writer *file; /* of the piece being stored, or NULL */
+};
+
+static void piece_destroy(struct rmap_shard_piece *piece)
+{
+    if (!piece)
+        return;
+    rmap_free(piece->portion);
+    rmap_free(piece);
+}
+
+enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
+                                          const struct rmap_run *run, size_t piece_nbytes,
+                                          struct rmap_shard_writer **writer_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_shard_writer *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a shard");
+    (void)pthread_mutex_init(&self->lock, NULL);
+    self->shard = shard;
+    self->run = *run;
+    self->piece_nbytes = piece_nbytes ? piece_nbytes : PIECE_NBYTES_DEFAULT;
+    self->queue.n_channel = run->scene->channels.n;
+    self->path = rmap_path_format("%s/shard-%05d", map_path, shard);
+    if (!self->path) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a shard");
+        goto out;
+    }
+    if (mkdir(self->path, 0777) != 0 && errno != EEXIST) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", self->path,
+                            strerror(errno));
+        goto out;
+    }
+    RMAP_TRY(rmap_scene_digest(run->bundle, self->scene_digest, err));
+    RMAP_TRY(rmap_shard_next_piece(self->path, &self->next_number, err));
+    *writer_ret = self;
+    self = NULL;
+out:
+    rmap_shard_writer_destroy(self);
+    return st;
+}
+
+static enum rmap_status begin_piece(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    if (self->piece)
+        return RMAP_OK;
+    self->piece = rmap_alloc(1, sizeof *self->piece);
+    if (!self->piece)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+    self->piece->number = self->next_number++;
+    return RMAP_OK;
+}
+
+/* Copies a portion's rows of one column, handing over buffers as they fill. */
+static enum rmap_status append_column(struct rmap_shard_writer *self, enum rmap_column column,
+                                      const struct rmap_portion *portion, struct rmap_error *err)
+{
+    enum rmap_table table = rmap_column_info(column)->table;
+    size_t row = rmap_portion_row_nbytes(portion, column), left = portion->n_row[table];
+    const uint8_t *from = rmap_portion_column(portion, column);
+    uint64_t at = self->piece->n_row[table];
+    while (left > 0) {
+        struct rmap_chunk *chunk = self->open[column];
+        if (!chunk) {
+            enum rmap_status st = rmap_chunk_queue_take(&self->queue, column, &chunk, err);
+            if (st != RMAP_OK)
+                return st;
+            chunk->piece = self->piece;
+            chunk->index = (uint32_t)(at / RMAP_CHUNK_ROWS);
+            self->open[column] = chunk;
+        }
+        size_t n = RMAP_CHUNK_ROWS - chunk->n_row < left ? RMAP_CHUNK_ROWS - chunk->n_row : left;
+        memcpy(chunk->raw + chunk->n_row * row, from, n * row);
+        chunk->n_row += n;
+        chunk->n_row_end = at += n;
+        from += n * row;
+        left -= n;
+        if (chunk->n_row == RMAP_CHUNK_ROWS) {
+            rmap_chunk_queue_push(&self->queue, chunk);
+            self->open[column] = NULL;
+        }
+    }
+    self->piece->raw_nbytes += portion->n_row[table] * row;
+    return RMAP_OK;
+}
+
+/* Hands over what is in the buffers, and the piece with it. */
+static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    struct rmap_chunk *sign = NULL;
+    enum rmap_status st = rmap_chunk_queue_take(&self->queue, RMAP_COLUMN_COUNT, &sign, err);
+    if (st != RMAP_OK)
+        return st;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        struct rmap_chunk *chunk = self->open[c];
+        if (!chunk)
+            continue;
+        size_t used = chunk->raw_nbytes / RMAP_CHUNK_ROWS * chunk->n_row;
+        memset(chunk->raw + used, 0, chunk->raw_nbytes - used);
+        rmap_chunk_queue_push(&self->queue, chunk);
+        self->open[c] = NULL;
+    }
+    sign->piece = self->piece;
+    self->piece = NULL;
+    rmap_chunk_queue_push(&self->queue, sign);
+    return RMAP_OK;
+}
+
+static enum rmap_status append_locked(struct rmap_shard_writer *self,
+                                      const struct rmap_portion *portion,
+                                      struct rmap_portion_info *info, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(begin_piece(self, err));
+    struct rmap_shard_piece *piece = self->piece;
+    void *block = piece->portion;
+    st = rmap_reserve(&block, &piece->cap_portion, piece->n_portion + 1, sizeof *piece->portion,
+                      err);
+    piece->portion = block;
+    if (st != RMAP_OK)
+        goto out;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        RMAP_TRY(append_column(self, (enum rmap_column)c, portion, err));
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+        info->first_row[t] = piece->n_row[t];
+        info->n_row[t] = portion->n_row[t];
+        piece->n_row[t] += portion->n_row[t];
+    }
+    piece->portion[piece->n_portion++] = *info;
+    if (piece->raw_nbytes >= self->piece_nbytes)
+        RMAP_TRY(end_piece(self, err));
+out:
+    return st;
+}
+
+/* Runs under the lock unless the shard failed already; its failure is the shard's. */
+static enum rmap_status leave(struct rmap_shard_writer *self, enum rmap_status st)
+{
+    if (st != RMAP_OK && self->failed == RMAP_OK)
+        self->failed = st;
+    atomic_store_explicit(&self->backlog, self->queue.nbytes, memory_order_relaxed);
+    (void)pthread_mutex_unlock(&self->lock);
+    return st;
+}
+
+static enum rmap_status enter(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    if (self->failed == RMAP_OK)
+        return RMAP_OK;
+    enum rmap_status st = self->failed;
+    (void)pthread_mutex_unlock(&self->lock);
+    return rmap_error_set(err, st, "%s: the shard failed earlier", self->path);
+}
+
+enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
+                                          const struct rmap_portion *portion,
+                                          struct rmap_error *err)
+{
+    struct rmap_portion_info info = {.shard = self->shard,
+                                     .colour_space = (uint8_t)self->run.scene->channels.mode,
+                                     .first_ray = portion->first_ray};
+    if (portion->n_row[RMAP_TABLE_RAY] == 0)
+        return RMAP_OK;
+    if (portion->n_channel != self->queue.n_channel)
+        return rmap_error_set(err, RMAP_INTERNAL, "a block with %d colour channels, not %d",
+                              portion->n_channel, self->queue.n_channel);
+    info.digest = rmap_portion_digest(portion);
+    rmap_portion_summarise(portion, &info.summary);
+    enum rmap_status st = enter(self, err);
+    if (st != RMAP_OK)
+        return st;
+    return leave(self, append_locked(self, portion, &info, err));
+}
+
+/* An idle encoder or a new one; called under the lock. */
+static enum rmap_status take_encoder(struct rmap_shard_writer *self, struct encoder_slot **slot_ret,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct encoder_slot *slot = self->idle;
+    if (slot) {
+        self->idle = slot->next;
+    } else {
+        slot = rmap_alloc(1, sizeof *slot);
+        if (!slot)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
+        st = rmap_encoder_create(&slot->encoder, err);
+        if (st != RMAP_OK) {
+            rmap_free(slot);
+            return st;
+        }
+    }
+    *slot_ret = slot;
+    return st;
+}
+
+static enum rmap_status encode_chunk(struct rmap_encoder *encoder, struct rmap_chunk *chunk,
+                                     struct rmap_error *err)
+{
+    size_t element = rmap_element_nbytes(rmap_column_info(chunk->column)->element);
+    size_t n = chunk->raw_nbytes / element;
+    if (!chunk->stored)
+        chunk->stored = rmap_alloc(rmap_codec_bound(n, element), 1);
+    if (!chunk->stored)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoded chunk");
+    return rmap_encoder_encode(encoder, chunk->raw, n, element, chunk->stored,
+                               &chunk->stored_nbytes, err);
+}
+
+enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *did_ret,
+                                          struct rmap_error *err)
+{
+    struct encoder_slot *slot = NULL;
+    struct rmap_chunk *chunk = NULL;
+    *did_ret = false;
+    enum rmap_status st = enter(self, err);
+    if (st != RMAP_OK)
+        return st;
+    if (self->queue.unencoded)
+        st = take_encoder(self, &slot, err);
+    if (slot)
+        chunk = rmap_chunk_queue_next(&self->queue);
+    st = leave(self, st);
+    if (!slot)
+        return st;
+
+    st = encode_chunk(slot->encoder, chunk, err);
+
+    (void)pthread_mutex_lock(&self->lock);
+    slot->next = self->idle;
+    self->idle = slot;
+    rmap_chunk_queue_encoded(&self->queue, chunk);
+    *did_ret = st == RMAP_OK;
+    return leave(self, st);
+}
+
+static enum rmap_status store_chunk(struct rmap_shard_writer *self, const struct rmap_chunk *chunk,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_shard_piece *piece = chunk->piece;
+    if (!self->file)
+        RMAP_TRY(rmap_piece_writer_create(self->path, self->shard, piece->number, &self->run,
+                                          self->scene_digest, &self->file, err));
+    if (chunk->ends_piece) {
+        RMAP_TRY(rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion, err));
+        rmap_piece_writer_destroy(self->file);
+        self->file = NULL;
+    } else {
+        RMAP_TRY(rmap_piece_writer_put(self->file, chunk->column, chunk->index, chunk->n_row_end,
+                                       chunk->stored, chunk->stored_nbytes, err));
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    enum rmap_status st = enter(self, err);
+    if (st != RMAP_OK)
+        return st;
+    struct rmap_chunk *chunk;
+    while (st == RMAP_OK && (chunk = rmap_chunk_queue_pop(&self->queue))) {
+        (void)pthread_mutex_unlock(&self->lock);
+        st = store_chunk(self, chunk, err);
+        (void)pthread_mutex_lock(&self->lock);
+        if (chunk->ends_piece)
+            piece_destroy(chunk->piece);
+        rmap_chunk_queue_give_back(&self->queue, chunk);
+    }
+    return leave(self, st);
+}
+
+size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *self)
+{
+    return atomic_load_explicit(&self->backlog, memory_order_relaxed);
+}
+
+enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    enum rmap_status st = enter(self, err);
+    if (st != RMAP_OK)
+        return st;
+    if (self->piece)
+        st = end_piece(self, err);
+    st = leave(self, st);
+    for (bool did = true; did && st == RMAP_OK;) {
+        st = rmap_shard_writer_encode(self, &did, err);
+        if (st == RMAP_OK)
+            st = rmap_shard_writer_store(self, err);
+    }
+    return st;
+}
+
+void rmap_shard_writer_destroy(struct rmap_shard_writer *self)
+{
+    if (!self)
+        return;
+    rmap_piece_writer_destroy(self->file);
+    for (struct rmap_chunk *chunk = self->queue.head; chunk; chunk = chunk->next)
+        if (chunk->ends_piece)
+            piece_destroy(chunk->piece);
+    piece_destroy(self->piece);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        rmap_chunk_destroy(self->open[c]);
+    rmap_chunk_queue_fini(&self->queue);
+    for (struct encoder_slot *slot = self->idle, *next; slot; slot = next) {
+        next = slot->next;
+        rmap_encoder_destroy(slot->encoder);
+        rmap_free(slot);
+    }
+    (void)pthread_mutex_destroy(&self->lock);
+    rmap_free(self->path);
+    rmap_free(self);
+}
