@@ -68,7 +68,7 @@ static struct rmap_vec3 diffused(struct rmap_vec3 normal, double u, double v)
     double r = sqrt(u), cosine, sine;
     rmap_azimuth(v, &cosine, &sine);
     struct rmap_vec3 plane = rmap_axpy(r * cosine, x, rmap_scale(y, r * sine));
-    return rmap_normalize(rmap_axpy(sqrt(1.0 - u), normal, plane));
+    return rmap_axpy(sqrt(1.0 - u), normal, plane); /* unit to 4e-16: built anew each time */
 }
 
 static void turn(struct rmap_decision *decision, uint32_t event, struct rmap_vec3 direction)
