@@ -53,6 +53,10 @@ enum rmap_status rmap_bundle_unpack(const uint8_t *blob, size_t nbytes,
                                     struct rmap_bundle **bundle_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
+/* Takes the mesh over, on success alone; for rmap_scene_read. */
+enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
+                                      struct rmap_mesh *mesh, struct rmap_error *err) RMAP_MUST_USE;
+
 /* Builds the scene. Reads meshes from files into the bundle unless meshes_complete, and sets it.
  * Lists every mistake in diagnostics; RMAP_INPUT when any of them is an error. */
 enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene **scene_ret,
@@ -63,5 +67,7 @@ enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene *
  * Degenerate triangles are dropped and counted. RMAP_INPUT when it cannot be read as a mesh. */
 enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
                                 size_t *n_degenerate_ret, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -24,13 +24,32 @@ void rmap_diagnostics_fini(struct rmap_diagnostics *diagnostics)
 void rmap_diagnostics_add(struct rmap_diagnostics *diagnostics, enum rmap_severity severity,
                           int line, int column, const char *format, ...)
 {
-    if (severity == RMAP_SEVERITY_ERROR)
-        diagnostics->n_error++;
-    char text[RMAP_ERROR_TEXT_LEN];
     va_list args;
     va_start(args, format);
-    (void)vsnprintf(text, sizeof text, format, args);
+    rmap_diagnostics_vadd(diagnostics, severity, line, column, format, args);
     va_end(args);
+}
+
+/* What comes from a file must not steer the terminal that shows it. */
+static void blank_controls(char *text)
+{
+    for (; *text; text++)
+        if ((unsigned char)*text < ' ' || *text == 127)
+            *text = '?';
+}
+
+void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_severity severity,
+                           int line, int column, const char *format, va_list args)
+{
+    if (severity == RMAP_SEVERITY_ERROR)
+        diagnostics->n_error++;
+    if (rmap_diagnostics_full(diagnostics)) {
+        diagnostics->n_dropped++;
+        return;
+    }
+    char text[RMAP_ERROR_TEXT_LEN];
+    (void)vsnprintf(text, sizeof text, format, args);
+    blank_controls(text);
     void *item = diagnostics->item;
     if (rmap_reserve(&item, &diagnostics->cap, diagnostics->n + 1, sizeof *diagnostics->item,
                      NULL) != RMAP_OK)
@@ -41,6 +60,11 @@ void rmap_diagnostics_add(struct rmap_diagnostics *diagnostics, enum rmap_severi
         return;
     diagnostics->item[diagnostics->n++] = (struct rmap_diagnostic){
         .severity = severity, .line = line, .column = column, .text = copy};
+}
+
+bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics)
+{
+    return diagnostics->n >= RMAP_DIAGNOSTICS_MAX;
 }
 
 static int by_place(const void *a, const void *b)
@@ -73,6 +97,8 @@ void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *ou
         qsort(order, diagnostics->n, sizeof(void *), by_place);
     for (size_t i = 0; i < diagnostics->n; i++)
         print_item(file, order ? order[i] : &diagnostics->item[i], out);
+    if (diagnostics->n_dropped)
+        fprintf(out, "%s: and %zu more\n", file, diagnostics->n_dropped);
     rmap_free(order);
 }
 

@@ -5,6 +5,8 @@
 #ifndef RMAP_DIAGNOSTICS_H
 #define RMAP_DIAGNOSTICS_H
 
+#include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdio.h>
 
@@ -22,15 +24,24 @@ struct rmap_diagnostics {
     char *file;
     struct rmap_diagnostic *item;
     size_t n, cap;
-    size_t n_error;
+    size_t n_error;   /* all of them, those without a text too */
+    size_t n_dropped; /* past RMAP_DIAGNOSTICS_MAX */
 };
 
 void rmap_diagnostics_init(struct rmap_diagnostics *diagnostics, const char *file);
 void rmap_diagnostics_fini(struct rmap_diagnostics *diagnostics);
 
-/* Memory running short drops the text but counts the error. */
+#define RMAP_DIAGNOSTICS_MAX 1000 /* texts kept; what comes after them is counted only */
+
+/* Memory running short drops the text but counts the error. Control characters become '?'. */
 void rmap_diagnostics_add(struct rmap_diagnostics *diagnostics, enum rmap_severity severity,
                           int line, int column, const char *format, ...) RMAP_PRINTF(5, 6);
+
+void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_severity severity,
+                           int line, int column, const char *format, va_list args);
+
+/* True when no further text would be kept: no need to compose one. */
+bool rmap_diagnostics_full(const struct rmap_diagnostics *diagnostics);
 
 /* "file:line:column: error: text", one per line, sorted by place. */
 void rmap_diagnostics_print(const struct rmap_diagnostics *diagnostics, FILE *out);

@@ -1,0 +1,304 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Virtual detectors: planes free in space or lying on an object, and far-field grids.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene_reader.h"
+
+#define CELLS_PER_SIDE_MAX 65535 /* cells are stored in 16 bits */
+#define CELLS_MAX          (1u << 26)
+
+static void read_cells(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_detector *detector)
+{
+    const struct rmap_range range = {1, CELLS_PER_SIDE_MAX, "between 1 and 65535"};
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "cells");
+    double cells[2] = {1, 1};
+    size_t n = 0;
+    detector->cells[0] = detector->cells[1] = 1;
+    if (!rmap_reader_numbers(reader, node, "cells", RMAP_REQUIRED, &range, 1, 2, cells, &n))
+        return;
+    if (n == 1)
+        cells[1] = cells[0];
+    if (cells[0] != floor(cells[0]) || cells[1] != floor(cells[1])) {
+        rmap_reader_error(reader, at, "'cells' must be whole numbers");
+        return;
+    }
+    if (cells[0] * cells[1] > CELLS_MAX)
+        rmap_reader_error(reader, at, "%.0f x %.0f cells are too many: %u at most", cells[0],
+                          cells[1], CELLS_MAX);
+    detector->cells[0] = (uint32_t)cells[0];
+    detector->cells[1] = (uint32_t)cells[1];
+}
+
+/* ---- what a detector lies on ---- */
+
+static void read_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                    struct rmap_detector *detector)
+{
+    const char *text = rmap_reader_text(reader, node, "on", RMAP_REQUIRED);
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "on");
+    if (!text)
+        return;
+    const struct rmap_name *name = rmap_names_find(&reader->members, text);
+    if (!name)
+        (void)rmap_reader_find(reader, &reader->members, "object", at, text);
+    else if (name->kind == RMAP_MEMBER_OBJECT)
+        detector->on_object = name->index;
+    else if (name->kind == RMAP_MEMBER_GROUP)
+        detector->on_group = name->index;
+    else
+        rmap_reader_error(reader, at, "'%.60s' is no object or group", text);
+}
+
+/* Area-weighted mean normal of a mesh in the world, not normalised. */
+static struct rmap_vec3 mean_normal(const struct rmap_mesh *mesh, const struct rmap_affine *place)
+{
+    struct rmap_vec3 sum = {0, 0, 0};
+    for (size_t t = 0; t < mesh->n_triangle; t++) {
+        struct rmap_vec3 corner[3];
+        rmap_mesh_corners(mesh, t, corner);
+        struct rmap_vec3 a = rmap_affine_vector(place, rmap_sub(corner[1], corner[0]));
+        struct rmap_vec3 b = rmap_affine_vector(place, rmap_sub(corner[2], corner[0]));
+        sum = rmap_add(sum, rmap_cross(a, b));
+    }
+    return rmap_affine_determinant(place) < 0 ? rmap_scale(sum, -1) : sum;
+}
+
+static double total_area(const struct rmap_mesh *mesh, const struct rmap_affine *place)
+{
+    double sum = 0;
+    for (size_t t = 0; t < mesh->n_triangle; t++) {
+        struct rmap_vec3 corner[3];
+        rmap_mesh_corners(mesh, t, corner);
+        struct rmap_vec3 a = rmap_affine_vector(place, rmap_sub(corner[1], corner[0]));
+        struct rmap_vec3 b = rmap_affine_vector(place, rmap_sub(corner[2], corner[0]));
+        sum += rmap_length(rmap_cross(a, b));
+    }
+    return sum;
+}
+
+static void local_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
+                         struct rmap_vec3 *upper)
+{
+    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
+        rmap_shape_bounds(&geometry->shape, lower, upper);
+        return;
+    }
+    *lower = rmap_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
+    *upper = rmap_scale(*lower, -1);
+    for (size_t i = 0; i < geometry->mesh->n_vertex; i++) {
+        const float *v = geometry->mesh->vertex[i];
+        double x = (double)v[0], y = (double)v[1], z = (double)v[2];
+        *lower = rmap_vec3(fmin(lower->x, x), fmin(lower->y, y), fmin(lower->z, z));
+        *upper = rmap_vec3(fmax(upper->x, x), fmax(upper->y, y), fmax(upper->z, z));
+    }
+}
+
+/* The frame that the object itself suggests. */
+static void adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_detector *detector)
+{
+    const struct rmap_scene *scene = reader->scene;
+    bool directed = rmap_yaml_get(node, "direction") != NULL;
+    struct rmap_vec3 axis[3], lower, upper;
+    if (detector->on_object < 0) {
+        const struct rmap_affine *place = &reader->group_to_world[detector->on_group];
+        rmap_placement_axes(place, axis);
+        detector->origin = place->t;
+    } else {
+        const struct rmap_object *object = &scene->object[detector->on_object];
+        const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+        rmap_placement_axes(&object->to_world, axis);
+        detector->origin = object->to_world.t;
+        if (geometry->kind == RMAP_GEOMETRY_MESH) {
+            local_bounds(geometry, &lower, &upper);
+            detector->origin =
+                rmap_affine_point(&object->to_world, rmap_scale(rmap_add(lower, upper), 0.5));
+            struct rmap_vec3 normal = mean_normal(geometry->mesh, &object->to_world);
+            double area = total_area(geometry->mesh, &object->to_world);
+            if (rmap_length(normal) > 1e-6 * area) {
+                axis[2] = rmap_normalize(normal);
+                rmap_placement_plane(axis[2], &axis[0], &axis[1]);
+            } else if (!directed) {
+                rmap_reader_error(reader, node,
+                                  "the normals of mesh '%.60s' cancel: say where detector '%.60s' "
+                                  "faces, with 'direction'",
+                                  object->name, detector->name);
+            }
+        }
+    }
+    detector->x = axis[0];
+    detector->y = axis[1];
+    detector->axis = axis[2];
+}
+
+static void widen(const struct rmap_scene *scene, const struct rmap_object *object,
+                  struct rmap_detector *detector)
+{
+    struct rmap_vec3 lower, upper;
+    local_bounds(&scene->geometry[object->geometry], &lower, &upper);
+    for (int k = 0; k < 8; k++) {
+        struct rmap_vec3 corner = rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
+                                            k & 4 ? upper.z : lower.z);
+        corner = rmap_sub(rmap_affine_point(&object->to_world, corner), detector->origin);
+        detector->size[0] = fmax(detector->size[0], 2 * fabs(rmap_dot(corner, detector->x)));
+        detector->size[1] = fmax(detector->size[1], 2 * fabs(rmap_dot(corner, detector->y)));
+    }
+}
+
+/* The smallest centred rectangle that covers the object's bounds. */
+static void adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_detector *detector)
+{
+    const struct rmap_scene *scene = reader->scene;
+    detector->size[0] = detector->size[1] = 0;
+    for (size_t i = 0; i < scene->n_object; i++)
+        if (detector->on_object == (int32_t)i ||
+            (detector->on_group >= 0 && rmap_scene_in_group(scene, (int32_t)i, detector->on_group)))
+            widen(scene, &scene->object[i], detector);
+    if (!(detector->size[0] > 0 && detector->size[1] > 0))
+        rmap_reader_error(reader, node,
+                          "'size' is missing: what detector '%.60s' lies on has no extent in its "
+                          "plane",
+                          detector->name);
+}
+
+/* ---- frames ---- */
+
+static void face(struct rmap_detector *detector, struct rmap_vec3 axis)
+{
+    detector->axis = axis;
+    rmap_placement_plane(axis, &detector->x, &detector->y);
+}
+
+static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *axis_key, struct rmap_vec3 axis, bool lies_on,
+                       struct rmap_detector *detector)
+{
+    struct rmap_affine placement;
+    const struct rmap_yaml_node *rotate = rmap_yaml_get(node, "rotate");
+    bool directed = rmap_yaml_get(node, axis_key) != NULL;
+    bool matrix = rmap_yaml_get(node, "matrix") != NULL;
+    if (rotate && directed)
+        rmap_reader_error(reader, rotate, "give '%s' or 'rotate', not both", axis_key);
+    if (matrix && directed && strcmp(axis_key, "axis") == 0)
+        rmap_reader_error(reader, rmap_yaml_get(node, axis_key),
+                          "give 'matrix' or 'axis', not both");
+    face(detector, axis);
+    bool good = rmap_reader_placement(reader, node, &placement);
+    good &= rmap_reader_direction(reader, node, axis_key, &axis);
+    if (lies_on)
+        adopt_frame(reader, node, detector);
+    if (!good)
+        return;
+    if (!lies_on || rmap_yaml_get(node, "at") || matrix)
+        detector->origin = placement.t;
+    if (rotate || matrix) {
+        struct rmap_vec3 axes[3];
+        rmap_placement_axes(&placement, axes);
+        detector->x = axes[0];
+        detector->y = axes[1];
+        detector->axis = axes[2];
+    } else if (directed) {
+        face(detector, axis);
+    }
+}
+
+static void read_registration(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              enum rmap_side side, struct rmap_detector *detector)
+{
+    static const char *const word[] = {"front", "back", "both"};
+    const struct rmap_range right_angle = {1e-9, 90,
+                                           "an angle greater than 0 and up to 90 degrees"};
+    int choice = (int)side;
+    double max_angle = 90;
+    (void)rmap_reader_choice(reader, node, "side", RMAP_OPTIONAL, word, 3, &choice);
+    (void)rmap_reader_number(reader, node, "max_angle", RMAP_OPTIONAL, &right_angle, &max_angle);
+    detector->side = (enum rmap_side)choice;
+    detector->max_angle_rad = max_angle * RMAP_PI / 180;
+}
+
+static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_detector *detector)
+{
+    static const char *const key[] = {"name",      "type",   "on",     "size", "cells",    "at",
+                                      "direction", "rotate", "matrix", "side", "max_angle"};
+    size_t n = 0;
+    bool lies_on = false;
+    (void)rmap_reader_check_map(reader, node, "a plane detector", key, RMAP_COUNT(key));
+    detector->type = RMAP_DETECTOR_PLANE;
+    detector->size[0] = detector->size[1] = 1;
+    if (rmap_yaml_get(node, "on")) {
+        read_on(reader, node, detector);
+        lies_on = detector->on_object >= 0 || detector->on_group >= 0;
+    }
+    bool on = rmap_yaml_get(node, "on") != NULL;
+    read_frame(reader, node, "direction", rmap_vec3(0, 0, -1), lies_on, detector);
+    read_registration(reader, node, on ? RMAP_SIDE_BOTH : RMAP_SIDE_FRONT, detector);
+    if (lies_on && !rmap_yaml_get(node, "size")) {
+        adopt_size(reader, node, detector);
+        return;
+    }
+    if (!on || rmap_yaml_get(node, "size"))
+        (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive, 1, 2,
+                                  detector->size, &n);
+    if (n == 1)
+        detector->size[1] = detector->size[0];
+}
+
+static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_detector *detector)
+{
+    static const char *const key[] = {"name", "type", "cells", "axis", "at", "rotate", "matrix"};
+    (void)rmap_reader_check_map(reader, node, "an intensity detector", key, RMAP_COUNT(key));
+    detector->type = RMAP_DETECTOR_INTENSITY;
+    read_frame(reader, node, "axis", rmap_vec3(0, 0, 1), false, detector);
+    detector->size[0] = RMAP_PI;
+    detector->size[1] = 2 * RMAP_PI;
+    detector->side = RMAP_SIDE_BOTH;
+    detector->max_angle_rad = RMAP_PI / 2;
+}
+
+enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
+{
+    static const char *const type_word[] = {"plane", "intensity"};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene *scene = reader->scene;
+    const struct rmap_yaml_node *detectors = rmap_yaml_get(reader->root, "detectors");
+    if (!detectors || !rmap_reader_check_list(reader, detectors, "'detectors'"))
+        return RMAP_OK;
+    for (size_t i = 0; i < detectors->n_item; i++) {
+        const struct rmap_yaml_node *node = detectors->item[i].value;
+        int type = -1;
+        if (node->kind != RMAP_YAML_MAP) {
+            rmap_reader_error(reader, node,
+                              "a detector must be a mapping, as in {name: sensor, ...}");
+            continue;
+        }
+        void *array = scene->detector;
+        struct rmap_detector *detector = rmap_reader_append(
+            reader, &array, &scene->n_detector, &reader->cap_detector, sizeof *detector);
+        if (!detector)
+            return rmap_reader_no_memory(reader);
+        scene->detector = array;
+        detector->on_object = detector->on_group = -1;
+        detector->name = rmap_strdup(rmap_reader_name(reader, node));
+        if (!detector->name)
+            return rmap_reader_no_memory(reader);
+        RMAP_TRY(rmap_reader_add_member(reader, detector->name, RMAP_MEMBER_DETECTOR,
+                                        (int32_t)(scene->n_detector - 1), node));
+        if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, 2, &type))
+            continue;
+        read_cells(reader, node, detector);
+        if (type == 0)
+            read_plane(reader, node, detector);
+        else
+            read_intensity(reader, node, detector);
+    }
+out:
+    return st;
+}
