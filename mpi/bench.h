@@ -14,10 +14,17 @@
 
 enum { RMAP_BENCH_REPEAT_MAX = 32 };
 
+/* source(S) and hit(O, reflect_specular) >= N and registered(D, rect(-x, -y, x, y)) */
+struct rmap_bench_question {
+    const char *source, *objects, *detector; /* objects: with wildcards */
+    int at_least;
+    double half_size[2]; /* x, y */
+};
+
 /* One scene, ready on this rank. */
 struct rmap_bench_scene {
-    const char *name;      /* "room" */
-    const char *criterion; /* on source, objects, events and a detector region */
+    const char *name; /* "room" */
+    struct rmap_bench_question question;
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_accel *accel;
@@ -46,12 +53,11 @@ void rmap_bench_add(struct rmap_bench_series *series, double ours, double refere
  * results: medians, and the least and greatest ratio. extra (taken over, may be NULL): more keys.
  * Says the same on stderr unless quiet. */
 void rmap_bench_report(struct rmap_bench *bench, const char *name,
-                       const struct rmap_bench_scene *scene,
-                       const struct rmap_bench_series *series, const char *unit, json_t *extra);
+                       const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
+                       const char *unit, json_t *extra);
 
 /* The measurements. Not collective, rank 0 alone. */
-enum rmap_status rmap_bench_roofline(struct rmap_bench *bench,
-                                     const struct rmap_bench_scene *scene,
+enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                      struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                    struct rmap_error *err) RMAP_MUST_USE;
@@ -66,7 +72,7 @@ enum rmap_status rmap_bench_ranks(struct rmap_bench *bench, const struct rmap_be
  * map (NULL: nothing is recorded). seconds_ret, n_segment_ret: on its rank 0. Collective on it. */
 enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thread,
                                   const struct rmap_bench_scene *scene, uint64_t n_ray,
-                                  const char *map_path, double *seconds_ret,
-                                  double *n_segment_ret, struct rmap_error *err) RMAP_MUST_USE;
+                                  const char *map_path, double *seconds_ret, double *n_segment_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -24,16 +24,15 @@ struct leg_recorder {
 static void keep_emit(struct rmap_recorder *base, const struct rmap_emission *emission)
 {
     struct leg_recorder *self = (struct leg_recorder *)base;
-    self->ray = (struct rmap_ray){.origin = emission->position,
-                                  .direction = emission->direction,
-                                  .medium = emission->medium};
+    self->ray = (struct rmap_ray){
+        .origin = emission->position, .direction = emission->direction, .medium = emission->medium};
 }
 
 /* The contact is brought forward as the tracer does, so that the replayed queries are the same. */
 static void keep_step(struct rmap_recorder *base, const struct rmap_step *step)
 {
-    const uint32_t turned = RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE |
-                            RMAP_EVENT_TOTAL_REFLECTION;
+    const uint32_t turned =
+        RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TOTAL_REFLECTION;
     struct leg_recorder *self = (struct leg_recorder *)base;
     void *leg = self->leg;
     if (rmap_reserve(&leg, &self->cap, self->n + 1, sizeof *self->leg, NULL) != RMAP_OK) {
@@ -69,16 +68,15 @@ static void keep_end(struct rmap_recorder *base, const struct rmap_ending *endin
     (void)ending;
 }
 
-enum rmap_status rmap_bench_roofline(struct rmap_bench *bench,
-                                     const struct rmap_bench_scene *scene, struct rmap_error *err)
+enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint64_t n_ray = bench->quick ? 10000 : 50000;
     struct rmap_tally *tally = NULL;
     struct rmap_tally_recorder silent;
     struct rmap_bench_series series = {0};
-    struct leg_recorder recorder = {
-        .base = {keep_emit, keep_step, keep_registration, keep_end}};
+    struct leg_recorder recorder = {.base = {keep_emit, keep_step, keep_registration, keep_end}};
     struct rmap_tracer tracer = {.scene = scene->scene, .accel = scene->accel, .seed = 1};
     RMAP_TRY(rmap_tally_create(scene->scene, &tally, err));
     rmap_tally_recorder_init(&silent, tally, NULL);
@@ -106,9 +104,9 @@ out:
     return st;
 }
 
-static enum rmap_status start_map(const struct rmap_context *context,
-                                  const struct rmap_run *run, const char *map_path,
-                                  struct rmap_shard_writer **writer, struct rmap_error *err)
+static enum rmap_status start_map(const struct rmap_context *context, const struct rmap_run *run,
+                                  const char *map_path, struct rmap_shard_writer **writer,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (context->rank == 0)
@@ -122,8 +120,8 @@ out:
 
 enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thread,
                                   const struct rmap_bench_scene *scene, uint64_t n_ray,
-                                  const char *map_path, double *seconds_ret,
-                                  double *n_segment_ret, struct rmap_error *err)
+                                  const char *map_path, double *seconds_ret, double *n_segment_ret,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_context here = *context;
@@ -137,11 +135,8 @@ enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thre
     here.n_thread = n_thread;
     if (map_path)
         RMAP_TRY(start_map(&here, &run, map_path, &writer, err));
-    struct rmap_trace_plan plan = {.scene = scene->scene,
-                                   .accel = scene->accel,
-                                   .seed = 1,
-                                   .n_ray = n_ray,
-                                   .writer = writer};
+    struct rmap_trace_plan plan = {
+        .scene = scene->scene, .accel = scene->accel, .seed = 1, .n_ray = n_ray, .writer = writer};
     RMAP_TRY(rmap_trace_run(&here, &plan, &outcome, err));
     if (outcome.n_ray < n_ray)
         st = rmap_error_set(err, RMAP_STOPPED, "stopped early");
@@ -172,9 +167,9 @@ struct record_series {
 };
 
 /* One round: trace alone, trace into a map, trace into the reference's file. */
-static enum rmap_status record_once(struct rmap_bench *bench,
-                                    const struct rmap_bench_scene *scene, uint64_t n_ray,
-                                    struct record_series *series, struct rmap_error *err)
+static enum rmap_status record_once(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                    uint64_t n_ray, struct record_series *series,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     char map_path[600], seed_path[600];
@@ -183,10 +178,10 @@ static enum rmap_status record_once(struct rmap_bench *bench,
     struct rmap_seed_result seed;
     (void)snprintf(map_path, sizeof map_path, "%s/%s.raymap", bench->folder, scene->name);
     (void)snprintf(seed_path, sizeof seed_path, "%s/%s.seed", bench->folder, scene->name);
-    RMAP_TRY(rmap_bench_trace(&bench->alone, n_thread, scene, n_ray, NULL, &bare_s, &n_segment,
-                              err));
-    RMAP_TRY(rmap_bench_trace(&bench->alone, n_thread, scene, n_ray, map_path, &map_s, &n_segment,
-                              err));
+    RMAP_TRY(
+        rmap_bench_trace(&bench->alone, n_thread, scene, n_ray, NULL, &bare_s, &n_segment, err));
+    RMAP_TRY(
+        rmap_bench_trace(&bench->alone, n_thread, scene, n_ray, map_path, &map_s, &n_segment, err));
     RMAP_TRY(rmap_seed_record(scene->scene, scene->accel, n_ray, n_thread, seed_path, &seed, err));
     double n = 1e-6 * n_segment;
     rmap_bench_add(&series->trace, n / map_s, n / bare_s);
@@ -217,36 +212,5 @@ enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_b
                           json_incref(plain));
     json_decref(plain);
 out:
-    return st;
-}
-
-/* Collective. The ranks that wait sleep in between: a spinning rank would take a core away. */
-enum rmap_status rmap_bench_ranks(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_bench_series series = {0};
-    struct rmap_context pair = *bench->context;
-    uint64_t n_ray = bench->quick ? 200000 : 1000000;
-    double ranks_s = 0.0, threads_s = 0.0, n_segment = 0.0;
-    pair.comm = MPI_COMM_NULL;
-    int colour = bench->context->rank < 2 ? 0 : MPI_UNDEFINED;
-    RMAP_TRY(RMAP_MPI(MPI_Comm_split(bench->context->comm, colour, 0, &pair.comm)));
-    pair.size = 2;
-    for (int i = 0; i < bench->n_repeat; i++) {
-        if (bench->context->rank < 2)
-            st = rmap_bench_trace(&pair, 1, scene, n_ray, NULL, &ranks_s, &n_segment, err);
-        RMAP_TRY(rmap_agree_quietly(bench->context, st, err));
-        if (bench->context->rank == 0)
-            st = rmap_bench_trace(&bench->alone, 2, scene, n_ray, NULL, &threads_s, &n_segment,
-                                  err);
-        RMAP_TRY(rmap_agree_quietly(bench->context, st, err));
-        rmap_bench_add(&series, 1e-6 * n_segment / ranks_s, 1e-6 * n_segment / threads_s);
-    }
-    if (bench->context->rank == 0)
-        rmap_bench_report(bench, "ranks_vs_threads", scene, &series, "million segments/s", NULL);
-out:
-    if (pair.comm != MPI_COMM_NULL)
-        (void)MPI_Comm_free(&pair.comm);
     return st;
 }
