@@ -235,7 +235,7 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
         return rmap_parser_expected(parser, "a test such as hit(name) or all");
     rmap_token_name(parser->text, token, word);
     rmap_criterion_shorten(word, shown);
-    const struct rmap_name *name = rmap_names_find(parser->names, word);
+    const struct rmap_name *name = rmap_names_lookup(parser->names, word);
     if (name) {
         char written[RMAP_SHOWN_NBYTES];
         rmap_token_shorten(parser->text, token, written);

@@ -152,15 +152,10 @@ static bool find_portion(const struct rmap_map *map, uint64_t ray, size_t *porti
     return low > 0;
 }
 
-static enum rmap_status report_row(const struct rmap_map *map, const struct rmap_portion *portion,
-                                   size_t row, struct rmap_ray_report **report_ret,
-                                   struct rmap_error *err)
+enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rmap_portion *portion,
+                                     size_t row, size_t segment, size_t registration,
+                                     struct rmap_ray_report **report_ret, struct rmap_error *err)
 {
-    size_t segment = 0, registration = 0;
-    for (size_t i = 0; i < row; i++) {
-        segment += portion->ray.segment_count[i];
-        registration += portion->ray.registration_count[i];
-    }
     struct rmap_ray_report *report = NULL;
     enum rmap_status st =
         rmap_ray_report_create(rmap_map_scene(map), portion->ray.segment_count[row],
@@ -194,13 +189,14 @@ enum rmap_status rmap_ray_report_read(const struct rmap_map *map, uint64_t ray,
     if (found) {
         RMAP_TRY(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, err));
         RMAP_TRY(rmap_cursor_read(cursor, index, &portion, err));
-        found = false;
-        for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY] && !found; i++) {
-            if (portion->ray.id[i] != ray)
-                continue;
-            found = true;
-            st = report_row(map, portion, i, report_ret, err);
+        size_t row = 0, segment = 0, registration = 0;
+        while (row < portion->n_row[RMAP_TABLE_RAY] && portion->ray.id[row] != ray) {
+            segment += portion->ray.segment_count[row];
+            registration += portion->ray.registration_count[row++];
         }
+        found = row < portion->n_row[RMAP_TABLE_RAY];
+        if (found)
+            st = rmap_ray_report_row(map, portion, row, segment, registration, report_ret, err);
     }
     if (!found)
         st = rmap_error_set(err, RMAP_INPUT, "no ray %" PRIu64 " in this map", ray);

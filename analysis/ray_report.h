@@ -64,6 +64,13 @@ enum rmap_status rmap_ray_report_read(const struct rmap_map *map, uint64_t ray,
                                       struct rmap_ray_report **report_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* Row `row` of a portion that has all columns; its rows of the other tables begin at `segment` and
+ * `registration`. */
+enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rmap_portion *portion,
+                                     size_t row, size_t segment, size_t registration,
+                                     struct rmap_ray_report **report_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 /* The text: who the ray was, what happened, and where. */
 enum rmap_status rmap_ray_report_print(const struct rmap_ray_report *report, FILE *out,
                                        struct rmap_error *err) RMAP_MUST_USE;

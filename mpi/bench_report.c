@@ -1,4 +1,5 @@
 /* SPDX-License-Identifier: MIT */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -36,13 +37,11 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
                        const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
                        const char *unit, json_t *extra)
 {
-    double ratio[RMAP_BENCH_REPEAT_MAX], least, most;
-    for (int i = 0; i < series->n; i++)
+    double ratio[RMAP_BENCH_REPEAT_MAX] = {0}, least = (double)INFINITY, most = 0.0;
+    for (int i = 0; i < series->n; i++) {
         ratio[i] = series->ours[i] / series->reference[i];
-    least = most = ratio[0];
-    for (int i = 1; i < series->n; i++) {
-        least = ratio[i] < least ? ratio[i] : least;
-        most = ratio[i] > most ? ratio[i] : most;
+        least = fmin(least, ratio[i]);
+        most = fmax(most, ratio[i]);
     }
     double ours = median(series->ours, series->n);
     double reference = median(series->reference, series->n);

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "io/map_reader.h"
 #include "mpi/agree.h"
 #include "mpi/bench.h"
 #include "mpi/bench_seed.h"
