@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/seal.h"
 
 static pthread_once_t started = PTHREAD_ONCE_INIT;
 
@@ -128,6 +129,7 @@ enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_
     hid_t access = H5I_INVALID_HID;
     begin();
     RMAP_TRY(set_path(h5, path, RMAP_FORMAT, err));
+    RMAP_TRY(rmap_seal_check(path, err));
     access = H5Pcreate(H5P_FILE_ACCESS);
     if (access < 0 || H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
         (h5->file = H5Fopen(path, H5F_ACC_RDONLY, access)) < 0)

@@ -50,7 +50,7 @@ struct rmap_h5_array {
 enum rmap_status rmap_h5_create(struct rmap_h5 *h5, const char *path,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
-/* Opens for reading. RMAP_FORMAT when HDF5 cannot. */
+/* Opens for reading, if the file's seal holds. RMAP_FORMAT when it does not, or HDF5 cannot. */
 enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path,
                               struct rmap_error *err) RMAP_MUST_USE;
 

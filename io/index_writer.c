@@ -13,6 +13,7 @@
 #include "io/map_writer.h"
 #include "io/provenance.h"
 #include "io/publish.h"
+#include "io/seal.h"
 
 struct index {
     struct rmap_h5 h5;
@@ -49,7 +50,7 @@ static enum rmap_status write_bundle(struct index *self, struct rmap_error *err)
     enum rmap_status st = RMAP_OK;
     uint8_t *blob = NULL;
     size_t nbytes = 0;
-    RMAP_TRY(rmap_bundle_pack(self->run->bundle, &blob, &nbytes, err));
+    RMAP_TRY(rmap_scene_pack(self->run->bundle, &blob, &nbytes, err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/scene", err));
     const char *text = self->run->bundle->text ? self->run->bundle->text : "";
     RMAP_TRY(rmap_h5_write_names(&self->h5, "/scene/text", &text, 1, "the scene file", err));
@@ -193,6 +194,7 @@ static enum rmap_status write_file(struct index *self, const char *temporary,
     RMAP_TRY(write_content(self, err));
     RMAP_TRY(rmap_map_tally_write(&self->h5, self->tally, err));
     RMAP_TRY(rmap_h5_close(&self->h5, err));
+    RMAP_TRY(rmap_seal_write(temporary, NULL, 0, err));
 out:
     return st;
 }

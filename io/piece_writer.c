@@ -9,6 +9,7 @@
 #include "io/codec.h"
 #include "io/provenance.h"
 #include "io/publish.h"
+#include "io/seal.h"
 #include "trace/event.h"
 
 /* What readers are told of the stored streams; any zlib level reads alike. */
@@ -172,6 +173,18 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, enum rmap
     return st;
 }
 
+static enum rmap_status seal(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    struct rmap_range *range = rmap_alloc(self->n_entry, sizeof *range);
+    if (!range)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the seal of a piece");
+    for (size_t i = 0; i < self->n_entry; i++)
+        range[i] = (struct rmap_range){self->entry[i].offset, self->entry[i].nbytes};
+    enum rmap_status st = rmap_seal_write(self->temporary, range, self->n_entry, err);
+    rmap_free(range);
+    return st;
+}
+
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                           const struct rmap_portion_info *portion, size_t n_portion,
                                           struct rmap_error *err)
@@ -192,6 +205,7 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
         self->set[c] = H5I_INVALID_HID;
     }
     RMAP_TRY(rmap_h5_close(&self->h5, err));
+    RMAP_TRY(seal(self, err));
     st = rmap_publish_new(self->directory, self->temporary, self->final, err);
     rmap_free(self->temporary);
     self->temporary = NULL;

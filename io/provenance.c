@@ -10,12 +10,22 @@
 #include "io/map_format.h"
 #include "version.h"
 
+enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
+                                 size_t *nbytes_ret, struct rmap_error *err)
+{
+    struct rmap_bundle portable = *bundle;
+    const char *slash = bundle->path ? strrchr(bundle->path, '/') : NULL;
+    if (slash)
+        portable.path += slash + 1 - bundle->path;
+    return rmap_bundle_pack(&portable, blob_ret, nbytes_ret, err);
+}
+
 enum rmap_status rmap_scene_digest(const struct rmap_bundle *bundle, char text[33],
                                    struct rmap_error *err)
 {
     uint8_t *blob = NULL;
     size_t nbytes = 0;
-    enum rmap_status st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    enum rmap_status st = rmap_scene_pack(bundle, &blob, &nbytes, err);
     if (st != RMAP_OK)
         return st;
     XXH128_hash_t hash = XXH3_128bits(blob, nbytes);

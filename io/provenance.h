@@ -8,6 +8,11 @@
 #include "io/h5.h"
 #include "io/map_writer.h"
 
+/* The bundle as a map carries it: packed, with the scene file's name in place of its whole path,
+ * so that equal scenes make equal maps wherever they lie. *blob_ret: rmap_free. */
+enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
+                                 size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* 32 hex digits of XXH3-128 over the packed bundle: which scene this is. */
 enum rmap_status rmap_scene_digest(const struct rmap_bundle *bundle, char text[33],
                                    struct rmap_error *err) RMAP_MUST_USE;
