@@ -46,9 +46,11 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
                                        .next = -1,
                                        .begin = word->begin,
                                        .its_number = row->number};
+    size_t written = parser->taken_end - word->begin; /* with the detector's name, if any */
     if (!rmap_parser_at_comparison(parser))
-        return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%s > 10'",
-                                row->word, row->word);
+        return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",
+                                row->word, (int)(written < 48 ? written : 48),
+                                parser->text + word->begin);
     RMAP_TRY(rmap_parse_interval(
         parser, its_dimension(parser->criterion->scene, row->number, detector), &node.interval));
     node.end = parser->taken_end;

@@ -116,7 +116,7 @@ static size_t lower_bound(const struct rmap_names *names, const char *text)
     return low;
 }
 
-const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text)
+const struct rmap_name *rmap_names_lookup(const struct rmap_names *names, const char *text)
 {
     size_t at = lower_bound(names, text);
     return at < names->n && strcmp(names->name[at].text, text) == 0 ? &names->name[at] : NULL;
@@ -232,7 +232,7 @@ enum rmap_status rmap_names_fail(const struct rmap_names *names, const char *tex
     rmap_criterion_shorten(name, shown);
     rmap_token_shorten(text, token, written);
     const char *noun = wanted_table[wanted].noun;
-    const struct rmap_name *other = rmap_names_find(names, name);
+    const struct rmap_name *other = rmap_names_lookup(names, name);
     if (other) {
         const char *usage = kind_table[other->kind].usage;
         char more[RMAP_SHOWN_NBYTES + 16] = "";

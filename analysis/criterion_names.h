@@ -49,7 +49,7 @@ const char *rmap_name_kind_phrase(enum rmap_name_kind kind);
 const char *rmap_name_kind_usage(enum rmap_name_kind kind);
 
 /* First name that equals the text, or NULL. */
-const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
+const struct rmap_name *rmap_names_lookup(const struct rmap_names *names, const char *text);
 
 /* True when the text matches a pattern of * and ?. */
 bool rmap_glob(const char *pattern, const char *text);

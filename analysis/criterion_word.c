@@ -4,6 +4,7 @@
  * share: names and sets.
  */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "analysis/criterion_parser.h"
@@ -58,7 +59,12 @@ enum rmap_status rmap_parser_take_name(struct rmap_parser *parser, const char *w
     *token_ret = parser->token;
     if (parser->token.kind == RMAP_TOKEN_WORD || parser->token.kind == RMAP_TOKEN_QUOTED)
         return rmap_parser_advance(parser);
-    return rmap_parser_expected(parser, what);
+    if (parser->token.kind != RMAP_TOKEN_NUMBER)
+        return rmap_parser_expected(parser, what);
+    char more[96];
+    (void)snprintf(more, sizeof more, "%s (one that begins with a digit stands in single quotes)",
+                   what);
+    return rmap_parser_expected(parser, more);
 }
 
 enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
@@ -229,11 +235,14 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
         return rmap_parser_expected(parser, "a test such as hit(name) or all");
     rmap_token_name(parser->text, token, word);
     rmap_criterion_shorten(word, shown);
-    const struct rmap_name *name = rmap_names_find(parser->names, word);
-    if (name)
-        return RMAP_PARSER_FAIL(parser, token, "'%s' is %s, not a test (use %s(...))", shown,
-                                rmap_name_kind_phrase(name->kind),
-                                rmap_name_kind_usage(name->kind));
+    const struct rmap_name *name = rmap_names_lookup(parser->names, word);
+    if (name) {
+        char written[RMAP_SHOWN_NBYTES];
+        rmap_token_shorten(parser->text, token, written);
+        return RMAP_PARSER_FAIL(parser, token, "'%s' is %s, not a test (use %s(%s))", shown,
+                                rmap_name_kind_phrase(name->kind), rmap_name_kind_usage(name->kind),
+                                written);
+    }
     for (size_t i = 0; i < N_WORD; i++)
         candidate[i] = word_table[i].word;
     return rmap_parser_fail_word(parser, token, "test", candidate, N_WORD);

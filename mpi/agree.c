@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/agree.h"
 
-#include <string.h>
+#include <stdio.h>
+#include <time.h>
 
 #include "base/alloc.h"
 
@@ -31,6 +32,26 @@ enum rmap_status rmap_agree(const struct rmap_context *context, enum rmap_status
     err->status = (enum rmap_status)status;
     st = err->status;
 out:
+    return st;
+}
+
+enum rmap_status rmap_agree_patiently(const struct rmap_context *context, enum rmap_status mine,
+                                      struct rmap_error *err)
+{
+    const struct timespec millisecond = {.tv_nsec = 1000000};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_error mpi_error = {0};
+    MPI_Request request;
+    int done = 0;
+    st = rmap_mpi_check(MPI_Ibarrier(context->comm, &request), "MPI_Ibarrier", &mpi_error);
+    while (st == RMAP_OK && !done) {
+        st = rmap_mpi_check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test", &mpi_error);
+        if (!done)
+            (void)nanosleep(&millisecond, NULL);
+    }
+    if (st == RMAP_OK)
+        return rmap_agree(context, mine, err);
+    *err = mpi_error;
     return st;
 }
 

@@ -17,6 +17,11 @@
 enum rmap_status rmap_agree(const struct rmap_context *context, enum rmap_status mine,
                             struct rmap_error *err) RMAP_MUST_USE;
 
+/* Collective. The same, where some ranks come long before others: they sleep, and leave the cores
+ * to those that work. */
+enum rmap_status rmap_agree_patiently(const struct rmap_context *context, enum rmap_status mine,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* Turns an MPI return code into RMAP_SYSTEM with MPI's text. */
 enum rmap_status rmap_mpi_check(int code, const char *call, struct rmap_error *err) RMAP_MUST_USE;
 

@@ -16,7 +16,8 @@
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 static const struct rmap_command *const command[] = {
-    NULL,
+    &rmap_command_check, &rmap_command_trace, &rmap_command_info,
+    &rmap_command_query, &rmap_command_bench,
 };
 
 static void print_overview(FILE *out)
@@ -26,8 +27,7 @@ static void print_overview(FILE *out)
           "answers questions about those histories.\n\ncommands:\n",
           out);
     for (size_t i = 0; i < COUNT(command); i++)
-        if (command[i])
-            fprintf(out, "  %-10s %s\n", command[i]->name, command[i]->summary);
+        fprintf(out, "  %-10s %s\n", command[i]->name, command[i]->summary);
     fputs("\nraymap COMMAND --help says more; raymap --version names the libraries.\n", out);
 }
 
@@ -36,8 +36,8 @@ static enum rmap_status find_command(const char *name, const struct rmap_command
 {
     const char *known[COUNT(command)] = {NULL};
     for (size_t i = 0; i < COUNT(command); i++) {
-        known[i] = command[i] ? command[i]->name : NULL;
-        if (known[i] && strcmp(known[i], name) == 0) {
+        known[i] = command[i]->name;
+        if (strcmp(known[i], name) == 0) {
             *found = command[i];
             return RMAP_OK;
         }

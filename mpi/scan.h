@@ -8,14 +8,15 @@
 #include "analysis/query.h"
 #include "mpi/command.h"
 
-/* Portions of this rank and, of those, of one of its threads: contiguous, balanced by rows. The
- * cut does not change any answer. */
-void rmap_scan_range(const struct rmap_map *map, int part, int n_part, size_t *first_ret,
-                     size_t *last_ret);
+/* Part `part` of n_part of the portions [first, last): contiguous, balanced by rows. How they are
+ * cut changes no answer. */
+void rmap_scan_range(const struct rmap_map *map, size_t first, size_t last, int part, int n_part,
+                     size_t *first_ret, size_t *last_ret);
 
-/* Collective. count: [n_criterion], the same on every rank at the end.
+/* Collective. count: [n_criterion], initialised by the caller; added to, the same on every rank.
  * collect_ret: NULL, or on rank 0 a portion (caller destroys; NULL on the other ranks) with the
- * rays that match criterion 0, at most `limit` of them, those with the smallest ids, in order. */
+ * rays that match criterion 0, in the order of their ids: all of them, or with a limit below
+ * UINT64_MAX the first so many, and then reading stops soon and counts are of what was read. */
 enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct rmap_map *map,
                                struct rmap_criterion *const *criterion, size_t n_criterion,
                                struct rmap_count *count, struct rmap_portion **collect_ret,

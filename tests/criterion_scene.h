@@ -32,7 +32,7 @@ struct test_scene {
     struct rmap_group group[2];
     struct rmap_source source[2];
     struct rmap_detector detector[3];
-    char name[21][16];
+    char name[24][16];
     int n_name;
 };
 

@@ -56,8 +56,17 @@ enum rmap_status rmap_accel_create(const struct rmap_scene *scene, int n_threads
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_accel_destroy(struct rmap_accel *accel);
 
-/* Instruction set that decides ties between triangles ("AVX2"); ranks of a run must agree. */
+/* Instruction set that picks among triangles at an edge ("AVX2"); ranks of a run must agree. */
 const char *rmap_accel_isa(const struct rmap_accel *accel);
+
+/* The best instruction set of this machine, as a level: smaller ones it has too, so ranks agree
+ * on the minimum. Negative: Embree runs on none. */
+int rmap_accel_isa_level(void);
+
+/* rmap_accel_create with the instruction set given; it takes the best. */
+enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_threads, int level,
+                                       struct rmap_accel **accel_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Nearest surface along the ray; false when it meets none. Thread-safe. Call
  * rmap_contact_pass or rmap_contact_turn before the next leg. */
@@ -71,10 +80,16 @@ void rmap_contact_pass(struct rmap_contact *contact, const struct rmap_hit *hit)
 void rmap_contact_turn(struct rmap_contact *contact, const struct rmap_hit *hit);
 
 /* For measurements: the same queries replayed through rtcIntersect1 alone, nothing refined
- * beyond what Embree's callbacks do. Returns how many rays hit something. */
+ * beyond what Embree's callbacks do. Returns how many rays hit something. rmap_accel_prepare
+ * works out beforehand what Embree's float ray needs; rays without it are worked out on the
+ * way. */
 struct rmap_replay_ray {
     struct rmap_ray ray;
+    bool prepared, misses; /* the rest is set by rmap_accel_prepare */
+    float origin[3], direction[3];
+    double shift;
 };
+void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray);
 size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
                          size_t n_ray);
 

@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/ray_report.h"
+
+#include <inttypes.h>
+#include <math.h>
+
+#include "base/alloc.h"
+
+enum { DIGITS_FLOAT = 9 };
+
+enum rmap_status rmap_ray_report_create(const struct rmap_scene *scene, size_t n_step,
+                                        size_t n_registration, struct rmap_ray_report **report_ret,
+                                        struct rmap_error *err)
+{
+    size_t n_channel = (size_t)scene->channels.n;
+    struct rmap_ray_report *report = rmap_alloc(1, sizeof *report);
+    if (report) {
+        report->step = rmap_alloc(n_step + 1, sizeof *report->step);
+        report->registration = rmap_alloc(n_registration + 1, sizeof *report->registration);
+        report->colour = rmap_alloc((n_step + 1) * n_channel, sizeof *report->colour);
+    }
+    if (!report || !report->step || !report->registration || !report->colour) {
+        rmap_ray_report_destroy(report);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a ray of %zu legs", n_step);
+    }
+    report->scene = scene;
+    report->n_step = n_step;
+    report->n_registration = n_registration;
+    for (size_t i = 0; i < n_step; i++)
+        report->step[i].colour = report->colour + i * n_channel;
+    *report_ret = report;
+    return RMAP_OK;
+}
+
+void rmap_ray_report_destroy(struct rmap_ray_report *report)
+{
+    if (!report)
+        return;
+    rmap_free(report->step);
+    rmap_free(report->registration);
+    rmap_free(report->colour);
+    rmap_free(report);
+}
+
+void rmap_detector_coordinates(const struct rmap_detector *detector, const double relative[2],
+                               double *x, double *y)
+{
+    if (detector->type == RMAP_DETECTOR_INTENSITY) {
+        *x = relative[0] * 180.0;
+        *y = relative[1] * 360.0;
+    } else {
+        *x = (relative[0] - 0.5) * detector->size[0];
+        *y = (relative[1] - 0.5) * detector->size[1];
+    }
+}
+
+static struct rmap_vec3 nowhere(void)
+{
+    return rmap_vec3((double)NAN, (double)NAN, (double)NAN);
+}
+
+static struct rmap_vec3 vector_of(const float v[3])
+{
+    return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
+}
+
+static struct rmap_vec3 normal_of(const int16_t v[3])
+{
+    struct rmap_vec3 normal = rmap_vec3(v[0] / 32767.0, v[1] / 32767.0, v[2] / 32767.0);
+    return v[0] || v[1] || v[2] ? rmap_normalize(normal) : nowhere();
+}
+
+static int32_t face_of(const struct rmap_scene *scene, int32_t object, int32_t primitive)
+{
+    if (object < 0 || (size_t)object >= scene->n_object)
+        return -1;
+    const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
+    if (geometry->kind != RMAP_GEOMETRY_MESH)
+        return 0;
+    if (primitive < 0 || (size_t)primitive >= geometry->mesh->n_triangle)
+        return -1;
+    return (int32_t)geometry->mesh->face[primitive];
+}
+
+static void read_steps(struct rmap_ray_report *report, const struct rmap_portion *portion,
+                       size_t ray, size_t first)
+{
+    struct rmap_vec3 from = report->start;
+    for (size_t i = 0; i < report->n_step; i++) {
+        struct rmap_report_step *step = &report->step[i];
+        size_t row = first + i;
+        step->object = portion->segment.object[row];
+        step->primitive = portion->segment.primitive[row];
+        step->face = face_of(report->scene, step->object, step->primitive);
+        step->events = portion->segment.event[row];
+        step->medium = portion->segment.medium[row];
+        step->position = vector_of(portion->segment.position + 3 * row);
+        step->normal = normal_of(portion->segment.normal + 3 * row);
+        step->optical_path = (double)NAN;
+        struct rmap_vec3 leg = rmap_sub(step->position, from);
+        step->length = rmap_length(leg);
+        step->direction = step->length > 0.0 ? rmap_normalize(leg) : nowhere();
+        if (step->events & RMAP_EVENT_LEFT) {
+            step->length = 0.0;
+            step->direction = vector_of(portion->ray.end_direction + 3 * ray);
+        }
+        for (int c = 0; c < portion->n_channel && c < report->scene->channels.n; c++)
+            report->colour[i * (size_t)report->scene->channels.n + (size_t)c] =
+                portion->colour[row * (size_t)portion->n_channel + (size_t)c] / 65535.0;
+        from = step->position;
+    }
+}
+
+static void read_registrations(struct rmap_ray_report *report, const struct rmap_portion *portion,
+                               size_t first)
+{
+    const struct rmap_registration_columns *column = &portion->registration;
+    for (size_t i = 0; i < report->n_registration; i++) {
+        struct rmap_report_registration *to = &report->registration[i];
+        size_t row = first + i;
+        to->detector = column->detector[row];
+        to->step = column->segment[row];
+        to->cell[0] = column->cell[2 * row];
+        to->cell[1] = column->cell[2 * row + 1];
+        to->registered = column->registered[row] != 0;
+        to->optical_path = column->optical_path[row];
+        to->x = to->y = to->angle_deg = (double)NAN;
+        if (to->detector < 0 || (size_t)to->detector >= report->scene->n_detector)
+            continue;
+        const struct rmap_detector *detector = &report->scene->detector[to->detector];
+        const double relative[2] = {column->relative[2 * row] / 65535.0,
+                                    column->relative[2 * row + 1] / 65535.0};
+        rmap_detector_coordinates(detector, relative, &to->x, &to->y);
+        struct rmap_vec3 direction = vector_of(column->direction + 3 * row);
+        double cosine = -rmap_dot(direction, detector->axis) / rmap_length(direction);
+        to->angle_deg = acos(fmin(fmax(cosine, -1.0), 1.0)) * 180.0 / RMAP_PI;
+    }
+}
+
+/* Portion whose block may hold the ray: the last one that begins at or before it. */
+static bool find_portion(const struct rmap_map *map, uint64_t ray, size_t *portion_ret)
+{
+    size_t low = 0, high = rmap_map_n_portion(map);
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (rmap_map_portion(map, middle)->first_ray <= ray)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    *portion_ret = low - 1;
+    return low > 0;
+}
+
+enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rmap_portion *portion,
+                                     size_t row, size_t segment, size_t registration,
+                                     struct rmap_ray_report **report_ret, struct rmap_error *err)
+{
+    struct rmap_ray_report *report = NULL;
+    enum rmap_status st =
+        rmap_ray_report_create(rmap_map_scene(map), portion->ray.segment_count[row],
+                               portion->ray.registration_count[row], &report, err);
+    if (st != RMAP_OK)
+        return st;
+    report->digits = DIGITS_FLOAT;
+    report->ray = portion->ray.id[row];
+    report->source = portion->ray.source[row];
+    report->stop = portion->ray.stop[row];
+    report->flux = portion->ray.weight[row] * rmap_map_flux_per_weight(map)[report->source];
+    report->wavelength_nm = portion->ray.wavelength[row];
+    report->path_length = portion->ray.path_length[row];
+    report->optical_path = portion->ray.optical_path[row];
+    report->start = vector_of(portion->ray.start + 3 * row);
+    report->start_object = portion->ray.start_object[row];
+    read_steps(report, portion, row, segment);
+    read_registrations(report, portion, registration);
+    *report_ret = report;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_ray_report_read(const struct rmap_map *map, uint64_t ray,
+                                      struct rmap_ray_report **report_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor *cursor = NULL;
+    const struct rmap_portion *portion = NULL;
+    size_t index = 0;
+    bool found = find_portion(map, ray, &index);
+    if (found) {
+        RMAP_TRY(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, err));
+        RMAP_TRY(rmap_cursor_read(cursor, index, &portion, err));
+        size_t row = 0, segment = 0, registration = 0;
+        while (row < portion->n_row[RMAP_TABLE_RAY] && portion->ray.id[row] != ray) {
+            segment += portion->ray.segment_count[row];
+            registration += portion->ray.registration_count[row++];
+        }
+        found = row < portion->n_row[RMAP_TABLE_RAY];
+        if (found)
+            st = rmap_ray_report_row(map, portion, row, segment, registration, report_ret, err);
+    }
+    if (!found)
+        st = rmap_error_set(err, RMAP_INPUT, "no ray %" PRIu64 " in this map", ray);
+out:
+    rmap_cursor_destroy(cursor);
+    return st;
+}

@@ -1,0 +1,78 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What the measurements of `raymap bench` share. Each compares two ways of doing the same work,
+ * run in turns in this process, and reports the median of the ratios with their spread.
+ */
+#ifndef RMAP_BENCH_H
+#define RMAP_BENCH_H
+
+#include <jansson.h>
+
+#include "geometry/accel.h"
+#include "io/bundle.h"
+#include "mpi/command.h"
+
+enum { RMAP_BENCH_REPEAT_MAX = 32 };
+
+/* source(S) and hit(O, reflect_specular) >= N and registered(D, rect(-x, -y, x, y)) */
+struct rmap_bench_question {
+    const char *source, *objects, *detector; /* objects: with wildcards */
+    int at_least;
+    double half_size[2]; /* x, y */
+};
+
+/* One scene, ready on this rank. */
+struct rmap_bench_scene {
+    const char *name; /* "room" */
+    struct rmap_bench_question question;
+    struct rmap_bundle *bundle;
+    struct rmap_scene *scene;
+    struct rmap_accel *accel;
+};
+
+struct rmap_bench {
+    const struct rmap_context *context; /* of all ranks; quiet */
+    struct rmap_context alone;          /* this rank by itself */
+    bool quick;
+    const char *only; /* name of one measurement; NULL: all */
+    int n_repeat;
+    char folder[512]; /* for files, removed at the end */
+    json_t *results;  /* array, rank 0 */
+};
+
+/* Pairs of figures, repeat by repeat, of ours and of the reference. */
+struct rmap_bench_series {
+    int n;
+    double ours[RMAP_BENCH_REPEAT_MAX], reference[RMAP_BENCH_REPEAT_MAX];
+};
+
+bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name);
+void rmap_bench_add(struct rmap_bench_series *series, double ours, double reference);
+
+/* Appends {"name", "scene", "value", "unit", "reference", "ratio", "spread", "repeats"} to the
+ * results: medians, and the least and greatest ratio. extra (taken over, may be NULL): more keys.
+ * Says the same on stderr unless quiet. */
+void rmap_bench_report(struct rmap_bench *bench, const char *name,
+                       const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
+                       const char *unit, json_t *extra);
+
+/* The measurements. Not collective, rank 0 alone. */
+enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective on two or more ranks: 2 ranks x 1 thread against 1 rank x 2 threads. */
+enum rmap_status rmap_bench_ranks(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Traces n_ray rays on the ranks of `context` (a copy of it, with n_thread threads) into a new
+ * map (NULL: nothing is recorded). seconds_ret, n_segment_ret: on its rank 0. Collective on it. */
+enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thread,
+                                  const struct rmap_bench_scene *scene, uint64_t n_ray,
+                                  const char *map_path, double *seconds_ret, double *n_segment_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

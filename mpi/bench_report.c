@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mpi/bench.h"
+
+bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name)
+{
+    return !bench->only || strcmp(bench->only, name) == 0;
+}
+
+void rmap_bench_add(struct rmap_bench_series *series, double ours, double reference)
+{
+    if (series->n == RMAP_BENCH_REPEAT_MAX)
+        return;
+    series->ours[series->n] = ours;
+    series->reference[series->n++] = reference;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double left = *(const double *)a, right = *(const double *)b;
+    return left < right ? -1 : left > right;
+}
+
+static double median(const double *value, int n)
+{
+    double sorted[RMAP_BENCH_REPEAT_MAX];
+    memcpy(sorted, value, (size_t)n * sizeof *value);
+    qsort(sorted, (size_t)n, sizeof *sorted, by_value);
+    return 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]);
+}
+
+void rmap_bench_report(struct rmap_bench *bench, const char *name,
+                       const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
+                       const char *unit, json_t *extra)
+{
+    double ratio[RMAP_BENCH_REPEAT_MAX] = {0}, least = (double)INFINITY, most = 0.0;
+    for (int i = 0; i < series->n; i++) {
+        ratio[i] = series->ours[i] / series->reference[i];
+        least = fmin(least, ratio[i]);
+        most = fmax(most, ratio[i]);
+    }
+    double ours = median(series->ours, series->n);
+    double reference = median(series->reference, series->n);
+    double middle = median(ratio, series->n);
+    json_t *result =
+        json_pack("{s:s, s:s, s:f, s:s, s:f, s:f, s:[f, f], s:i}", "name", name, "scene",
+                  scene->name, "value", ours, "unit", unit, "reference", reference, "ratio", middle,
+                  "spread", least, most, "repeats", series->n);
+    if (extra)
+        (void)json_object_update(result, extra);
+    json_decref(extra);
+    (void)json_array_append_new(bench->results, result);
+    if (!bench->context->json) {
+        printf("%-18s %-13s %9.4g against %9.4g %s: %.3f (%.3f to %.3f)\n", name, scene->name, ours,
+               reference, unit, middle, least, most);
+        (void)fflush(stdout);
+    }
+}

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/block_queue.h"
+
+#include "base/alloc.h"
+
+enum rmap_status rmap_block_queue_init(struct rmap_block_queue *queue, size_t cap,
+                                       struct rmap_error *err)
+{
+    *queue = (struct rmap_block_queue){.cap = cap};
+    queue->block = rmap_alloc(cap, sizeof *queue->block);
+    if (!queue->block)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    (void)pthread_mutex_init(&queue->mutex, NULL);
+    (void)pthread_cond_init(&queue->changed, NULL);
+    return RMAP_OK;
+}
+
+void rmap_block_queue_fini(struct rmap_block_queue *queue)
+{
+    if (!queue->block)
+        return;
+    (void)pthread_mutex_destroy(&queue->mutex);
+    (void)pthread_cond_destroy(&queue->changed);
+    rmap_free(queue->block);
+    queue->block = NULL;
+}
+
+void rmap_block_queue_push(struct rmap_block_queue *queue, uint64_t block)
+{
+    (void)pthread_mutex_lock(&queue->mutex);
+    queue->block[(queue->first + queue->n++) % queue->cap] = block;
+    (void)pthread_cond_signal(&queue->changed);
+    (void)pthread_mutex_unlock(&queue->mutex);
+}
+
+void rmap_block_queue_close(struct rmap_block_queue *queue)
+{
+    if (!queue->block)
+        return;
+    (void)pthread_mutex_lock(&queue->mutex);
+    queue->closed = true;
+    (void)pthread_cond_broadcast(&queue->changed);
+    (void)pthread_mutex_unlock(&queue->mutex);
+}
+
+void rmap_block_queue_discard(struct rmap_block_queue *queue)
+{
+    (void)pthread_mutex_lock(&queue->mutex);
+    queue->n = 0;
+    (void)pthread_mutex_unlock(&queue->mutex);
+}
+
+bool rmap_block_queue_pop(struct rmap_block_queue *queue, uint64_t *block_ret)
+{
+    (void)pthread_mutex_lock(&queue->mutex);
+    while (queue->n == 0 && !queue->closed)
+        (void)pthread_cond_wait(&queue->changed, &queue->mutex);
+    bool found = queue->n > 0;
+    if (found) {
+        *block_ret = queue->block[queue->first];
+        queue->first = (queue->first + 1) % queue->cap;
+        queue->n--;
+    }
+    (void)pthread_mutex_unlock(&queue->mutex);
+    return found;
+}
+
+size_t rmap_block_queue_length(struct rmap_block_queue *queue)
+{
+    (void)pthread_mutex_lock(&queue->mutex);
+    size_t n = queue->n;
+    (void)pthread_mutex_unlock(&queue->mutex);
+    return n;
+}

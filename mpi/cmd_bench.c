@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap bench: the program's speed against references built into it, as ratios in one run.
+ */
+#define _XOPEN_SOURCE 700 /* nftw */
+#include <ftw.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "mpi/agree.h"
+#include "mpi/bench.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "version.h"
+
+static const struct rmap_option options[] = {
+    {"only", 0, "NAME", "one measurement: trace_vs_roofline, record_vs_trace, ..."},
+    {"quick", 0, NULL, "fewer rays and repeats"},
+    {"repeats", 0, "N", "rounds of each comparison (default 7; quick 3)"},
+    {"scene", 0, "NAME", "room or double-gauss alone"},
+    {"examples", 0, "FOLDER", "where the example scenes are"},
+    {NULL}};
+
+static const char *const measurement[] = {"trace_vs_roofline", "record_vs_trace",
+                                          "record_vs_seed",    "bytes_per_segment",
+                                          "query_vs_seed",     "ranks_vs_threads"};
+
+static const struct rmap_bench_scene known_scene[] = {
+    {.name = "room", .question = {"lamp", "*_wall", "floor_map", 2, {1.01, 1.01}}},
+    {.name = "double-gauss", .question = {"star", "lens.*", "sensor", 2, {6.1, 4.1}}},
+};
+
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+
+/* Beside the program when installed, in the source tree when built there, or here. */
+static bool find_scene(const char *folder, const char *name, char *path, size_t path_nbytes)
+{
+    static const char *const place[] = {"../share/raymap/examples", "../../examples"};
+    char program[400];
+    ssize_t len = readlink("/proc/self/exe", program, sizeof program - 1);
+    (void)snprintf(path, path_nbytes, "%s/%s/scene.yaml", folder ? folder : "examples", name);
+    if (folder || access(path, R_OK) == 0)
+        return true;
+    program[len > 0 ? len : 0] = 0;
+    char *slash = strrchr(program, '/');
+    if (slash)
+        *slash = 0;
+    for (size_t i = 0; slash && i < COUNT(place); i++) {
+        (void)snprintf(path, path_nbytes, "%s/%s/%s/scene.yaml", program, place[i], name);
+        if (access(path, R_OK) == 0)
+            return true;
+    }
+    return false;
+}
+
+static enum rmap_status read_request(const struct rmap_arguments *given, struct rmap_bench *bench,
+                                     struct rmap_error *err)
+{
+    bench->quick = rmap_argument(given, "quick") != NULL;
+    bench->only = rmap_argument(given, "only");
+    uint64_t n_repeat = bench->quick ? 3 : 7;
+    enum rmap_status st = rmap_argument_count(given, "repeats", &n_repeat, err);
+    if (st != RMAP_OK)
+        return st;
+    if (n_repeat < 1 || n_repeat > RMAP_BENCH_REPEAT_MAX)
+        return rmap_error_set(err, RMAP_USAGE, "--repeats must lie between 1 and %d",
+                              (int)RMAP_BENCH_REPEAT_MAX);
+    bench->n_repeat = (int)n_repeat;
+    bool known = !bench->only;
+    for (size_t i = 0; i < COUNT(measurement); i++)
+        known = known || strcmp(bench->only, measurement[i]) == 0;
+    if (!known)
+        return rmap_error_set(err, RMAP_USAGE, "no measurement '%s'; there are: %s %s %s %s %s %s",
+                              bench->only, measurement[0], measurement[1], measurement[2],
+                              measurement[3], measurement[4], measurement[5]);
+    if (bench->only && strcmp(bench->only, "ranks_vs_threads") == 0 && bench->context->size < 2)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "ranks_vs_threads needs two ranks: mpirun -np 2 raymap bench");
+    return RMAP_OK;
+}
+
+static int remove_entry(const char *path, const struct stat *status, int kind, struct FTW *place)
+{
+    (void)status;
+    (void)kind;
+    (void)place;
+    return remove(path);
+}
+
+/* Collective: rank 0's name for it is everyone's. */
+static enum rmap_status make_folder(struct rmap_bench *bench, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = bench->context;
+    const char *parent = getenv("TMPDIR");
+    (void)snprintf(bench->folder, sizeof bench->folder, "%s/raymap-bench-XXXXXX",
+                   parent && *parent ? parent : "/tmp");
+    if (context->rank == 0 && !mkdtemp(bench->folder)) {
+        bench->folder[0] = 0;
+        st = rmap_error_set(err, RMAP_SYSTEM, "cannot make a folder in %s",
+                            parent && *parent ? parent : "/tmp");
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(bench->folder, sizeof bench->folder, MPI_CHAR, 0, context->comm)));
+out:
+    return st;
+}
+
+/* Rank 0 alone. */
+static enum rmap_status measure_alone(struct rmap_bench *bench,
+                                      const struct rmap_bench_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (rmap_bench_wanted(bench, "trace_vs_roofline"))
+        RMAP_TRY(rmap_bench_roofline(bench, scene, err));
+    if (rmap_bench_wanted(bench, "record_vs_trace") || rmap_bench_wanted(bench, "record_vs_seed") ||
+        rmap_bench_wanted(bench, "bytes_per_segment"))
+        RMAP_TRY(rmap_bench_record(bench, scene, err));
+    if (rmap_bench_wanted(bench, "query_vs_seed"))
+        RMAP_TRY(rmap_bench_query(bench, scene, err));
+out:
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status measure_scene(struct rmap_bench *bench, const char *folder,
+                                      struct rmap_bench_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = bench->context;
+    char path[600];
+    struct rmap_scene_options none = {0};
+    if (!find_scene(folder, scene->name, path, sizeof path))
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "the example scenes are not found; say where with --examples FOLDER");
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_load_scene(context, path, &none, &scene->bundle, &scene->scene, err));
+    st = rmap_accel_create(scene->scene, context->n_thread, &scene->accel, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->rank == 0)
+        st = measure_alone(bench, scene, err);
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
+    if (context->size > 1 && rmap_bench_wanted(bench, "ranks_vs_threads"))
+        RMAP_TRY(rmap_bench_ranks(bench, scene, err));
+out:
+    rmap_accel_destroy(scene->accel);
+    rmap_scene_destroy(scene->scene);
+    rmap_bundle_destroy(scene->bundle);
+    return st;
+}
+
+static json_t *machine_json(int n_thread)
+{
+    char model[200] = "unknown", line[300];
+    FILE *cpu = fopen("/proc/cpuinfo", "r");
+    while (cpu && fgets(line, sizeof line, cpu))
+        if (strncmp(line, "model name", 10) == 0 && strchr(line, ':')) {
+            (void)snprintf(model, sizeof model, "%.199s", strchr(line, ':') + 2);
+            model[strcspn(model, "\n")] = 0;
+            break;
+        }
+    if (cpu)
+        (void)fclose(cpu);
+    return json_pack("{s:s, s:I, s:i, s:s, s:s, s:s}", "processor", model, "cores",
+                     (json_int_t)sysconf(_SC_NPROCESSORS_ONLN), "threads", n_thread, "compiler",
+                     RMAP_COMPILER, "version", RMAP_VERSION, "git", RMAP_GIT_REVISION);
+}
+
+/* Collective. */
+static enum rmap_status measure_all(struct rmap_bench *bench, const struct rmap_arguments *given,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *only_scene = rmap_argument(given, "scene");
+    bool any = false;
+    for (size_t i = 0; i < COUNT(known_scene); i++) {
+        struct rmap_bench_scene scene = known_scene[i];
+        if (only_scene && strcmp(only_scene, scene.name) != 0)
+            continue;
+        any = true;
+        RMAP_TRY(measure_scene(bench, rmap_argument(given, "examples"), &scene, err));
+    }
+    if (!any)
+        st = rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are: room double-gauss",
+                            only_scene);
+out:
+    return st;
+}
+
+static enum rmap_status run_bench(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct rmap_context quiet = *context;
+    quiet.quiet = true;
+    struct rmap_bench bench = {.context = &quiet, .alone = quiet, .results = json_array()};
+    bench.alone.comm = MPI_COMM_NULL;
+    bench.alone.rank = 0;
+    bench.alone.size = 1;
+    bench.alone.n_thread = context->n_thread * context->size; /* as one rank would have had */
+    enum rmap_status st = read_request(given, &bench, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_split(context->comm, context->rank, 0, &bench.alone.comm)));
+    RMAP_TRY(make_folder(&bench, err));
+    RMAP_TRY(measure_all(&bench, given, err));
+    if (context->rank == 0 && context->json)
+        st = rmap_json_print(json_pack("{s:o, s:O}", "machine", machine_json(bench.alone.n_thread),
+                                       "results", bench.results),
+                             stdout, err);
+    if (context->rank == 0 && !context->quiet && context->size < 2 && !bench.only)
+        fputs("ranks_vs_threads needs two ranks: mpirun -np 2 raymap bench\n", stderr);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    if (context->rank == 0 && bench.folder[0])
+        (void)nftw(bench.folder, remove_entry, 16, FTW_DEPTH | FTW_PHYS);
+    if (bench.alone.comm != MPI_COMM_NULL)
+        (void)MPI_Comm_free(&bench.alone.comm);
+    json_decref(bench.results);
+    return st;
+}
+
+const struct rmap_command rmap_command_bench = {
+    .name = "bench",
+    .summary = "measure the program against references built into it",
+    .operands = "[options]",
+    .help = "Measures tracing against Embree alone, recording against tracing alone and against\n"
+            "the classic way of storing rays (36-byte records, zlib), queries against reading all\n"
+            "of those, and, under mpirun -np 2, ranks against threads. Both sides of a ratio run\n"
+            "in turns in this process; the median is given with the least and the greatest.",
+    .options = options,
+    .min_operands = 0,
+    .max_operands = 0,
+    .run = run_bench,
+};

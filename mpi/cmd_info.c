@@ -1,0 +1,171 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap info: what a map holds.
+ */
+#include <math.h>
+#include <stdio.h>
+
+#include "mpi/agree.h"
+#include "mpi/balance.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "mpi/progress.h"
+
+static const struct rmap_option options[] = {{NULL}};
+
+/* Sum of the registrations that a detector's image holds. */
+static double registered(const struct rmap_map *map, size_t detector)
+{
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    const uint32_t *cells = scene->detector[detector].cells;
+    double total = 0.0;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        const double *image = rmap_tally_image(rmap_map_tally(map), detector, s);
+        for (size_t i = 0; i < (size_t)cells[0] * cells[1]; i++)
+            total += image[i];
+    }
+    return total;
+}
+
+static const char *detector_type(const struct rmap_detector *detector)
+{
+    return detector->type == RMAP_DETECTOR_PLANE ? "plane" : "intensity";
+}
+
+static json_t *objects_json(const struct rmap_scene *scene)
+{
+    json_t *list = json_array();
+    for (size_t o = 0; o < scene->n_object; o++) {
+        const struct rmap_object *object = &scene->object[o];
+        char id[17];
+        (void)snprintf(id, sizeof id, "%llx", (unsigned long long)object->id);
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:s, s:s?, s:s, s:s, s:s}", "name", object->name, "id", id,
+                            "group", object->parent >= 0 ? scene->group[object->parent].name : NULL,
+                            "geometry", scene->geometry[object->geometry].name, "surface_front",
+                            scene->surface[object->surface_front].name, "surface_back",
+                            scene->surface[object->surface_back].name));
+    }
+    return list;
+}
+
+static json_t *detectors_json(const struct rmap_map *map)
+{
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    json_t *list = json_array();
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct rmap_detector *detector = &scene->detector[d];
+        (void)json_array_append_new(list, json_pack("{s:s, s:s, s:[I,I], s:I}", "name",
+                                                    detector->name, "type", detector_type(detector),
+                                                    "cells", (json_int_t)detector->cells[0],
+                                                    (json_int_t)detector->cells[1], "registered",
+                                                    (json_int_t)registered(map, d)));
+    }
+    return list;
+}
+
+static json_t *shards_json(const struct rmap_map *map)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < rmap_map_n_piece(map); i++) {
+        const struct rmap_piece_info *piece = rmap_map_piece(map, i);
+        (void)json_array_append_new(
+            list, json_pack("{s:i, s:s, s:I, s:I, s:I, s:I}", "shard", (int)piece->shard, "piece",
+                            piece->name, "bytes", (json_int_t)piece->nbytes, "rays",
+                            (json_int_t)piece->n_row[RMAP_TABLE_RAY], "segments",
+                            (json_int_t)piece->n_row[RMAP_TABLE_SEGMENT], "registrations",
+                            (json_int_t)piece->n_row[RMAP_TABLE_REGISTRATION]));
+    }
+    return list;
+}
+
+static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary)
+{
+    char digest[33];
+    rmap_digest_text(summary->digest, digest);
+    json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s}", "raymap", summary->program_version,
+                                 "git", summary->git_revision, "hdf5", summary->hdf5_version,
+                                 "embree", summary->embree_version, "isa", summary->isa);
+    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o}",
+                     "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
+                     (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
+                     (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
+                     (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
+                     (json_int_t)summary->seed, "digest", digest, "units",
+                     rmap_map_scene(map)->unit, "sources", rmap_balance_json(rmap_map_tally(map)),
+                     "objects", objects_json(rmap_map_scene(map)), "detectors", detectors_json(map),
+                     "shards", shards_json(map), "ranks", summary->n_rank, "versions", versions);
+}
+
+static void print_detectors(const struct rmap_map *map, FILE *out)
+{
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    char count[RMAP_GROUPED_LEN];
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct rmap_detector *detector = &scene->detector[d];
+        fprintf(out, "  detector %s: %s, %u x %u cells, %s registrations\n", detector->name,
+                detector_type(detector), (unsigned)detector->cells[0], (unsigned)detector->cells[1],
+                rmap_grouped((uint64_t)registered(map, d), count));
+    }
+}
+
+static void print_info(const char *path, const struct rmap_map *map,
+                       const struct rmap_map_summary *summary, FILE *out)
+{
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], registrations[RMAP_GROUPED_LEN];
+    char digest[33];
+    rmap_digest_text(summary->digest, digest);
+    double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];
+    fprintf(out, "%s: %s\n", path,
+            summary->complete ? "complete" : "NOT complete: tracing was stopped early");
+    fprintf(out, "  %s rays, %s segments, %s registrations\n",
+            rmap_grouped(summary->n_row[RMAP_TABLE_RAY], rays),
+            rmap_grouped(summary->n_row[RMAP_TABLE_SEGMENT], segments),
+            rmap_grouped(summary->n_row[RMAP_TABLE_REGISTRATION], registrations));
+    fprintf(out, "  %.1f MB", 1e-6 * (double)summary->nbytes);
+    if (n_segment > 0)
+        fprintf(out, ", %.2f bytes per segment", (double)summary->nbytes / n_segment);
+    fprintf(out, ", %d shards, %zu pieces\n", summary->n_shard, rmap_map_n_piece(map));
+    fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
+            summary->n_rank);
+    fprintf(out, "  made by raymap %s (%s) with Embree %s (%s), HDF5 %s\n",
+            summary->program_version, summary->git_revision, summary->embree_version, summary->isa,
+            summary->hdf5_version);
+    fprintf(out, "  scene: %zu objects, %zu geometries, %zu surfaces, %zu media, lengths in %s\n",
+            scene->n_object, scene->n_geometry, scene->n_surface, scene->n_medium, scene->unit);
+    print_detectors(map, out);
+    rmap_balance_print(rmap_map_tally(map), out);
+}
+
+static enum rmap_status run_info(const struct rmap_context *context,
+                                 const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    struct rmap_map_summary summary;
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0) { /* the index alone is read: there is nothing to share out */
+        st = rmap_map_open(given->operand[0], &map, err);
+        if (st == RMAP_OK)
+            rmap_map_summarise(map, &summary);
+        if (st == RMAP_OK && context->json)
+            st = rmap_json_print(info_json(map, &summary), stdout, err);
+        else if (st == RMAP_OK)
+            print_info(given->operand[0], map, &summary, stdout);
+    }
+    st = rmap_agree(context, st, err);
+    rmap_map_close(map);
+    return st;
+}
+
+const struct rmap_command rmap_command_info = {
+    .name = "info",
+    .summary = "say what a ray map holds, where it comes from, and if it is complete",
+    .operands = "MAP",
+    .help = "Rays, segments, registrations, bytes, names, shards, provenance, digest and the\n"
+            "energy balance of each source.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_info,
+};

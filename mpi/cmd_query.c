@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap query: the rays of a map that match a criterion, counted, listed or exported.
+ */
+#include <string.h>
+
+#include "base/alloc.h"
+#include "mpi/agree.h"
+#include "mpi/load.h"
+#include "mpi/progress.h"
+#include "mpi/query_count_out.h"
+#include "mpi/query_rays_out.h"
+#include "mpi/scan.h"
+
+static const struct rmap_option options[] = {
+    {"count", 'c', NULL, "rays, segments and flux that match (the default)"},
+    {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
+    {"output", 'o', "OUT", "write the matching rays: OUT.csv or OUT.json"},
+    {"explain", 'e', NULL, "say what would be read; read nothing"},
+    {"force", 'f', NULL, "replace OUT"},
+    {NULL}};
+
+struct request {
+    const char *map_path, *output_path;
+    uint64_t limit; /* UINT64_MAX: all */
+    bool count, explain, force;
+    size_t n_criterion;
+    char **text; /* [n_criterion], borrowed */
+};
+
+static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *request = (struct request){
+        .map_path = given->operand[0],
+        .output_path = rmap_argument(given, "output"),
+        .limit = UINT64_MAX,
+        .explain = rmap_argument(given, "explain") != NULL,
+        .force = rmap_argument(given, "force") != NULL,
+        .n_criterion = (size_t)given->n_operand - 1,
+        .text = given->operand + 1,
+    };
+    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
+    bool list = request->output_path || rmap_argument(given, "limit");
+    request->count = rmap_argument(given, "count") || !list;
+    if (list && rmap_argument(given, "count"))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--count adds up all matching rays; it goes with neither --limit "
+                              "nor -o");
+    if (list && request->n_criterion > 1)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--limit and -o take one criterion; join several with 'or'");
+    if (rmap_argument(given, "limit") && request->limit == 0)
+        return rmap_error_set(err, RMAP_USAGE, "--limit 0 lists nothing; ask for at least one ray");
+    if (request->output_path)
+        RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
+out:
+    return st;
+}
+
+struct search {
+    struct rmap_map *map;
+    struct rmap_criterion **criterion; /* [n_criterion] */
+    struct rmap_count *count;          /* [n_criterion] */
+    struct rmap_portion *rays;         /* rank 0 */
+};
+
+static enum rmap_status compile(const struct request *request, struct search *search,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_map_scene(search->map);
+    search->criterion = rmap_alloc(request->n_criterion, sizeof(void *));
+    search->count = rmap_alloc(request->n_criterion, sizeof *search->count);
+    if (!search->criterion || !search->count)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria"));
+    for (size_t c = 0; c < request->n_criterion; c++) {
+        RMAP_TRY(rmap_criterion_compile(request->text[c], scene, &search->criterion[c], err));
+        RMAP_TRY(rmap_count_init(&search->count[c], scene->n_source, err));
+    }
+out:
+    return st;
+}
+
+static void release(const struct request *request, struct search *search)
+{
+    for (size_t c = 0; c < request->n_criterion; c++) {
+        if (search->criterion)
+            rmap_criterion_destroy(search->criterion[c]);
+        if (search->count)
+            rmap_count_fini(&search->count[c]);
+    }
+    rmap_free(search->criterion);
+    rmap_free(search->count);
+    rmap_portion_destroy(search->rays);
+    rmap_map_close(search->map);
+}
+
+/* Collective. */
+static enum rmap_status answer(const struct rmap_context *context, const struct request *request,
+                               struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    double begun = rmap_clock_seconds();
+    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->n_criterion,
+                           search->count, request->count ? NULL : &search->rays, request->limit,
+                           err));
+    double seconds = rmap_clock_seconds() - begun;
+    if (context->rank == 0 && request->count)
+        st = rmap_query_count_print(context, search->map, search->criterion, search->count,
+                                    request->n_criterion, seconds, err);
+    else if (context->rank == 0)
+        st = rmap_query_rays_print(context, search->map, search->rays, request->output_path, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
+static enum rmap_status run_query(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct request request;
+    struct search search = {0};
+    enum rmap_status st = read_request(given, &request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_load_map(context, request.map_path, &search.map, err));
+    st = compile(&request, &search, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (request.explain && context->rank == 0)
+        st = rmap_query_explain(context, search.map, search.criterion, request.n_criterion,
+                                !request.count, err);
+    else if (!request.explain)
+        st = answer(context, &request, &search, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    release(&request, &search);
+    return st;
+}
+
+const struct rmap_command rmap_command_query = {
+    .name = "query",
+    .summary = "count, list or export the rays that match a criterion",
+    .operands = "MAP CRITERION... [--count | --limit N | -o OUT]",
+    .help =
+        "Finds the rays whose histories match a criterion, such as\n\n"
+        "  raymap query lens.raymap 'registered(sensor) and hit(*, reflect_specular) >= 2'\n\n"
+        "Several criteria are counted in one scan. OUT.csv has one row per segment, OUT.json an\n"
+        "array of rays as `raymap report` prints them. The answer does not depend on the number\n"
+        "of ranks and threads.",
+    .options = options,
+    .min_operands = 2,
+    .max_operands = 1000,
+    .run = run_query,
+};

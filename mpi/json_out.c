@@ -1,0 +1,20 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/json_out.h"
+
+#include <math.h>
+
+enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err)
+{
+    if (!document)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON document");
+    int failed = json_dumpf(document, out, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    json_decref(document);
+    if (failed || fputc('\n', out) == EOF)
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON document");
+    return RMAP_OK;
+}
+
+json_t *rmap_json_number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}

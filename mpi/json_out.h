@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The one JSON document that --json prints.
+ */
+#ifndef RMAP_JSON_OUT_H
+#define RMAP_JSON_OUT_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "base/status.h"
+
+/* Takes the document over (NULL: memory was short). Reals with 17 digits, keys as inserted. */
+enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
+
+/* null for what JSON cannot say: NaN and infinities. */
+json_t *rmap_json_number(double value);
+
+#endif

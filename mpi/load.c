@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/load.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "mpi/agree.h"
+
+enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
+                                         struct rmap_scene_options *options, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *options = (struct rmap_scene_options){0};
+    const char *simulation = rmap_argument(given, "simulation");
+    const char *color = rmap_argument(given, "color");
+    if (color && strcmp(color, "rgb") != 0 && strcmp(color, "spectral") != 0)
+        return rmap_error_set(err, RMAP_USAGE, "--color is 'rgb' or 'spectral', not '%s'", color);
+    options->simulation = rmap_strdup(simulation);
+    options->color = rmap_strdup(color);
+    if ((simulation && !options->simulation) || (color && !options->color))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the command line");
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_argument_list(given, "only", &options->only, &options->n_only, err));
+    RMAP_TRY(rmap_argument_list(given, "without", &options->without, &options->n_without, err));
+    RMAP_TRY(rmap_argument_each(given, "set", &options->set, &options->n_set, err));
+out:
+    if (st != RMAP_OK)
+        rmap_scene_options_fini(options);
+    return st;
+}
+
+/* Rank 0: the scene from its files, every mistake on stderr. */
+static enum rmap_status read_scene(const struct rmap_context *context, const char *path,
+                                   struct rmap_scene_options *options, struct rmap_bundle **bundle,
+                                   struct rmap_scene **scene, struct rmap_error *err)
+{
+    struct rmap_diagnostics diagnostics;
+    rmap_diagnostics_init(&diagnostics, path);
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_bundle_open(path, options, bundle, err));
+    st = rmap_scene_read(*bundle, scene, &diagnostics, err);
+    if (st != RMAP_OK || !context->quiet)
+        rmap_diagnostics_print(&diagnostics, stderr);
+out:
+    rmap_diagnostics_fini(&diagnostics);
+    return st;
+}
+
+/* Other ranks: the same scene from rank 0's bundle, without touching a file. */
+static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
+                                      struct rmap_bundle **bundle, struct rmap_scene **scene,
+                                      struct rmap_error *err)
+{
+    struct rmap_diagnostics diagnostics;
+    rmap_diagnostics_init(&diagnostics, "scene");
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle, err));
+    RMAP_TRY(rmap_scene_read(*bundle, scene, &diagnostics, err));
+out:
+    rmap_diagnostics_fini(&diagnostics);
+    return st;
+}
+
+enum rmap_status rmap_load_scene(const struct rmap_context *context, const char *path,
+                                 struct rmap_scene_options *options,
+                                 struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bundle *bundle = NULL;
+    struct rmap_scene *scene = NULL;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    if (context->rank == 0)
+        st = read_scene(context, path, options, &bundle, &scene, err);
+    if (st == RMAP_OK && context->rank == 0 && context->size > 1)
+        st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->size > 1) {
+        RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
+        if (context->rank != 0)
+            st = rebuild_scene(blob, nbytes, &bundle, &scene, err);
+        RMAP_TRY(rmap_agree(context, st, err));
+    }
+    *bundle_ret = bundle;
+    *scene_ret = scene;
+    bundle = NULL;
+    scene = NULL;
+out:
+    rmap_free(blob);
+    rmap_scene_destroy(scene);
+    rmap_bundle_destroy(bundle);
+    rmap_scene_options_fini(options);
+    return st;
+}
+
+enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
+                               struct rmap_map **map_ret, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    enum rmap_status st = rmap_map_open(path, &map, err);
+    st = rmap_agree(context, st, err);
+    if (st == RMAP_OK)
+        *map_ret = map;
+    else
+        rmap_map_close(map);
+    return st;
+}

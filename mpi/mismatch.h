@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays that end in an error tell of media that do not fit: a surface whose near side is not the
+ * medium that the light is in.
+ */
+#ifndef RMAP_MISMATCH_H
+#define RMAP_MISMATCH_H
+
+#include "geometry/accel.h"
+#include "io/diagnostics.h"
+#include "scene/scene.h"
+#include "trace/tracer.h"
+
+/* Traces ray ids [0, n_ray) and adds each distinct pair (object left, object met) whose media do
+ * not match to the diagnostics, at the line of the object met. */
+enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t n_ray,
+                                     struct rmap_diagnostics *diagnostics,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* What went wrong with one ray that ended in an error: one sentence and the remedy. */
+void rmap_mismatch_describe(const struct rmap_tracer *tracer, uint64_t ray, char *text,
+                            size_t text_nbytes);
+
+#endif

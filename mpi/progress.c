@@ -1,0 +1,77 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/progress.h"
+
+#include <stdio.h>
+#include <time.h>
+#include <unistd.h>
+
+double rmap_clock_seconds(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+void rmap_progress_init(struct rmap_progress *progress, const struct rmap_context *context,
+                        const char *what, uint64_t total)
+{
+    double now = rmap_clock_seconds();
+    bool terminal = isatty(STDERR_FILENO) == 1;
+    bool silent = context->quiet || context->rank != 0;
+    *progress = (struct rmap_progress){
+        .what = what,
+        .total = total,
+        .begun = now,
+        .last = now,
+        .interval = silent     ? 0.0
+                    : terminal ? 0.25
+                               : 10.0,
+        .terminal = terminal,
+    };
+}
+
+static void print_line(const struct rmap_progress *progress, uint64_t done, double rate)
+{
+    char now[RMAP_GROUPED_LEN], total[RMAP_GROUPED_LEN], speed[RMAP_GROUPED_LEN];
+    double left = rate > 0 ? (double)(progress->total - done) / rate : 0.0;
+    unsigned long whole = (unsigned long)(left + 0.5);
+    fprintf(stderr, "%s%s of %s %s (%.0f %%), %s/s, %lu:%02lu left%s",
+            progress->terminal ? "\r\033[K" : "", rmap_grouped(done, now),
+            rmap_grouped(progress->total, total), progress->what,
+            100.0 * (double)done / (double)progress->total, rmap_grouped((uint64_t)rate, speed),
+            whole / 60, whole % 60, progress->terminal ? "" : "\n");
+    (void)fflush(stderr);
+}
+
+void rmap_progress_show(struct rmap_progress *progress, uint64_t done)
+{
+    if (progress->interval <= 0.0 || progress->total == 0)
+        return;
+    double now = rmap_clock_seconds();
+    if (now - progress->last < progress->interval)
+        return;
+    progress->last = now;
+    progress->shown = true;
+    if (done > progress->total)
+        done = progress->total;
+    print_line(progress, done, (double)done / (now - progress->begun));
+}
+
+void rmap_progress_fini(struct rmap_progress *progress)
+{
+    if (progress->shown && progress->terminal)
+        fputs("\r\033[K", stderr);
+    progress->shown = false;
+}
+
+const char *rmap_grouped(uint64_t number, char buffer[RMAP_GROUPED_LEN])
+{
+    char *at = buffer + RMAP_GROUPED_LEN - 1;
+    *at = 0;
+    for (int digit = 0; number > 0 || digit == 0; digit++, number /= 10) {
+        if (digit > 0 && digit % 3 == 0)
+            *--at = ',';
+        *--at = (char)('0' + number % 10);
+    }
+    return at;
+}

@@ -1,0 +1,90 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/query_count_out.h"
+
+#include <math.h>
+
+#include "mpi/balance.h"
+#include "mpi/json_out.h"
+#include "mpi/progress.h"
+
+/* Flux that all rays of the map stand for. */
+static double total_flux(const struct rmap_map *map)
+{
+    const double *flux_per_weight = rmap_map_flux_per_weight(map);
+    double total = 0.0;
+    for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++)
+        total += flux_per_weight[s] * rmap_map_tally(map)->emitted[s];
+    return total;
+}
+
+static json_t *count_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
+                          const struct rmap_criterion *criterion, const struct rmap_count *count,
+                          double seconds)
+{
+    double flux, error;
+    rmap_count_flux(count, map, &flux, &error);
+    return json_pack(
+        "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:{s:I, s:I}, s:I, s:f}",
+        "criterion", rmap_criterion_text(criterion), "rays", "total",
+        (json_int_t)summary->n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
+        "total", (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "matched",
+        (json_int_t)count->segments, "flux", "total", total_flux(map), "matched", flux,
+        "standard_error", rmap_json_number(error), "unit", rmap_flux_unit_text(rmap_map_scene(map)),
+        "portions", "total", (json_int_t)rmap_map_n_portion(map), "read",
+        (json_int_t)count->portions_read, "bytes_read", (json_int_t)count->nbytes_read, "seconds",
+        seconds);
+}
+
+static void print_row(const char *what, uint64_t matched, uint64_t total)
+{
+    char first[RMAP_GROUPED_LEN], second[RMAP_GROUPED_LEN];
+    printf("  %-9s %s of %s", what, rmap_grouped(matched, first), rmap_grouped(total, second));
+    if (total > 0)
+        printf(" (%.4g %%)", 100.0 * (double)matched / (double)total);
+    putchar('\n');
+}
+
+static void print_text(const struct rmap_map *map, const struct rmap_map_summary *summary,
+                       const struct rmap_criterion *criterion, const struct rmap_count *count)
+{
+    double flux, error;
+    const char *unit = rmap_flux_unit_text(rmap_map_scene(map));
+    rmap_count_flux(count, map, &flux, &error);
+    printf("%s\n", rmap_criterion_text(criterion));
+    print_row("rays", count->rays, summary->n_row[RMAP_TABLE_RAY]);
+    print_row("segments", count->segments, summary->n_row[RMAP_TABLE_SEGMENT]);
+    printf("  flux      %.6g", flux);
+    if (isfinite(error))
+        printf(" +- %.2g", error);
+    printf(" of %.6g %s\n", total_flux(map), unit);
+}
+
+enum rmap_status rmap_query_count_print(const struct rmap_context *context,
+                                        const struct rmap_map *map,
+                                        struct rmap_criterion *const *criterion,
+                                        const struct rmap_count *count, size_t n_criterion,
+                                        double seconds, struct rmap_error *err)
+{
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
+    if (context->json) {
+        json_t *list = json_array();
+        for (size_t c = 0; c < n_criterion; c++)
+            (void)json_array_append_new(
+                list, count_json(map, &summary, criterion[c], &count[c], seconds));
+        json_t *document = n_criterion == 1 ? json_incref(json_array_get(list, 0)) : list;
+        if (document != list)
+            json_decref(list);
+        return rmap_json_print(document, stdout, err);
+    }
+    uint64_t nbytes = 0, read = 0;
+    for (size_t c = 0; c < n_criterion; c++) {
+        print_text(map, &summary, criterion[c], &count[c]);
+        nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
+        read = count[c].portions_read > read ? count[c].portions_read : read;
+    }
+    if (!context->quiet)
+        fprintf(stderr, "%llu of %zu portions read, %.1f MB, %.3f s\n", (unsigned long long)read,
+                rmap_map_n_portion(map), 1e-6 * (double)nbytes, seconds);
+    return RMAP_OK;
+}

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The counts of a query, as text and as JSON.
+ */
+#ifndef RMAP_QUERY_COUNT_OUT_H
+#define RMAP_QUERY_COUNT_OUT_H
+
+#include "analysis/query.h"
+#include "mpi/command.h"
+
+/* Rank 0. One object, or with several criteria an array of them, in order; else a table. The
+ * table alone does not depend on how the work was shared out: bytes and seconds are talk. */
+enum rmap_status rmap_query_count_print(const struct rmap_context *context,
+                                        const struct rmap_map *map,
+                                        struct rmap_criterion *const *criterion,
+                                        const struct rmap_count *count, size_t n_criterion,
+                                        double seconds, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/ray_lines.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+static void write_name(FILE *out, const char *name)
+{
+    if (!strpbrk(name, ",\"\n")) {
+        fputs(name, out);
+        return;
+    }
+    fputc('"', out);
+    for (const char *c = name; *c; c++) {
+        if (*c == '"')
+            fputc('"', out);
+        fputc(*c, out);
+    }
+    fputc('"', out);
+}
+
+static void write_number(FILE *out, int digits, double value)
+{
+    fputc(',', out);
+    if (isfinite(value)) /* undefined: an empty cell */
+        fprintf(out, "%.*g", digits, value);
+}
+
+static void write_point(FILE *out, int digits, struct rmap_vec3 p)
+{
+    write_number(out, digits, p.x);
+    write_number(out, digits, p.y);
+    write_number(out, digits, p.z);
+}
+
+static void write_events(FILE *out, uint32_t events)
+{
+    const char *between = "";
+    for (uint32_t bit = 1; bit; bit <<= 1)
+        if ((events & bit) && rmap_event_word(bit)) {
+            fprintf(out, "%s%s", between, rmap_event_word(bit));
+            between = "+";
+        }
+}
+
+static const char *medium_name(const struct rmap_scene *scene, int32_t medium)
+{
+    return medium >= 0 && (size_t)medium < scene->n_medium ? scene->medium[medium].name : "";
+}
+
+static const char *object_name(const struct rmap_scene *scene, int32_t object)
+{
+    return object >= 0 && (size_t)object < scene->n_object ? scene->object[object].name : "";
+}
+
+static void write_detectors(FILE *out, const struct rmap_ray_report *report, size_t step)
+{
+    const char *between = "";
+    fputc(',', out);
+    for (size_t r = 0; r < report->n_registration; r++) {
+        const struct rmap_report_registration *registration = &report->registration[r];
+        if (registration->step != step || !registration->registered)
+            continue;
+        fputs(between, out);
+        write_name(out, report->scene->detector[registration->detector].name);
+        between = ";";
+    }
+}
+
+enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *out,
+                                    struct rmap_error *err)
+{
+    const struct rmap_scene *scene = report->scene;
+    struct rmap_vec3 from = report->start;
+    (void)err;
+    for (size_t i = 0; i < report->n_step; i++) {
+        const struct rmap_report_step *step = &report->step[i];
+        fprintf(out, "%" PRIu64 ",", report->ray);
+        write_name(out, scene->source[report->source].name);
+        fprintf(out, ",%s", rmap_stop_word(report->stop) ? rmap_stop_word(report->stop) : "");
+        write_number(out, 17, report->flux);
+        write_number(out, 17, report->wavelength_nm);
+        fprintf(out, ",%zu,", i);
+        write_name(out, object_name(scene, step->object));
+        fprintf(out, ",%d,%d,", (int)step->face, (int)step->primitive);
+        write_events(out, step->events);
+        fputc(',', out);
+        write_name(out, medium_name(scene, step->medium));
+        write_point(out, report->digits, from);
+        write_point(out, report->digits, step->position);
+        write_point(out, report->digits, step->normal);
+        write_number(out, report->digits, step->length);
+        write_detectors(out, report, i);
+        fputc('\n', out);
+        from = step->position;
+    }
+    return RMAP_OK;
+}
+
+static bool lies_on_object(const struct rmap_detector *detector)
+{
+    return detector->on_object >= 0 || detector->on_group >= 0;
+}
+
+static void write_registrations(const struct rmap_ray_report *report, size_t step, bool on_object,
+                                FILE *out)
+{
+    for (size_t r = 0; r < report->n_registration; r++) {
+        const struct rmap_report_registration *registration = &report->registration[r];
+        const struct rmap_detector *detector = &report->scene->detector[registration->detector];
+        if (registration->step == step && registration->registered &&
+            lies_on_object(detector) == on_object)
+            fprintf(out, " V@%s", detector->name);
+    }
+}
+
+enum rmap_status rmap_ray_path_write(const struct rmap_ray_report *report, FILE *out,
+                                     struct rmap_error *err)
+{
+    const struct rmap_scene *scene = report->scene;
+    (void)err;
+    fprintf(out, "%" PRIu64 " ", report->ray);
+    for (size_t i = 0; i < report->n_step; i++) {
+        const struct rmap_report_step *step = &report->step[i];
+        char letter = rmap_event_letter(step->events);
+        const char *name = object_name(scene, step->object);
+        if (!*name && letter != 'X')
+            name = medium_name(scene, step->medium);
+        write_registrations(report, i, false, out);
+        if (letter)
+            fprintf(out, *name ? " %c@%s" : " %c%s", letter, name);
+        write_registrations(report, i, true, out);
+    }
+    fputc('\n', out);
+    return RMAP_OK;
+}

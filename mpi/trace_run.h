@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Tracing a range of ray ids on all ranks: workers trace, record and encode, the calling thread
+ * takes blocks from the common counter, stores encoded chunks, shows progress and watches for
+ * signals and the time limit.
+ */
+#ifndef RMAP_TRACE_RUN_H
+#define RMAP_TRACE_RUN_H
+
+#include "geometry/accel.h"
+#include "io/map_writer.h"
+#include "mpi/command.h"
+#include "trace/tally.h"
+
+struct rmap_trace_plan {
+    const struct rmap_scene *scene;
+    const struct rmap_accel *accel;
+    uint64_t seed, n_ray;
+    double deadline;                  /* of rmap_clock_seconds; 0: none */
+    struct rmap_shard_writer *writer; /* this rank's; NULL: nothing is recorded */
+};
+
+struct rmap_trace_outcome {
+    struct rmap_tally *tally; /* rank 0: of all ranks. Other ranks: their own. */
+    uint64_t n_ray;           /* traced by all ranks; less than asked for when stopped */
+    double seconds;           /* of the slowest rank, its shard's last chunk stored */
+    int interrupt;            /* signal that stopped it; 0: none */
+    int n_thread;             /* of all ranks */
+};
+
+/* Collective. RMAP_SYSTEM when memory or a disk fails on any rank; rays that were stopped by a
+ * signal or the deadline are no error. The caller destroys the tally. */
+enum rmap_status rmap_trace_run(const struct rmap_context *context,
+                                const struct rmap_trace_plan *plan,
+                                struct rmap_trace_outcome *outcome,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/trace_workers.h"
+
+#include <stdatomic.h>
+#include <time.h>
+
+#include "base/alloc.h"
+#include "base/workers.h"
+#include "mpi/progress.h"
+#include "trace/portion_recorder.h"
+#include "trace/tracer.h"
+
+/* Workers wait rather than run ahead of the disk by more than this per thread. */
+static const size_t backlog_nbytes = (size_t)192 << 20;
+
+struct worker {
+    struct rmap_portion *portion; /* NULL when nothing is recorded */
+    struct rmap_tally *tally;
+    struct rmap_error error;
+    uint64_t n_ray;
+};
+
+struct rmap_trace_workers {
+    const struct rmap_trace_plan *plan;
+    struct rmap_block_queue *queue;
+    struct rmap_workers *threads;
+    int n_thread;
+    struct worker *worker; /* [n_thread] */
+    _Atomic bool failed, abandoned;
+    _Atomic uint64_t block_ns;
+};
+
+static enum rmap_status trace_block(const struct rmap_trace_plan *plan, struct worker *self,
+                                    uint64_t block)
+{
+    struct rmap_tracer tracer = {.scene = plan->scene, .accel = plan->accel, .seed = plan->seed};
+    struct rmap_portion_recorder portion_recorder;
+    struct rmap_tally_recorder recorder;
+    uint64_t first = block * RMAP_BLOCK_RAYS, last = first + RMAP_BLOCK_RAYS;
+    if (last > plan->n_ray)
+        last = plan->n_ray;
+    if (self->portion) {
+        rmap_portion_clear(self->portion);
+        self->portion->first_ray = first;
+        rmap_portion_recorder_init(&portion_recorder, self->portion);
+    }
+    rmap_tally_recorder_init(&recorder, self->tally, self->portion ? &portion_recorder.base : NULL);
+    for (uint64_t ray = first; ray < last; ray++)
+        rmap_trace_ray(&tracer, ray, &recorder.base);
+    self->n_ray += last - first;
+    if (!self->portion)
+        return RMAP_OK;
+    if (portion_recorder.status != RMAP_OK)
+        return rmap_error_set(&self->error, portion_recorder.status,
+                              "out of memory for the histories of rays %llu to %llu",
+                              (unsigned long long)first, (unsigned long long)(last - 1));
+    return rmap_shard_writer_append(plan->writer, self->portion, &self->error);
+}
+
+/* Full chunks are encoded as soon as they are there, by whoever is free; when the disk is the
+ * slow one, everyone waits for it. */
+static enum rmap_status encode_chunks(struct rmap_trace_workers *all, struct worker *self)
+{
+    const struct timespec nap = {.tv_nsec = 1000000};
+    struct rmap_shard_writer *writer = all->plan->writer;
+    enum rmap_status st = RMAP_OK;
+    bool did = writer != NULL;
+    while (did && st == RMAP_OK)
+        st = rmap_shard_writer_encode(writer, &did, &self->error);
+    while (writer && st == RMAP_OK && !atomic_load(&all->abandoned) &&
+           rmap_shard_writer_backlog(writer) > backlog_nbytes * (size_t)all->n_thread)
+        (void)nanosleep(&nap, NULL);
+    return st;
+}
+
+static void work(void *context, int thread)
+{
+    struct rmap_trace_workers *all = context;
+    struct worker *self = &all->worker[thread];
+    enum rmap_status st = RMAP_OK;
+    uint64_t block;
+    while (st == RMAP_OK && !atomic_load(&all->abandoned) &&
+           rmap_block_queue_pop(all->queue, &block)) {
+        double begun = rmap_clock_seconds();
+        st = trace_block(all->plan, self, block);
+        if (st == RMAP_OK)
+            st = encode_chunks(all, self);
+        atomic_store(&all->block_ns, (uint64_t)(1e9 * (rmap_clock_seconds() - begun)) + 1);
+    }
+    if (st != RMAP_OK)
+        atomic_store(&all->failed, true);
+}
+
+enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan, int n_thread,
+                                          struct rmap_block_queue *queue,
+                                          struct rmap_trace_workers **workers_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_trace_workers *workers = rmap_alloc(1, sizeof *workers);
+    if (!workers)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    workers->plan = plan;
+    workers->queue = queue;
+    workers->n_thread = n_thread;
+    workers->worker = rmap_alloc((size_t)n_thread, sizeof *workers->worker);
+    if (!workers->worker)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread));
+    for (int i = 0; i < n_thread; i++) {
+        RMAP_TRY(rmap_tally_create(plan->scene, &workers->worker[i].tally, err));
+        if (plan->writer)
+            RMAP_TRY(rmap_portion_create(RMAP_BLOCK_RAYS, plan->scene->channels.n,
+                                         &workers->worker[i].portion, err));
+    }
+    RMAP_TRY(rmap_workers_start(n_thread, work, workers, &workers->threads, err));
+    *workers_ret = workers;
+    workers = NULL;
+out:
+    rmap_trace_workers_destroy(workers);
+    return st;
+}
+
+bool rmap_trace_workers_done(const struct rmap_trace_workers *workers)
+{
+    return rmap_workers_done(workers->threads);
+}
+
+bool rmap_trace_workers_failed(const struct rmap_trace_workers *workers)
+{
+    return atomic_load(&workers->failed);
+}
+
+void rmap_trace_workers_abandon(struct rmap_trace_workers *workers)
+{
+    atomic_store(&workers->abandoned, true);
+}
+
+double rmap_trace_workers_pace(const struct rmap_trace_workers *workers)
+{
+    return 1e-9 * (double)atomic_load(&workers->block_ns);
+}
+
+enum rmap_status rmap_trace_workers_join(struct rmap_trace_workers *workers,
+                                         struct rmap_tally **tally_ret, uint64_t *n_ray_ret,
+                                         struct rmap_error *err)
+{
+    rmap_workers_join(workers->threads);
+    workers->threads = NULL;
+    *n_ray_ret = 0;
+    for (int i = 0; i < workers->n_thread; i++) {
+        struct worker *worker = &workers->worker[i];
+        if (worker->error.status != RMAP_OK) {
+            *err = worker->error;
+            return err->status;
+        }
+        *n_ray_ret += worker->n_ray;
+        if (i > 0)
+            rmap_tally_merge(workers->worker[0].tally, worker->tally);
+    }
+    *tally_ret = workers->worker[0].tally;
+    workers->worker[0].tally = NULL;
+    return RMAP_OK;
+}
+
+void rmap_trace_workers_destroy(struct rmap_trace_workers *workers)
+{
+    if (!workers)
+        return;
+    rmap_workers_join(workers->threads);
+    for (int i = 0; workers->worker && i < workers->n_thread; i++) {
+        rmap_portion_destroy(workers->worker[i].portion);
+        rmap_tally_destroy(workers->worker[i].tally);
+    }
+    rmap_free(workers->worker);
+    rmap_free(workers);
+}

@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Builds the two levels. Embree's world is the scene moved to the centre of its objects. A mesh
+ * gets one bottom-level structure, shared by its instances. An instance whose float transform
+ * would be too coarse for it (small, far from the centre, or strongly sheared) becomes a user
+ * primitive that takes the ray into the mesh's frame in double, as analytic surfaces do.
+ */
+#include <float.h>
+#include <math.h>
+
+#include "base/alloc.h"
+#include "geometry/accel_internal.h"
+
+/* Share of its mesh's size by which an instance's float ray may miss. */
+#define FLOAT_INSTANCE_MAX 2e-4
+
+/* In units of the float error: how far behind its start a ray enters Embree, so that a surface
+ * through the start is met down to grazing angles of a hundredth. */
+#define REACH_ERRORS 128
+
+static double norm(const struct rmap_affine *a)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            sum += a->m[i][j] * a->m[i][j];
+    return sqrt(sum);
+}
+
+static struct rmap_vec3 smaller(struct rmap_vec3 a, struct rmap_vec3 b)
+{
+    return rmap_vec3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
+}
+
+static struct rmap_vec3 larger(struct rmap_vec3 a, struct rmap_vec3 b)
+{
+    return rmap_vec3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
+}
+
+static void mesh_bounds(const struct rmap_mesh *mesh, struct rmap_vec3 *lower,
+                        struct rmap_vec3 *upper)
+{
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        const float *v = mesh->vertex[i];
+        struct rmap_vec3 p = rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
+        *lower = i == 0 ? p : smaller(*lower, p);
+        *upper = i == 0 ? p : larger(*upper, p);
+    }
+}
+
+static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
+                         struct rmap_vec3 *upper)
+{
+    for (int k = 0; k < 8; k++) {
+        struct rmap_vec3 corner = rmap_vec3(k & 1 ? object->upper.x : object->lower.x,
+                                            k & 2 ? object->upper.y : object->lower.y,
+                                            k & 4 ? object->upper.z : object->lower.z);
+        corner = rmap_affine_point(&object->to_world, corner);
+        *lower = k == 0 ? corner : smaller(*lower, corner);
+        *upper = k == 0 ? corner : larger(*upper, corner);
+    }
+}
+
+static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
+{
+    struct rmap_vec3 far = larger(rmap_vec3(fabs(lower.x), fabs(lower.y), fabs(lower.z)),
+                                  rmap_vec3(fabs(upper.x), fabs(upper.y), fabs(upper.z)));
+    return rmap_length(far);
+}
+
+/* Coincidence: 1e-12 of the object's size, double rounding of its place, and for a mesh the
+ * rounding of its float vertices, with a factor 4 in hand. */
+static void set_tolerances(struct rmap_accel_object *object)
+{
+    struct rmap_vec3 lower = {0}, upper = {0};
+    world_bounds(object, &lower, &upper);
+    double size = rmap_length(rmap_sub(upper, lower));
+    double place = reach_of(lower, upper);
+    object->exact = 1e-12 * size + 64 * DBL_EPSILON * place;
+    object->tolerance = object->exact;
+    if (object->mesh)
+        object->tolerance +=
+            4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper) * norm(&object->to_world);
+}
+
+static enum rmap_status check_mesh(const struct rmap_geometry *geometry, struct rmap_error *err)
+{
+    const struct rmap_mesh *mesh = geometry->mesh;
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            if (mesh->triangle[i][k] >= mesh->n_vertex)
+                return rmap_error_set(err, RMAP_INPUT, "mesh '%s': triangle %zu has no vertex %u",
+                                      geometry->name ? geometry->name : "", i,
+                                      (unsigned)mesh->triangle[i][k]);
+    return RMAP_OK;
+}
+
+static enum rmap_status build_bottom(struct rmap_accel *accel, const struct rmap_geometry *geometry,
+                                     RTCScene *scene_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_mesh(geometry, err));
+    const struct rmap_mesh *mesh = geometry->mesh;
+    RTCGeometry triangles = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                               mesh->vertex, 0, sizeof(*mesh->vertex), mesh->n_vertex);
+    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                               mesh->triangle, 0, sizeof(*mesh->triangle), mesh->n_triangle);
+    rtcSetGeometryIntersectFilterFunction(triangles, rmap_accel_triangle);
+    rtcCommitGeometry(triangles);
+    *scene_ret = rtcNewScene(accel->device);
+    rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_ROBUST);
+    rtcAttachGeometry(*scene_ret, triangles);
+    rtcReleaseGeometry(triangles);
+    rtcCommitScene(*scene_ret);
+    RMAP_TRY(rmap_accel_failed(accel, "building a mesh", err));
+out:
+    return st;
+}
+
+static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i)
+{
+    const struct rmap_object *from = &scene->object[i];
+    const struct rmap_geometry *geometry = &scene->geometry[from->geometry];
+    struct rmap_accel_object *object = &accel->object[i];
+    object->to_local = from->to_local;
+    object->to_world = from->to_world;
+    object->medium_front = from->medium_front;
+    object->medium_back = from->medium_back;
+    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
+        object->shape = &geometry->shape;
+        rmap_shape_bounds(&geometry->shape, &object->lower, &object->upper);
+    } else {
+        object->mesh = geometry->mesh;
+        object->bottom = accel->bottom[from->geometry];
+        mesh_bounds(geometry->mesh, &object->lower, &object->upper);
+    }
+    set_tolerances(object);
+}
+
+static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *err)
+{
+    struct rmap_vec3 lower = {0}, upper = {0};
+    for (size_t i = 0; i < accel->n_object; i++) {
+        struct rmap_vec3 low = {0}, high = {0};
+        world_bounds(&accel->object[i], &low, &high);
+        lower = i == 0 ? low : smaller(lower, low);
+        upper = i == 0 ? high : larger(upper, high);
+    }
+    accel->centre = rmap_scale(rmap_add(lower, upper), 0.5);
+    accel->radius = 0.5 * rmap_length(rmap_sub(upper, lower));
+    /* Embree's boxes are float and areas are products of their sides. */
+    if (!(accel->radius < 1e15))
+        return rmap_error_set(err, RMAP_INPUT, "the scene is too large: radius %g", accel->radius);
+    accel->radius = accel->radius * (1 + 1e-6) + 1e-30;
+    accel->error = 4 * RMAP_FLOAT_EPS * accel->radius;
+    return RMAP_OK;
+}
+
+/* The inverse as Embree makes it from a float map; its rounding grows with the map's condition. */
+static double inverse_error(const struct rmap_accel_object *object)
+{
+    float m[3][3], cofactor[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            m[i][j] = (float)object->to_world.m[i][j];
+    for (int i = 0; i < 3; i++) {
+        int a = (i + 1) % 3, b = (i + 2) % 3;
+        for (int j = 0; j < 3; j++) {
+            int c = (j + 1) % 3, d = (j + 2) % 3;
+            cofactor[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
+        }
+    }
+    float det = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[0][1] + m[0][2] * cofactor[0][2];
+    double sum = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            double off = (double)(cofactor[j][i] / det) - object->to_local.m[i][j];
+            sum += off * off;
+        }
+    return sqrt(sum);
+}
+
+/* Float errors of a mesh instance, in its own frame and in the world; true when an Embree
+ * instance serves it. A ray is as long as the scene, and so are an instance's offsets. */
+static bool set_errors(struct rmap_accel *accel, struct rmap_accel_object *object)
+{
+    double to_local = norm(&object->to_local), to_world = norm(&object->to_world);
+    double size = rmap_length(rmap_sub(object->upper, object->lower));
+    double error = 2 * accel->radius * (inverse_error(object) + 2 * RMAP_FLOAT_EPS * to_local);
+    bool instance = error <= FLOAT_INSTANCE_MAX * size;
+    if (!instance)
+        error = 4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
+    /* Of two norms one is the error's and one the size's: sqrt(3) too large each. */
+    object->local_error = error;
+    object->error = error * to_world / sqrt(3);
+    if (instance)
+        accel->error = fmax(accel->error, object->error);
+    return instance;
+}
+
+static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
+{
+    const struct rmap_accel *accel = args->geometryUserPtr;
+    const struct rmap_accel_object *object = &accel->object[accel->callback_object[args->primID]];
+    struct rmap_vec3 lower = {0}, upper = {0};
+    world_bounds(object, &lower, &upper);
+    double pad = 2 * accel->error + object->tolerance;
+    lower = rmap_sub(lower, accel->centre);
+    upper = rmap_sub(upper, accel->centre);
+    args->bounds_o->lower_x = (float)(lower.x - pad);
+    args->bounds_o->lower_y = (float)(lower.y - pad);
+    args->bounds_o->lower_z = (float)(lower.z - pad);
+    args->bounds_o->upper_x = (float)(upper.x + pad);
+    args->bounds_o->upper_y = (float)(upper.y + pad);
+    args->bounds_o->upper_z = (float)(upper.z + pad);
+}
+
+static void attach_instance(struct rmap_accel *accel, size_t i)
+{
+    const struct rmap_accel_object *object = &accel->object[i];
+    struct rmap_vec3 at = rmap_sub(object->to_world.t, accel->centre);
+    double t[3] = {at.x, at.y, at.z};
+    float rows[12];
+    for (int r = 0; r < 3; r++) {
+        for (int c = 0; c < 3; c++)
+            rows[4 * r + c] = (float)object->to_world.m[r][c];
+        rows[4 * r + 3] = (float)t[r];
+    }
+    RTCGeometry instance = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_INSTANCE);
+    rtcSetGeometryInstancedScene(instance, object->bottom);
+    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
+    rtcCommitGeometry(instance);
+    rtcAttachGeometryByID(accel->top, instance, (unsigned)accel->n_instance);
+    rtcReleaseGeometry(instance);
+    accel->instance_object[accel->n_instance++] = (int32_t)i;
+}
+
+static void attach_callbacks(struct rmap_accel *accel)
+{
+    if (accel->n_callback == 0)
+        return;
+    RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
+    rtcSetGeometryUserPrimitiveCount(user, (unsigned)accel->n_callback);
+    rtcSetGeometryUserData(user, accel);
+    rtcSetGeometryBoundsFunction(user, bounds_callback, NULL);
+    rtcSetGeometryIntersectFunction(user, rmap_accel_callback);
+    rtcCommitGeometry(user);
+    rtcAttachGeometryByID(accel->top, user, (unsigned)accel->n_instance);
+    rtcReleaseGeometry(user);
+}
+
+static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *err)
+{
+    accel->top = rtcNewScene(accel->device);
+    rtcSetSceneFlags(accel->top, RTC_SCENE_FLAG_ROBUST);
+    for (size_t i = 0; i < accel->n_object; i++) {
+        struct rmap_accel_object *object = &accel->object[i];
+        if (object->mesh && object->mesh->n_triangle == 0)
+            continue;
+        if (object->mesh && set_errors(accel, object))
+            attach_instance(accel, i);
+        else
+            accel->callback_object[accel->n_callback++] = (int32_t)i;
+    }
+    accel->reach = REACH_ERRORS * accel->error;
+    attach_callbacks(accel);
+    rtcCommitScene(accel->top);
+    return rmap_accel_failed(accel, "building the scene", err);
+}
+
+enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    accel->n_object = scene->n_object;
+    accel->object = rmap_alloc(scene->n_object, sizeof(*accel->object));
+    accel->instance_object = rmap_alloc(scene->n_object, sizeof(*accel->instance_object));
+    accel->callback_object = rmap_alloc(scene->n_object, sizeof(*accel->callback_object));
+    accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));
+    if (!accel->object || !accel->instance_object || !accel->callback_object || !accel->bottom)
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
+    accel->n_bottom = scene->n_geometry;
+    for (size_t i = 0; i < scene->n_geometry; i++)
+        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH &&
+            scene->geometry[i].mesh->n_triangle > 0)
+            RMAP_TRY(build_bottom(accel, &scene->geometry[i], &accel->bottom[i], err));
+    for (size_t i = 0; i < scene->n_object; i++)
+        set_object(accel, scene, i);
+    RMAP_TRY(set_world(accel, err));
+    RMAP_TRY(build_top(accel, err));
+out:
+    return st;
+}

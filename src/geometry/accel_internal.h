@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What the files of the accelerator share: the built structure and the state of one query.
+ */
+#ifndef RMAP_ACCEL_INTERNAL_H
+#define RMAP_ACCEL_INTERNAL_H
+
+#include <embree3/rtcore.h>
+#include <stdatomic.h>
+
+#include "geometry/accel.h"
+#include "scene/scene.h"
+
+/* Rounding of one float operation. */
+#define RMAP_FLOAT_EPS 0x1p-24
+
+/* At grazing incidence distances along the ray blow up as 1 / cos; up to this factor only. */
+#define RMAP_GRAZING_MAX 1e3
+
+/* An object as the query needs it. Distances are in the world unless said otherwise. */
+struct rmap_accel_object {
+    struct rmap_affine to_local, to_world;
+    const struct rmap_shape *shape; /* NULL: a mesh */
+    const struct rmap_mesh *mesh;
+    RTCScene bottom;
+    struct rmap_vec3 lower, upper; /* local bounds */
+    double tolerance;              /* surfaces this near to one another coincide */
+    double exact;                  /* the same between triangles of one mesh: double rounding */
+    double error;       /* by which Embree's float ray may miss the true one at this object */
+    double local_error; /* the same in its local frame, where Embree is called there */
+    int32_t medium_front, medium_back;
+};
+
+struct rmap_accel_failure {
+    atomic_flag taken;
+    enum RTCError code;
+    char text[256];
+};
+
+struct rmap_accel {
+    RTCDevice device;
+    RTCScene top;
+    RTCScene *bottom; /* [n_geometry], NULL for shapes */
+    size_t n_bottom;
+    struct rmap_accel_object *object; /* [n_object] */
+    size_t n_object;
+    int32_t *instance_object; /* Embree instance -> object */
+    int32_t *callback_object; /* primitive of the user geometry -> object */
+    size_t n_instance, n_callback;
+    struct rmap_vec3 centre; /* origin of Embree's world */
+    double radius;
+    double error; /* largest of the instances' float errors */
+    double reach; /* how far behind its start a ray enters Embree */
+    int level;
+    struct rmap_accel_failure failure;
+};
+
+/* A surface that may be the next one. Those within float error of one another are all kept. */
+#define RMAP_CANDIDATE_MAX 8
+struct rmap_candidate {
+    double t, tolerance;            /* along the ray */
+    struct rmap_vec3 point, normal; /* shapes: local */
+    int32_t object, primitive;
+    int32_t rank; /* 0: the near side is the ray's medium, 1: any medium, 2: another one */
+};
+
+/* The surface that the ray starts from. */
+struct rmap_start {
+    int32_t object, primitive; /* -1: it starts in space */
+    double tolerance;
+    bool nudged;             /* at an edge: topology is decided from a point inside */
+    struct rmap_vec3 inside; /* that point, in the world */
+    struct rmap_vec3 inside_local;
+    struct rmap_vec3 normal, middle; /* world: unit normal, and a mesh triangle's centroid */
+    bool has_normal;
+};
+
+struct rmap_query {
+    const struct rmap_accel *accel;
+    const struct rmap_ray *ray;
+    struct rmap_start start;
+    double limit; /* nothing that begins beyond can be the next surface */
+    double slack; /* float error of the distance that set the limit */
+    int n_candidate;
+    struct rmap_candidate candidate[RMAP_CANDIDATE_MAX];
+    int32_t local_object; /* whose frame the local ray is in; -1: none yet */
+    struct rmap_vec3 local_origin, local_direction;
+};
+
+/* One call of rtcIntersect1: Embree's t is (t - shift) rate. The context comes first: callbacks
+ * get no more than its address. */
+struct rmap_traversal {
+    struct RTCIntersectContext context;
+    struct rmap_query *query;
+    double shift, rate;
+    float t_far;
+    int32_t object; /* whose structure is searched; -1: the top level */
+};
+
+/* accel_build.c */
+enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* accel_device.c */
+enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int level,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* accel_query.c: callbacks of the structure. */
+void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args);
+void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args);
+
+/* accel_candidate.c: true when the surface came nearer than all before (limit has shrunk). */
+bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive);
+bool rmap_consider_shape(struct rmap_query *query, int32_t object);
+const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
+void rmap_query_local(struct rmap_query *query, int32_t object);
+
+/* A surface within tolerance of the point where the ray starts. */
+struct rmap_touch {
+    int32_t object, primitive, rank;
+    double t;                /* of the hit; its sign is good to rounding only */
+    double facing;           /* d . normal: from which side the surface would be met */
+    struct rmap_vec3 normal; /* unit, world */
+    struct rmap_vec3 point;  /* of the surface, world */
+    bool beside;             /* a triangle that has the start on its edge or beyond */
+};
+
+/* accel_start.c */
+void rmap_start_find(struct rmap_query *query);
+bool rmap_start_meets(struct rmap_query *query, const struct rmap_touch *touch);
+
+#endif

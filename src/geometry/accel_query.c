@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One query: the float ray for Embree, the callbacks in which the candidates are decided in
+ * double, and the hit.
+ */
+#include <float.h>
+#include <math.h>
+
+#include "geometry/accel_internal.h"
+
+static void traversal_init(struct rmap_traversal *traversal, struct rmap_query *query)
+{
+    rtcInitIntersectContext(&traversal->context);
+    traversal->query = query;
+    traversal->t_far = INFINITY;
+    traversal->object = -1;
+}
+
+/* After the limit has shrunk: nothing beyond it, and beyond the float error of what set it, is
+ * worth a look. */
+static float shrink(struct rmap_traversal *traversal)
+{
+    const struct rmap_query *query = traversal->query;
+    double far = (query->limit + query->slack - traversal->shift) * traversal->rate;
+    float t_far = nextafterf((float)far, INFINITY);
+    if (t_far < traversal->t_far)
+        traversal->t_far = t_far > 0 ? t_far : 0;
+    return traversal->t_far;
+}
+
+void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args)
+{
+    /* one ray at a time: the N = 1 layouts are RTCRay and RTCHit */
+    struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
+    struct RTCRay *ray = (struct RTCRay *)args->ray;
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
+    int32_t object = traversal->object;
+    if (object < 0)
+        object = traversal->query->accel->instance_object[hit->instID[0]];
+    if (rmap_consider_triangle(traversal->query, object, (int32_t)hit->primID))
+        ray->tfar = shrink(traversal);
+    else
+        args->valid[0] = 0;
+}
+
+/* Part of the local ray inside the mesh's box, padded; false: it misses. In world units. */
+static bool clip_box(const struct rmap_accel_object *object, struct rmap_vec3 p, struct rmap_vec3 d,
+                     double pad, double *enter)
+{
+    double origin[3] = {p.x, p.y, p.z}, direction[3] = {d.x, d.y, d.z};
+    double lower[3] = {object->lower.x, object->lower.y, object->lower.z};
+    double upper[3] = {object->upper.x, object->upper.y, object->upper.z};
+    double from = 0, to = INFINITY;
+    for (int k = 0; k < 3; k++) {
+        double low = lower[k] - pad - origin[k], high = upper[k] + pad - origin[k];
+        if (direction[k] == 0) {
+            if (low > 0 || high < 0)
+                return false;
+            continue;
+        }
+        double a = low / direction[k], b = high / direction[k];
+        from = fmax(from, fmin(a, b));
+        to = fmin(to, fmax(a, b));
+    }
+    *enter = from;
+    return from <= to;
+}
+
+/* A mesh for which a float instance is too coarse: Embree is called in its own frame, from the
+ * point where the double ray enters its box. */
+static bool enter_mesh(struct rmap_query *query, int32_t index)
+{
+    const struct rmap_accel_object *object = &query->accel->object[index];
+    rmap_query_local(query, index);
+    struct rmap_vec3 p = query->local_origin, d = query->local_direction;
+    if (query->start.nudged && query->start.object == index)
+        p = query->start.inside_local;
+    double reach = 128 * object->local_error, enter = 0;
+    if (!clip_box(object, p, d, reach, &enter))
+        return false;
+    struct rmap_traversal inner;
+    traversal_init(&inner, query);
+    inner.object = index;
+    inner.rate = rmap_length(d);
+    inner.shift = enter - reach / inner.rate;
+    p = rmap_axpy(inner.shift, d, p);
+    d = rmap_scale(d, 1 / inner.rate);
+    struct RTCRayHit ray = {.ray = {.org_x = (float)p.x,
+                                    .org_y = (float)p.y,
+                                    .org_z = (float)p.z,
+                                    .dir_x = (float)d.x,
+                                    .dir_y = (float)d.y,
+                                    .dir_z = (float)d.z,
+                                    .mask = UINT32_MAX},
+                            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
+    double limit = query->limit;
+    ray.ray.tfar = shrink(&inner);
+    rtcIntersect1(object->bottom, &inner.context, &ray);
+    return query->limit < limit;
+}
+
+void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
+{
+    if (!args->valid[0])
+        return;
+    const struct rmap_accel *accel = args->geometryUserPtr;
+    struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
+    int32_t object = accel->callback_object[args->primID];
+    bool nearer = accel->object[object].shape ? rmap_consider_shape(traversal->query, object)
+                                              : enter_mesh(traversal->query, object);
+    if (nearer)
+        ((struct RTCRayHit *)args->rayhit)->ray.tfar = shrink(traversal);
+}
+
+static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
+                       const struct rmap_ray *ray)
+{
+    query->accel = accel;
+    query->ray = ray;
+    query->limit = INFINITY;
+    query->slack = 0;
+    query->n_candidate = 0;
+    query->local_object = -1;
+    rmap_start_find(query);
+}
+
+/* Origin of the float ray about the scene's centre: a little behind the start, or where the ray
+ * enters the scene's sphere. False: it passes by. */
+static bool enter_scene(const struct rmap_query *query, float origin[3], float direction[3],
+                        double *shift)
+{
+    const struct rmap_accel *accel = query->accel;
+    struct rmap_vec3 d = query->ray->direction;
+    struct rmap_vec3 p =
+        rmap_sub(query->start.nudged ? query->start.inside : query->ray->origin, accel->centre);
+    double radius = accel->radius + accel->reach;
+    double outside = rmap_dot(p, p) - radius * radius;
+    *shift = -accel->reach;
+    if (outside > 0) {
+        double b = rmap_dot(p, d);
+        /* the line's nearest point, not b^2 - outside: the start may be very far */
+        struct rmap_vec3 nearest = rmap_axpy(-b, d, p);
+        double rest = radius * radius - rmap_dot(nearest, nearest);
+        if (!(b < 0 && rest >= 0))
+            return false;
+        *shift += -b - sqrt(rest);
+    }
+    p = rmap_axpy(*shift, d, p);
+    origin[0] = (float)p.x;
+    origin[1] = (float)p.y;
+    origin[2] = (float)p.z;
+    direction[0] = (float)d.x;
+    direction[1] = (float)d.y;
+    direction[2] = (float)d.z;
+    return true;
+}
+
+static void traverse(struct rmap_query *query, const float origin[3], const float direction[3],
+                     double shift)
+{
+    struct rmap_traversal traversal;
+    traversal_init(&traversal, query);
+    traversal.shift = shift;
+    traversal.rate = 1;
+    struct RTCRayHit ray = {.ray = {.org_x = origin[0],
+                                    .org_y = origin[1],
+                                    .org_z = origin[2],
+                                    .dir_x = direction[0],
+                                    .dir_y = direction[1],
+                                    .dir_z = direction[2],
+                                    .tfar = INFINITY,
+                                    .mask = UINT32_MAX},
+                            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
+    rtcIntersect1(query->accel->top, &traversal.context, &ray);
+}
+
+static double clamp01(double x)
+{
+    return x < 0 ? 0 : x > 1 ? 1 : x;
+}
+
+/* Position on the triangle in double, never beside it: Embree may have chosen a triangle whose
+ * edge the double ray passes on the other side, by its float error. */
+static void finish_triangle(struct rmap_query *query, const struct rmap_candidate *best,
+                            struct rmap_hit *hit)
+{
+    const struct rmap_accel_object *object = &query->accel->object[best->object];
+    rmap_query_local(query, best->object);
+    struct rmap_vec3 corner[3];
+    rmap_mesh_corners(object->mesh, (size_t)best->primitive, corner);
+    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
+    struct rmap_vec3 n = rmap_cross(e1, e2);
+    struct rmap_vec3 w =
+        rmap_sub(rmap_axpy(best->t, query->local_direction, query->local_origin), corner[0]);
+    double scale = 1 / rmap_dot(n, n);
+    double u = clamp01(rmap_dot(rmap_cross(w, e2), n) * scale);
+    double v = clamp01(rmap_dot(rmap_cross(e1, w), n) * scale);
+    if (u + v > 1) {
+        double excess = 0.5 * (u + v - 1);
+        u = clamp01(u - excess);
+        v = 1 - u;
+    }
+    hit->position =
+        rmap_affine_point(&object->to_world, rmap_axpy(v, e2, rmap_axpy(u, e1, corner[0])));
+    hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, n));
+}
+
+static void finish(struct rmap_query *query, struct rmap_hit *hit)
+{
+    const struct rmap_candidate *best = rmap_query_best(query);
+    const struct rmap_accel_object *object = &query->accel->object[best->object];
+    hit->t = best->t;
+    hit->object = best->object;
+    hit->primitive = best->primitive;
+    if (object->shape) {
+        hit->position = rmap_affine_point(&object->to_world, best->point);
+        hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, best->normal));
+    } else {
+        finish_triangle(query, best, hit);
+    }
+}
+
+bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                     struct rmap_hit *hit)
+{
+    struct rmap_query query;
+    float origin[3], direction[3];
+    double shift;
+    if (accel->n_object == 0)
+        return false;
+    query_init(&query, accel, ray);
+    if (!enter_scene(&query, origin, direction, &shift))
+        return false;
+    traverse(&query, origin, direction, shift);
+    if (query.n_candidate == 0)
+        return false;
+    finish(&query, hit);
+    return true;
+}
+
+void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray)
+{
+    for (size_t i = 0; i < n_ray; i++) {
+        struct rmap_query query;
+        query_init(&query, accel, &ray[i].ray);
+        ray[i].misses = !enter_scene(&query, ray[i].origin, ray[i].direction, &ray[i].shift);
+        ray[i].prepared = true;
+    }
+}
+
+size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
+                         size_t n_ray)
+{
+    size_t n_hit = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        struct rmap_replay_ray now = ray[i];
+        if (!now.prepared)
+            rmap_accel_prepare(accel, &now, 1);
+        if (now.misses)
+            continue;
+        struct rmap_query query;
+        query_init(&query, accel, &ray[i].ray);
+        traverse(&query, now.origin, now.direction, now.shift);
+        n_hit += query.n_candidate > 0;
+    }
+    return n_hit;
+}

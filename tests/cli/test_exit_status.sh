@@ -1,0 +1,112 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: every way to end has its own exit status and one message that says what to do.
+. "$(dirname "$0")/expect.bash"
+rm -rf ./*
+write_scene scene.yaml
+
+# 0: done
+expect 0 'usage: raymap' "$RAYMAP" --help
+expect 0 'MPI' "$RAYMAP" --version
+for command in check trace info query; do
+    expect 0 "usage: raymap $command" "$RAYMAP" $command --help
+    expect 0 "usage: raymap $command" "$RAYMAP" $command one two three --help
+done
+expect 0 'sensor' "$RAYMAP" check scene.yaml
+expect 0 'energy balance' "$RAYMAP" trace scene.yaml -o a.raymap -n 10k
+expect 0 '10,000 rays' "$RAYMAP" info a.raymap
+expect 0 'registered' "$RAYMAP" query a.raymap 'registered(sensor)'
+expect 0 'rays +0 of' "$RAYMAP" query a.raymap 'hit(lens) >= 1000'
+expect 0 '' "$RAYMAP" trace -n 1000 scene.yaml --quiet -o b.raymap # options before operands
+[ ! -s stdout.txt ] && [ ! -s stderr.txt ] || { echo "FAILED: --quiet talks"; failures=1; }
+expect 0 '5,000 rays' "$RAYMAP" trace scene.yaml --simulation short --no-record
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 2000 --force
+expect 0 '2,000 rays' "$RAYMAP" info a.raymap
+
+# 2: wrong usage, with the remedy
+expect 2 'no command given' "$RAYMAP"
+expect 2 "did you mean 'trace'" "$RAYMAP" trase
+expect 2 "did you mean '--rays'" "$RAYMAP" trace scene.yaml --rayz 3 -o x.raymap
+expect 2 'needs a value' "$RAYMAP" trace scene.yaml -o
+expect 2 'takes no value' "$RAYMAP" trace scene.yaml -o x.raymap --force=yes
+expect 2 "unknown option '-x'" "$RAYMAP" trace -x scene.yaml
+expect 2 'usage: raymap trace' "$RAYMAP" trace
+expect 2 'one word too many' "$RAYMAP" trace scene.yaml scene.yaml -o x.raymap
+expect 2 'at least one ray' "$RAYMAP" trace scene.yaml -o x.raymap -n 0
+expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n many
+expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n -5
+expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n nan
+expect 2 'too large' "$RAYMAP" trace scene.yaml -o x.raymap -n 99999999999999999999999
+expect 2 'give -o MAP' "$RAYMAP" trace scene.yaml -n 10
+expect 2 'exists' "$RAYMAP" trace scene.yaml -o a.raymap -n 10
+expect 2 'not available' "$RAYMAP" trace scene.yaml -o a.raymap --resume
+expect 2 'not available' "$RAYMAP" trace scene.yaml -o a.raymap --append
+expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --time-limit soon
+expect 2 'between 1 and' "$RAYMAP" trace scene.yaml -o x.raymap --threads 0
+expect 2 "'rgb' or 'spectral'" "$RAYMAP" trace scene.yaml -o x.raymap --color blue
+expect 2 'usage: raymap query' "$RAYMAP" query a.raymap
+expect 2 '\.csv.*\.json' "$RAYMAP" query a.raymap all -o out.pdf
+expect 2 'one criterion' "$RAYMAP" query a.raymap all all --limit 3
+expect 2 '' "$RAYMAP" query a.raymap all --limit 0
+touch there.csv
+expect 2 'exists' "$RAYMAP" query a.raymap all -o there.csv
+mkdir precious.raymap && touch precious.raymap/letter.txt
+expect 2 '' "$RAYMAP" trace scene.yaml -o precious.raymap -n 10 --force
+[ -f precious.raymap/letter.txt ] || { echo "FAILED: --force removed what is no map"; failures=1; }
+
+# 3: wrong input
+expect 3 'missing.yaml' "$RAYMAP" check missing.yaml
+expect 3 'missing.yaml' "$RAYMAP" trace missing.yaml -o x.raymap
+expect 3 'missing.raymap' "$RAYMAP" info missing.raymap
+expect 3 'missing.raymap' "$RAYMAP" query missing.raymap all
+expect 3 "no object named 'lense'.*|did you mean" "$RAYMAP" query a.raymap 'hit(lense)'
+expect 3 '\^' "$RAYMAP" query a.raymap 'registered(sensor) and'
+expect 3 'short' "$RAYMAP" trace scene.yaml -o x.raymap --simulation shirt
+sed '/sources:/,/lamp/d' scene.yaml >dark.yaml
+expect 3 'source' "$RAYMAP" trace dark.yaml -o x.raymap -n 10
+sed 's/geometry: slab/geometry: slap/' scene.yaml >wrong.yaml
+expect 3 "wrong.yaml:[0-9]+:[0-9]+: error: .*did you mean 'slab'" "$RAYMAP" check wrong.yaml
+expect 3 "wrong.yaml:[0-9]+:[0-9]+: error: .*did you mean 'slab'" "$RAYMAP" trace wrong.yaml -o x.raymap
+[ ! -e x.raymap ] || { echo "FAILED: a map was begun for a wrong scene"; failures=1; }
+
+# 4: what exists but is no map
+echo "no map" >text.raymap
+mkdir empty.raymap
+expect 4 '' "$RAYMAP" info text.raymap
+expect 4 '' "$RAYMAP" info empty.raymap
+expect 4 '' "$RAYMAP" query text.raymap all
+cp -r a.raymap broken.raymap
+truncate -s 1000 broken.raymap/map.h5
+expect 4 '' "$RAYMAP" info broken.raymap
+cp -r a.raymap cut.raymap
+piece=$(echo cut.raymap/shard-*/piece-*.h5)
+truncate -s -2000 $piece
+expect 4 'piece-00000.h5' "$RAYMAP" query cut.raymap all
+
+# 5: the system fails us. Root may do anything, so permission is tried as somebody else.
+mkdir -p sealed && chmod 555 sealed
+if [ "$(id -u)" -eq 0 ]; then
+    expect 5 '' "$RAYMAP" trace scene.yaml -o /proc/x.raymap -n 10
+else
+    expect 5 '' "$RAYMAP" trace scene.yaml -o sealed/x.raymap -n 10
+fi
+if [ -w /dev/full ]; then
+    "$RAYMAP" info a.raymap >/dev/full 2>stderr.txt
+    [ $? -eq 5 ] || { echo "FAILED: a full disk under stdout is not told"; failures=1; }
+fi
+
+# 6: stopped early, and what was traced can be asked
+expect 6 'time limit.*the map holds them' "$RAYMAP" trace scene.yaml -o late.raymap -n 1G --time-limit 1s
+expect 0 'NOT complete' "$RAYMAP" info late.raymap
+expect 0 'rays' "$RAYMAP" query late.raymap all
+for signal in TERM INT USR1; do
+    "$RAYMAP" trace scene.yaml -o $signal.raymap -n 1G --quiet 2>stderr.txt &
+    sleep 2
+    kill -$signal $!
+    wait $!
+    [ $? -eq 6 ] && grep -q "SIG$signal" stderr.txt || { echo "FAILED: SIG$signal"; cat stderr.txt; failures=1; }
+    expect 0 'NOT complete' "$RAYMAP" info $signal.raymap
+done
+rm -rf ./*.raymap
+finish
