@@ -18,7 +18,7 @@ static void mark_objects(const struct rmap_index_set *set, const int32_t *object
             flag[i] = (uint32_t)object[i] - low < span;
     else
         for (size_t i = 0; i < n; i++)
-            flag[i] = rmap_index_set_has(set, object[i]);
+            flag[i] = rmap_index_set_member(set, object[i]);
 }
 
 static void keep_events(uint32_t events, uint32_t events_not, const uint32_t *event, size_t n,
@@ -35,8 +35,13 @@ static void keep_events(uint32_t events, uint32_t events_not, const uint32_t *ev
 static void keep_media(const struct rmap_index_set *set, const int16_t *medium, size_t n,
                        uint8_t *flag)
 {
-    for (size_t i = 0; i < n; i++)
-        flag[i] &= rmap_index_set_has(set, medium[i]);
+    uint32_t low = (uint32_t)set->low, span = set->span;
+    if (!set->member)
+        for (size_t i = 0; i < n; i++)
+            flag[i] &= (uint32_t)medium[i] - low < span;
+    else
+        for (size_t i = 0; i < n; i++)
+            flag[i] &= rmap_index_set_member(set, medium[i]);
 }
 
 static bool has_part(const struct rmap_criterion *criterion, const struct rmap_step_test *test,

@@ -33,6 +33,14 @@ static inline bool rmap_index_set_has(const struct rmap_index_set *set, int32_t 
     return at < set->span && (!set->member || set->member[at]);
 }
 
+/* The same for a set with members, without a branch: which of them a row meets is random. */
+static inline uint8_t rmap_index_set_member(const struct rmap_index_set *set, int32_t k)
+{
+    uint32_t at = (uint32_t)k - (uint32_t)set->low;
+    uint32_t inside = at < set->span;
+    return (uint8_t)(inside & set->member[at & (0u - inside)]);
+}
+
 enum rmap_criterion_kind {
     RMAP_CRITERION_ALL,
     RMAP_CRITERION_AND, /* of the children; so OR; NOT of the one child */
