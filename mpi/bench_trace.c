@@ -43,7 +43,7 @@ static void keep_step(struct rmap_recorder *base, const struct rmap_step *step)
     self->leg = leg;
     self->ray.direction = step->direction;
     self->ray.medium = step->medium;
-    self->leg[self->n++].ray = self->ray;
+    self->leg[self->n++] = (struct rmap_replay_ray){.ray = self->ray};
     struct rmap_hit hit = {.t = step->length,
                            .position = step->position,
                            .normal = step->normal,
@@ -85,6 +85,7 @@ enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap
         rmap_trace_ray(&tracer, ray, &recorder.base);
     if (recorder.status != RMAP_OK)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the legs to replay"));
+    rmap_accel_prepare(scene->accel, recorder.leg, recorder.n);
     for (int i = 0; i < bench->n_repeat; i++) {
         double begun = rmap_clock_seconds();
         for (uint64_t ray = 0; ray < n_ray; ray++)
@@ -132,7 +133,8 @@ enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thre
                            .scene = scene->scene,
                            .seed = 1,
                            .n_rank = context->size,
-                           .isa = rmap_accel_isa(scene->accel)};
+                           .isa = rmap_accel_isa(scene->accel),
+                           .embree_version = rmap_accel_embree_version()};
     here.n_thread = n_thread;
     if (map_path)
         RMAP_TRY(start_map(&here, &run, map_path, &writer, err));

@@ -127,7 +127,8 @@ static enum rmap_status prepare(const struct rmap_context *context, const struct
                                      .scene = session->scene,
                                      .seed = request->seed,
                                      .n_rank = context->size,
-                                     .isa = rmap_accel_isa(session->accel)};
+                                     .isa = rmap_accel_isa(session->accel),
+                                     .embree_version = rmap_accel_embree_version()};
     if (!request->map_path)
         goto out;
     if (context->rank == 0)

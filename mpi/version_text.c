@@ -7,6 +7,7 @@
 
 #include <jansson.h>
 
+#include "geometry/accel.h"
 #include "version.h"
 
 void rmap_version_print(FILE *out)
@@ -19,6 +20,7 @@ void rmap_version_print(FILE *out)
     mpi_library[strcspn(mpi_library, ",\n")] = 0;
     fprintf(out, "raymap %s (%s)\n", RMAP_VERSION, RMAP_GIT_REVISION);
     fprintf(out, "compiler  %s\n", RMAP_COMPILER);
+    fprintf(out, "Embree    %s\n", rmap_accel_embree_version());
     fprintf(out, "MPI       %s\n", mpi_library);
     fprintf(out, "zlib      %s\n", zlibVersion());
     fprintf(out, "jansson   %s\n", jansson_version_str());

@@ -68,6 +68,9 @@ enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_thr
                                        struct rmap_accel **accel_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* Version of Embree that the program was built with ("3.13.5"). */
+const char *rmap_accel_embree_version(void);
+
 /* Nearest surface along the ray; false when it meets none. Thread-safe. Call
  * rmap_contact_pass or rmap_contact_turn before the next leg. */
 bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,

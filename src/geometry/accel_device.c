@@ -34,6 +34,11 @@ const char *rmap_accel_isa(const struct rmap_accel *accel)
     return isa_name[accel->level];
 }
 
+const char *rmap_accel_embree_version(void)
+{
+    return RTC_VERSION_STRING;
+}
+
 /* Embree reports from whichever thread builds; the first report counts. */
 static void on_error(void *user, enum RTCError code, const char *text)
 {

@@ -22,7 +22,7 @@ once 3 'missing.raymap' query missing.raymap all
 once 5 'x.raymap' trace scene.yaml -o /proc/x.raymap -n 1000
 expect 0 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o a.raymap -n 100k --quiet
 once 2 'a.raymap' trace scene.yaml -o a.raymap -n 1000
-once 3 'lense' query a.raymap 'hit(lense)'
+once 3 "no object named 'lense'|named 'lense'" query a.raymap 'hit(lense)'
 once 6 'time limit' trace scene.yaml -o late.raymap -n 1G --time-limit 1s --quiet
 expect 0 'NOT complete' "$RAYMAP" info late.raymap
 
