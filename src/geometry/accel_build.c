@@ -14,10 +14,6 @@
 /* Share of its mesh's size by which an instance's float ray may miss. */
 #define FLOAT_INSTANCE_MAX 2e-4
 
-/* In units of the float error: how far behind its start a ray enters Embree, so that a surface
- * through the start is met down to grazing angles of a hundredth. */
-#define REACH_ERRORS 128
-
 static double norm(const struct rmap_affine *a)
 {
     double sum = 0;
@@ -77,45 +73,11 @@ static void set_tolerances(struct rmap_accel_object *object)
     double size = rmap_length(rmap_sub(upper, lower));
     double place = reach_of(lower, upper);
     object->exact = 1e-12 * size + 64 * DBL_EPSILON * place;
+    object->local_exact = object->exact * norm(&object->to_local);
     object->tolerance = object->exact;
     if (object->mesh)
         object->tolerance +=
             4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper) * norm(&object->to_world);
-}
-
-static enum rmap_status check_mesh(const struct rmap_geometry *geometry, struct rmap_error *err)
-{
-    const struct rmap_mesh *mesh = geometry->mesh;
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        for (int k = 0; k < 3; k++)
-            if (mesh->triangle[i][k] >= mesh->n_vertex)
-                return rmap_error_set(err, RMAP_INPUT, "mesh '%s': triangle %zu has no vertex %u",
-                                      geometry->name ? geometry->name : "", i,
-                                      (unsigned)mesh->triangle[i][k]);
-    return RMAP_OK;
-}
-
-static enum rmap_status build_bottom(struct rmap_accel *accel, const struct rmap_geometry *geometry,
-                                     RTCScene *scene_ret, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(check_mesh(geometry, err));
-    const struct rmap_mesh *mesh = geometry->mesh;
-    RTCGeometry triangles = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                               mesh->vertex, 0, sizeof(*mesh->vertex), mesh->n_vertex);
-    rtcSetSharedGeometryBuffer(triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                               mesh->triangle, 0, sizeof(*mesh->triangle), mesh->n_triangle);
-    rtcSetGeometryIntersectFilterFunction(triangles, rmap_accel_triangle);
-    rtcCommitGeometry(triangles);
-    *scene_ret = rtcNewScene(accel->device);
-    rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_ROBUST);
-    rtcAttachGeometry(*scene_ret, triangles);
-    rtcReleaseGeometry(triangles);
-    rtcCommitScene(*scene_ret);
-    RMAP_TRY(rmap_accel_failed(accel, "building a mesh", err));
-out:
-    return st;
 }
 
 static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i)
@@ -132,7 +94,6 @@ static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene,
         rmap_shape_bounds(&geometry->shape, &object->lower, &object->upper);
     } else {
         object->mesh = geometry->mesh;
-        object->bottom = accel->bottom[from->geometry];
         mesh_bounds(geometry->mesh, &object->lower, &object->upper);
     }
     set_tolerances(object);
@@ -182,17 +143,18 @@ static double inverse_error(const struct rmap_accel_object *object)
 }
 
 /* Float errors of a mesh instance, in its own frame and in the world; true when an Embree
- * instance serves it. A ray is as long as the scene, and so are an instance's offsets. */
+ * instance serves it. A ray is as long as the scene, and so are an instance's offsets. Edge
+ * functions of triangles add as much as the transform does. */
 static bool set_errors(struct rmap_accel *accel, struct rmap_accel_object *object)
 {
     double to_local = norm(&object->to_local), to_world = norm(&object->to_world);
     double size = rmap_length(rmap_sub(object->upper, object->lower));
-    double error = 2 * accel->radius * (inverse_error(object) + 2 * RMAP_FLOAT_EPS * to_local);
+    double error = 2 * accel->radius * (inverse_error(object) + 4 * RMAP_FLOAT_EPS * to_local);
     bool instance = error <= FLOAT_INSTANCE_MAX * size;
     if (!instance)
-        error = 4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
-    /* Of two norms one is the error's and one the size's: sqrt(3) too large each. */
+        error = 8 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
     object->local_error = error;
+    /* Of two norms one is the error's and one the size's: sqrt(3) too large each. */
     object->error = error * to_world / sqrt(3);
     if (instance)
         accel->error = fmax(accel->error, object->error);
@@ -255,18 +217,54 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
     accel->top = rtcNewScene(accel->device);
     rtcSetSceneFlags(accel->top, RTC_SCENE_FLAG_ROBUST);
     for (size_t i = 0; i < accel->n_object; i++) {
-        struct rmap_accel_object *object = &accel->object[i];
+        const struct rmap_accel_object *object = &accel->object[i];
         if (object->mesh && object->mesh->n_triangle == 0)
             continue;
-        if (object->mesh && set_errors(accel, object))
+        if (object->mesh && object->embree_instance)
             attach_instance(accel, i);
         else
             accel->callback_object[accel->n_callback++] = (int32_t)i;
     }
-    accel->reach = REACH_ERRORS * accel->error;
     attach_callbacks(accel);
     rtcCommitScene(accel->top);
     return rmap_accel_failed(accel, "building the scene", err);
+}
+
+/* A geometry's triangles are widened by twice the largest float error of its instances, and by
+ * the rounding of the widened corners. */
+static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rmap_scene *scene,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    double *wider = rmap_alloc(scene->n_geometry, sizeof(*wider));
+    if (!wider)
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu geometries", scene->n_geometry);
+    for (size_t i = 0; i < accel->n_object; i++) {
+        struct rmap_accel_object *object = &accel->object[i];
+        if (!object->mesh)
+            continue;
+        object->embree_instance = set_errors(accel, object);
+        double least =
+            2 * object->local_error + 2 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
+        int32_t geometry = scene->object[i].geometry;
+        wider[geometry] = fmax(wider[geometry], least);
+    }
+    accel->reach = RMAP_REACH_ERRORS * accel->error;
+    accel->n_bottom = scene->n_geometry;
+    for (size_t i = 0; i < scene->n_geometry; i++) {
+        const struct rmap_geometry *geometry = &scene->geometry[i];
+        if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
+            continue;
+        RMAP_TRY(rmap_accel_mesh(accel, geometry, wider[i], &accel->bottom[i], err));
+        RMAP_TRY(rmap_fans_build(geometry->mesh, &accel->fans[i], err));
+    }
+    for (size_t i = 0; i < accel->n_object; i++) {
+        accel->object[i].bottom = accel->bottom[scene->object[i].geometry];
+        accel->object[i].fans = &accel->fans[scene->object[i].geometry];
+    }
+out:
+    rmap_free(wider);
+    return st;
 }
 
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
@@ -278,16 +276,14 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
     accel->instance_object = rmap_alloc(scene->n_object, sizeof(*accel->instance_object));
     accel->callback_object = rmap_alloc(scene->n_object, sizeof(*accel->callback_object));
     accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));
-    if (!accel->object || !accel->instance_object || !accel->callback_object || !accel->bottom)
+    accel->fans = rmap_alloc(scene->n_geometry, sizeof(*accel->fans));
+    if (!accel->fans || !accel->object || !accel->instance_object || !accel->callback_object ||
+        !accel->bottom)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
-    accel->n_bottom = scene->n_geometry;
-    for (size_t i = 0; i < scene->n_geometry; i++)
-        if (scene->geometry[i].kind == RMAP_GEOMETRY_MESH &&
-            scene->geometry[i].mesh->n_triangle > 0)
-            RMAP_TRY(build_bottom(accel, &scene->geometry[i], &accel->bottom[i], err));
     for (size_t i = 0; i < scene->n_object; i++)
         set_object(accel, scene, i);
     RMAP_TRY(set_world(accel, err));
+    RMAP_TRY(build_bottoms(accel, scene, err));
     RMAP_TRY(build_top(accel, err));
 out:
     return st;

@@ -101,14 +101,17 @@ void rmap_accel_destroy(struct rmap_accel *accel)
         return;
     if (accel->top)
         rtcReleaseScene(accel->top);
-    for (size_t i = 0; i < accel->n_bottom; i++)
+    for (size_t i = 0; i < accel->n_bottom; i++) {
+        rmap_fans_release(&accel->fans[i]);
         if (accel->bottom[i])
             rtcReleaseScene(accel->bottom[i]);
+    }
     if (accel->device)
         rtcReleaseDevice(accel->device);
     rmap_free(accel->callback_object);
     rmap_free(accel->instance_object);
     rmap_free(accel->object);
+    rmap_free(accel->fans);
     rmap_free(accel->bottom);
     rmap_free(accel);
 }

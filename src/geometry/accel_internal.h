@@ -6,6 +6,7 @@
 #define RMAP_ACCEL_INTERNAL_H
 
 #include <embree3/rtcore.h>
+#include <math.h>
 #include <stdatomic.h>
 
 #include "geometry/accel.h"
@@ -17,15 +18,30 @@
 /* At grazing incidence distances along the ray blow up as 1 / cos; up to this factor only. */
 #define RMAP_GRAZING_MAX 1e3
 
+/* In units of the float error: how far behind its start a ray enters Embree, so that a surface
+ * through the start is met down to grazing angles of a hundredth; and how far beyond the nearest
+ * candidate others are looked for, whose own float distances are as wrong. */
+#define RMAP_REACH_ERRORS 128
+#define RMAP_SLACK_ERRORS 64
+
+/* Which triangles meet at a vertex: of vertex v, triangle[first[k]] ... triangle[first[k + 1] - 1]
+ * with k = same[v], the first vertex at its place. */
+struct rmap_fans {
+    uint32_t *same, *first, *triangle;
+};
+
 /* An object as the query needs it. Distances are in the world unless said otherwise. */
 struct rmap_accel_object {
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape; /* NULL: a mesh */
     const struct rmap_mesh *mesh;
+    const struct rmap_fans *fans;
     RTCScene bottom;
+    bool embree_instance;          /* else the ray is taken into the mesh's frame in double */
     struct rmap_vec3 lower, upper; /* local bounds */
     double tolerance;              /* surfaces this near to one another coincide */
     double exact;                  /* the same between triangles of one mesh: double rounding */
+    double local_exact;            /* the same in its local frame */
     double error;       /* by which Embree's float ray may miss the true one at this object */
     double local_error; /* the same in its local frame, where Embree is called there */
     int32_t medium_front, medium_back;
@@ -40,7 +56,8 @@ struct rmap_accel_failure {
 struct rmap_accel {
     RTCDevice device;
     RTCScene top;
-    RTCScene *bottom; /* [n_geometry], NULL for shapes */
+    RTCScene *bottom;       /* [n_geometry], NULL for shapes */
+    struct rmap_fans *fans; /* [n_geometry] */
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
     size_t n_object;
@@ -59,7 +76,7 @@ struct rmap_accel {
 #define RMAP_CANDIDATE_MAX 8
 struct rmap_candidate {
     double t, tolerance;            /* along the ray */
-    struct rmap_vec3 point, normal; /* shapes: local */
+    struct rmap_vec3 point, normal; /* shapes: local; triangles: weights of the corners, unset */
     int32_t object, primitive;
     int32_t rank; /* 0: the near side is the ray's medium, 1: any medium, 2: another one */
 };
@@ -68,6 +85,7 @@ struct rmap_candidate {
 struct rmap_start {
     int32_t object, primitive; /* -1: it starts in space */
     double tolerance;
+    bool at_edge;            /* to float error: neighbours are looked at without Embree */
     bool nudged;             /* at an edge: topology is decided from a point inside */
     struct rmap_vec3 inside; /* that point, in the world */
     struct rmap_vec3 inside_local;
@@ -75,16 +93,25 @@ struct rmap_start {
     bool has_normal;
 };
 
+/* The ray in an object's frame; for meshes also sheared so that it runs along one axis: the
+ * corners of triangles become points of a plane, in which it is the origin. */
+struct rmap_local_ray {
+    int32_t object; /* -1: none yet */
+    struct rmap_vec3 origin, direction;
+    double line[3]; /* start of the line that decides topology: the origin or the point inside */
+    double ahead;   /* of the origin against it, along the ray */
+    int axis[3];    /* the last one is the direction's largest component */
+    double shear[3];
+};
+
 struct rmap_query {
     const struct rmap_accel *accel;
     const struct rmap_ray *ray;
     struct rmap_start start;
     double limit; /* nothing that begins beyond can be the next surface */
-    double slack; /* float error of the distance that set the limit */
     int n_candidate;
     struct rmap_candidate candidate[RMAP_CANDIDATE_MAX];
-    int32_t local_object; /* whose frame the local ray is in; -1: none yet */
-    struct rmap_vec3 local_origin, local_direction;
+    struct rmap_local_ray local;
 };
 
 /* One call of rtcIntersect1: Embree's t is (t - shift) rate. The context comes first: callbacks
@@ -101,6 +128,16 @@ struct rmap_traversal {
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
+/* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
+enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
+                                 double wider, RTCScene *scene_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* accel_fans.c */
+enum rmap_status rmap_fans_build(const struct rmap_mesh *mesh, struct rmap_fans *fans,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+void rmap_fans_release(struct rmap_fans *fans);
+
 /* accel_device.c */
 enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int level,
                                  struct rmap_error *err) RMAP_MUST_USE;
@@ -111,11 +148,21 @@ enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
 void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args);
 void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args);
 
-/* accel_candidate.c: true when the surface came nearer than all before (limit has shrunk). */
+/* accel_candidate.c, accel_triangle.c: true when the surface came nearer than all before, so that
+ * the limit has shrunk. */
 bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive);
+bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive);
 bool rmap_consider_shape(struct rmap_query *query, int32_t object);
+bool rmap_candidate_add(struct rmap_query *query, const struct rmap_candidate *candidate);
+int32_t rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing);
 const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
 void rmap_query_local(struct rmap_query *query, int32_t object);
+
+/* Distance along a ray that crosses a layer of this thickness. */
+static inline double rmap_along(double thickness, double cosine)
+{
+    return thickness * fmin(1 / cosine, RMAP_GRAZING_MAX);
+}
 
 /* A surface within tolerance of the point where the ray starts. */
 struct rmap_touch {

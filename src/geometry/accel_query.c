@@ -16,12 +16,13 @@ static void traversal_init(struct rmap_traversal *traversal, struct rmap_query *
     traversal->object = -1;
 }
 
-/* After the limit has shrunk: nothing beyond it, and beyond the float error of what set it, is
- * worth a look. */
+/* After the limit has shrunk: nothing beyond it and the float error of distances is worth a
+ * look. */
 static float shrink(struct rmap_traversal *traversal)
 {
     const struct rmap_query *query = traversal->query;
-    double far = (query->limit + query->slack - traversal->shift) * traversal->rate;
+    double slack = RMAP_SLACK_ERRORS * query->accel->error;
+    double far = (query->limit + slack - traversal->shift) * traversal->rate;
     float t_far = nextafterf((float)far, INFINITY);
     if (t_far < traversal->t_far)
         traversal->t_far = t_far > 0 ? t_far : 0;
@@ -72,10 +73,8 @@ static bool enter_mesh(struct rmap_query *query, int32_t index)
 {
     const struct rmap_accel_object *object = &query->accel->object[index];
     rmap_query_local(query, index);
-    struct rmap_vec3 p = query->local_origin, d = query->local_direction;
-    if (query->start.nudged && query->start.object == index)
-        p = query->start.inside_local;
-    double reach = 128 * object->local_error, enter = 0;
+    struct rmap_vec3 p = query->local.origin, d = query->local.direction;
+    double reach = RMAP_REACH_ERRORS * object->local_error, enter = 0;
     if (!clip_box(object, p, d, reach, &enter))
         return false;
     struct rmap_traversal inner;
@@ -118,9 +117,8 @@ static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
     query->accel = accel;
     query->ray = ray;
     query->limit = INFINITY;
-    query->slack = 0;
     query->n_candidate = 0;
-    query->local_object = -1;
+    query->local.object = -1;
     rmap_start_find(query);
 }
 
@@ -131,8 +129,7 @@ static bool enter_scene(const struct rmap_query *query, float origin[3], float d
 {
     const struct rmap_accel *accel = query->accel;
     struct rmap_vec3 d = query->ray->direction;
-    struct rmap_vec3 p =
-        rmap_sub(query->start.nudged ? query->start.inside : query->ray->origin, accel->centre);
+    struct rmap_vec3 p = rmap_sub(query->ray->origin, accel->centre);
     double radius = accel->radius + accel->reach;
     double outside = rmap_dot(p, p) - radius * radius;
     *shift = -accel->reach;
@@ -162,50 +159,36 @@ static void traverse(struct rmap_query *query, const float origin[3], const floa
     traversal_init(&traversal, query);
     traversal.shift = shift;
     traversal.rate = 1;
+    if (query->start.at_edge) {
+        rmap_query_local(query, query->start.object);
+        (void)rmap_consider_neighbours(query, query->start.object, query->start.primitive);
+        (void)shrink(&traversal);
+    }
     struct RTCRayHit ray = {.ray = {.org_x = origin[0],
                                     .org_y = origin[1],
                                     .org_z = origin[2],
                                     .dir_x = direction[0],
                                     .dir_y = direction[1],
                                     .dir_z = direction[2],
-                                    .tfar = INFINITY,
+                                    .tfar = traversal.t_far,
                                     .mask = UINT32_MAX},
                             .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
     rtcIntersect1(query->accel->top, &traversal.context, &ray);
 }
 
-static double clamp01(double x)
+/* The weights are none of them negative: the position lies on the triangle, never beside it. */
+static void finish_triangle(const struct rmap_accel_object *object,
+                            const struct rmap_candidate *best, struct rmap_hit *hit)
 {
-    return x < 0 ? 0 : x > 1 ? 1 : x;
-}
-
-/* Position on the triangle in double, never beside it: Embree may have chosen a triangle whose
- * edge the double ray passes on the other side, by its float error. */
-static void finish_triangle(struct rmap_query *query, const struct rmap_candidate *best,
-                            struct rmap_hit *hit)
-{
-    const struct rmap_accel_object *object = &query->accel->object[best->object];
-    rmap_query_local(query, best->object);
     struct rmap_vec3 corner[3];
     rmap_mesh_corners(object->mesh, (size_t)best->primitive, corner);
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
-    struct rmap_vec3 n = rmap_cross(e1, e2);
-    struct rmap_vec3 w =
-        rmap_sub(rmap_axpy(best->t, query->local_direction, query->local_origin), corner[0]);
-    double scale = 1 / rmap_dot(n, n);
-    double u = clamp01(rmap_dot(rmap_cross(w, e2), n) * scale);
-    double v = clamp01(rmap_dot(rmap_cross(e1, w), n) * scale);
-    if (u + v > 1) {
-        double excess = 0.5 * (u + v - 1);
-        u = clamp01(u - excess);
-        v = 1 - u;
-    }
-    hit->position =
-        rmap_affine_point(&object->to_world, rmap_axpy(v, e2, rmap_axpy(u, e1, corner[0])));
-    hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, n));
+    struct rmap_vec3 local = rmap_axpy(best->point.z, e2, rmap_axpy(best->point.y, e1, corner[0]));
+    hit->position = rmap_affine_point(&object->to_world, local);
+    hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, rmap_cross(e1, e2)));
 }
 
-static void finish(struct rmap_query *query, struct rmap_hit *hit)
+static void finish(const struct rmap_query *query, struct rmap_hit *hit)
 {
     const struct rmap_candidate *best = rmap_query_best(query);
     const struct rmap_accel_object *object = &query->accel->object[best->object];
@@ -216,7 +199,7 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
         hit->position = rmap_affine_point(&object->to_world, best->point);
         hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, best->normal));
     } else {
-        finish_triangle(query, best, hit);
+        finish_triangle(object, best, hit);
     }
 }
 

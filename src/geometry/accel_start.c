@@ -3,9 +3,8 @@
  * Where the ray starts. Three questions are decided here, all by topology rather than by a
  * distance to be skipped:
  *
- * - A start at an edge of its triangle, to float error: the float ray might pass the edge on the
- *   wrong side and miss the neighbour that the true ray meets. Topology is then decided for a
- *   point a hair inside the triangle.
+ * - A start at an edge of its triangle, to double rounding: does the neighbour lie ahead? Topology
+ *   is then decided for a point a hair inside the triangle, and on the side that the ray takes.
  * - A surface that coincides with the start and is parallel to it: touching faces. The contact
  *   list says whether it is still to be met.
  * - One that crosses the start: it counts when the start's triangle lies on the side from which
@@ -21,7 +20,7 @@
 #define PARALLEL_OTHER 1e-4
 #define PARALLEL_OWN   1e-6
 
-/* In units of the float error: a start is ambiguous when the ray, displaced by one, may pass an
+/* In units of double rounding: a start is ambiguous when the ray, displaced by one, may pass an
  * edge of its triangle on the other side; the point inside lies this far from the edges and below
  * the plane. Four times farther than deep, it lies inside wedges down to 15 degrees. */
 #define AMBIGUOUS_ERRORS 4
@@ -49,7 +48,7 @@ static void set_inside(struct rmap_query *query, const struct rmap_accel_object 
     struct rmap_vec3 corner[3];
     rmap_query_local(query, start->object);
     rmap_mesh_corners(object->mesh, (size_t)start->primitive, corner);
-    struct rmap_vec3 origin = query->local_origin, d = query->local_direction;
+    struct rmap_vec3 origin = query->local.origin, d = query->local.direction;
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
     struct rmap_vec3 w = rmap_sub(origin, corner[0]), n = rmap_cross(e1, e2);
     struct rmap_vec3 e0 = rmap_sub(e2, e1);
@@ -58,21 +57,21 @@ static void set_inside(struct rmap_query *query, const struct rmap_accel_object 
     double b[3] = {square - u - v, u, v};
     double edge[3] = {rmap_dot(e0, e0), rmap_dot(e2, e2), rmap_dot(e1, e1)};
     /* (b / |n|)^2 > (AMBIGUOUS error / cosine)^2 edge, without roots or divisions */
-    double limit = AMBIGUOUS_ERRORS * object->local_error;
-    limit = limit * limit * square * square * rmap_dot(d, d);
-    double clear = facing * facing;
-    if (b[0] > 0 && u > 0 && v > 0 && b[0] * b[0] * clear > limit * edge[0] &&
-        u * u * clear > limit * edge[1] && v * v * clear > limit * edge[2])
+    double least = fmin(b[0], fmin(u, v)), longest = fmax(edge[0], fmax(edge[1], edge[2]));
+    double clear = least > 0 ? least * least * facing * facing : 0;
+    double unit = AMBIGUOUS_ERRORS * AMBIGUOUS_ERRORS * square * square * longest * rmap_dot(d, d);
+    start->at_edge = !(clear > unit * object->local_error * object->local_error);
+    if (clear > unit * object->local_exact * object->local_exact)
         return;
     for (int k = 0; k < 3; k++)
         b[k] /= square;
     struct rmap_vec3 middle =
         rmap_scale(rmap_add(corner[0], rmap_add(corner[1], corner[2])), 1.0 / 3);
-    double share = share_to_middle(b, edge, square, ASIDE_ERRORS * object->local_error);
-    double depth = copysign(DEPTH_ERRORS * object->local_error / sqrt(square), facing);
+    double share = share_to_middle(b, edge, square, ASIDE_ERRORS * object->local_exact);
+    double depth = copysign(DEPTH_ERRORS * object->local_exact / sqrt(square), facing);
     start->nudged = true;
-    start->inside_local = rmap_axpy(depth, n, rmap_axpy(share, rmap_sub(middle, origin), origin));
-    start->inside = rmap_affine_point(&object->to_world, start->inside_local);
+    start->inside = rmap_axpy(depth, n, rmap_axpy(share, rmap_sub(middle, origin), origin));
+    query->local.object = -1; /* the line starts there from now on */
 }
 
 void rmap_start_find(struct rmap_query *query)
@@ -83,7 +82,7 @@ void rmap_start_find(struct rmap_query *query)
     start->object = -1;
     start->primitive = -1;
     start->tolerance = 0;
-    start->nudged = false;
+    start->nudged = start->at_edge = false;
     start->has_normal = false;
     if (k < 0 || k >= contact->n)
         return;

@@ -12,10 +12,10 @@ enum rmap_status rmap_mesh_create(size_t n_vertex, size_t n_triangle, size_t n_f
     mesh->n_vertex = n_vertex;
     mesh->n_triangle = n_triangle;
     mesh->n_face = n_face;
-    mesh->vertex = rmap_alloc(n_vertex + 1, sizeof(*mesh->vertex));
-    mesh->triangle = rmap_alloc(n_triangle + 1, sizeof(*mesh->triangle));
-    mesh->face = rmap_alloc(n_triangle + 1, sizeof(*mesh->face));
-    mesh->face_name = rmap_alloc(n_face + 1, sizeof(*mesh->face_name));
+    mesh->vertex = rmap_alloc(n_vertex, sizeof(*mesh->vertex));
+    mesh->triangle = rmap_alloc(n_triangle, sizeof(*mesh->triangle));
+    mesh->face = rmap_alloc(n_triangle, sizeof(*mesh->face));
+    mesh->face_name = rmap_alloc(n_face, sizeof(*mesh->face_name));
     if (!mesh->vertex || !mesh->triangle || !mesh->face || !mesh->face_name)
         goto fail;
     *mesh_ret = mesh;

@@ -20,8 +20,7 @@ struct rmap_mesh {
     char **face_name;        /* [n_face]; an entry may be NULL */
 };
 
-/* Room for so many; contents zero. `vertex` has room for one more than n_vertex: Embree reads 16
- * bytes at each. Every mesh is made here for that reason. */
+/* Room for so many; contents zero. */
 enum rmap_status rmap_mesh_create(size_t n_vertex, size_t n_triangle, size_t n_face,
                                   struct rmap_mesh **mesh_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;

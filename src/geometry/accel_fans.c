@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The triangles around each vertex of a mesh. Vertices at the same place are one, whether or not
+ * the file shared them.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "geometry/accel_internal.h"
+
+struct placed {
+    float at[3];
+    uint32_t vertex;
+};
+
+static int compare(const void *left, const void *right)
+{
+    const struct placed *a = left, *b = right;
+    for (int k = 0; k < 3; k++)
+        if (a->at[k] != b->at[k])
+            return a->at[k] < b->at[k] ? -1 : 1;
+    return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
+}
+
+static bool same_place(const struct placed *a, const struct placed *b)
+{
+    return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
+}
+
+static bool join_vertices(const struct rmap_mesh *mesh, uint32_t *same)
+{
+    struct placed *sorted = rmap_alloc(mesh->n_vertex, sizeof(*sorted));
+    if (!sorted)
+        return false;
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        memcpy(sorted[i].at, mesh->vertex[i], sizeof(sorted[i].at));
+        sorted[i].vertex = (uint32_t)i;
+    }
+    qsort(sorted, mesh->n_vertex, sizeof(*sorted), compare);
+    size_t leader = 0;
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        if (!same_place(&sorted[leader], &sorted[i]))
+            leader = i;
+        same[sorted[i].vertex] = sorted[leader].vertex;
+    }
+    rmap_free(sorted);
+    return true;
+}
+
+enum rmap_status rmap_fans_build(const struct rmap_mesh *mesh, struct rmap_fans *fans,
+                                 struct rmap_error *err)
+{
+    fans->same = rmap_alloc(mesh->n_vertex, sizeof(*fans->same));
+    fans->first = rmap_alloc(mesh->n_vertex + 2, sizeof(*fans->first));
+    fans->triangle = rmap_alloc(3 * mesh->n_triangle, sizeof(*fans->triangle));
+    if (!fans->same || !fans->first || !fans->triangle || !join_vertices(mesh, fans->same)) {
+        rmap_fans_release(fans);
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles",
+                              mesh->n_triangle);
+    }
+    /* counts two places on, so that filling them leaves the starts where they belong */
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            fans->first[fans->same[mesh->triangle[i][k]] + 2]++;
+    for (size_t v = 2; v < mesh->n_vertex + 2; v++)
+        fans->first[v] += fans->first[v - 1];
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            fans->triangle[fans->first[fans->same[mesh->triangle[i][k]] + 1]++] = (uint32_t)i;
+    return RMAP_OK;
+}
+
+void rmap_fans_release(struct rmap_fans *fans)
+{
+    rmap_free(fans->same);
+    rmap_free(fans->first);
+    rmap_free(fans->triangle);
+    memset(fans, 0, sizeof(*fans));
+}

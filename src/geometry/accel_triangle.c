@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Does the ray cross this triangle? Decided in double so that a mesh has no holes: the corners
+ * are sheared into a plane in which the ray is the origin (Woop, Benthin and Wald 2013, JCGT
+ * 2(1), "Watertight ray/triangle intersection"); each corner is rounded once, whatever triangle
+ * it is looked at for, and on which side of an edge the origin lies is then exact. Triangles
+ * that share an edge or a corner therefore agree, and the next surface does not depend on the
+ * instruction set that Embree uses.
+ */
+#include "geometry/accel_internal.h"
+
+/* In units of the float error; the sheared plane stretches distances by up to sqrt(3). */
+#define EDGE_ERRORS 2
+
+static double component(struct rmap_vec3 v, int axis)
+{
+    return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+}
+
+static void set_shear(struct rmap_query *query)
+{
+    struct rmap_local_ray *local = &query->local;
+    struct rmap_vec3 d = local->direction, from = local->origin;
+    local->ahead = 0;
+    if (query->start.nudged && query->start.object == local->object) {
+        from = query->start.inside;
+        local->ahead = rmap_dot(rmap_sub(from, local->origin), d) / rmap_dot(d, d);
+    }
+    int z = fabs(d.x) > fabs(d.y) ? 0 : 1;
+    if (fabs(d.z) > fabs(component(d, z)))
+        z = 2;
+    for (int k = 0; k < 3; k++) {
+        local->axis[k] = (z + 1 + k) % 3;
+        local->line[k] = component(from, local->axis[k]);
+    }
+    local->shear[2] = 1 / component(d, z);
+    local->shear[0] = component(d, local->axis[0]) * local->shear[2];
+    local->shear[1] = component(d, local->axis[1]) * local->shear[2];
+}
+
+void rmap_query_local(struct rmap_query *query, int32_t object)
+{
+    struct rmap_local_ray *local = &query->local;
+    if (local->object == object)
+        return;
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    local->object = object;
+    local->origin = rmap_affine_point(&o->to_local, query->ray->origin);
+    local->direction = rmap_affine_vector(&o->to_local, query->ray->direction);
+    if (o->mesh)
+        set_shear(query);
+}
+
+/* A corner in the sheared frame: the plane's two coordinates, and along the axis. */
+static void shear(const struct rmap_local_ray *local, const float *vertex, double p[3])
+{
+    p[2] = (double)vertex[local->axis[2]] - local->line[2];
+    p[0] = ((double)vertex[local->axis[0]] - local->line[0]) - local->shear[0] * p[2];
+    p[1] = ((double)vertex[local->axis[1]] - local->line[1]) - local->shear[1] * p[2];
+}
+
+/* Twice the area of (origin, a, b), and its exact sign: rounding keeps the order of products that
+ * differ, and what it took from equal ones decides between those. */
+static int side(const double a[3], const double b[3], double *area)
+{
+    double p = a[0] * b[1], q = a[1] * b[0];
+    *area = p - q;
+    if (p != q)
+        return p > q ? 1 : -1;
+    double r = fma(a[0], b[1], -p), s = fma(a[1], b[0], -q);
+    return r > s ? 1 : r < s ? -1 : 0;
+}
+
+static double square_distance(const double a[3], const double b[3])
+{
+    return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
+}
+
+/* Edges belong to both of their triangles. False: the ray passes by, or sees it edge on.
+ * at_edge: it passes an edge within `margin`, across the ray. */
+static bool crosses(const struct rmap_local_ray *local, const struct rmap_mesh *mesh,
+                    struct rmap_candidate *candidate, double margin, bool *at_edge)
+{
+    double p[3][3], area[3];
+    const uint32_t *corner = mesh->triangle[candidate->primitive];
+    for (int k = 0; k < 3; k++)
+        shear(local, mesh->vertex[corner[k]], p[k]);
+    int s0 = side(p[1], p[2], &area[0]);
+    int s1 = side(p[2], p[0], &area[1]);
+    if (s0 * s1 < 0)
+        return false;
+    int s2 = side(p[0], p[1], &area[2]);
+    if (s0 * s2 < 0 || s1 * s2 < 0)
+        return false;
+    double sum = area[0] + area[1] + area[2];
+    if (sum == 0)
+        return false;
+    candidate->point = rmap_vec3(area[0] / sum, area[1] / sum, area[2] / sum);
+    candidate->t = (candidate->point.x * p[0][2] + candidate->point.y * p[1][2] +
+                    candidate->point.z * p[2][2]) *
+                   local->shear[2];
+    double least = fmin(fabs(area[0]), fmin(fabs(area[1]), fabs(area[2])));
+    double longest = fmax(square_distance(p[0], p[1]),
+                          fmax(square_distance(p[1], p[2]), square_distance(p[2], p[0])));
+    *at_edge = least * least <= margin * margin * longest;
+    return true;
+}
+
+/* Does the point lie on an edge of the triangle to double rounding, or beyond? Then it is its
+ * neighbour's as well. */
+static bool beside(struct rmap_vec3 point, const struct rmap_vec3 corner[3], struct rmap_vec3 n,
+                   double margin)
+{
+    double length = rmap_length(n);
+    for (int k = 0; k < 3; k++) {
+        struct rmap_vec3 a = corner[k], edge = rmap_sub(corner[(k + 1) % 3], a);
+        if (rmap_dot(rmap_cross(edge, rmap_sub(point, a)), n) <=
+            margin * length * rmap_length(edge))
+            return true;
+    }
+    return false;
+}
+
+/* The triangle as the start sees it: behind, ahead, or touching. Makes t that of the origin. */
+static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
+                   const struct rmap_vec3 corner[3], struct rmap_vec3 n, double length)
+{
+    const struct rmap_accel_object *o = &query->accel->object[candidate->object];
+    bool own = query->start.object == candidate->object;
+    double tolerance = own ? o->exact : o->tolerance + query->start.tolerance;
+    double height = rmap_dot(n, rmap_sub(corner[0], query->local.origin));
+    double t = candidate->t;
+    if (fabs(height) > tolerance * length) {
+        candidate->t = fmax(t + query->local.ahead, 0);
+        return t > 0;
+    }
+    struct rmap_touch touch = {
+        .object = candidate->object,
+        .primitive = candidate->primitive,
+        .rank = candidate->rank,
+        .t = t,
+        .facing = rmap_dot(n, query->local.direction),
+        .normal = rmap_scale(rmap_affine_transposed(&o->to_local, n), 1 / length),
+        .point = rmap_affine_point(&o->to_world, corner[0]),
+        .beside = beside(query->local.origin, corner, n, o->local_exact),
+    };
+    candidate->t = 0;
+    return rmap_start_meets(query, &touch);
+}
+
+/* A triangle that the line crosses. */
+static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
+{
+    const struct rmap_accel_object *o = &query->accel->object[candidate->object];
+    struct rmap_vec3 corner[3];
+    rmap_mesh_corners(o->mesh, (size_t)candidate->primitive, corner);
+    struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
+    double facing = rmap_dot(n, query->local.direction);
+    double length = rmap_length(rmap_affine_transposed(&o->to_local, n));
+    candidate->tolerance = rmap_along(o->tolerance, fabs(facing) / length);
+    candidate->rank = rmap_candidate_rank(query, candidate->object, facing);
+    return candidate->t - candidate->tolerance <= query->limit &&
+           counts(query, candidate, corner, n, length) && rmap_candidate_add(query, candidate);
+}
+
+static bool is_start(const struct rmap_query *query, int32_t object, int32_t primitive)
+{
+    return object == query->start.object && primitive == query->start.primitive;
+}
+
+bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive)
+{
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    bool nearer = false, at_edge;
+    for (int k = 0; k < 3; k++) {
+        uint32_t vertex = o->fans->same[o->mesh->triangle[primitive][k]];
+        for (uint32_t i = o->fans->first[vertex]; i < o->fans->first[vertex + 1]; i++) {
+            struct rmap_candidate candidate = {.object = object,
+                                               .primitive = (int32_t)o->fans->triangle[i]};
+            if (candidate.primitive != primitive && !is_start(query, object, candidate.primitive) &&
+                crosses(&query->local, o->mesh, &candidate, 0, &at_edge) &&
+                consider(query, &candidate))
+                nearer = true;
+        }
+    }
+    return nearer;
+}
+
+bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive)
+{
+    struct rmap_candidate candidate = {.object = object, .primitive = primitive};
+    if (is_start(query, object, primitive))
+        return false;
+    rmap_query_local(query, object);
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    bool nearer = false, at_edge = true;
+    if (crosses(&query->local, o->mesh, &candidate, EDGE_ERRORS * o->local_error, &at_edge))
+        nearer = consider(query, &candidate);
+    /* At an edge, or reported for its margin only: the ray crosses a neighbour too or instead,
+     * which Embree misses where it is seen edge on, for a margin in its plane is none across
+     * the ray. */
+    if (at_edge && rmap_consider_neighbours(query, object, primitive))
+        nearer = true;
+    return nearer;
+}
