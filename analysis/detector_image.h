@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A detector's image in physical units, and what people ask of it: total, mean, peak, errors.
+ *
+ * PLANE: flux per area, W/m2 or lx. INTENSITY: flux per solid angle, W/sr or cd. Standard errors
+ * are those of the flux estimate (docs/physics.md); NaN where a source has fewer than 2 rays.
+ */
+#ifndef RMAP_DETECTOR_IMAGE_H
+#define RMAP_DETECTOR_IMAGE_H
+
+#include <jansson.h>
+#include <stdio.h>
+
+#include "analysis/detector_sums.h"
+
+struct rmap_detector_image {
+    const struct rmap_scene *scene; /* borrowed */
+    const struct rmap_detector *detector;
+    uint32_t n[2];
+    double *value;          /* [n[1]][n[0]], least y first */
+    double *standard_error; /* same layout */
+    double *rays;           /* registrations (sum of weights), same layout */
+    double *rgb;            /* [n[1]][n[0]][3] linear RGB in units of value, or NULL */
+    const char *quantity;   /* "illuminance" */
+    const char *unit;       /* "lx" */
+    const char *flux_unit;  /* "lm" */
+    double flux, flux_error;
+    double mean, mean_error; /* flux per whole area or solid angle */
+    double peak;             /* largest value; 0 when nothing was registered */
+    uint32_t peak_cell[2];
+    double peak_x, peak_y; /* centre of that cell, in the detector's coordinates; else NaN */
+    double registrations;
+};
+
+enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
+                                            const struct rmap_detector_sums *sums,
+                                            struct rmap_detector_image **image_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+void rmap_detector_image_destroy(struct rmap_detector_image *image);
+
+/* Centre of cell (i, j): PLANE in the scene's unit from the centre, INTENSITY theta and phi in
+ * degrees. */
+void rmap_detector_image_centre(const struct rmap_detector_image *image, uint32_t i, uint32_t j,
+                                double *x, double *y);
+
+/* Lines of "# key: value", then i,j,x,y,value,standard_error,rays for every cell.
+ * criterion: NULL for all rays. */
+void rmap_detector_image_csv(const struct rmap_detector_image *image, const char *criterion,
+                             FILE *out);
+
+/* The sums for people, and as a JSON object (new reference; NULL when memory is short). */
+void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
+                               FILE *out);
+json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const char *criterion);
+
+#endif

@@ -1,0 +1,99 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A detector's image as text: CSV, sums for people, JSON.
+ */
+#include <math.h>
+
+#include "analysis/detector_image.h"
+
+static const char *coordinate_unit(const struct rmap_detector_image *image)
+{
+    return image->detector->type == RMAP_DETECTOR_PLANE ? image->scene->unit : "deg";
+}
+
+/* A number or, where there is none, an empty field. */
+static void put_number(double value, FILE *out)
+{
+    if (isfinite(value))
+        fprintf(out, ",%.17g", value);
+    else
+        fputc(',', out);
+}
+
+void rmap_detector_image_csv(const struct rmap_detector_image *image, const char *criterion,
+                             FILE *out)
+{
+    bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
+    fprintf(out, "# detector: %s\n# quantity: %s, %s\n", image->detector->name, image->quantity,
+            image->unit);
+    fprintf(out, "# %s, %s: cell centres, %s\n", plane ? "x" : "theta", plane ? "y" : "phi",
+            coordinate_unit(image));
+    fprintf(out, "# criterion: %s\n", criterion ? criterion : "all");
+    fprintf(out, "# flux: %.17g %s\n", image->flux, image->flux_unit);
+    fprintf(out, "i,j,%s,value,standard_error,rays\n", plane ? "x,y" : "theta,phi");
+    for (uint32_t j = 0; j < image->n[1]; j++)
+        for (uint32_t i = 0; i < image->n[0]; i++) {
+            size_t c = i + (size_t)j * image->n[0];
+            double x, y;
+            rmap_detector_image_centre(image, i, j, &x, &y);
+            fprintf(out, "%u,%u", i, j);
+            put_number(x, out);
+            put_number(y, out);
+            put_number(image->value[c], out);
+            put_number(image->standard_error[c], out);
+            put_number(image->rays[c], out);
+            fputc('\n', out);
+        }
+}
+
+static void print_sum(const char *name, double value, double error, const char *unit, FILE *out)
+{
+    fprintf(out, "%-14s %.9g", name, value);
+    if (isfinite(error))
+        fprintf(out, " +- %.3g", error);
+    fprintf(out, " %s\n", unit);
+}
+
+void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
+                               FILE *out)
+{
+    bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
+    fprintf(out, "%-14s %s, %u x %u cells\n", "detector", image->detector->name, image->n[0],
+            image->n[1]);
+    fprintf(out, "%-14s %s\n", "criterion", criterion ? criterion : "all");
+    fprintf(out, "%-14s %.17g\n", "registrations", image->registrations);
+    print_sum("flux", image->flux, image->flux_error, image->flux_unit, out);
+    fprintf(out, "%-14s %s\n", "quantity", image->quantity);
+    print_sum("mean", image->mean, image->mean_error, image->unit, out);
+    size_t c = image->peak_cell[0] + (size_t)image->peak_cell[1] * image->n[0];
+    print_sum("peak", image->peak, image->standard_error[c], image->unit, out);
+    if (isfinite(image->peak_x))
+        fprintf(out, "%-14s %s %.6g, %s %.6g %s (cell %u %u)\n", "peak at", plane ? "x" : "theta",
+                image->peak_x, plane ? "y" : "phi", image->peak_y, coordinate_unit(image),
+                image->peak_cell[0], image->peak_cell[1]);
+}
+
+static json_t *number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const char *criterion)
+{
+    size_t c = image->peak_cell[0] + (size_t)image->peak_cell[1] * image->n[0];
+    json_t *peak = json_null();
+    if (isfinite(image->peak_x))
+        peak = json_pack("{s:o, s:o, s:o, s:o, s:[i, i]}", "value", number(image->peak),
+                         "standard_error", number(image->standard_error[c]), "x",
+                         number(image->peak_x), "y", number(image->peak_y), "cell",
+                         (int)image->peak_cell[0], (int)image->peak_cell[1]);
+    bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
+    return json_pack(
+        "{s:s, s:s, s:[i, i], s:s, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
+        "detector", image->detector->name, "type", plane ? "plane" : "intensity", "cells",
+        (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all", "rays",
+        (json_int_t)llround(image->registrations), "flux", "total", number(image->flux),
+        "standard_error", number(image->flux_error), "unit", image->flux_unit, "quantity",
+        image->quantity, "unit", image->unit, "mean", "value", number(image->mean),
+        "standard_error", number(image->mean_error), "peak", peak);
+}
