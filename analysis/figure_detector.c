@@ -1,0 +1,224 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure_detector.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "analysis/figure_axes.h"
+#include "base/alloc.h"
+#include "io/raster.h"
+
+enum { LEFT = 82, TOP = 84, RIGHT = 150, BOTTOM = 60, IMAGE_WIDTH = 720, IMAGE_HEIGHT = 560 };
+enum { BAR_GAP = 22, BAR_WIDTH = 22, NARROWEST = 24, FIGURE_NARROWEST = 640 };
+
+/* Colours brighter than all but this part of the lit cells are white or clipped. */
+static const double BRIGHTEST_PART = 0.005;
+
+/* Values below this part of the largest share the darkest colour of a logarithmic scale. */
+static const double LOG_DEPTH = 1e-5;
+
+struct picture {
+    const struct rmap_detector_image *image;
+    const struct rmap_figure_detector *options;
+    struct rmap_axes axes;
+    struct rmap_colour_bar bar;
+    struct rmap_colour_map map;
+    double white; /* true colour: value that is shown as 1 */
+};
+
+static bool is_plane(const struct rmap_detector_image *image)
+{
+    return image->detector->type == RMAP_DETECTOR_PLANE;
+}
+
+static void lay_out(struct picture *picture)
+{
+    const struct rmap_detector_image *image = picture->image;
+    struct rmap_axes *axes = &picture->axes;
+    *axes = (struct rmap_axes){.x = LEFT, .y = TOP};
+    if (is_plane(image)) {
+        double w = 0.5 * image->detector->size[0], h = 0.5 * image->detector->size[1];
+        axes->x_range[0] = -w;
+        axes->x_range[1] = w;
+        axes->y_range[0] = -h;
+        axes->y_range[1] = h;
+        axes->x_label = "x";
+        axes->y_label = "y";
+        axes->x_unit = axes->y_unit = image->scene->unit;
+    } else {
+        axes->x_range[1] = 360.0;
+        axes->y_range[1] = 180.0;
+        axes->x_label = "φ";
+        axes->y_label = "θ";
+        axes->x_unit = axes->y_unit = "deg";
+    }
+    double aspect = (axes->x_range[1] - axes->x_range[0]) / (axes->y_range[1] - axes->y_range[0]);
+    axes->width = fmax(rint(fmin(IMAGE_WIDTH, IMAGE_HEIGHT * aspect)), NARROWEST);
+    axes->height = fmax(rint(fmin(IMAGE_HEIGHT, IMAGE_WIDTH / aspect)), NARROWEST);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
+{
+    const struct rmap_detector_image *image = picture->image;
+    size_t n_cell = (size_t)image->n[0] * image->n[1], n_lit = 0;
+    double *brightness = rmap_alloc(n_cell, sizeof *brightness);
+    if (!brightness)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
+    for (size_t c = 0; c < n_cell; c++) {
+        const double *rgb = image->rgb + 3 * c;
+        double most = fmax(rgb[0], fmax(rgb[1], rgb[2]));
+        if (most > 0.0)
+            brightness[n_lit++] = most;
+    }
+    qsort(brightness, n_lit, sizeof *brightness, ascending);
+    size_t at = n_lit > 0 ? (size_t)((double)(n_lit - 1) * (1.0 - BRIGHTEST_PART)) : 0;
+    picture->white = n_lit > 0 ? brightness[at] : 1.0;
+    rmap_free(brightness);
+    return RMAP_OK;
+}
+
+static void choose_range(struct picture *picture)
+{
+    const struct rmap_detector_image *image = picture->image;
+    struct rmap_colour_bar *bar = &picture->bar;
+    double least = image->peak;
+    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
+        if (image->value[c] > 0.0)
+            least = fmin(least, image->value[c]);
+    *bar = (struct rmap_colour_bar){.x = picture->axes.x + picture->axes.width + BAR_GAP,
+                                    .y = picture->axes.y,
+                                    .width = BAR_WIDTH,
+                                    .height = picture->axes.height,
+                                    .range = {0.0, image->peak > 0.0 ? image->peak : 1.0},
+                                    .logarithmic = picture->options->logarithmic,
+                                    .label = image->quantity,
+                                    .unit = image->unit};
+    if (bar->height < 160.0) {
+        bar->height = 160.0;
+    }
+    if (bar->logarithmic)
+        bar->range[0] = bar->range[1] * fmin(fmax(least / bar->range[1], LOG_DEPTH), 0.1);
+}
+
+/* Cells [first, last) that output pixel p of n_pixel covers, of n_cell. */
+static void covered(uint32_t p, uint32_t n_pixel, uint32_t n_cell, uint32_t *first, uint32_t *last)
+{
+    *first = (uint32_t)((uint64_t)p * n_cell / n_pixel);
+    *last = (uint32_t)((uint64_t)(p + 1) * n_cell / n_pixel);
+    if (*last <= *first)
+        *last = *first + 1;
+}
+
+/* Colour of the cells [i0, i1) x [j0, j1), averaged as light, not as colours. */
+static void paint(const struct picture *picture, const uint32_t i[2], const uint32_t j[2],
+                  uint8_t rgb[3])
+{
+    const struct rmap_detector_image *image = picture->image;
+    double value = 0.0, colour[3] = {0.0, 0.0, 0.0};
+    double part = 1.0 / ((double)(i[1] - i[0]) * (j[1] - j[0]));
+    for (uint32_t row = j[0]; row < j[1]; row++)
+        for (uint32_t column = i[0]; column < i[1]; column++) {
+            size_t c = column + (size_t)row * image->n[0];
+            value += part * image->value[c];
+            for (size_t k = 0; k < 3 && picture->options->true_colour; k++)
+                colour[k] += part * image->rgb[3 * c + k];
+        }
+    if (!picture->options->true_colour) {
+        rmap_colour_map_at(&picture->map, rmap_colour_bar_place(&picture->bar, value), rgb);
+        return;
+    }
+    double gain = 1.0 / picture->white;
+    double most = fmax(colour[0], fmax(colour[1], colour[2]));
+    if (picture->options->logarithmic && most > 0.0)
+        gain = fmax(1.0 - log(most / picture->white) / log(LOG_DEPTH), 0.0) / most;
+    for (int k = 0; k < 3; k++)
+        colour[k] *= gain;
+    rmap_srgb_encode(colour, rgb);
+}
+
+static enum rmap_status draw_image(const struct picture *picture, struct rmap_svg *svg,
+                                   struct rmap_error *err)
+{
+    const struct rmap_detector_image *image = picture->image;
+    const struct rmap_axes *axes = &picture->axes;
+    uint32_t width = (uint32_t)(axes->width * RMAP_FIGURE_SCALE);
+    uint32_t height = (uint32_t)(axes->height * RMAP_FIGURE_SCALE);
+    uint8_t *rgb = rmap_alloc((size_t)width * height, 3), *png = NULL;
+    size_t nbytes = 0;
+    if (!rgb)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            uint32_t across[2], up[2];
+            bool plane = is_plane(image);
+            covered(x, width, image->n[plane ? 0 : 1], &across[0], &across[1]);
+            covered(height - 1 - y, height, image->n[plane ? 1 : 0], &up[0], &up[1]);
+            paint(picture, plane ? across : up, plane ? up : across,
+                  rgb + 3 * ((size_t)y * width + x));
+        }
+    enum rmap_status st = rmap_png_encode(rgb, width, height, &png, &nbytes, err);
+    rmap_free(rgb);
+    if (st == RMAP_OK)
+        rmap_svg_image(svg, axes->x, axes->y, axes->width, axes->height, png, nbytes);
+    rmap_free(png);
+    return st;
+}
+
+static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
+{
+    const struct rmap_detector_image *image = picture->image;
+    const char *criterion = picture->options->criterion;
+    double room = rmap_svg_width(svg) - 32;
+    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
+    char line[1024];
+    (void)snprintf(line, sizeof line, "%s: %s", image->detector->name, image->quantity);
+    rmap_caption(svg, &text, room, line);
+    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
+    (void)snprintf(line, sizeof line, "rays: %s", criterion ? criterion : "all");
+    rmap_caption(svg, &text, room, line);
+    char error[64] = "";
+    if (isfinite(image->flux_error))
+        (void)snprintf(error, sizeof error, " ± %.2g", image->flux_error);
+    int n = snprintf(line, sizeof line, "%.0f registrations, %.4g%s %s", image->registrations,
+                     image->flux, error, image->flux_unit);
+    if (picture->options->true_colour && n > 0)
+        (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
+                       picture->white, image->unit,
+                       picture->options->logarithmic ? ", logarithmic" : "");
+    text.y = 68;
+    rmap_caption(svg, &text, room, line);
+}
+
+enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
+                                      const struct rmap_figure_detector *options,
+                                      struct rmap_svg **svg_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_svg *svg = NULL;
+    struct picture picture = {.image = image, .options = options};
+    rmap_colour_map_init(&picture.map);
+    lay_out(&picture);
+    choose_range(&picture);
+    if (options->true_colour)
+        RMAP_TRY(choose_white(&picture, err));
+    double right = options->true_colour ? 30 : RIGHT;
+    double height = TOP + fmax(picture.axes.height, options->true_colour ? 0 : picture.bar.height);
+    RMAP_TRY(rmap_svg_create(fmax(LEFT + picture.axes.width + right, FIGURE_NARROWEST),
+                             height + BOTTOM, image->detector->name, &svg, err));
+    RMAP_TRY(draw_image(&picture, svg, err));
+    rmap_axes_draw(svg, &picture.axes);
+    if (!options->true_colour)
+        RMAP_TRY(rmap_colour_bar_draw(svg, &picture.bar, &picture.map, err));
+    draw_captions(&picture, svg);
+    *svg_ret = svg;
+    svg = NULL;
+out:
+    rmap_svg_destroy(svg);
+    return st;
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a detector: its image in false colour with a scale, or in true colour, with
+ * axes in the detector's own units. PLANE: x to the right, y upwards; INTENSITY: phi to the
+ * right, theta upwards.
+ */
+#ifndef RMAP_FIGURE_DETECTOR_H
+#define RMAP_FIGURE_DETECTOR_H
+
+#include "analysis/detector_image.h"
+#include "io/svg.h"
+
+struct rmap_figure_detector {
+    const char *criterion; /* NULL: all rays */
+    bool true_colour;      /* the image must have rgb */
+    bool logarithmic;
+};
+
+/* PNG pixels per SVG pixel that the image inside is made for. */
+#define RMAP_FIGURE_SCALE 2.0
+
+enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
+                                      const struct rmap_figure_detector *options,
+                                      struct rmap_svg **svg_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
