@@ -17,6 +17,16 @@ enum rmap_status rmap_error_set(struct rmap_error *err, enum rmap_status status,
     return status;
 }
 
+/* Appends what fits; returns the new length. */
+static size_t append(char *text, size_t used, const char *more)
+{
+    size_t room = RMAP_ERROR_TEXT_LEN - 1 - used;
+    size_t n = strnlen(more, room);
+    memcpy(text + used, more, n);
+    text[used + n] = '\0';
+    return used + n;
+}
+
 void rmap_error_context(struct rmap_error *err, const char *format, ...)
 {
     if (!err)
@@ -25,9 +35,8 @@ void rmap_error_context(struct rmap_error *err, const char *format, ...)
     memcpy(inner, err->text, sizeof inner);
     va_list args;
     va_start(args, format);
-    int used = vsnprintf(err->text, sizeof err->text, format, args);
+    (void)vsnprintf(err->text, sizeof err->text, format, args);
     va_end(args);
-    if (used < 0 || (size_t)used >= sizeof err->text)
-        return;
-    (void)snprintf(err->text + used, sizeof err->text - (size_t)used, ": %s", inner);
+    size_t used = append(err->text, strlen(err->text), ": ");
+    (void)append(err->text, used, inner);
 }
