@@ -15,7 +15,8 @@
 
 struct rmap_criterion;
 
-/* RMAP_INPUT with err->text ready to print: "criterion:1:16: error: ...\n  text\n     ^~~~". */
+/* RMAP_INPUT with err->text ready to print: "criterion:1:16: error: ...\n  text\n     ^~~~".
+ * The scene is borrowed and must outlive the criterion. */
 enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scene *scene,
                                         struct rmap_criterion **criterion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;

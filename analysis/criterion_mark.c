@@ -9,16 +9,16 @@
 #include "analysis/criterion_tree.h"
 #include "trace/event.h"
 
-static void mark_objects(const struct rmap_index_set *set, const int32_t *object, size_t n,
-                         uint8_t *flag)
+static void mark_set(const struct rmap_index_set *set, const int32_t *index, size_t n,
+                     uint8_t *flag)
 {
     uint32_t low = (uint32_t)set->low, span = set->span;
     if (!set->member)
         for (size_t i = 0; i < n; i++)
-            flag[i] = (uint32_t)object[i] - low < span;
+            flag[i] = (uint32_t)index[i] - low < span;
     else
         for (size_t i = 0; i < n; i++)
-            flag[i] = rmap_index_set_member(set, object[i]);
+            flag[i] = rmap_index_set_member(set, index[i]);
 }
 
 static void keep_events(uint32_t events, uint32_t events_not, const uint32_t *event, size_t n,
@@ -115,7 +115,7 @@ void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_s
     const struct rmap_segment_columns *segment = &portion->segment;
     size_t first = strip->first, n = strip->n;
     if (test->of_object)
-        mark_objects(&test->object, segment->object + first, n, flag);
+        mark_set(&test->object, segment->object + first, n, flag);
     else
         memset(flag, 1, n);
     if (test->events | test->events_not)
@@ -131,11 +131,10 @@ void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_s
         keep_sides(criterion, test->side, portion, strip, flag);
 }
 
-/* Position on a detector: 0..1, or in its own units. */
-static double coordinate(const struct rmap_detector *detector, const uint16_t *relative, int axis,
-                         bool as_relative)
+double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,
+                                bool as_relative)
 {
-    double r = relative[axis] / 65535.0;
+    double r = stored / 65535.0;
     if (as_relative)
         return r;
     if (detector->type == RMAP_DETECTOR_INTENSITY)
@@ -164,9 +163,9 @@ static double its_number(const struct rmap_scene *scene, const struct rmap_porti
     case RMAP_REGISTRATION_ANGLE:
         return angle_deg(detector, registration->direction + 3 * row);
     case RMAP_REGISTRATION_X:
-        return coordinate(detector, registration->relative + 2 * row, 0, false);
+        return rmap_detector_coordinate(detector, registration->relative[2 * row], 0, false);
     case RMAP_REGISTRATION_Y:
-        return coordinate(detector, registration->relative + 2 * row, 1, false);
+        return rmap_detector_coordinate(detector, registration->relative[2 * row + 1], 1, false);
     case RMAP_REGISTRATION_TIME:
         return registration->optical_path[row] * scene->unit_m / light_speed_m_per_s;
     }
@@ -205,24 +204,32 @@ static bool polygon_has(const double (*corner)[2], size_t n, double x, double y)
     return inside;
 }
 
+static bool is_curved(enum rmap_region region)
+{
+    return region == RMAP_REGION_ELLIPSE || region == RMAP_REGION_POLYGON;
+}
+
 static bool region_has(const struct rmap_registration_test *test,
-                       const struct rmap_detector *detector, const struct rmap_portion *portion,
-                       size_t row)
+                       const struct rmap_detector *detector, const uint16_t *relative)
 {
     const double *b = test->bound;
-    if (test->region == RMAP_REGION_CELLS) {
-        const uint16_t *cell = portion->registration.cell + 2 * row;
-        return cell[0] >= b[0] && cell[0] <= b[1] && cell[1] >= b[2] && cell[1] <= b[3];
-    }
-    const uint16_t *relative = portion->registration.relative + 2 * row;
-    double x = coordinate(detector, relative, 0, test->relative);
-    double y = coordinate(detector, relative, 1, test->relative);
-    if (test->region == RMAP_REGION_RECT)
-        return x >= b[0] && x <= b[2] && y >= b[1] && y <= b[3];
+    double x = rmap_detector_coordinate(detector, relative[0], 0, test->relative);
+    double y = rmap_detector_coordinate(detector, relative[1], 1, test->relative);
     if (test->region == RMAP_REGION_POLYGON)
         return polygon_has((const double(*)[2])test->corner, test->n_corner, x, y);
     double u = (x - b[0]) / b[2], v = (y - b[1]) / b[3];
     return u * u + v * v <= 1.0;
+}
+
+/* Rows that are out already look at detector 0, which there always is. */
+static void keep_box(const struct rmap_box *box, const int32_t *detector, const uint16_t *at,
+                     size_t n, uint8_t *flag)
+{
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_box *its = &box[flag[i] ? detector[i] : 0];
+        flag[i] &= (at[2 * i] >= its->low[0]) & (at[2 * i] <= its->high[0]) &
+                   (at[2 * i + 1] >= its->low[1]) & (at[2 * i + 1] <= its->high[1]);
+    }
 }
 
 void rmap_registrations_mark(const struct rmap_criterion *criterion,
@@ -231,13 +238,23 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
                              uint8_t *flag)
 {
     const struct rmap_registration_columns *registration = &portion->registration;
-    for (size_t i = 0; i < strip->n; i++) {
-        size_t row = strip->first + i;
-        int32_t d = registration->detector[row];
-        flag[i] = rmap_index_set_has(&test->detector, d) &&
-                  (test->crossed || registration->registered[row]) &&
-                  (test->region == RMAP_REGION_ALL ||
-                   region_has(test, &criterion->scene->detector[d], portion, row)) &&
-                  (test->where < 0 || where_holds(criterion, test->where, portion, row));
-    }
+    size_t first = strip->first, n = strip->n;
+    mark_set(&test->detector, registration->detector + first, n, flag);
+    if (!test->crossed)
+        for (size_t i = 0; i < n; i++)
+            flag[i] &= registration->registered[first + i] != 0;
+    if (test->box)
+        keep_box(test->box, registration->detector + first,
+                 (test->region == RMAP_REGION_CELLS ? registration->cell : registration->relative) +
+                     2 * first,
+                 n, flag);
+    if (is_curved(test->region) || test->where >= 0)
+        for (size_t i = 0; i < n; i++)
+            if (flag[i])
+                flag[i] =
+                    (!is_curved(test->region) ||
+                     region_has(test,
+                                &criterion->scene->detector[registration->detector[first + i]],
+                                registration->relative + 2 * (first + i))) &&
+                    (test->where < 0 || where_holds(criterion, test->where, portion, first + i));
 }

@@ -101,15 +101,21 @@ enum rmap_region {
     RMAP_REGION_CELLS
 };
 
+/* Closed ranges of the two stored 16-bit coordinates (relative, or cell); empty: low > high. */
+struct rmap_box {
+    uint32_t low[2], high[2];
+};
+
 /* Which rows of /registration count. */
 struct rmap_registration_test {
     struct rmap_index_set detector;
     uint64_t detector_bits;
     bool crossed; /* also where it was not registered */
     enum rmap_region region;
-    bool relative;       /* region in 0..1 instead of the detector's own units */
-    double bound[4];     /* RECT x0 y0 x1 y1; ELLIPSE cx cy rx ry; CELLS i0 i1 j0 j1 */
-    double (*corner)[2]; /* POLYGON [n_corner]; owned by the criterion */
+    bool relative;        /* region in 0..1 instead of the detector's own units */
+    double bound[4];      /* RECT x0 y0 x1 y1; ELLIPSE cx cy rx ry */
+    struct rmap_box *box; /* RECT, CELLS [n_detector]; owned by the criterion */
+    double (*corner)[2];  /* POLYGON [n_corner]; owned by the criterion */
     size_t n_corner;
     int32_t where; /* node, or -1 */
 };
@@ -172,6 +178,11 @@ static inline bool rmap_object_medium_tells(const struct rmap_object *object)
     return object->medium_front != object->medium_back && object->medium_front != RMAP_MEDIUM_ANY &&
            object->medium_back != RMAP_MEDIUM_ANY;
 }
+
+/* A stored coordinate as 0..1, or in the detector's own units: lengths about the centre, degrees
+ * on an intensity grid. It never falls as `stored` rises. */
+double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,
+                                bool as_relative);
 
 /* Some rows of a table, and the ray that the first of them belongs to. */
 struct rmap_strip {

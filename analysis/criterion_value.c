@@ -272,6 +272,52 @@ static enum rmap_status set_polygon(struct rmap_parser *parser, const struct rma
     return RMAP_OK;
 }
 
+static enum rmap_status add_boxes(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, parser->criterion->scene->n_detector,
+                                 sizeof *test->box, &block, parser->err);
+    if (st == RMAP_OK)
+        test->box = block;
+    return st;
+}
+
+/* How many of the stored values 0 to 65535 are below v, or at most v. */
+static uint32_t count_below(const struct rmap_detector *detector, int axis, bool relative, double v,
+                            bool at_most)
+{
+    uint32_t low = 0, high = 65536;
+    while (low < high) {
+        uint32_t middle = (low + high) / 2;
+        double its = rmap_detector_coordinate(detector, (uint16_t)middle, axis, relative);
+        if (its < v || (at_most && its == v))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* A rectangle becomes the ranges of stored values that lie in it, per detector: rows then need
+ * no arithmetic. */
+static enum rmap_status set_rect(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    const struct rmap_scene *scene = parser->criterion->scene;
+    enum rmap_status st = add_boxes(parser, test);
+    for (size_t d = 0; st == RMAP_OK && d < scene->n_detector; d++)
+        for (int axis = 0; axis < 2; axis++) {
+            double from = fmin(test->bound[axis], test->bound[axis + 2]);
+            double to = fmax(test->bound[axis], test->bound[axis + 2]);
+            const struct rmap_detector *detector = &scene->detector[d];
+            uint32_t below = count_below(detector, axis, test->relative, from, false);
+            uint32_t most = count_below(detector, axis, test->relative, to, true);
+            test->box[d].low[axis] = most > 0 ? below : 1; /* 1 > 0: empty */
+            test->box[d].high[axis] = most > 0 ? most - 1 : 0;
+        }
+    return st;
+}
+
 static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap_token *word,
                                    const struct coordinates *list,
                                    struct rmap_registration_test *test)
@@ -285,29 +331,24 @@ static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap
                                 list->n);
     for (size_t i = 0; i < 4; i++)
         b[i] = value_in(&list->value[i], &list->value[i].factor);
-    if (!rect && !(b[2] > 0 && b[3] > 0))
+    if (rect)
+        return set_rect(parser, test);
+    if (!(b[2] > 0 && b[3] > 0))
         return RMAP_PARSER_FAIL(parser, word, "the half-axes of an ellipse must be > 0");
-    for (size_t i = 0; rect && i < 2; i++)
-        if (b[i] > b[i + 2]) { /* any two opposite corners */
-            double swap = b[i];
-            b[i] = b[i + 2];
-            b[i + 2] = swap;
-        }
     return RMAP_OK;
 }
 
 static enum rmap_status parse_cells(struct rmap_parser *parser, struct rmap_registration_test *test)
 {
     enum rmap_status st = RMAP_OK;
-    uint32_t low[2], high[2];
-    RMAP_TRY(rmap_parse_index_range(parser, &low[0], &high[0]));
+    struct rmap_box box;
+    RMAP_TRY(rmap_parse_index_range(parser, &box.low[0], &box.high[0]));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_COMMA, "',' and the second range of cells"));
-    RMAP_TRY(rmap_parse_index_range(parser, &low[1], &high[1]));
+    RMAP_TRY(rmap_parse_index_range(parser, &box.low[1], &box.high[1]));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
-    for (size_t i = 0; i < 2; i++) {
-        test->bound[2 * i] = low[i];
-        test->bound[2 * i + 1] = high[i];
-    }
+    RMAP_TRY(add_boxes(parser, test));
+    for (size_t d = 0; d < parser->criterion->scene->n_detector; d++)
+        test->box[d] = box;
 out:
     return st;
 }

@@ -99,6 +99,18 @@ void rmap_parser_word(const struct rmap_parser *parser, const struct rmap_token 
     word[len] = 0;
 }
 
+/* The shortest candidate that a word of three letters or more begins; NULL: none. */
+static const char *beginning_with(const char *word, const char *const *candidate, size_t n)
+{
+    const char *shortest = NULL;
+    size_t len = strlen(word);
+    for (size_t i = 0; len >= 3 && i < n; i++)
+        if (strncmp(candidate[i], word, len) == 0 &&
+            (!shortest || strlen(candidate[i]) < strlen(shortest)))
+            shortest = candidate[i];
+    return shortest;
+}
+
 /* "unknown KIND 'word' (did you mean 'x'?)" */
 enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
@@ -107,7 +119,9 @@ enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
     char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
     rmap_parser_word(parser, token, word);
     rmap_criterion_shorten(word, shown);
-    const char *near = rmap_nearest_word(word, candidate, n);
+    const char *near = beginning_with(word, candidate, n);
+    if (!near)
+        near = rmap_nearest_word(word, candidate, n);
     if (near)
         return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s' (did you mean '%s'?)", kind, shown,
                                 near);

@@ -28,7 +28,9 @@ void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map,
 
 /* Scans portions [first, last) with n_criterion criteria. count: [n_criterion], added to.
  * collect: NULL, or where the rays that match criterion 0 are appended (all columns), at most
- * `limit` of them (UINT64_MAX: all); the scan of criterion 0 then stops once it has them. */
+ * `limit` of them (UINT64_MAX: all); the scan of criterion 0 then stops once it has them, and its
+ * count is that of the portions read until then. Thread-safe: threads may scan ranges of their
+ * own at the same time. RMAP_FORMAT when stored rows do not fit together. */
 enum rmap_status rmap_query_scan(const struct rmap_map *map,
                                  struct rmap_criterion *const *criterion, size_t n_criterion,
                                  size_t first, size_t last, struct rmap_count *count,

@@ -31,22 +31,26 @@ static bool skips(const struct rmap_criterion *criterion, const struct rmap_port
            !rmap_criterion_may_match(criterion, &info->summary);
 }
 
+/* Without a branch per ray: which rays match is random. */
 static enum rmap_status add_sums(const struct scan *scan, const struct rmap_portion *portion,
                                  struct rmap_count *count, struct rmap_error *err)
 {
     const struct rmap_ray_columns *ray = &portion->ray;
-    size_t n_source = rmap_map_scene(scan->map)->n_source;
-    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        if (!scan->match[i])
-            continue;
-        if ((size_t)ray->source[i] >= n_source)
+    size_t n_source = rmap_map_scene(scan->map)->n_source, n_ray = portion->n_row[RMAP_TABLE_RAY];
+    const uint8_t *match = scan->match;
+    for (size_t i = 0; i < n_ray; i++) {
+        count->rays += match[i];
+        count->segments += ray->segment_count[i] & (0u - match[i]);
+    }
+    for (size_t i = 0; i < n_ray; i++) {
+        size_t source = (size_t)ray->source[i];
+        double weight = match[i] ? ray->weight[i] : 0.0;
+        if (source >= n_source)
             return rmap_error_set(
                 err, RMAP_FORMAT, "a ray of the portion from id %llu on has source %d of %zu",
                 (unsigned long long)portion->first_ray, (int)ray->source[i], n_source);
-        count->rays++;
-        count->segments += ray->segment_count[i];
-        count->source_weight[ray->source[i]] += ray->weight[i];
-        count->source_weight_squared[ray->source[i]] += ray->weight[i] * ray->weight[i];
+        count->source_weight[source] += weight;
+        count->source_weight_squared[source] += weight * weight;
     }
     return RMAP_OK;
 }

@@ -131,8 +131,8 @@ def bodies():
     paint, glass, mirror = "paint", "glass", "mirror"
     return {
         "plinth": ("ply", paint, superellipsoid((0.16, 0.16, 0.4), 0.15, 0.15)),
-        "board": ("ply", paint, superellipsoid((0.5, 0.11, 0.015), 0.15, 0.15)),
-        "bench": ("ply", paint, superellipsoid((0.6, 0.2, 0.21), 0.2, 0.2)),
+        "board": ("ply", glass, superellipsoid((0.5, 0.11, 0.015), 0.15, 0.15)),
+        "bench": ("ply", glass, superellipsoid((0.6, 0.2, 0.21), 0.2, 0.2)),
         "vase": ("ply", paint, waves(0.09, 0.34, 0.25, 1.0)),
         "urn": ("ply", paint, waves(0.08, 0.30, 0.08, 3.0, 0.7)),
         "column": ("ply", mirror, waves(0.07, 0.35, 0.10, 6.0)),
@@ -197,9 +197,10 @@ def write_obj(path, vertices, faces):
 
 
 HEAD = """\
-# A gallery: 20 meshes (written by make_room.py, as is this file) in {count} instances, with
-# mirrors on two walls, Lambertian walls and paint of reflectance 0.7, glass and metal bodies, and
-# a lamp. Lengths in metres, z up.
+# A gallery: 20 meshes (written by make_room.py, as is this file) in {count} instances. Mirrors on
+# three walls; the other wall, floor, ceiling and paint are Lambertian with reflectance 0.7; shelves,
+# benches and some bodies are of glass, some of metal. A lamp under the ceiling. A light path has
+# 9 segments on average. Lengths in metres, z up.
 raymap: 1
 units: m
 spectrum: {{mode: rgb}}
@@ -209,7 +210,6 @@ media:
 surfaces:
   white:  {{type: lambert, reflectance: 0.7}}
   red:    {{type: lambert, reflectance: {{rgb: [0.9, 0.6, 0.6]}}}}
-  blue:   {{type: lambert, reflectance: {{rgb: [0.6, 0.6, 0.9]}}}}
   mirror: {{type: mirror, reflectance: 0.98}}
   clear:  {{type: fresnel}}
 geometries:
@@ -275,7 +275,7 @@ def write_scene(path, material, count, bodies_placed):
              ("west_wall", "side_plate", "mirror", (-x / 2, 0, z / 2), (0, 90, 0)),
              ("east_wall", "side_plate", "mirror", (x / 2, 0, z / 2), (0, -90, 0)),
              ("south_wall", "end_plate", "red", (0, -y / 2, z / 2), (-90, 0, 0)),
-             ("north_wall", "end_plate", "blue", (0, y / 2, z / 2), (90, 0, 0))]
+             ("north_wall", "end_plate", "mirror", (0, y / 2, z / 2), (90, 0, 0))]
     lines.append("  - name: walls\n    objects:")
     for name, geometry, surface, at, turn in walls:
         lines.append(f"      - {{name: {name}, geometry: {geometry}, rotate: {list(turn)}, at: {list(at)}, "

@@ -42,17 +42,36 @@ static struct rmap_digest hash_long(const struct strip *strip, const size_t *fir
     return from_hash(XXH3_128bits_digest(&state));
 }
 
-static struct rmap_digest hash_short(const struct strip *strip, const size_t *first,
+/* Rows of the other tables; most rays have no registration, and then nothing is to be done. */
+static uint8_t *gather_rows(const struct strip *strip, int first_column, int end_column,
+                            const size_t *first, const size_t *n, uint8_t *to)
+{
+    for (int c = first_column; c < end_column; c++) {
+        size_t row = strip[c].row_nbytes, nbytes = n[strip[c].table] * row;
+        memcpy(to, strip[c].start + first[strip[c].table] * row, nbytes);
+        to += nbytes;
+    }
+    return to;
+}
+
+/* The one row of /ray is copied by constant sizes, which costs a few moves in place of a call
+ * per column. */
+static struct rmap_digest hash_short(const struct rmap_portion *portion, size_t ray,
+                                     const struct strip *strip, const size_t *first,
                                      const size_t *n)
 {
     uint8_t gather[GATHER_NBYTES];
-    size_t used = 0;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
-        size_t row = strip[c].row_nbytes, nbytes = n[strip[c].table] * row;
-        memcpy(gather + used, strip[c].start + first[strip[c].table] * row, nbytes);
-        used += nbytes;
-    }
-    return from_hash(XXH3_128bits(gather, used));
+    uint8_t *to = gather;
+#define PUT(field, path, type, element, width, unit, text)                                         \
+    memcpy(to, portion->ray.field + ray * (width), (width) * sizeof(type));                        \
+    to += (width) * sizeof(type);
+    RMAP_RAY_COLUMNS(PUT)
+#undef PUT
+    to = gather_rows(strip, RMAP_SEGMENT_object, RMAP_REGISTRATION_segment, first, n, to);
+    if (n[RMAP_TABLE_REGISTRATION] > 0)
+        to = gather_rows(strip, RMAP_REGISTRATION_segment, RMAP_SEGMENT_colour, first, n, to);
+    to = gather_rows(strip, RMAP_SEGMENT_colour, RMAP_COLUMN_COUNT, first, n, to);
+    return from_hash(XXH3_128bits(gather, (size_t)(to - gather)));
 }
 
 struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
@@ -72,7 +91,7 @@ struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
         size_t nbytes = 0;
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             nbytes += n[t] * row_nbytes[t];
-        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES ? hash_short(strip, first, n)
+        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES ? hash_short(portion, i, strip, first, n)
                                                       : hash_long(strip, first, n));
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             first[t] += n[t];

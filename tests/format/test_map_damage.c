@@ -5,6 +5,8 @@
 #include "map_fixture.h"
 
 #include <fcntl.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 
 #include "io/seal.h"
@@ -252,6 +254,36 @@ static void test_create_over(void **state)
     fixture_fini(&f);
 }
 
+/* Writes stop at a size limit, as they stop on a full disk: an error that says so, no crash in
+ * HDF5, no file left under any name. */
+static void test_no_room(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct rmap_error err = {0};
+    char command[200];
+    struct rlimit limit, before;
+    write_map(&f, 0);
+    size_t nbytes = file_nbytes(map_file(&f, PIECE));
+    (void)signal(SIGXFSZ, SIG_IGN);
+    assert_int_equal(getrlimit(RLIMIT_FSIZE, &before), 0);
+    for (int k = 0; k < 40; k++) {
+        limit = before;
+        limit.rlim_cur = (rlim_t)(nbytes * (size_t)k / 40);
+        assert_int_equal(setrlimit(RLIMIT_FSIZE, &limit), 0);
+        int64_t live = rmap_alloc_live();
+        enum rmap_status st = fixture_write_shard(&f, 1, 0, N_BLOCK, BLOCK, 0, &err);
+        assert_int_equal(setrlimit(RLIMIT_FSIZE, &before), 0);
+        assert_int_equal(st, RMAP_SYSTEM);
+        assert_non_null(strstr(err.text, "File too large"));
+        assert_int_equal(rmap_alloc_live(), live);
+    }
+    (void)snprintf(command, sizeof command, "test -z \"$(ls -A %s/shard-00001)\"", f.map);
+    assert_int_equal(system(command), 0);
+    expect(&f, RMAP_OK, NULL);
+    fixture_fini(&f);
+}
+
 /* Some allocations may fail without harm (the text of a warning): the end is reached only when
  * that many in a row made no difference. */
 enum { HARMLESS_MAX = 8 };
@@ -312,7 +344,8 @@ int main(void)
         cmocka_unit_test(test_no_map),        cmocka_unit_test(test_foreign_index),
         cmocka_unit_test(test_other_version), cmocka_unit_test(test_missing_and_cut_pieces),
         cmocka_unit_test(test_flipped_bits),  cmocka_unit_test(test_same_rays_twice),
-        cmocka_unit_test(test_create_over),   cmocka_unit_test(test_out_of_memory),
+        cmocka_unit_test(test_create_over),   cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

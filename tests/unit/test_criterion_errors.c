@@ -54,6 +54,7 @@ static const struct {
     {"xyzzy(tube)", 1, 5, "unknown test 'xyzzy'"},
     {"hit(tube, reflect_speculr)", 11, 15,
      "unknown event 'reflect_speculr' (did you mean 'reflect_specular'?)"},
+    {"hit(tube, refl)", 11, 4, "unknown event 'refl' (did you mean 'reflect'?)"},
     {"hit(tube, absorb, reflect)", 19, 7, "only one event can be given"},
     {"hit(tube, face 3)", 16, 1, "there is no face 3: face 0 to 2 exist here"},
     {"hit(tube, triangle 8..9)", 20, 1, "there is no triangle 8: triangle 0 to 7 exist here"},

@@ -8,7 +8,9 @@
 #include <stddef.h>
 #include <string.h>
 
+#define XXH_INLINE_ALL
 #include <cmocka.h>
+#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "trace/portion_recorder.h"
@@ -152,6 +154,30 @@ static void test_digest_of_any_blocks(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* The digest of one ray is XXH3-128 of its rows, column after column in the table's order. */
+static void test_digest_by_definition(void **state)
+{
+    (void)state;
+    static const uint64_t rays[] = {7, 8, 9, 10}; /* 2000 legs, 9 legs, 1 leg, 2 legs */
+    for (size_t k = 0; k < sizeof rays / sizeof *rays; k++) {
+        struct rmap_portion *p = record(rays[k], 1);
+        uint8_t *bytes = rmap_alloc(100000, 1);
+        size_t used = 0;
+        for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+            enum rmap_column c = (enum rmap_column)i;
+            size_t n = p->n_row[rmap_column_info(c)->table] * rmap_portion_row_nbytes(p, c);
+            if (n > 0)
+                memcpy(bytes + used, rmap_portion_column(p, c), n);
+            used += n;
+        }
+        XXH128_hash_t want = XXH3_128bits(bytes, used);
+        struct rmap_digest got = rmap_portion_digest(p);
+        assert_true(got.low == want.low64 && got.high == want.high64);
+        rmap_free(bytes);
+        rmap_portion_destroy(p);
+    }
+}
+
 static void test_digest_carries(void **state)
 {
     (void)state;
@@ -214,6 +240,7 @@ int main(void)
         cmocka_unit_test(test_recorded),
         cmocka_unit_test(test_summary),
         cmocka_unit_test(test_digest_of_any_blocks),
+        cmocka_unit_test(test_digest_by_definition),
         cmocka_unit_test(test_digest_carries),
         cmocka_unit_test(test_colour_sums),
         cmocka_unit_test(test_out_of_memory),
