@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A mesh made triangle by triangle. Equal positions become one vertex, so that neighbouring
+ * triangles share their edges to the bit; triangles without an area are dropped and counted.
+ */
+#ifndef RMAP_MESH_BUILDER_H
+#define RMAP_MESH_BUILDER_H
+
+#include "geometry/mesh.h"
+
+struct rmap_mesh_builder {
+    float (*vertex)[3];
+    uint32_t (*triangle)[3];
+    uint32_t *face;
+    char **face_name;
+    size_t n_vertex, n_triangle, n_face;
+    size_t cap_vertex, cap_triangle, cap_face, cap_face_name;
+    uint32_t *slot; /* vertices by position; 0: free, else index + 1 */
+    size_t n_slot, n_degenerate;
+    struct rmap_error *err;
+};
+
+/* Zero-initialise, set err, then: any number of triangles and faces. A triangle belongs to the
+ * face that will be closed next. RMAP_INPUT when there are too many. */
+enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *builder,
+                                       const struct rmap_vec3 corner[3]) RMAP_MUST_USE;
+
+/* Ends the face of the triangles added since the last one ended; without any, there is none.
+ * The name is copied; NULL: none. */
+enum rmap_status rmap_mesh_builder_close_face(struct rmap_mesh_builder *builder,
+                                              const char *name) RMAP_MUST_USE;
+
+/* The mesh, at its size. RMAP_INPUT when there is no triangle. */
+enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *builder,
+                                          struct rmap_mesh **mesh_ret) RMAP_MUST_USE;
+void rmap_mesh_builder_fini(struct rmap_mesh_builder *builder);
+
+/* Stanford PLY, ASCII and binary, into a builder whose corners are scaled. RMAP_INPUT, without
+ * the path, when it is none. Reads numbers in the calling thread's locale. */
+enum rmap_status rmap_ply_read(const char *path, double scale,
+                               struct rmap_mesh_builder *builder) RMAP_MUST_USE;
+
+#endif

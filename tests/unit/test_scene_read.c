@@ -1,0 +1,466 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a scene file says is what the scene holds.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "optics/spectrum.h"
+#include "tests/unit/near.h"
+#include "tests/unit/read_text.h"
+
+static struct rmap_scene *must_read(const char *text)
+{
+    char *told = NULL;
+    struct rmap_scene *scene = read_text(text, &told);
+    if (!scene)
+        printf("%s", told);
+    assert_non_null(scene);
+    free(told);
+    return scene;
+}
+
+static int index_of(const struct rmap_scene *scene, const char *name)
+{
+    for (size_t i = 0; i < scene->n_object; i++)
+        if (strcmp(scene->object[i].name, name) == 0)
+            return (int)i;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        if (strcmp(scene->medium[i].name, name) == 0)
+            return (int)i;
+    for (size_t i = 0; i < scene->n_surface; i++)
+        if (strcmp(scene->surface[i].name, name) == 0)
+            return (int)i;
+    return -1;
+}
+
+static void assert_vec(struct rmap_vec3 v, double x, double y, double z)
+{
+    assert_near(v.x, x, 1e-12);
+    assert_near(v.y, y, 1e-12);
+    assert_near(v.z, z, 1e-12);
+}
+
+#define SOURCE "sources: [{name: s, type: point}]\n"
+
+/* ---- channels ---- */
+
+static void test_wavelengths(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene =
+        must_read("raymap: 1\nspectrum: {wavelengths: [656, 486, 588]}\n" SOURCE);
+    assert_int_equal(scene->channels.n, 3);
+    assert_near(scene->channels.wavelength_nm[0], 486, 0);
+    assert_near(scene->channels.wavelength_nm[2], 656, 0);
+    rmap_scene_destroy(scene);
+
+    scene =
+        must_read("raymap: 1\nspectrum: {wavelengths: {from: 400, to: 700, step: 100}}\n" SOURCE);
+    assert_int_equal(scene->channels.n, 4);
+    assert_near(scene->channels.wavelength_nm[3], 700, 1e-9);
+    rmap_scene_destroy(scene);
+
+    scene = must_read("raymap: 1\n" SOURCE);
+    assert_int_equal(scene->channels.n, 41);
+    assert_near(scene->channels.wavelength_nm[40], 780, 1e-9);
+    rmap_scene_destroy(scene);
+
+    scene = must_read("raymap: 1\nsources:\n"
+                      "  - {name: a, type: point, spectrum: {lines: {550: 1, 633: 2}}}\n"
+                      "  - {name: b, type: rays, rays: [{origin: [0,0,0], direction: [0,0,2], "
+                      "wavelength: 488}]}\n");
+    assert_int_equal(scene->channels.n, 3);
+    assert_near(scene->channels.wavelength_nm[0], 488, 0);
+    assert_near(scene->source[0].colour[2], 2.0 / 3, 1e-15);
+    assert_int_equal(scene->source[1].list[0].channel, 0);
+    assert_vec(scene->source[1].list[0].direction, 0, 0, 1);
+    rmap_scene_destroy(scene);
+}
+
+static void test_rgb_takes_the_d_line(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read("raymap: 1\nspectrum: {mode: rgb}\n"
+                                         "media: {glass: {glass: N-BK7}}\n" SOURCE);
+    assert_int_equal(scene->channels.mode, RMAP_COLOUR_RGB);
+    assert_int_equal(scene->channels.n, 3);
+    /* n_d of N-BK7: 1.5168 (SCHOTT data sheet) */
+    for (int i = 0; i < 3; i++)
+        assert_near(scene->medium[0].n[i], 1.5168, 5e-6);
+    assert_false(scene->medium[0].dispersive);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- media and surfaces ---- */
+
+static void test_media(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\nunits: mm\nspectrum: {wavelengths: [500, 600]}\n"
+        "media:\n"
+        "  air: {index: 1}\n"
+        "  bk7: {glass: n-bk7, absorption: 0.01}\n"
+        "  own: {sellmeier: {B: [1.03961212, 0.231792344, 1.01046945], C: [6000.69867, 20017.9144, "
+        "103560653]}, wavelength_unit: nm}\n"
+        "  ink: {table: {wavelength: [500, 600], n: [1.3, 1.4], k: [0, 1.0e-6]}, "
+        "absorption: {wavelength: [500, 600], value: [0.5, 1]}}\n" SOURCE);
+    const struct rmap_medium *bk7 = &scene->medium[1], *own = &scene->medium[2],
+                             *ink = &scene->medium[3];
+    assert_int_equal(scene->n_medium, 4);
+    assert_true(bk7->dispersive && bk7->absorbing);
+    assert_near(bk7->absorption[1], 0.01, 0);
+    assert_near(own->n[0], bk7->n[0], 1e-12);
+    assert_near(own->n[1], bk7->n[1], 1e-12);
+    assert_near(ink->n[1], 1.4, 0);
+    assert_near(ink->absorption[0], 0.5, 0);
+    /* 4 pi k / lambda = 4 pi 1e-6 / 600e-6 mm */
+    assert_near(ink->absorption[1], 1 + 4 * RMAP_PI * 1e-6 / 600e-6, 1e-12);
+    assert_false(scene->medium[0].absorbing || scene->medium[0].dispersive);
+    assert_string_equal(scene->medium[0].description, "index 1");
+    rmap_scene_destroy(scene);
+}
+
+static void test_surfaces(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene =
+        must_read("raymap: 1\nspectrum: {wavelengths: [450, 550, 650]}\n"
+                  "surfaces:\n"
+                  "  coated: {type: fresnel, coat: {reflectance: {wavelength: [450, 650], value: "
+                  "[0, 0.2]}}}\n"
+                  "  ideal: {type: fresnel, coat: ideal}\n"
+                  "  silver: {type: mirror, metal: {table: {wavelength: [400, 700], n: [0.1, 0.1], "
+                  "k: [1, 4]}}}\n"
+                  "  gold: {type: mirror, metal: {n: 0.2, k: 3}}\n"
+                  "  glossy: {type: mirror, reflectance: 0.9}\n"
+                  "  paint: {type: lambert, reflectance: {rgb: [0.8, 0.5, 0.1]}}\n"
+                  "  milk: {type: mixture, reflect_diffuse: 0.5, transmit_diffuse: 0.5}\n" SOURCE);
+    const struct rmap_surface *s = scene->surface;
+    assert_int_equal(scene->n_surface, 7);
+    assert_int_equal(s[0].coat, RMAP_COAT_REFLECTANCE);
+    assert_near(s[0].reflect_specular[1], 0.1, 1e-15);
+    assert_int_equal(s[1].coat, RMAP_COAT_IDEAL);
+    assert_true(s[2].is_metal);
+    assert_near(s[2].metal_k[1], 2.5, 1e-12);
+    assert_near(s[3].metal_n[2], 0.2, 0);
+    assert_near(s[4].reflect_specular[0], 0.9, 0);
+    assert_near(s[5].reflect_diffuse[0], 0.1, 0); /* 450 nm: blue */
+    assert_near(s[5].reflect_diffuse[2], 0.8, 0);
+    assert_near(s[6].transmit_diffuse[1], 0.5, 0);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- geometries and places ---- */
+
+static void test_geometries(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "geometries:\n"
+        "  asphere: {type: conic, radius: 40, conic: -1, asphere: {4: 1.0e-6, 8: 2.0e-12}, "
+        "aperture: 5, inner: 1}\n"
+        "  plane: {type: conic, radius: inf, aperture: 5}\n"
+        "  plate: {type: rectangle, size: [2, 3]}\n"
+        "  ring: {type: disc, radius: 4, inner: 2}\n"
+        "  pipe: {type: cylinder, radius: 3, length: 7}\n"
+        "  funnel: {type: cone, radius: 3, radius2: 0, length: 7}\n"
+        "  ball: {type: sphere, radius: 6}\n"
+        "objects:\n"
+        "  - {name: a, geometry: asphere, surface: absorber}\n"
+        "  - {name: b, geometry: plane, surface: absorber}\n"
+        "  - {name: c, geometry: plate, surface: absorber}\n"
+        "  - {name: d, geometry: ring, surface: absorber}\n"
+        "  - {name: e, geometry: pipe, surface: absorber}\n"
+        "  - {name: f, geometry: funnel, surface: absorber}\n"
+        "  - {name: g, geometry: ball, surface: absorber}\n"
+        "  - {name: h, geometry: ball, surface: absorber}\n" SOURCE);
+    const struct rmap_geometry *g = scene->geometry;
+    assert_int_equal(scene->n_geometry, 7);
+    assert_near(g[0].shape.curvature, 0.025, 0);
+    assert_near(g[0].shape.asphere[1], 1e-6, 0);
+    assert_near(g[0].shape.asphere[3], 2e-12, 0);
+    assert_int_equal(g[0].shape.n_asphere, 4);
+    assert_near(g[1].shape.curvature, 0, 0);
+    assert_near(g[2].shape.size[1], 3, 0);
+    assert_near(g[3].shape.inner, 2, 0);
+    assert_near(g[4].shape.radius2, 3, 0);
+    assert_near(g[5].shape.radius2, 0, 0);
+    assert_int_equal(g[6].shape.type, RMAP_SHAPE_SPHERE);
+    assert_int_equal(scene->object[6].geometry, scene->object[7].geometry);
+    rmap_scene_destroy(scene);
+}
+
+static void test_places_compose(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "media: {air: {index: 1}, glass: {index: 1.5}}\n"
+        "geometries: {ball: {type: sphere, radius: 1}}\n"
+        "objects:\n"
+        "  - name: outer\n"
+        "    at: [100, 0, 0]\n"
+        "    rotate: [0, 0, 90]\n"
+        "    objects:\n"
+        "      - name: inner\n"
+        "        scale: [1, 2, -3]\n"
+        "        objects:\n"
+        "          - {name: ball, geometry: ball, at: [1, 1, 1], surface: {front: fresnel, back: "
+        "absorber}, inside: glass, outside: air, id: 7c1f0a52}\n"
+        "  - {name: free, geometry: ball, matrix: [2,0,0,5, 0,1,0,6, 0,0,1,7], surface: absorber, "
+        "id: 42}\n" SOURCE);
+    const struct rmap_object *ball = &scene->object[0], *other = &scene->object[1];
+    /* (1, 1, 1) -> (1, 2, -3) -> turned about z (-2, 1, -3) -> (98, 1, -3) */
+    assert_vec(rmap_affine_point(&ball->to_world, rmap_vec3(0, 0, 0)), 98, 1, -3);
+    assert_vec(rmap_affine_vector(&ball->to_world, rmap_vec3(0, 0, 1)), 0, 0, -3);
+    assert_true(ball->id == 0x7c1f0a52 && other->id == 42);
+    assert_string_equal(scene->medium[ball->medium_front].name, "air");
+    assert_string_equal(scene->medium[ball->medium_back].name, "glass");
+    assert_int_equal(scene->surface[ball->surface_front].type, RMAP_SURFACE_FRESNEL);
+    assert_int_equal(scene->surface[ball->surface_back].type, RMAP_SURFACE_ABSORBER);
+    assert_int_equal(other->medium_front, RMAP_MEDIUM_ANY);
+    assert_vec(rmap_affine_point(&other->to_world, rmap_vec3(1, 1, 1)), 7, 7, 8);
+    assert_int_equal(scene->n_group, 2);
+    assert_int_equal(ball->parent, 1);
+    assert_int_equal(scene->group[1].parent, 0);
+    assert_int_equal(ball->line, 12);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- sources ---- */
+
+static void test_sources(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\nspectrum: {wavelengths: [500, 555, 600]}\n"
+        "media: {water: {index: 1.33}}\n"
+        "sources:\n"
+        "  - {name: a, type: collimated, shape: {rectangle: [2, 4]}, at: [1, 2, 3], direction: [0, "
+        "0, -2], flux: 5 mW, rays_share: 3}\n"
+        "  - {name: b, type: point, distribution: {cone: 30}, flux: 2}\n"
+        "  - {name: c, type: point, cosine_power: 5, direction: [1, 0, 0]}\n"
+        "  - {name: d, type: area, shape: {disc: 2}, distribution: lambertian, rotate: [90, 0, 0], "
+        "flux: 683 lm, spectrum: {lines: {555: 1}}, medium: water}\n");
+    const struct rmap_source *s = scene->source;
+    assert_int_equal(scene->flux_unit, RMAP_FLUX_W);
+    assert_near(s[0].flux, 5e-3, 1e-18);
+    assert_near(s[0].share, 3, 0);
+    assert_vec(rmap_affine_vector(&s[0].frame, rmap_vec3(0, 0, 1)), 0, 0, -1);
+    assert_vec(s[0].frame.t, 1, 2, 3);
+    assert_near(s[0].colour[0] + s[0].colour[1] + s[0].colour[2], 1, 1e-15);
+    assert_int_equal(s[1].distribution, RMAP_DISTRIBUTION_CONE);
+    assert_near(s[1].cone_rad, RMAP_PI / 6, 1e-15);
+    assert_int_equal(s[2].distribution, RMAP_DISTRIBUTION_COSINE);
+    assert_near(s[2].cosine_power, 5, 0);
+    assert_vec(rmap_affine_vector(&s[2].frame, rmap_vec3(0, 0, 1)), 1, 0, 0);
+    assert_vec(rmap_affine_vector(&s[3].frame, rmap_vec3(0, 0, 1)), 0, -1, 0);
+    assert_near(s[3].flux, 1 / rmap_luminous_efficiency(555), 1e-6); /* lm turned into W */
+    /* No air, no vacuum, nothing stands in the water: the rest is a vacuum. */
+    assert_string_equal(scene->medium[s[0].medium].name, "vacuum");
+    assert_string_equal(scene->medium[s[3].medium].name, "water");
+    rmap_scene_destroy(scene);
+
+    scene = must_read("raymap: 1\nsources: [{name: a, type: point, flux: 2 klm, spectrum: D65}]\n");
+    assert_int_equal(scene->flux_unit, RMAP_FLUX_LM);
+    assert_near(scene->source[0].flux, 2000, 0);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- detectors ---- */
+
+static void test_detectors(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "geometries: {plate: {type: rectangle, size: [4, 2]}}\n"
+        "objects:\n"
+        "  - {name: floor, geometry: plate, at: [0, 0, 7], rotate: [90, 0, 0], surface: absorber}\n"
+        "  - {name: pair, objects: [{name: p1, geometry: plate, at: [5, 0, 0], surface: "
+        "absorber}]}\n"
+        "detectors:\n"
+        "  - {name: a, type: plane, size: [3, 2], cells: [30, 20], at: [1, 2, 3]}\n"
+        "  - {name: b, type: plane, size: 1, cells: 4, direction: [1, 0, 0], side: back, "
+        "max_angle: "
+        "30}\n"
+        "  - {name: c, type: plane, on: floor, cells: [8, 4]}\n"
+        "  - {name: d, type: plane, on: pair, cells: 2}\n"
+        "  - {name: e, type: intensity, cells: [18, 36], axis: [0, 1, 0]}\n" SOURCE);
+    const struct rmap_detector *d = scene->detector;
+    assert_vec(d[0].axis, 0, 0, -1);
+    assert_vec(d[0].x, 1, 0, 0);
+    assert_vec(d[0].y, 0, 1, 0);
+    assert_vec(d[0].origin, 1, 2, 3);
+    assert_int_equal(d[0].side, RMAP_SIDE_FRONT);
+    assert_near(d[0].max_angle_rad, RMAP_PI / 2, 1e-15);
+    assert_vec(d[1].x, 0, 1, 0);
+    assert_vec(d[1].y, 0, 0, 1);
+    assert_near(d[1].size[1], 1, 0);
+    assert_int_equal(d[1].cells[1], 4);
+    assert_int_equal(d[1].side, RMAP_SIDE_BACK);
+    assert_int_equal(d[2].on_object, 0);
+    assert_int_equal(d[2].side, RMAP_SIDE_BOTH);
+    assert_vec(d[2].origin, 0, 0, 7);
+    assert_vec(d[2].axis, 0, -1, 0);
+    assert_vec(d[2].x, 1, 0, 0);
+    assert_vec(d[2].y, 0, 0, 1);
+    assert_near(d[2].size[0], 4, 1e-12);
+    assert_near(d[2].size[1], 2, 1e-12);
+    assert_int_equal(d[3].on_group, 0);
+    assert_near(d[3].size[0], 14, 1e-12); /* the plate reaches x = 7 from the group's origin */
+    assert_int_equal(d[4].type, RMAP_DETECTOR_INTENSITY);
+    assert_vec(d[4].axis, 0, 1, 0);
+    assert_vec(d[4].x, 1, 0, 0);
+    assert_near(d[4].size[1], 2 * RMAP_PI, 1e-12);
+    rmap_scene_destroy(scene);
+}
+
+/* ---- what takes part ---- */
+
+static const char *const chosen_text =
+    "raymap: 1\n"
+    "geometries: {ball: {type: sphere, radius: 1}, disc: {type: disc, radius: 1}}\n"
+    "objects:\n"
+    "  - {name: box, objects: [{name: b1, geometry: ball, surface: absorber}, {name: b2, geometry: "
+    "ball, surface: absorber}]}\n"
+    "  - {name: wall, geometry: disc, surface: absorber}\n"
+    "sources: [{name: s1, type: point}, {name: s2, type: point}]\n"
+    "detectors:\n"
+    "  - {name: d1, type: plane, on: wall, cells: 1}\n"
+    "  - {name: d2, type: intensity, cells: [2, 2]}\n"
+    "simulations:\n"
+    "  - {name: quick, rays: 1e5, time_limit: 2 min, without: [box], sources: [s2], detectors: "
+    "[d2],"
+    " color: rgb, record: false, limits: {steps: 7}}\n";
+
+static struct rmap_scene *choose(struct rmap_scene_options options, const char *told_expected)
+{
+    struct rmap_bundle *bundle = bundle_of(".", chosen_text);
+    char *told = NULL;
+    bundle->options = options;
+    struct rmap_scene *scene = read_bundle(bundle, &told);
+    assert_string_equal(told, told_expected);
+    rmap_bundle_destroy(bundle);
+    free(told);
+    return scene;
+}
+
+static void test_simulation(void **state)
+{
+    (void)state;
+    struct rmap_scene_options options = {.simulation = rmap_strdup("quick")};
+    struct rmap_scene *scene = choose(options, "");
+    assert_non_null(scene);
+    assert_int_equal(scene->n_object, 1);
+    assert_int_equal(scene->n_group, 0);
+    assert_int_equal(scene->n_geometry, 1);
+    assert_int_equal(scene->object[0].geometry, 0);
+    assert_int_equal(scene->n_source, 1);
+    assert_string_equal(scene->source[0].name, "s2");
+    assert_int_equal(scene->n_detector, 1);
+    assert_int_equal(scene->channels.mode, RMAP_COLOUR_RGB);
+    assert_int_equal(scene->limit_steps, 7);
+    assert_string_equal(scene->simulation.name, "quick");
+    assert_int_equal(scene->simulation.rays, 100000);
+    assert_near(scene->simulation.time_limit_s, 120, 0);
+    assert_false(scene->simulation.record);
+    rmap_scene_destroy(scene);
+
+    options = (struct rmap_scene_options){.simulation = rmap_strdup("quik")};
+    assert_null(choose(options, "s: error: unknown simulation 'quik' (did you mean 'quick'?)\n"));
+}
+
+static void test_only_and_without(void **state)
+{
+    (void)state;
+    struct rmap_scene_options options = {.color = rmap_strdup("spectral")};
+    add_word(&options.only, &options.n_only, "box");
+    add_word(&options.without, &options.n_without, "b1");
+    struct rmap_scene *scene =
+        choose(options, "s: warning: detector 'd1' is left out with what it lies on\n");
+    assert_non_null(scene);
+    assert_int_equal(scene->n_object, 1);
+    assert_string_equal(scene->object[0].name, "b2");
+    assert_int_equal(scene->object[0].parent, 0);
+    assert_int_equal(scene->n_source, 2);
+    assert_int_equal(scene->n_detector, 1);
+    assert_false(scene->simulation.name);
+    rmap_scene_destroy(scene);
+
+    options = (struct rmap_scene_options){0};
+    add_word(&options.without, &options.n_without, "s1");
+    add_word(&options.without, &options.n_without, "s2");
+    assert_null(choose(options, "s: error: no sources: all of them are left out\n"));
+
+    options = (struct rmap_scene_options){0};
+    add_word(&options.only, &options.n_only, "bx");
+    assert_null(choose(options, "s: error: unknown name in --only: 'bx' (did you mean 'box'?)\n"));
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+static void test_set(void **state)
+{
+    (void)state;
+    struct rmap_scene_options options = {0};
+    add_word(&options.set, &options.n_set, "objects.b2.at=[0, 0, 3]");
+    add_word(&options.set, &options.n_set, "sources.1.flux=3 W");
+    add_word(&options.set, &options.n_set, "limits.steps=5");
+    add_word(&options.set, &options.n_set, "geometries.ball.radius=2");
+    struct rmap_scene *scene = choose(options, "");
+    assert_non_null(scene);
+    assert_near(scene->object[index_of(scene, "b2")].to_world.t.z, 3, 0);
+    assert_near(scene->source[0].flux, 3, 0);
+    assert_int_equal(scene->limit_steps, 5);
+    assert_near(scene->geometry[0].shape.radius, 2, 0);
+    rmap_scene_destroy(scene);
+
+    options = (struct rmap_scene_options){0};
+    add_word(&options.set, &options.n_set, "objects.wal.at=[0, 0, 3]");
+    add_word(&options.set, &options.n_set, "limits.stps=5");
+    add_word(&options.set, &options.n_set, "limits");
+    add_word(&options.set, &options.n_set, "limits.steps={");
+    char expected[] =
+        "s: error: --set objects.wal.at=[0, 0, 3]: no item named 'wal' (did you mean 'wall'?) "
+        "(items of a list: by name, or by number from 1)\n"
+        "s: error: --set limits: write key.path=value\n"
+        "s: error: --set limits.steps={: the value is not YAML: this is not YAML: did not find "
+        "expected node content while parsing a flow node\n"
+        "s: error: unknown key in limits: 'stps' (did you mean 'steps'?)\n";
+    assert_null(choose(options, expected));
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+static void test_order_of_sections_is_free(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read("sources: [{name: s, type: point, medium: fog}]\n"
+                                         "objects: [{name: b, geometry: g, surface: absorber}]\n"
+                                         "geometries: {g: {type: sphere, radius: 1.5}}\n"
+                                         "media: {fog: {index: 1.25}}\n"
+                                         "raymap: 1\n");
+    assert_near(scene->geometry[0].shape.radius, 1.5, 0);
+    assert_near(scene->medium[scene->source[0].medium].n[0], 1.25, 0);
+    rmap_scene_destroy(scene);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_wavelengths), cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),       cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),  cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),     cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_simulation),  cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),         cmocka_unit_test(test_order_of_sections_is_free),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
