@@ -6,7 +6,7 @@
 
 #include "base/alloc.h"
 
-enum { DIGITS_FLOAT = 9 };
+enum { DIGITS_FLOAT = 9, DIGITS_DOUBLE = 17 };
 
 enum rmap_status rmap_ray_report_create(const struct rmap_scene *scene, size_t n_step,
                                         size_t n_registration, struct rmap_ray_report **report_ret,
@@ -203,4 +203,68 @@ enum rmap_status rmap_ray_report_read(const struct rmap_map *map, uint64_t ray,
 out:
     rmap_cursor_destroy(cursor);
     return st;
+}
+
+static void copy_registrations(struct rmap_ray_report *report, const struct rmap_history *history)
+{
+    for (size_t i = 0; i < report->n_registration; i++) {
+        const struct rmap_registration *from = &history->registration[i];
+        struct rmap_report_registration *to = &report->registration[i];
+        *to = (struct rmap_report_registration){.detector = from->detector,
+                                                .step = from->segment,
+                                                .cell = {from->cell[0], from->cell[1]},
+                                                .angle_deg = from->angle_rad * 180.0 / RMAP_PI,
+                                                .optical_path = from->optical_path,
+                                                .registered = from->registered};
+        rmap_detector_coordinates(&report->scene->detector[from->detector], from->relative, &to->x,
+                                  &to->y);
+    }
+}
+
+static void copy_steps(struct rmap_ray_report *report, const struct rmap_history *history)
+{
+    size_t n_channel = (size_t)report->scene->channels.n;
+    for (size_t i = 0; i < report->n_step; i++) {
+        const struct rmap_step *from = &history->step[i];
+        struct rmap_report_step *to = &report->step[i];
+        to->object = from->object;
+        to->primitive = from->primitive;
+        to->face = face_of(report->scene, from->object, from->primitive);
+        to->events = from->events;
+        to->medium = from->medium;
+        to->position = from->position;
+        to->normal = rmap_dot(from->normal, from->normal) > 0.0 ? from->normal : nowhere();
+        to->direction = from->direction;
+        to->length = from->length;
+        to->optical_path = from->optical_path;
+        for (size_t c = 0; c < n_channel; c++)
+            report->colour[i * n_channel + c] = from->colour[c];
+    }
+}
+
+enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
+                                       const struct rmap_history *history,
+                                       struct rmap_ray_report **report_ret, struct rmap_error *err)
+{
+    struct rmap_ray_report *report = NULL;
+    if (history->status != RMAP_OK)
+        return rmap_error_set(err, history->status, "out of memory for a ray's history");
+    enum rmap_status st =
+        rmap_ray_report_create(scene, history->n_step, history->n_registration, &report, err);
+    if (st != RMAP_OK)
+        return st;
+    report->digits = DIGITS_DOUBLE;
+    report->ray = history->emission.ray;
+    report->source = history->emission.source;
+    report->stop = (int)history->ending.stop;
+    report->flux = history->ending.weight * scene->source[report->source].flux;
+    report->wavelength_nm = history->ending.wavelength_nm;
+    report->path_length = history->ending.path_length;
+    report->optical_path = history->ending.optical_path;
+    report->start = history->emission.position;
+    report->start_object = history->emission.object;
+    copy_steps(report, history);
+    copy_registrations(report, history);
+    *report_ret = report;
+    return RMAP_OK;
 }

@@ -14,6 +14,7 @@
 #include "io/map_reader.h"
 #include "scene/scene.h"
 #include "trace/event.h"
+#include "trace/history.h"
 
 /* The end of a leg. Undefined vectors and numbers are NaN, undefined indices -1. */
 struct rmap_report_step {
@@ -70,6 +71,14 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rm
                                      size_t row, size_t segment, size_t registration,
                                      struct rmap_ray_report **report_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* A ray traced again, its history in double: all digits. Its flux is the source's flux times the
+ * ray's weight, as if the source had emitted this ray alone: how many others share it, only a
+ * map knows. The scene outlives the report. */
+enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
+                                       const struct rmap_history *history,
+                                       struct rmap_ray_report **report_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* The text: who the ray was, what happened, and where. */
 enum rmap_status rmap_ray_report_print(const struct rmap_ray_report *report, FILE *out,

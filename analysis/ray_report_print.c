@@ -187,7 +187,7 @@ static void print_header(const struct rmap_ray_report *report, FILE *out)
     if (isnan(report->wavelength_nm))
         fprintf(out, "wavelength    undefined (more than one channel)\n");
     else
-        fprintf(out, "wavelength    %.*g nm\n", report->digits, report->wavelength_nm);
+        fprintf(out, "wavelength    %.10g nm\n", report->wavelength_nm);
     fprintf(out, "path length   %.*g %s\n", report->digits, report->path_length, scene->unit);
     fprintf(out, "optical path  %.*g %s\n\n", report->digits, report->optical_path, scene->unit);
 }

@@ -1,0 +1,125 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap report: everything that happened along one ray, from a map or traced again.
+ */
+#include <stdio.h>
+
+#include "analysis/ray_report.h"
+#include "geometry/accel.h"
+#include "mpi/agree.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "trace/tracer.h"
+
+static const struct rmap_option options[] = {
+    {"ray", 'r', "N", "trace ray N of a SCENE and print it with all digits"},
+    {"seed", 's', "S", "of the random numbers (default 1), with --ray"},
+    RMAP_SCENE_OPTIONS,
+    {NULL}};
+
+static enum rmap_status print_report(const struct rmap_context *context,
+                                     const struct rmap_ray_report *report, struct rmap_error *err)
+{
+    if (context->json)
+        return rmap_json_print(rmap_ray_report_json(report), stdout, err);
+    return rmap_ray_report_print(report, stdout, err);
+}
+
+/* Collective. */
+static enum rmap_status report_map(const struct rmap_context *context,
+                                   const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    struct rmap_ray_report *report = NULL;
+    uint64_t ray = 0;
+    enum rmap_status st = rmap_parse_count(given->operand[1], "the ray", &ray, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_load_map(context, given->operand[0], &map, err));
+    if (context->rank == 0) {
+        st = rmap_ray_report_read(map, ray, &report, err);
+        if (st == RMAP_OK)
+            st = print_report(context, report, err);
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_ray_report_destroy(report);
+    rmap_map_close(map);
+    return st;
+}
+
+/* Not collective. */
+static enum rmap_status trace_and_print(const struct rmap_context *context,
+                                        const struct rmap_scene *scene, uint64_t ray, uint64_t seed,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_accel *accel = NULL;
+    struct rmap_ray_report *report = NULL;
+    struct rmap_history history;
+    rmap_history_init(&history, scene->channels.n);
+    if (scene->n_source == 0)
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "the scene has no source of light"));
+    RMAP_TRY(rmap_accel_create(scene, context->n_thread, &accel, err));
+    struct rmap_tracer tracer = {.scene = scene, .accel = accel, .seed = seed};
+    rmap_trace_ray(&tracer, ray, &history.base);
+    RMAP_TRY(rmap_ray_report_trace(scene, &history, &report, err));
+    RMAP_TRY(print_report(context, report, err));
+out:
+    rmap_ray_report_destroy(report);
+    rmap_history_fini(&history);
+    rmap_accel_destroy(accel);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status report_scene(const struct rmap_context *context,
+                                     const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct rmap_bundle *bundle = NULL;
+    struct rmap_scene *scene = NULL;
+    struct rmap_scene_options options_given = {0};
+    uint64_t ray = 0, seed = 1;
+    enum rmap_status st = rmap_argument_count(given, "ray", &ray, err);
+    if (st == RMAP_OK)
+        st = rmap_argument_count(given, "seed", &seed, err);
+    if (st == RMAP_OK)
+        st = rmap_scene_options_read(given, &options_given, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_load_scene(context, given->operand[0], &options_given, &bundle, &scene, err));
+    if (context->rank == 0)
+        st = trace_and_print(context, scene, ray, seed, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_scene_destroy(scene);
+    rmap_bundle_destroy(bundle);
+    rmap_scene_options_fini(&options_given);
+    return st;
+}
+
+static enum rmap_status run_report(const struct rmap_context *context,
+                                   const struct rmap_arguments *given, struct rmap_error *err)
+{
+    bool scene = rmap_argument(given, "ray") != NULL;
+    if (scene && given->n_operand == 1)
+        return report_scene(context, given, err);
+    if (!scene && given->n_operand == 2)
+        return report_map(context, given, err);
+    return rmap_error_set(err, RMAP_USAGE,
+                          "say either a MAP and a RAY, or a SCENE and --ray N; "
+                          "see: raymap report --help");
+}
+
+const struct rmap_command rmap_command_report = {
+    .name = "report",
+    .summary = "everything that happened along one ray",
+    .operands = "MAP RAY | SCENE --ray N",
+    .help = "Prints a ray's history, leg by leg: the object met, what happened there, the medium\n"
+            "travelled, position, direction, colour, and the detectors that registered it.\n\n"
+            "From a MAP positions have the 9 digits that are stored. From a SCENE the ray is\n"
+            "traced again and printed with 17 digits; its flux is then what it would carry as its\n"
+            "source's only ray. Steps and rays count from 0.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 2,
+    .run = run_report,
+};

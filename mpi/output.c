@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/output.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+
+enum rmap_status rmap_output_check(const char *path, const char *const *suffix, bool force,
+                                   struct rmap_error *err)
+{
+    struct stat status;
+    char list[128] = "";
+    size_t len = strlen(path);
+    bool known = false;
+    for (size_t i = 0; suffix[i]; i++) {
+        size_t n = strlen(suffix[i]), at = strlen(list);
+        known = known || (len > n && strcasecmp(path + len - n, suffix[i]) == 0);
+        const char *between = i == 0 ? "" : suffix[i + 1] ? ", " : " or ";
+        (void)snprintf(list + at, sizeof list - at, "%s%s", between, suffix[i]);
+    }
+    if (!known)
+        return rmap_error_set(err, RMAP_USAGE, "cannot write '%s': -o takes a name that ends in %s",
+                              path, list);
+    if (!force && stat(path, &status) == 0)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "'%s' exists; give another name, or --force to replace it", path);
+    return RMAP_OK;
+}
