@@ -15,5 +15,7 @@ export OMPI_MCA_btl_vader_single_copy_mechanism="${OMPI_MCA_btl_vader_single_cop
 if [ -z "${SLURM_JOB_ID:-}${PBS_JOBID:-}" ]; then
     export OMPI_MCA_btl="${OMPI_MCA_btl:-vader,self}"
 fi
+# Without /sys (a bare chroot) hwloc would complain in every rank.
+export HWLOC_HIDE_ERRORS="${HWLOC_HIDE_ERRORS:-2}"
 # Each file of a map has one writer; locks only fail on file systems without them.
 export HDF5_USE_FILE_LOCKING="${HDF5_USE_FILE_LOCKING:-FALSE}"

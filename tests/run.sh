@@ -8,4 +8,4 @@ cd "$(dirname "$0")/.."
 
 jobs/install-packages.sh tests
 jobs/build.sh -DBUILD_TESTING=ON
-exec ctest --preset release "$@"
+exec ctest --preset release --parallel "$(nproc)" "$@"

@@ -13,6 +13,12 @@ import subprocess
 import sys
 
 PROGRAM = os.environ["RAYMAP"]
+SCALE = int(os.environ.get("RAYMAP_TEST_SCALE", "1"))
+
+
+def many(n):
+    """A number of rays; tests/slow multiplies it."""
+    return n * SCALE
 
 
 def run(*arguments):

@@ -10,10 +10,10 @@ in tests/unit.
 """
 import math
 
-from raymap import Checks, count, drop, rays, trace
+from raymap import Checks, count, drop, many, rays, trace
 
 checks = Checks()
-RAYS = 1_000_000
+RAYS = many(1_000_000)
 
 
 def beams(angles, geometry, media, objects, inside="air"):

@@ -9,10 +9,10 @@ import math
 
 import numpy
 
-from raymap import Checks, columns, drop, trace
+from raymap import Checks, columns, drop, many, trace
 
 checks = Checks()
-RAYS = 1_000_000
+RAYS = many(1_000_000)
 
 
 def chi_square(what, counts, expected):

@@ -10,10 +10,10 @@ import math
 
 import numpy
 
-from raymap import Checks, columns, drop, rays, trace
+from raymap import Checks, columns, drop, many, rays, trace
 
 checks = Checks()
-RAYS = 1_000_000
+RAYS = many(1_000_000)
 MU = 2.5
 
 

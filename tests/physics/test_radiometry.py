@@ -10,10 +10,10 @@ import math
 
 import numpy
 
-from raymap import Checks, count, drop, rays, trace
+from raymap import Checks, count, drop, many, rays, trace
 
 checks = Checks()
-RAYS = 1_000_000
+RAYS = many(1_000_000)
 
 NODES, WEIGHTS = numpy.polynomial.legendre.leggauss(8)
 
@@ -196,6 +196,7 @@ def check_interreflections():
     for rho, lux, n in ((0.05, 109.649122807018, 600_000), (0.5, 208.333333333333, 600_000),
                         (0.8, 520.833333333333, 400_000), (0.95, 2083.33333333333, 300_000)):
         head = HEAD + f"  wall: {{type: lambert, reflectance: {rho}}}\n"
+        n = many(n)
         target = trace("cube", head + box(4, 4, 4, "wall") + LAMP, n)
         answer = count(target, "all")[0]
         arrivals = answer["segments"]["total"] / n
@@ -236,7 +237,7 @@ def check_view_factors():
     for height, width, share in upright:  # emitter 1 x width; receiver 1 high along its edge y = width / 2
         pair(f"{{rectangle: [1, {width}]}}", f"{{type: rectangle, size: [1, {height}]}}",
              (0, width / 2, height / 2), [90, 0, 0], share)
-    n = 200_000 * len(wanted)
+    n = many(200_000) * len(wanted)
     target = trace("view-factors", HEAD + geometries + objects + sources, n)
     found, _ = rays(target, *[f"source(emitter{k}) and hit(receiver{k})" for k in range(len(wanted))])
     for k, (matched, share) in enumerate(zip(found, wanted)):
@@ -251,7 +252,7 @@ def check_integrating_sphere():
     signal = {0.5: 0.0099009900990099, 0.9: 0.0825688073394496, 0.95: 0.159663865546219,
               0.98: 0.328859060402684}
     for rho, want in signal.items():
-        n = 400_000 if rho < 0.95 else 200_000
+        n = many(400_000 if rho < 0.95 else 200_000)
         text = HEAD + f"""  wall: {{type: lambert, reflectance: {rho}}}
 geometries:
   ball: {{type: sphere, radius: 1}}
@@ -326,7 +327,7 @@ def check_furnace():
             2, 2, 2, "black", f"  ball: {{type: sphere, radius: {radius}}}\n") + (
             f"  - {{name: ball, geometry: ball, at: [0.3, -0.2, -0.4], surface: body, inside: {inside}, outside: air}}\n"
         ) + panels
-        n = 240_000 if name == "glass" else 360_000
+        n = many(240_000 if name == "glass" else 360_000)
         target = trace("furnace", text, n, options=("--set", "limits.steps=100000"))
         cells = [f"registered({wall}_map, cells({i}..{i}, {j}..{j}))"
                  for wall in ("floor", "west", "north") for i in range(4) for j in range(4)]
