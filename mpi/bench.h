@@ -30,6 +30,9 @@ struct rmap_bench_scene {
     struct rmap_accel *accel;
 };
 
+/* Releases what the scene holds. */
+void rmap_bench_scene_fini(struct rmap_bench_scene *scene);
+
 struct rmap_bench {
     const struct rmap_context *context; /* of all ranks; quiet */
     struct rmap_context alone;          /* this rank by itself */
@@ -64,9 +67,19 @@ enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_b
 enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
-/* Collective on two or more ranks: 2 ranks x 1 thread against 1 rank x 2 threads. */
-enum rmap_status rmap_bench_ranks(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
-                                  struct rmap_error *err) RMAP_MUST_USE;
+/* Two ranks x one thread against one rank x two threads. The pair: the first two ranks, or when
+ * there is only one, this and one that it starts (which calls with partner true). pair->comm is
+ * MPI_COMM_NULL on ranks beyond it. Collective. */
+enum rmap_status rmap_bench_pair_open(const struct rmap_bench *bench, bool partner,
+                                      struct rmap_context *pair,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+void rmap_bench_pair_close(struct rmap_context *pair);
+
+/* Collective on the pair. Rank 0 says what is measured (scene, path, *more true) or that it is
+ * over (*more false); rank 1 calls until *more comes back false. */
+enum rmap_status rmap_bench_pair_round(struct rmap_bench *bench, const struct rmap_context *pair,
+                                       struct rmap_bench_scene *scene, const char *path, bool *more,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Traces n_ray rays on the ranks of `context` (a copy of it, with n_thread threads) into a new
  * map (NULL: nothing is recorded). seconds_ret, n_segment_ret: on its rank 0. Collective on it. */

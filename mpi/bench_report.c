@@ -11,6 +11,16 @@ bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name)
     return !bench->only || strcmp(bench->only, name) == 0;
 }
 
+void rmap_bench_scene_fini(struct rmap_bench_scene *scene)
+{
+    rmap_accel_destroy(scene->accel);
+    rmap_scene_destroy(scene->scene);
+    rmap_bundle_destroy(scene->bundle);
+    scene->accel = NULL;
+    scene->scene = NULL;
+    scene->bundle = NULL;
+}
+
 void rmap_bench_add(struct rmap_bench_series *series, double ours, double reference)
 {
     if (series->n == RMAP_BENCH_REPEAT_MAX)

@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/workers.h"
 #include "mpi/agree.h"
 #include "mpi/bench.h"
 #include "mpi/json_out.h"
@@ -21,6 +22,7 @@ static const struct rmap_option options[] = {
     {"repeats", 0, "N", "rounds of each comparison (default 7; quick 3)"},
     {"scene", 0, "NAME", "room or double-gauss alone"},
     {"examples", 0, "FOLDER", "where the example scenes are"},
+    {"partner", 0, NULL, "for the program's own use: the second rank of ranks_vs_threads"},
     {NULL}};
 
 static const char *const measurement[] = {"trace_vs_roofline", "record_vs_trace",
@@ -75,10 +77,12 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE, "no measurement '%s'; there are: %s %s %s %s %s %s",
                               bench->only, measurement[0], measurement[1], measurement[2],
                               measurement[3], measurement[4], measurement[5]);
-    if (bench->only && strcmp(bench->only, "ranks_vs_threads") == 0 && bench->context->size < 2)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "ranks_vs_threads needs two ranks: mpirun -np 2 raymap bench");
-    return RMAP_OK;
+    const char *scene = rmap_argument(given, "scene");
+    for (size_t i = 0; i < COUNT(known_scene); i++)
+        if (!scene || strcmp(scene, known_scene[i].name) == 0)
+            return RMAP_OK;
+    return rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are: %s %s", scene,
+                          known_scene[0].name, known_scene[1].name);
 }
 
 static int remove_entry(const char *path, const struct stat *status, int kind, struct FTW *place)
@@ -124,30 +128,17 @@ out:
     return st;
 }
 
-/* Collective. */
-static enum rmap_status measure_scene(struct rmap_bench *bench, const char *folder,
+/* Rank 0 alone. */
+static enum rmap_status measure_scene(struct rmap_bench *bench, const char *path,
                                       struct rmap_bench_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_context *context = bench->context;
-    char path[600];
     struct rmap_scene_options none = {0};
-    if (!find_scene(folder, scene->name, path, sizeof path))
-        st = rmap_error_set(err, RMAP_INPUT,
-                            "the example scenes are not found; say where with --examples FOLDER");
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_load_scene(context, path, &none, &scene->bundle, &scene->scene, err));
-    st = rmap_accel_create(scene->scene, context->n_thread, &scene->accel, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    if (context->rank == 0)
-        st = measure_alone(bench, scene, err);
-    RMAP_TRY(rmap_agree_patiently(context, st, err));
-    if (context->size > 1 && rmap_bench_wanted(bench, "ranks_vs_threads"))
-        RMAP_TRY(rmap_bench_ranks(bench, scene, err));
+    RMAP_TRY(rmap_load_scene(&bench->alone, path, &none, &scene->bundle, &scene->scene, err));
+    RMAP_TRY(rmap_accel_create(scene->scene, bench->alone.n_thread, &scene->accel, err));
+    RMAP_TRY(measure_alone(bench, scene, err));
 out:
-    rmap_accel_destroy(scene->accel);
-    rmap_scene_destroy(scene->scene);
-    rmap_bundle_destroy(scene->bundle);
+    rmap_bench_scene_fini(scene);
     return st;
 }
 
@@ -168,23 +159,70 @@ static json_t *machine_json(int n_thread)
                      RMAP_COMPILER, "version", RMAP_VERSION, "git", RMAP_GIT_REVISION);
 }
 
-/* Collective. */
+/* Rank 0: every scene asked for, by itself or (pair not NULL) on the pair. */
 static enum rmap_status measure_all(struct rmap_bench *bench, const struct rmap_arguments *given,
-                                    struct rmap_error *err)
+                                    const struct rmap_context *pair, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const char *only_scene = rmap_argument(given, "scene");
-    bool any = false;
-    for (size_t i = 0; i < COUNT(known_scene); i++) {
+    const char *only = rmap_argument(given, "scene"), *folder = rmap_argument(given, "examples");
+    bool more = true;
+    char path[600];
+    for (size_t i = 0; i < COUNT(known_scene) && st == RMAP_OK; i++) {
         struct rmap_bench_scene scene = known_scene[i];
-        if (only_scene && strcmp(only_scene, scene.name) != 0)
+        if (only && strcmp(only, scene.name) != 0)
             continue;
-        any = true;
-        RMAP_TRY(measure_scene(bench, rmap_argument(given, "examples"), &scene, err));
+        if (!find_scene(folder, scene.name, path, sizeof path))
+            st = rmap_error_set(err, RMAP_INPUT,
+                                "the example scenes are not found; say where with --examples "
+                                "FOLDER");
+        else if (pair)
+            st = rmap_bench_pair_round(bench, pair, &scene, path, &more, err);
+        else
+            st = measure_scene(bench, path, &scene, err);
     }
-    if (!any)
-        st = rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are: room double-gauss",
-                            only_scene);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status measure_pair(struct rmap_bench *bench, const struct rmap_arguments *given,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK, over;
+    struct rmap_context pair = {.comm = MPI_COMM_NULL};
+    struct rmap_bench_scene none = {.name = ""};
+    bool partner = rmap_argument(given, "partner") != NULL, more = true;
+    RMAP_TRY(rmap_bench_pair_open(bench, partner, &pair, err));
+    if (pair.comm == MPI_COMM_NULL)
+        goto out;
+    while (pair.rank == 1 && more && st == RMAP_OK)
+        st = rmap_bench_pair_round(bench, &pair, &none, "", &more, err);
+    if (pair.rank == 0) {
+        struct rmap_error ignored = {0};
+        st = measure_all(bench, given, &pair, err);
+        more = false;
+        over =
+            rmap_bench_pair_round(bench, &pair, &none, "", &more, st == RMAP_OK ? err : &ignored);
+        st = st == RMAP_OK ? over : st;
+    }
+out:
+    rmap_bench_pair_close(&pair);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_arguments *given,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool partner = rmap_argument(given, "partner") != NULL;
+    bool pair_only = bench->only && strcmp(bench->only, "ranks_vs_threads") == 0;
+    RMAP_TRY(make_folder(bench, err));
+    if (bench->context->rank == 0 && !partner && !pair_only)
+        st = measure_all(bench, given, NULL, err);
+    RMAP_TRY(rmap_agree_patiently(bench->context, st, err));
+    if (partner || rmap_bench_wanted(bench, "ranks_vs_threads"))
+        st = measure_pair(bench, given, err);
+    RMAP_TRY(rmap_agree_patiently(bench->context, st, err));
 out:
     return st;
 }
@@ -198,18 +236,16 @@ static enum rmap_status run_bench(const struct rmap_context *context,
     bench.alone.comm = MPI_COMM_NULL;
     bench.alone.rank = 0;
     bench.alone.size = 1;
-    bench.alone.n_thread = context->n_thread * context->size; /* as one rank would have had */
+    if (context->size > 1) /* as one rank would have had */
+        bench.alone.n_thread = rmap_workers_available();
     enum rmap_status st = read_request(given, &bench, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(RMAP_MPI(MPI_Comm_split(context->comm, context->rank, 0, &bench.alone.comm)));
-    RMAP_TRY(make_folder(&bench, err));
-    RMAP_TRY(measure_all(&bench, given, err));
+    RMAP_TRY(measure(&bench, given, err));
     if (context->rank == 0 && context->json)
         st = rmap_json_print(json_pack("{s:o, s:O}", "machine", machine_json(bench.alone.n_thread),
                                        "results", bench.results),
                              stdout, err);
-    if (context->rank == 0 && !context->quiet && context->size < 2 && !bench.only)
-        fputs("ranks_vs_threads needs two ranks: mpirun -np 2 raymap bench\n", stderr);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     if (context->rank == 0 && bench.folder[0])
@@ -226,7 +262,7 @@ const struct rmap_command rmap_command_bench = {
     .operands = "[options]",
     .help = "Measures tracing against Embree alone, recording against tracing alone and against\n"
             "the classic way of storing rays (36-byte records, zlib), queries against reading all\n"
-            "of those, and, under mpirun -np 2, ranks against threads. Both sides of a ratio run\n"
+            "of those, and ranks against threads. Both sides of a ratio run\n"
             "in turns in this process; the median is given with the least and the greatest.",
     .options = options,
     .min_operands = 0,
