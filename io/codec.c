@@ -3,6 +3,7 @@
 
 #define XXH_INLINE_ALL
 #include <libdeflate.h>
+#include <stdbool.h>
 #include <string.h>
 #include <xxhash.h>
 
@@ -20,8 +21,6 @@ struct rmap_encoder {
 
 struct rmap_decoder {
     struct libdeflate_decompressor *decompressor;
-    uint8_t *plane;
-    size_t plane_cap;
 };
 
 uint64_t rmap_checksum(const void *data, size_t nbytes)
@@ -150,27 +149,31 @@ void rmap_decoder_destroy(struct rmap_decoder *decoder)
     if (!decoder)
         return;
     libdeflate_free_decompressor(decoder->decompressor);
-    rmap_free(decoder->plane);
     rmap_free(decoder);
 }
 
-enum rmap_status rmap_decoder_decode(struct rmap_decoder *decoder, const uint8_t *stored,
-                                     size_t nbytes, size_t n, size_t element_nbytes, void *raw,
+/* A zlib header (RFC 1950 2.2) of a deflate stream without a preset dictionary. */
+static bool is_zlib_header(const uint8_t *stream)
+{
+    return (stream[0] & 15) == 8 && (stream[0] * 256 + stream[1]) % 31 == 0 && !(stream[1] & 32);
+}
+
+enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
+                                     size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
                                      struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
+    enum { HEADER = 2, ADLER = 4 };
     uint32_t sum;
-    if (nbytes < FLETCHER_NBYTES)
+    if (nbytes < HEADER + ADLER + FLETCHER_NBYTES || !is_zlib_header(stored))
         return rmap_error_set(err, RMAP_FORMAT, "%zu bytes are no chunk", nbytes);
     size_t stream = nbytes - FLETCHER_NBYTES;
     memcpy(&sum, stored + stream, sizeof sum);
     if (sum != rmap_fletcher32(stored, stream))
         return rmap_error_set(err, RMAP_FORMAT, "fletcher32 does not match: the data are damaged");
-    RMAP_TRY(planes_reserve(&decoder->plane, &decoder->plane_cap, n * element_nbytes, err));
-    if (libdeflate_zlib_decompress(decoder->decompressor, stored, stream, decoder->plane,
-                                   n * element_nbytes, NULL) != LIBDEFLATE_SUCCESS)
+    /* fletcher32 vouches for all that was stored: Adler-32 need not be computed once more. */
+    if (libdeflate_deflate_decompress(decoder->decompressor, stored + HEADER,
+                                      stream - HEADER - ADLER, plane, n * element_nbytes,
+                                      NULL) != LIBDEFLATE_SUCCESS)
         return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * element_nbytes);
-    rmap_unshuffle(decoder->plane, n, element_nbytes, raw);
-out:
-    return st;
+    return RMAP_OK;
 }

@@ -34,9 +34,10 @@ enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_decoder_destroy(struct rmap_decoder *decoder);
 
-/* Decodes a chunk of exactly n elements. RMAP_FORMAT when the bytes are not that. */
-enum rmap_status rmap_decoder_decode(struct rmap_decoder *decoder, const uint8_t *stored,
-                                     size_t nbytes, size_t n, size_t element_nbytes, void *raw,
+/* Decodes a chunk of exactly n elements as far as its byte planes, [element_nbytes][n]; any range
+ * of elements then comes out of them by rmap_unshuffle. RMAP_FORMAT when the bytes are not that. */
+enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
+                                     size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* HDF5's fletcher32 filter: Fletcher's sums of big-endian 16-bit words modulo 65535, where 0

@@ -7,19 +7,20 @@
 #include "base/alloc.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
+#include "io/shuffle.h"
 #include "trace/event.h"
 
 #define SLOTS_PER_SHARD 3
 #define SLOTS_MAX       64
 #define FILES_MAX       32
 
-/* A decoded chunk. */
+/* A chunk, inflated; its rows are taken out of its byte planes portion by portion. */
 struct slot {
     bool used;
     size_t piece;
     uint64_t index;
     uint64_t tick; /* of its last use */
-    uint8_t *raw;
+    uint8_t *plane;
 };
 
 struct open_file {
@@ -83,7 +84,7 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
         return;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         for (size_t k = 0; self->slot[c] && k < self->n_slot; k++)
-            rmap_free(self->slot[c][k].raw);
+            rmap_free(self->slot[c][k].plane);
         rmap_free(self->slot[c]);
     }
     for (int k = 0; k < FILES_MAX; k++)
@@ -180,30 +181,30 @@ static bool column_limits(const struct rmap_scene *scene, enum rmap_column colum
     }
 }
 
+/* Written so that compilers make vectors of it: a mask, no branch. */
 static bool all_within(enum rmap_element element, const void *data, size_t n, int64_t low,
                        int64_t high)
 {
-    bool outside = false;
     const uint8_t *u8 = data;
     const int16_t *i16 = data;
     const int32_t *i32 = data;
+    const int32_t least = (int32_t)low, end = (int32_t)high;
+    int32_t outside = 0;
     for (size_t i = 0; element == RMAP_U8 && i < n; i++)
-        outside |= u8[i] >= high;
+        outside |= u8[i] >= end;
     for (size_t i = 0; element == RMAP_I16 && i < n; i++)
-        outside |= i16[i] < (int)low || i16[i] >= (int)high;
+        outside |= (i16[i] < least) | (i16[i] >= end);
     for (size_t i = 0; element == RMAP_I32 && i < n; i++)
-        outside |= i32[i] < (int32_t)low || i32[i] >= (int32_t)high;
+        outside |= (i32[i] < least) | (i32[i] >= end);
     return !outside;
 }
 
 static enum rmap_status decode(struct rmap_cursor *self, enum rmap_column column,
-                               const struct rmap_chunk_entry *entry, int fd, size_t n_row,
-                               uint8_t *raw, struct rmap_error *err)
+                               const struct rmap_chunk_entry *entry, int fd, uint8_t *plane,
+                               struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_column_info *info = rmap_column_info(column);
     size_t width = rmap_column_width(column, self->portion->n_channel);
-    int64_t low, high;
     void *block = self->stored;
     st = rmap_reserve(&block, &self->stored_cap, entry->nbytes, 1, err);
     self->stored = block;
@@ -213,19 +214,17 @@ static enum rmap_status decode(struct rmap_cursor *self, enum rmap_column column
     self->nbytes += entry->nbytes;
     if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
         return rmap_error_set(err, RMAP_FORMAT, "checksum does not match: the data are damaged");
-    RMAP_TRY(rmap_decoder_decode(self->decoder, self->stored, entry->nbytes,
-                                 RMAP_CHUNK_ROWS * width, rmap_element_nbytes(info->element), raw,
-                                 err));
-    if (column_limits(self->map->scene, column, &low, &high) &&
-        !all_within(info->element, raw, n_row * width, low, high))
-        st = rmap_error_set(err, RMAP_FORMAT, "a value names nothing in the map's scene");
+    RMAP_TRY(
+        rmap_decoder_planes(self->decoder, self->stored, entry->nbytes, RMAP_CHUNK_ROWS * width,
+                            rmap_element_nbytes(rmap_column_info(column)->element), plane, err));
 out:
     return st;
 }
 
 /* The slot that holds the chunk, decoded into the least recently used one if need be. */
 static enum rmap_status find_chunk(struct rmap_cursor *self, enum rmap_column column, size_t piece,
-                                   uint64_t index, const uint8_t **raw_ret, struct rmap_error *err)
+                                   uint64_t index, const uint8_t **plane_ret,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_piece_chunks *chunks;
@@ -234,23 +233,21 @@ static enum rmap_status find_chunk(struct rmap_cursor *self, enum rmap_column co
     for (size_t k = 0; k < self->n_slot; k++) {
         if (slot[k].used && slot[k].piece == piece && slot[k].index == index) {
             slot[k].tick = ++self->tick;
-            *raw_ret = slot[k].raw;
+            *plane_ret = slot[k].plane;
             return RMAP_OK;
         }
         if (slot[k].tick < victim->tick)
             victim = &slot[k];
     }
     victim->used = false;
-    if (!victim->raw)
-        victim->raw = rmap_alloc(RMAP_CHUNK_ROWS, rmap_portion_row_nbytes(self->portion, column));
-    if (!victim->raw)
+    if (!victim->plane)
+        victim->plane = rmap_alloc(RMAP_CHUNK_ROWS, rmap_portion_row_nbytes(self->portion, column));
+    if (!victim->plane)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoded chunk");
     RMAP_TRY(rmap_map_piece_chunks(self->map, piece, &chunks, err));
     RMAP_TRY(open_piece(self, piece, &fd, err));
-    uint64_t rows = self->map->content.piece[piece].n_row[rmap_column_info(column)->table];
-    uint64_t left = rows - index * RMAP_CHUNK_ROWS;
-    st = decode(self, column, &chunks->entry[chunks->first[column] + index], fd,
-                left < RMAP_CHUNK_ROWS ? (size_t)left : RMAP_CHUNK_ROWS, victim->raw, err);
+    st =
+        decode(self, column, &chunks->entry[chunks->first[column] + index], fd, victim->plane, err);
     if (st != RMAP_OK) {
         rmap_error_context(err, "%s: %s chunk %llu", self->map->content.piece[piece].name,
                            rmap_column_path(column, self->map->scene->channels.mode),
@@ -261,30 +258,48 @@ static enum rmap_status find_chunk(struct rmap_cursor *self, enum rmap_column co
     victim->piece = piece;
     victim->index = index;
     victim->tick = ++self->tick;
-    *raw_ret = victim->raw;
+    *plane_ret = victim->plane;
 out:
     return st;
+}
+
+static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_column column,
+                                     const struct rmap_portion_info *info, struct rmap_error *err)
+{
+    int64_t low, high;
+    const struct rmap_column_info *what = rmap_column_info(column);
+    if (!column_limits(self->map->scene, column, &low, &high) ||
+        all_within(what->element, rmap_portion_column(self->portion, column),
+                   self->portion->n_row[what->table], low, high))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_FORMAT,
+                          "%s: %s: a value of the block from ray %llu on names "
+                          "nothing in the map's scene",
+                          self->map->content.piece[info->piece].name, what->path,
+                          (unsigned long long)info->first_ray);
 }
 
 static enum rmap_status read_column(struct rmap_cursor *self, enum rmap_column column,
                                     const struct rmap_portion_info *info, struct rmap_error *err)
 {
     enum rmap_table table = rmap_column_info(column)->table;
-    size_t row = rmap_portion_row_nbytes(self->portion, column);
+    size_t width = rmap_column_width(column, self->portion->n_channel);
+    size_t element = rmap_element_nbytes(rmap_column_info(column)->element);
     uint8_t *to = rmap_portion_column(self->portion, column);
     uint64_t at = info->first_row[table], end = at + info->n_row[table];
     while (at < end) {
-        const uint8_t *raw = NULL;
+        const uint8_t *plane = NULL;
         uint64_t index = at / RMAP_CHUNK_ROWS, skip = at % RMAP_CHUNK_ROWS;
         size_t n = (size_t)(end - at < RMAP_CHUNK_ROWS - skip ? end - at : RMAP_CHUNK_ROWS - skip);
-        enum rmap_status st = find_chunk(self, column, (size_t)info->piece, index, &raw, err);
+        enum rmap_status st = find_chunk(self, column, (size_t)info->piece, index, &plane, err);
         if (st != RMAP_OK)
             return st;
-        memcpy(to, raw + skip * row, n * row);
-        to += n * row;
+        rmap_unshuffle(plane, RMAP_CHUNK_ROWS * width, (size_t)skip * width, n * width, element,
+                       to);
+        to += n * width * element;
         at += n;
     }
-    return RMAP_OK;
+    return check_limits(self, column, info, err);
 }
 
 /* Counts must add up, or whoever walks the tables walks past their ends. */

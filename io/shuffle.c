@@ -63,14 +63,14 @@ static void shuffle8(const uint64_t *restrict e, size_t n, uint8_t *restrict pla
     }
 }
 
-static void unshuffle8(const uint8_t *restrict plane, size_t n, uint64_t *restrict e)
+static void unshuffle8(const uint8_t *restrict plane, size_t stride, size_t n, uint64_t *restrict e)
 {
     uint32_t low[STRIP], high[STRIP];
     for (size_t i = 0; i < n; i += STRIP) {
         size_t m = n - i < STRIP ? n - i : STRIP;
-        const uint8_t *p = plane + i;
-        unshuffle4(p, p + n, p + 2 * n, p + 3 * n, m, low);
-        unshuffle4(p + 4 * n, p + 5 * n, p + 6 * n, p + 7 * n, m, high);
+        const uint8_t *p = plane + i, *q = p + 4 * stride;
+        unshuffle4(p, p + stride, p + 2 * stride, p + 3 * stride, m, low);
+        unshuffle4(q, q + stride, q + 2 * stride, q + 3 * stride, m, high);
         for (size_t k = 0; k < m; k++)
             e[i + k] = (uint64_t)high[k] << 32 | low[k];
     }
@@ -88,14 +88,16 @@ void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t 
         memcpy(plane, element, n);
 }
 
-void rmap_unshuffle(const uint8_t *plane, size_t n, size_t element_nbytes, void *element)
+void rmap_unshuffle(const uint8_t *plane, size_t n, size_t first, size_t n_range,
+                    size_t element_nbytes, void *element)
 {
+    const uint8_t *p = plane + first;
     if (element_nbytes == 2)
-        unshuffle2(plane, plane + n, n, element);
+        unshuffle2(p, p + n, n_range, element);
     else if (element_nbytes == 4)
-        unshuffle4(plane, plane + n, plane + 2 * n, plane + 3 * n, n, element);
+        unshuffle4(p, p + n, p + 2 * n, p + 3 * n, n_range, element);
     else if (element_nbytes == 8)
-        unshuffle8(plane, n, element);
+        unshuffle8(p, n, n_range, element);
     else
-        memcpy(element, plane, n);
+        memcpy(element, p, n_range);
 }

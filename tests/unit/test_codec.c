@@ -13,6 +13,7 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/shuffle.h"
 
 enum { N_MAX = 3 * 65536, N_KIND = 5 };
 
@@ -47,8 +48,11 @@ static void check_round_trip(struct rmap_encoder *encoder, struct rmap_decoder *
     fill(kind, raw, n, size);
     assert_int_equal(rmap_encoder_encode(encoder, raw, n, size, stored, &nbytes, NULL), RMAP_OK);
     assert_true(nbytes <= rmap_codec_bound(n, size));
-    assert_int_equal(rmap_decoder_decode(decoder, stored, nbytes, n, size, back, NULL), RMAP_OK);
+    assert_int_equal(rmap_decoder_planes(decoder, stored, nbytes, n, size, planes, NULL), RMAP_OK);
+    rmap_unshuffle(planes, n, 0, n, size, back);
     assert_memory_equal(raw, back, n * size);
+    rmap_unshuffle(planes, n, n / 3, n / 2, size, back); /* a range alone */
+    assert_memory_equal(raw + n / 3 * size, back, n / 2 * size);
 
     uLongf got = n * size;
     assert_int_equal(uncompress(planes, &got, stored, nbytes - 4), Z_OK);
@@ -127,13 +131,13 @@ static void test_damage_is_seen(void **state)
         uint8_t bit = (uint8_t)(1u << (next_random(&random) % 8));
         stored[at] ^= bit;
         assert_true(rmap_checksum(stored, nbytes) != sum);
-        assert_int_equal(rmap_decoder_decode(decoder, stored, nbytes, N, 4, back, NULL),
+        assert_int_equal(rmap_decoder_planes(decoder, stored, nbytes, N, 4, back, NULL),
                          RMAP_FORMAT);
         stored[at] ^= bit;
     }
     for (size_t n = 0; n < nbytes; n += 101)
-        assert_int_equal(rmap_decoder_decode(decoder, stored, n, N, 4, back, NULL), RMAP_FORMAT);
-    assert_int_equal(rmap_decoder_decode(decoder, stored, nbytes, N - 1, 4, back, NULL),
+        assert_int_equal(rmap_decoder_planes(decoder, stored, n, N, 4, back, NULL), RMAP_FORMAT);
+    assert_int_equal(rmap_decoder_planes(decoder, stored, nbytes, N - 1, 4, back, NULL),
                      RMAP_FORMAT);
     rmap_encoder_destroy(encoder);
     rmap_decoder_destroy(decoder);
