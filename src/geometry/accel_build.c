@@ -23,6 +23,18 @@ static double norm(const struct rmap_affine *a)
     return sqrt(sum);
 }
 
+static bool keeps_lengths(const struct rmap_affine *a)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            double dot =
+                a->m[0][i] * a->m[0][j] + a->m[1][i] * a->m[1][j] + a->m[2][i] * a->m[2][j];
+            if (fabs(dot - (i == j)) > 1e-12)
+                return false;
+        }
+    return true;
+}
+
 static struct rmap_vec3 smaller(struct rmap_vec3 a, struct rmap_vec3 b)
 {
     return rmap_vec3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
@@ -87,6 +99,7 @@ static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene,
     struct rmap_accel_object *object = &accel->object[i];
     object->to_local = from->to_local;
     object->to_world = from->to_world;
+    object->rigid = keeps_lengths(&from->to_world);
     object->medium_front = from->medium_front;
     object->medium_back = from->medium_back;
     if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
@@ -256,11 +269,11 @@ static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rma
         if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
             continue;
         RMAP_TRY(rmap_accel_mesh(accel, geometry, wider[i], &accel->bottom[i], err));
-        RMAP_TRY(rmap_fans_build(geometry->mesh, &accel->fans[i], err));
+        RMAP_TRY(rmap_facets_build(geometry->mesh, &accel->facets[i], err));
     }
     for (size_t i = 0; i < accel->n_object; i++) {
         accel->object[i].bottom = accel->bottom[scene->object[i].geometry];
-        accel->object[i].fans = &accel->fans[scene->object[i].geometry];
+        accel->object[i].facets = &accel->facets[scene->object[i].geometry];
     }
 out:
     rmap_free(wider);
@@ -276,8 +289,8 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
     accel->instance_object = rmap_alloc(scene->n_object, sizeof(*accel->instance_object));
     accel->callback_object = rmap_alloc(scene->n_object, sizeof(*accel->callback_object));
     accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));
-    accel->fans = rmap_alloc(scene->n_geometry, sizeof(*accel->fans));
-    if (!accel->fans || !accel->object || !accel->instance_object || !accel->callback_object ||
+    accel->facets = rmap_alloc(scene->n_geometry, sizeof(*accel->facets));
+    if (!accel->facets || !accel->object || !accel->instance_object || !accel->callback_object ||
         !accel->bottom)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
     for (size_t i = 0; i < scene->n_object; i++)

@@ -102,7 +102,9 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
                                   to, &hit))
             return false;
         double facing = rmap_dot(hit.normal, query->local.direction);
-        double length = rmap_length(rmap_affine_transposed(&o->to_local, hit.normal));
+        double length = 1;
+        if (!o->rigid)
+            length = rmap_length(rmap_affine_transposed(&o->to_local, hit.normal));
         struct rmap_candidate candidate = {.t = hit.t,
                                            .tolerance =
                                                rmap_along(o->tolerance, fabs(facing) / length),

@@ -102,7 +102,7 @@ void rmap_accel_destroy(struct rmap_accel *accel)
     if (accel->top)
         rtcReleaseScene(accel->top);
     for (size_t i = 0; i < accel->n_bottom; i++) {
-        rmap_fans_release(&accel->fans[i]);
+        rmap_facets_release(&accel->facets[i]);
         if (accel->bottom[i])
             rtcReleaseScene(accel->bottom[i]);
     }
@@ -111,7 +111,7 @@ void rmap_accel_destroy(struct rmap_accel *accel)
     rmap_free(accel->callback_object);
     rmap_free(accel->instance_object);
     rmap_free(accel->object);
-    rmap_free(accel->fans);
+    rmap_free(accel->facets);
     rmap_free(accel->bottom);
     rmap_free(accel);
 }

@@ -24,10 +24,12 @@
 #define RMAP_REACH_ERRORS 128
 #define RMAP_SLACK_ERRORS 64
 
-/* Which triangles meet at a vertex: of vertex v, triangle[first[k]] ... triangle[first[k + 1] - 1]
- * with k = same[v], the first vertex at its place. */
-struct rmap_fans {
-    uint32_t *same, *first, *triangle;
+/* A mesh as queries need it: the corners of each triangle side by side, to be had with one cache
+ * miss, and the triangles that meet at each vertex: those of vertex v are fan[first[k]] ...
+ * fan[first[k + 1] - 1] with k = same[v], the first vertex at its place. */
+struct rmap_facets {
+    float (*corner)[9];
+    uint32_t *same, *first, *fan;
 };
 
 /* An object as the query needs it. Distances are in the world unless said otherwise. */
@@ -35,10 +37,11 @@ struct rmap_accel_object {
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape; /* NULL: a mesh */
     const struct rmap_mesh *mesh;
-    const struct rmap_fans *fans;
+    const struct rmap_facets *facets;
     RTCScene bottom;
     bool embree_instance;          /* else the ray is taken into the mesh's frame in double */
     struct rmap_vec3 lower, upper; /* local bounds */
+    bool rigid;                    /* a rotation or mirror: lengths are kept */
     double tolerance;              /* surfaces this near to one another coincide */
     double exact;                  /* the same between triangles of one mesh: double rounding */
     double local_exact;            /* the same in its local frame */
@@ -56,8 +59,8 @@ struct rmap_accel_failure {
 struct rmap_accel {
     RTCDevice device;
     RTCScene top;
-    RTCScene *bottom;       /* [n_geometry], NULL for shapes */
-    struct rmap_fans *fans; /* [n_geometry] */
+    RTCScene *bottom;           /* [n_geometry], NULL for shapes */
+    struct rmap_facets *facets; /* [n_geometry] */
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
     size_t n_object;
@@ -133,10 +136,18 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
                                  double wider, RTCScene *scene_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
-/* accel_fans.c */
-enum rmap_status rmap_fans_build(const struct rmap_mesh *mesh, struct rmap_fans *fans,
-                                 struct rmap_error *err) RMAP_MUST_USE;
-void rmap_fans_release(struct rmap_fans *fans);
+/* accel_facets.c */
+enum rmap_status rmap_facets_build(const struct rmap_mesh *mesh, struct rmap_facets *facets,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+void rmap_facets_release(struct rmap_facets *facets);
+
+static inline void rmap_facets_corners(const struct rmap_facets *facets, int32_t primitive,
+                                       struct rmap_vec3 corner[3])
+{
+    const float *p = facets->corner[primitive];
+    for (int k = 0; k < 3; k++)
+        corner[k] = rmap_vec3((double)p[3 * k], (double)p[3 * k + 1], (double)p[3 * k + 2]);
+}
 
 /* accel_device.c */
 enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int level,

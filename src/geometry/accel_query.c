@@ -181,7 +181,7 @@ static void finish_triangle(const struct rmap_accel_object *object,
                             const struct rmap_candidate *best, struct rmap_hit *hit)
 {
     struct rmap_vec3 corner[3];
-    rmap_mesh_corners(object->mesh, (size_t)best->primitive, corner);
+    rmap_facets_corners(object->facets, best->primitive, corner);
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
     struct rmap_vec3 local = rmap_axpy(best->point.z, e2, rmap_axpy(best->point.y, e1, corner[0]));
     hit->position = rmap_affine_point(&object->to_world, local);

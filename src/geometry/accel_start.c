@@ -47,7 +47,7 @@ static void set_inside(struct rmap_query *query, const struct rmap_accel_object 
     struct rmap_start *start = &query->start;
     struct rmap_vec3 corner[3];
     rmap_query_local(query, start->object);
-    rmap_mesh_corners(object->mesh, (size_t)start->primitive, corner);
+    rmap_facets_corners(object->facets, start->primitive, corner);
     struct rmap_vec3 origin = query->local.origin, d = query->local.direction;
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
     struct rmap_vec3 w = rmap_sub(origin, corner[0]), n = rmap_cross(e1, e2);
@@ -101,7 +101,7 @@ static void set_normal(struct rmap_query *query)
     struct rmap_vec3 normal;
     if (object->mesh) {
         struct rmap_vec3 corner[3];
-        rmap_mesh_corners(object->mesh, (size_t)start->primitive, corner);
+        rmap_facets_corners(object->facets, start->primitive, corner);
         normal = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
         start->middle = rmap_affine_point(
             &object->to_world,
@@ -139,7 +139,7 @@ static bool same_face_listed(const struct rmap_query *query, const struct rmap_t
         if (contact->surface[k].object != touch->object)
             continue;
         struct rmap_vec3 corner[3];
-        rmap_mesh_corners(object->mesh, (size_t)contact->surface[k].primitive, corner);
+        rmap_facets_corners(object->facets, contact->surface[k].primitive, corner);
         struct rmap_vec3 n =
             rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
         if (rmap_dot(rmap_affine_transposed(&object->to_local, n), touch->normal) > 0)

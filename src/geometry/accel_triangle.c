@@ -78,13 +78,13 @@ static double square_distance(const double a[3], const double b[3])
 
 /* Edges belong to both of their triangles. False: the ray passes by, or sees it edge on.
  * at_edge: it passes an edge within `margin`, across the ray. */
-static bool crosses(const struct rmap_local_ray *local, const struct rmap_mesh *mesh,
+static bool crosses(const struct rmap_local_ray *local, const struct rmap_facets *facets,
                     struct rmap_candidate *candidate, double margin, bool *at_edge)
 {
     double p[3][3], area[3];
-    const uint32_t *corner = mesh->triangle[candidate->primitive];
+    const float *corner = facets->corner[candidate->primitive];
     for (int k = 0; k < 3; k++)
-        shear(local, mesh->vertex[corner[k]], p[k]);
+        shear(local, &corner[3 * k], p[k]);
     int s0 = side(p[1], p[2], &area[0]);
     int s1 = side(p[2], p[0], &area[1]);
     if (s0 * s1 < 0)
@@ -153,7 +153,7 @@ static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
 {
     const struct rmap_accel_object *o = &query->accel->object[candidate->object];
     struct rmap_vec3 corner[3];
-    rmap_mesh_corners(o->mesh, (size_t)candidate->primitive, corner);
+    rmap_facets_corners(o->facets, candidate->primitive, corner);
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
     double facing = rmap_dot(n, query->local.direction);
     double length = rmap_length(rmap_affine_transposed(&o->to_local, n));
@@ -173,12 +173,12 @@ bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t 
     const struct rmap_accel_object *o = &query->accel->object[object];
     bool nearer = false, at_edge;
     for (int k = 0; k < 3; k++) {
-        uint32_t vertex = o->fans->same[o->mesh->triangle[primitive][k]];
-        for (uint32_t i = o->fans->first[vertex]; i < o->fans->first[vertex + 1]; i++) {
+        uint32_t vertex = o->facets->same[o->mesh->triangle[primitive][k]];
+        for (uint32_t i = o->facets->first[vertex]; i < o->facets->first[vertex + 1]; i++) {
             struct rmap_candidate candidate = {.object = object,
-                                               .primitive = (int32_t)o->fans->triangle[i]};
+                                               .primitive = (int32_t)o->facets->fan[i]};
             if (candidate.primitive != primitive && !is_start(query, object, candidate.primitive) &&
-                crosses(&query->local, o->mesh, &candidate, 0, &at_edge) &&
+                crosses(&query->local, o->facets, &candidate, 0, &at_edge) &&
                 consider(query, &candidate))
                 nearer = true;
         }
@@ -194,7 +194,7 @@ bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t pr
     rmap_query_local(query, object);
     const struct rmap_accel_object *o = &query->accel->object[object];
     bool nearer = false, at_edge = true;
-    if (crosses(&query->local, o->mesh, &candidate, EDGE_ERRORS * o->local_error, &at_edge))
+    if (crosses(&query->local, o->facets, &candidate, EDGE_ERRORS * o->local_error, &at_edge))
         nearer = consider(query, &candidate);
     /* At an edge, or reported for its margin only: the ray crosses a neighbour too or instead,
      * which Embree misses where it is seen edge on, for a margin in its plane is none across

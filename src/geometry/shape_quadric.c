@@ -152,6 +152,8 @@ bool rmap_quadric_intersect(const struct rmap_shape *shape, const struct rmap_sh
     int n = roots(a, b, value(&f, p), t);
     double limit = 1e-6 * (t[1] - t[0]);
     for (int i = 0; i < n; i++) {
+        if (shift + t[i] + limit <= query->t_min)
+            continue;
         struct rmap_vec3 q = rmap_axpy(t[i], d, p);
         double slope = rmap_dot(half_gradient(&f, q), d);
         double step = -0.5 * value(&f, q) / slope;

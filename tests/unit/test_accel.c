@@ -4,7 +4,6 @@
  * leaks. Diffuse bounces inside closed rooms: none leaves.
  */
 #include <math.h>
-#include <threads.h>
 
 #include "build_scene.h"
 

@@ -48,33 +48,40 @@ static bool join_vertices(const struct rmap_mesh *mesh, uint32_t *same)
     return true;
 }
 
-enum rmap_status rmap_fans_build(const struct rmap_mesh *mesh, struct rmap_fans *fans,
-                                 struct rmap_error *err)
+enum rmap_status rmap_facets_build(const struct rmap_mesh *mesh, struct rmap_facets *facets,
+                                   struct rmap_error *err)
 {
-    fans->same = rmap_alloc(mesh->n_vertex, sizeof(*fans->same));
-    fans->first = rmap_alloc(mesh->n_vertex + 2, sizeof(*fans->first));
-    fans->triangle = rmap_alloc(3 * mesh->n_triangle, sizeof(*fans->triangle));
-    if (!fans->same || !fans->first || !fans->triangle || !join_vertices(mesh, fans->same)) {
-        rmap_fans_release(fans);
+    facets->same = rmap_alloc(mesh->n_vertex, sizeof(*facets->same));
+    facets->first = rmap_alloc(mesh->n_vertex + 2, sizeof(*facets->first));
+    facets->fan = rmap_alloc(3 * mesh->n_triangle, sizeof(*facets->fan));
+    facets->corner = rmap_alloc(mesh->n_triangle, sizeof(*facets->corner));
+    if (!facets->corner || !facets->same || !facets->first || !facets->fan ||
+        !join_vertices(mesh, facets->same)) {
+        rmap_facets_release(facets);
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles",
                               mesh->n_triangle);
     }
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            memcpy(&facets->corner[i][3 * k], mesh->vertex[mesh->triangle[i][k]],
+                   sizeof(*mesh->vertex));
     /* counts two places on, so that filling them leaves the starts where they belong */
     for (size_t i = 0; i < mesh->n_triangle; i++)
         for (int k = 0; k < 3; k++)
-            fans->first[fans->same[mesh->triangle[i][k]] + 2]++;
+            facets->first[facets->same[mesh->triangle[i][k]] + 2]++;
     for (size_t v = 2; v < mesh->n_vertex + 2; v++)
-        fans->first[v] += fans->first[v - 1];
+        facets->first[v] += facets->first[v - 1];
     for (size_t i = 0; i < mesh->n_triangle; i++)
         for (int k = 0; k < 3; k++)
-            fans->triangle[fans->first[fans->same[mesh->triangle[i][k]] + 1]++] = (uint32_t)i;
+            facets->fan[facets->first[facets->same[mesh->triangle[i][k]] + 1]++] = (uint32_t)i;
     return RMAP_OK;
 }
 
-void rmap_fans_release(struct rmap_fans *fans)
+void rmap_facets_release(struct rmap_facets *facets)
 {
-    rmap_free(fans->same);
-    rmap_free(fans->first);
-    rmap_free(fans->triangle);
-    memset(fans, 0, sizeof(*fans));
+    rmap_free(facets->corner);
+    rmap_free(facets->same);
+    rmap_free(facets->first);
+    rmap_free(facets->fan);
+    memset(facets, 0, sizeof(*facets));
 }
