@@ -3,6 +3,7 @@
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
  * length (64 bits; all ones: none) and its bytes; arrays follow their counts.
  */
+#include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -215,6 +216,8 @@ static enum rmap_status take_mesh_arrays(struct cursor *in, struct rmap_mesh *me
         uint32_t bits = 0;
         RMAP_TRY(take_u32(in, &bits));
         memcpy(&mesh->vertex[i / 3][i % 3], &bits, sizeof bits);
+        if (!isfinite(mesh->vertex[i / 3][i % 3]))
+            RMAP_TRY(damaged(in, "a vertex lies nowhere"));
     }
     for (size_t i = 0; i < 3 * mesh->n_triangle; i++) {
         uint32_t *index = &mesh->triangle[i / 3][i % 3];

@@ -164,6 +164,8 @@ static bool read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
         return false;
     }
     const char *wrong = good ? rmap_shape_check(shape) : NULL;
+    if (wrong && kind == DISC)
+        wrong = "'inner' must be smaller than 'radius'";
     if (wrong)
         rmap_reader_error(reader, node, "this is no %s: %s", kind_word[kind], wrong);
     return good && !wrong;
