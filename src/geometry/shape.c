@@ -39,7 +39,11 @@ bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origi
     return rmap_quadric_intersect(shape, &query, hit);
 }
 
-/* What the sag formula has under its root: negative where the conic has ended. */
+/* Rounding of what the sag formula has under its root: a half sphere's aperture may be its
+ * radius. */
+#define RIM_ROUNDING 1e-14
+
+/* What stands under that root: negative where the conic has ended. */
 static double under_root(const struct rmap_shape *shape, double r)
 {
     return 1 - (1 + shape->conic) * shape->curvature * shape->curvature * r * r;
@@ -47,7 +51,7 @@ static double under_root(const struct rmap_shape *shape, double r)
 
 double rmap_shape_sag(const struct rmap_shape *shape, double r)
 {
-    return under_root(shape, r) < 0 ? (double)NAN : rmap_conic_sag(shape, r * r);
+    return under_root(shape, r) < -RIM_ROUNDING ? (double)NAN : rmap_conic_sag(shape, r * r);
 }
 
 void rmap_shape_bounds(const struct rmap_shape *shape, struct rmap_vec3 *lower,
@@ -111,7 +115,7 @@ static const char *check_conic(const struct rmap_shape *shape)
     if (wrong)
         return wrong;
     double rest = under_root(shape, shape->aperture);
-    if (rest < 0 || (rest == 0 && shape->n_asphere > 0))
+    if (rest < -RIM_ROUNDING || (rest < RIM_ROUNDING && shape->n_asphere > 0))
         return "aperture reaches beyond the end of the conic: (1 + conic) (aperture / radius)^2 "
                "must be at most 1 (below 1 for an asphere)";
     return isfinite(rmap_shape_sag(shape, shape->aperture)) ? NULL : "the sag is not finite";
