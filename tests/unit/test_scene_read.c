@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -323,6 +324,89 @@ static void test_detectors(void **state)
     rmap_scene_destroy(scene);
 }
 
+static void test_turned_frames(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = must_read(
+        "raymap: 1\n"
+        "sources:\n"
+        "  - {name: s, type: area, shape: {disc: 1}, matrix: [0,0,5,1, 0,5,0,2, -5,0,0,3]}\n"
+        "detectors:\n"
+        "  - {name: a, type: plane, size: 1, cells: 2, rotate: [0, 90, 0], at: [1, 2, 3]}\n"
+        "  - {name: b, type: plane, size: 1, cells: 2, matrix: [2,0,0,7, 0,-3,0,8, 0,0,4,9]}\n"
+        "  - {name: c, type: intensity, cells: 2, rotate: [90, 0, 0]}\n");
+    const struct rmap_detector *d = scene->detector;
+    /* Of a source's matrix only place and orientation count. */
+    assert_vec(rmap_affine_vector(&scene->source[0].frame, rmap_vec3(0, 0, 1)), 1, 0, 0);
+    assert_vec(rmap_affine_vector(&scene->source[0].frame, rmap_vec3(1, 0, 0)), 0, 0, -1);
+    assert_vec(scene->source[0].frame.t, 1, 2, 3);
+    assert_vec(d[0].axis, 1, 0, 0);
+    assert_vec(d[0].x, 0, 0, -1);
+    assert_vec(d[0].origin, 1, 2, 3);
+    assert_vec(d[1].y, 0, -1, 0);
+    assert_vec(d[1].axis, 0, 0, 1);
+    assert_vec(d[1].origin, 7, 8, 9);
+    assert_vec(d[2].axis, 0, -1, 0);
+    assert_vec(d[2].x, 1, 0, 0);
+    rmap_scene_destroy(scene);
+}
+
+/* An L of two plates as a mesh, and a closed box whose normals cancel. */
+static const char *const obj_of_l = "v 0 0 0\nv 2 0 0\nv 2 1 0\nv 0 1 0\nv 0 0 2\nv 0 1 2\n"
+                                    "f 1 2 3 4\nf 1 4 6 5\n";
+static const char *const obj_of_box = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\n"
+                                      "f 1 4 3\nf 2 3 4\n";
+
+static void write_text(const char *path, const char *text)
+{
+    FILE *out = fopen(path, "w");
+    assert_non_null(out);
+    assert_true(fputs(text, out) >= 0);
+    assert_int_equal(fclose(out), 0);
+}
+
+static void test_detectors_on_meshes(void **state)
+{
+    (void)state;
+    char text[1500], l[64], box[64], *told = NULL;
+    (void)snprintf(l, sizeof l, "l-%ld.obj", (long)getpid());
+    (void)snprintf(box, sizeof box, "box-%ld.obj", (long)getpid());
+    write_text(l, obj_of_l);
+    write_text(box, obj_of_box);
+    (void)snprintf(
+        text, sizeof text,
+        "raymap: 1\ngeometries: {l: {type: mesh, file: %s}, box: {type: mesh, file: %s}}\n"
+        "objects:\n"
+        "  - {name: o, geometry: l, at: [10, 0, 0], surface: absorber}\n"
+        "  - {name: b, geometry: box, surface: absorber}\n"
+        "detectors:\n"
+        "  - {name: d, type: plane, on: o, cells: 2}\n"
+        "  - {name: e, type: plane, on: b, cells: 2%s}\n" SOURCE,
+        l, box, ", direction: [0, 0, 1]");
+    struct rmap_scene *scene = must_read(text);
+    const struct rmap_detector *d = scene->detector;
+    /* Equal areas facing +z and +x; the box of the mesh is 2 x 1 x 2 about (1, 0.5, 1). */
+    assert_vec(d[0].axis, sqrt(0.5), 0, sqrt(0.5));
+    assert_vec(d[0].origin, 11, 0.5, 1);
+    assert_vec(d[0].x, sqrt(0.5), 0, -sqrt(0.5));
+    assert_vec(d[0].y, 0, 1, 0);
+    assert_near(d[0].size[0], 2 * sqrt(2), 1e-6);
+    assert_near(d[0].size[1], 1, 1e-6);
+    assert_vec(d[1].axis, 0, 0, 1);
+    assert_vec(d[1].origin, 0.5, 0.5, 0.5);
+    rmap_scene_destroy(scene);
+
+    char *choice = strstr(text, ", direction: [0, 0, 1]");
+    memset(choice, ' ', strlen(", direction: [0, 0, 1]"));
+    assert_null(read_text(text, &told));
+    assert_string_equal(told,
+                        "s:8:5: error: the normals of mesh 'b' cancel: say where detector 'e' "
+                        "faces, with 'direction'\n");
+    free(told);
+    assert_int_equal(unlink(l), 0);
+    assert_int_equal(unlink(box), 0);
+}
+
 /* ---- what takes part ---- */
 
 static const char *const chosen_text =
@@ -374,6 +458,9 @@ static void test_simulation(void **state)
     assert_false(scene->simulation.record);
     rmap_scene_destroy(scene);
 
+    options = (struct rmap_scene_options){.color = rmap_strdup("spectrl")};
+    assert_null(
+        choose(options, "s: error: unknown --color 'spectrl' (did you mean 'spectral'?)\n"));
     options = (struct rmap_scene_options){.simulation = rmap_strdup("quik")};
     assert_null(choose(options, "s: error: unknown simulation 'quik' (did you mean 'quick'?)\n"));
 }
@@ -455,12 +542,13 @@ static void test_order_of_sections_is_free(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_wavelengths), cmocka_unit_test(test_rgb_takes_the_d_line),
-        cmocka_unit_test(test_media),       cmocka_unit_test(test_surfaces),
-        cmocka_unit_test(test_geometries),  cmocka_unit_test(test_places_compose),
-        cmocka_unit_test(test_sources),     cmocka_unit_test(test_detectors),
-        cmocka_unit_test(test_simulation),  cmocka_unit_test(test_only_and_without),
-        cmocka_unit_test(test_set),         cmocka_unit_test(test_order_of_sections_is_free),
+        cmocka_unit_test(test_wavelengths),   cmocka_unit_test(test_rgb_takes_the_d_line),
+        cmocka_unit_test(test_media),         cmocka_unit_test(test_surfaces),
+        cmocka_unit_test(test_geometries),    cmocka_unit_test(test_places_compose),
+        cmocka_unit_test(test_sources),       cmocka_unit_test(test_detectors),
+        cmocka_unit_test(test_turned_frames), cmocka_unit_test(test_detectors_on_meshes),
+        cmocka_unit_test(test_simulation),    cmocka_unit_test(test_only_and_without),
+        cmocka_unit_test(test_set),           cmocka_unit_test(test_order_of_sections_is_free),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
