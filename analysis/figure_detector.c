@@ -9,13 +9,14 @@
 #include "io/raster.h"
 
 enum { LEFT = 82, TOP = 84, RIGHT = 150, BOTTOM = 60, IMAGE_WIDTH = 720, IMAGE_HEIGHT = 560 };
-enum { BAR_GAP = 22, BAR_WIDTH = 22, NARROWEST = 24, FIGURE_NARROWEST = 640 };
+enum { BAR_GAP = 22, BAR_WIDTH = 22, SHORTEST_BAR = 160, NARROWEST = 24, FIGURE_NARROWEST = 640 };
 
 /* Colours brighter than all but this part of the lit cells are white or clipped. */
 static const double BRIGHTEST_PART = 0.005;
 
-/* Values below this part of the largest share the darkest colour of a logarithmic scale. */
-static const double LOG_DEPTH = 1e-5;
+/* A logarithmic scale goes down to this part of the largest value, or further below the smallest
+ * one by this part of its decades: a cell with one ray must look different from an empty one. */
+static const double LOG_DEPTH = 1e-5, LOG_MARGIN = 0.2;
 
 struct picture {
     const struct rmap_detector_image *image;
@@ -99,11 +100,11 @@ static void choose_range(struct picture *picture)
                                     .logarithmic = picture->options->logarithmic,
                                     .label = image->quantity,
                                     .unit = image->unit};
-    if (bar->height < 160.0) {
-        bar->height = 160.0;
+    bar->height = fmax(bar->height, SHORTEST_BAR);
+    if (bar->logarithmic) {
+        double depth = fmin(fmax(least / bar->range[1], LOG_DEPTH), 0.1);
+        bar->range[0] = bar->range[1] * depth * pow(depth, LOG_MARGIN);
     }
-    if (bar->logarithmic)
-        bar->range[0] = bar->range[1] * fmin(fmax(least / bar->range[1], LOG_DEPTH), 0.1);
 }
 
 /* Cells [first, last) that output pixel p of n_pixel covers, of n_cell. */
