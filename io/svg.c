@@ -2,6 +2,7 @@
 #include "io/svg.h"
 
 #include <math.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -108,15 +109,19 @@ static void put_escaped(struct rmap_svg *svg, const char *string)
     }
 }
 
+/* Opacity of fill and stroke one by one: `opacity` would make every line a layer of its own. */
 static void put_style(struct rmap_svg *svg, const struct rmap_svg_style *style)
 {
+    bool faint = style->opacity > 0.0 && style->opacity < 1.0;
     put_word(svg, "fill", style->fill ? style->fill : "none");
+    if (style->fill && faint)
+        put_attribute(svg, "fill-opacity", fmax(style->opacity, 0.01));
     if (style->stroke) {
         put_word(svg, "stroke", style->stroke);
         put_attribute(svg, "stroke-width", style->width > 0.0 ? style->width : 1.0);
+        if (faint)
+            put_attribute(svg, "stroke-opacity", fmax(style->opacity, 0.01));
     }
-    if (style->opacity > 0.0 && style->opacity < 1.0)
-        put_attribute(svg, "opacity", fmax(style->opacity, 0.01));
     if (style->dash)
         put_word(svg, "stroke-dasharray", style->dash);
     put(svg, "/>\n");

@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a scene with rays: a section through it, or a view from above.
+ */
+#ifndef RMAP_FIGURE_DRAW_H
+#define RMAP_FIGURE_DRAW_H
+
+#include "analysis/figure_view.h"
+#include "trace/portion.h"
+
+struct rmap_figure_draw {
+    const char *title;
+    const char *criterion; /* NULL: all rays */
+    uint64_t n_matched;    /* rays that match, of which `rays` holds some */
+    enum rmap_view_kind kind;
+};
+
+/* rays: the rays to draw, all columns. */
+enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                  const struct rmap_figure_draw *options, struct rmap_svg **svg_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,169 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure_legend.h"
+
+#include <stdio.h>
+
+#include "analysis/figure_axes.h"
+#include "analysis/figure_marks.h"
+#include "analysis/figure_rays.h"
+#include "analysis/figure_section.h"
+
+enum { SAMPLE = 22, GAP = 18, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230 };
+static const char ink[] = "#222222";
+
+struct legend {
+    struct rmap_svg *svg;
+    double x, y, left, right;
+};
+
+static void add_sample(struct legend *legend, const char *colour, double width, const char *word)
+{
+    double length = SAMPLE + 6 + rmap_svg_string_width(word, RMAP_TICK_SIZE);
+    if (legend->x + length > legend->right && legend->x > legend->left) {
+        legend->x = legend->left;
+        legend->y += RMAP_LEGEND_ROW;
+    }
+    rmap_svg_line(legend->svg, legend->x, legend->y - 4, legend->x + SAMPLE, legend->y - 4,
+                  &(struct rmap_svg_style){.stroke = colour, .width = width});
+    rmap_svg_string(
+        legend->svg,
+        &(struct rmap_svg_text){
+            .x = legend->x + SAMPLE + 6, .y = legend->y, .size = RMAP_TICK_SIZE, .fill = ink},
+        word);
+    legend->x += length + GAP;
+}
+
+/* Which channels are left alone on some leg, and whether any leg carries several. */
+static void channels_in_use(const struct rmap_portion *rays, bool *alone, bool *several)
+{
+    size_t n_channel = (size_t)rays->n_channel;
+    *several = false;
+    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_SEGMENT]; i++) {
+        size_t n_live = 0, last = 0;
+        for (size_t c = 0; c < n_channel; c++)
+            if (rays->colour[i * n_channel + c] > 0) {
+                n_live++;
+                last = c;
+            }
+        if (n_live == 1)
+            alone[last] = true;
+        *several = *several || n_live > 1;
+    }
+}
+
+static void add_wavelengths(struct legend *legend, const struct rmap_scene *scene,
+                            const struct rmap_portion *rays)
+{
+    bool alone[RMAP_CHANNEL_MAX] = {false}, several = false;
+    int n_alone = 0, seen = 0, shown = 0;
+    channels_in_use(rays, alone, &several);
+    for (int c = 0; c < scene->channels.n; c++)
+        n_alone += alone[c];
+    int wanted = n_alone < WAVELENGTHS_SHOWN ? n_alone : WAVELENGTHS_SHOWN;
+    for (int c = 0; c < scene->channels.n; c++) {
+        /* Of many, an even choice that has the first and the last. */
+        if (!alone[c] || seen++ != (wanted > 1 ? shown * (n_alone - 1) / (wanted - 1) : 0))
+            continue;
+        double share[RMAP_CHANNEL_MAX] = {0.0};
+        char colour[8], word[64];
+        share[c] = 1.0;
+        rmap_ray_ink(scene, share, colour);
+        (void)snprintf(word, sizeof word, "%.4g nm", scene->channels.wavelength_nm[c]);
+        add_sample(legend, colour, 2.0, word);
+        shown++;
+    }
+    if (several) {
+        double share[RMAP_CHANNEL_MAX];
+        char colour[8];
+        for (int c = 0; c < scene->channels.n; c++)
+            share[c] = scene->n_source > 0 ? scene->source[0].colour[c] : 1.0 / scene->channels.n;
+        rmap_ray_ink(scene, share, colour);
+        add_sample(legend, colour, 2.0, "several wavelengths");
+    }
+}
+
+static bool has_ink(const struct rmap_scene *scene, const char *wanted)
+{
+    for (size_t o = 0; o < scene->n_object; o++)
+        if (rmap_object_ink(scene, o) == wanted)
+            return true;
+    return false;
+}
+
+void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                      const struct rmap_view_frame *frame, struct rmap_svg *svg)
+{
+    struct legend legend = {.svg = svg,
+                            .x = frame->x,
+                            .y = frame->y + frame->height + RMAP_LEGEND_ROW,
+                            .left = frame->x,
+                            .right = frame->x + frame->width - BAR_ROOM};
+    bool plane = false;
+    for (size_t d = 0; d < scene->n_detector; d++)
+        plane = plane || scene->detector[d].type == RMAP_DETECTOR_PLANE;
+    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+        add_wavelengths(&legend, scene, rays);
+    else if (rays->n_row[RMAP_TABLE_RAY] > 0)
+        add_sample(&legend, "#808080", 1.0, "rays, in the colour of their light");
+    if (scene->n_source > 0)
+        add_sample(&legend, rmap_source_ink, 2.0, "source");
+    if (plane)
+        add_sample(&legend, rmap_detector_ink, 2.0, "detector");
+    if (frame->view->section) {
+        static const char *const word[] = {"refracting surface", "mirror", "other surface"};
+        const char *kind[3] = {rmap_surface_ink(RMAP_SURFACE_FRESNEL),
+                               rmap_surface_ink(RMAP_SURFACE_MIRROR),
+                               rmap_surface_ink(RMAP_SURFACE_ABSORBER)};
+        for (int k = 0; k < 3; k++)
+            if (has_ink(scene, kind[k]))
+                add_sample(&legend, kind[k], 1.3, word[k]);
+    }
+}
+
+void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
+                         struct rmap_svg *svg)
+{
+    double length = rmap_round_below(170.0 / frame->scale);
+    double right = frame->x + frame->width, y = frame->y + frame->height + RMAP_LEGEND_ROW - 4;
+    double left = right - length * frame->scale;
+    const struct rmap_svg_style line = {.stroke = ink, .width = 1.6};
+    const double bar[][2] = {{left, y - 5}, {left, y + 5},    {(double)NAN, 0}, {left, y},
+                             {right, y},    {(double)NAN, 0}, {right, y - 5},   {right, y + 5}};
+    char text[64];
+    rmap_svg_path(svg, bar, sizeof bar / sizeof *bar, &line);
+    (void)snprintf(text, sizeof text, "%g %s", length, scene->unit);
+    rmap_svg_string(svg,
+                    &(struct rmap_svg_text){.x = 0.5 * (left + right),
+                                            .y = y + 19,
+                                            .size = RMAP_TICK_SIZE,
+                                            .anchor = RMAP_SVG_MIDDLE,
+                                            .fill = ink},
+                    text);
+}
+
+void rmap_axis_cross_draw(const struct rmap_view_frame *frame, struct rmap_svg *svg)
+{
+    static const char *const name[] = {"x", "y", "z"};
+    const double length = 32.0, x = frame->x + 34, y = frame->y + frame->height - 34;
+    for (int k = 0; k < 3; k++) {
+        struct rmap_vec3 axis = rmap_vec3(k == 0, k == 1, k == 2);
+        double dx = rmap_dot(axis, frame->view->right), dy = -rmap_dot(axis, frame->view->up);
+        double shown = hypot(dx, dy);
+        if (shown < 0.1)
+            continue;
+        double ex = dx / shown, ey = dy / shown, tip[2] = {x + length * dx, y + length * dy};
+        const double arrow[][2] = {
+            {x, y},           {tip[0], tip[1]},
+            {(double)NAN, 0}, {tip[0] - 6 * ex + 3 * ey, tip[1] - 6 * ey - 3 * ex},
+            {tip[0], tip[1]}, {tip[0] - 6 * ex - 3 * ey, tip[1] - 6 * ey + 3 * ex}};
+        rmap_svg_path(svg, arrow, 6, &(struct rmap_svg_style){.stroke = ink, .width = 1.2});
+        rmap_svg_string(svg,
+                        &(struct rmap_svg_text){.x = tip[0] + 9 * ex,
+                                                .y = tip[1] + 9 * ey + 4.5,
+                                                .size = RMAP_TICK_SIZE,
+                                                .anchor = RMAP_SVG_MIDDLE,
+                                                .fill = ink,
+                                                .halo = "#ffffff"},
+                        name[k]);
+    }
+}

@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What the lines of a drawing mean, and how long they are.
+ */
+#ifndef RMAP_FIGURE_LEGEND_H
+#define RMAP_FIGURE_LEGEND_H
+
+#include "analysis/figure_view.h"
+#include "trace/portion.h"
+
+/* Samples of every ink in use, in rows below the frame, left of the scale bar. Returns nothing
+ * that the caller must know: two rows of LEGEND_ROW pixels always suffice. */
+#define RMAP_LEGEND_ROW 20.0
+void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                      const struct rmap_view_frame *frame, struct rmap_svg *svg);
+
+/* A bar of round length below the frame's right end, with its length. */
+void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
+                         struct rmap_svg *svg);
+
+/* Arrows along the world's axes in the frame's lower left corner. */
+void rmap_axis_cross_draw(const struct rmap_view_frame *frame, struct rmap_svg *svg);
+
+#endif

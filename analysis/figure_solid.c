@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Hidden surfaces by a depth buffer at twice the picture's resolution. Lines are drawn where the
+ * object changes between neighbouring pixels or the normal turns by more than 20 degrees, then
+ * two by two pixels are averaged. The result goes into the picture as one image.
+ */
+#include "analysis/figure_solid.h"
+
+#include <stdint.h>
+
+#include "analysis/figure_detector.h"
+#include "base/alloc.h"
+#include "io/raster.h"
+
+enum { OVERSAMPLING = 2 };
+
+static const uint32_t NOTHING = UINT32_MAX;
+
+static const double CREASE_COS = 0.9397; /* cos 20 degrees */
+
+/* An object that spans this part of the scene in two directions encloses it. */
+static const double ENCLOSING = 0.7;
+
+struct pixel {
+    float depth; /* towards the eye */
+    uint32_t object;
+    int8_t normal[3]; /* x 127, view coordinates */
+    uint8_t shade;
+};
+
+struct canvas {
+    int width, height;
+    double scale; /* canvas pixels per picture pixel */
+    struct pixel *pixel;
+    float nearest, farthest;
+};
+
+struct body {
+    const struct rmap_mesh *mesh;
+    uint32_t object;
+    bool encloses;
+    struct rmap_vec3 *corner; /* [n_vertex] canvas x, y (down), and depth in length units */
+    struct rmap_vec3 *place;  /* [n_vertex] view coordinates */
+    struct rmap_vec3 centre;  /* of the scene, view coordinates */
+};
+
+static double edge(struct rmap_vec3 a, struct rmap_vec3 b, double x, double y)
+{
+    return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
+}
+
+static void fill_triangle(struct canvas *canvas, const struct rmap_vec3 c[3],
+                          const struct pixel *kind)
+{
+    double area = edge(c[0], c[1], c[2].x, c[2].y);
+    if (!(fabs(area) > 0.0) || !isfinite(area))
+        return;
+    int x0 = (int)fmax(floor(fmin(c[0].x, fmin(c[1].x, c[2].x))), 0.0);
+    int x1 = (int)fmin(ceil(fmax(c[0].x, fmax(c[1].x, c[2].x))), canvas->width - 1.0);
+    int y0 = (int)fmax(floor(fmin(c[0].y, fmin(c[1].y, c[2].y))), 0.0);
+    int y1 = (int)fmin(ceil(fmax(c[0].y, fmax(c[1].y, c[2].y))), canvas->height - 1.0);
+    for (int y = y0; y <= y1; y++)
+        for (int x = x0; x <= x1; x++) {
+            double u = edge(c[1], c[2], x + 0.5, y + 0.5) / area;
+            double v = edge(c[2], c[0], x + 0.5, y + 0.5) / area;
+            if (u < 0.0 || v < 0.0 || u + v > 1.0)
+                continue;
+            float depth = (float)(u * c[0].z + v * c[1].z + (1.0 - u - v) * c[2].z);
+            struct pixel *at = &canvas->pixel[(size_t)y * (size_t)canvas->width + (size_t)x];
+            if (at->object != NOTHING && at->depth >= depth)
+                continue;
+            *at = *kind;
+            at->depth = depth;
+        }
+}
+
+/* Is this face of an enclosing body between the eye and the scene? */
+static bool hides_scene(const struct body *body, const uint32_t *t, struct rmap_vec3 normal)
+{
+    struct rmap_vec3 out = rmap_sub(body->place[t[0]], body->centre);
+    return rmap_dot(out, normal) > 0.0 ? normal.z > 0.02 : normal.z < -0.02;
+}
+
+static void draw_body(struct canvas *canvas, const struct body *body)
+{
+    static const struct rmap_vec3 light = {-0.35, 0.55, 0.758};
+    for (size_t i = 0; i < body->mesh->n_triangle; i++) {
+        const uint32_t *t = body->mesh->triangle[i];
+        struct rmap_vec3 normal = rmap_cross(rmap_sub(body->place[t[1]], body->place[t[0]]),
+                                             rmap_sub(body->place[t[2]], body->place[t[0]]));
+        double length = rmap_length(normal);
+        if (!(length > 0.0))
+            continue;
+        normal = rmap_scale(normal, 1.0 / length);
+        if (body->encloses && hides_scene(body, t, normal))
+            continue;
+        if (normal.z < 0.0) /* the side that is seen */
+            normal = rmap_scale(normal, -1.0);
+        struct pixel kind = {.object = body->object,
+                             .normal = {(int8_t)(127 * normal.x), (int8_t)(127 * normal.y),
+                                        (int8_t)(127 * normal.z)},
+                             .shade = (uint8_t)(255 * fmax(rmap_dot(normal, light), 0.0))};
+        const struct rmap_vec3 c[3] = {body->corner[t[0]], body->corner[t[1]], body->corner[t[2]]};
+        fill_triangle(canvas, c, &kind);
+    }
+}
+
+struct extent {
+    struct rmap_vec3 low, high;
+};
+
+static void widen(struct extent *extent, struct rmap_vec3 p)
+{
+    extent->low =
+        rmap_vec3(fmin(extent->low.x, p.x), fmin(extent->low.y, p.y), fmin(extent->low.z, p.z));
+    extent->high =
+        rmap_vec3(fmax(extent->high.x, p.x), fmax(extent->high.y, p.y), fmax(extent->high.z, p.z));
+}
+
+static struct rmap_vec3 vertex_of(const struct rmap_mesh *mesh, size_t i,
+                                  const struct rmap_affine *to_world)
+{
+    const float *v = mesh->vertex[i];
+    return rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2]));
+}
+
+static void object_extent(const struct rmap_scene *scene, size_t object,
+                          const struct rmap_mesh *mesh, struct extent *extent)
+{
+    for (size_t i = 0; i < mesh->n_vertex; i++)
+        widen(extent, vertex_of(mesh, i, &scene->object[object].to_world));
+}
+
+static const struct extent empty = {{INFINITY, INFINITY, INFINITY},
+                                    {-INFINITY, -INFINITY, -INFINITY}};
+
+static bool encloses(const struct extent *object, const struct extent *scene)
+{
+    struct rmap_vec3 a = rmap_sub(object->high, object->low), b = rmap_sub(scene->high, scene->low);
+    return (a.x >= ENCLOSING * b.x) + (a.y >= ENCLOSING * b.y) + (a.z >= ENCLOSING * b.z) >= 2;
+}
+
+static enum rmap_status draw_object(const struct rmap_scene *scene, size_t object,
+                                    const struct rmap_mesh *mesh, const struct extent *whole,
+                                    const struct rmap_view_frame *frame, struct canvas *canvas,
+                                    struct rmap_error *err)
+{
+    struct extent own = empty;
+    struct body body = {.mesh = mesh,
+                        .object = (uint32_t)object,
+                        .corner = rmap_alloc(mesh->n_vertex + 1, sizeof *body.corner),
+                        .place = rmap_alloc(mesh->n_vertex + 1, sizeof *body.place),
+                        .centre = rmap_view_project(
+                            frame->view, rmap_scale(rmap_add(whole->low, whole->high), 0.5))};
+    enum rmap_status st = RMAP_OK;
+    if (!body.corner || !body.place)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
+    object_extent(scene, object, mesh, &own);
+    body.encloses = encloses(&own, whole);
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        struct rmap_vec3 p =
+            rmap_view_project(frame->view, vertex_of(mesh, i, &scene->object[object].to_world));
+        double pixel[2];
+        rmap_view_pixel(frame, (const double[2]){p.x, p.y}, pixel);
+        body.place[i] = p;
+        body.corner[i] = rmap_vec3((pixel[0] - frame->x) * canvas->scale,
+                                   (pixel[1] - frame->y) * canvas->scale, p.z);
+    }
+    draw_body(canvas, &body);
+out:
+    rmap_free(body.corner);
+    rmap_free(body.place);
+    return st;
+}
+
+/* Does a line run between two neighbouring pixels? */
+static bool parted(const struct pixel *a, const struct pixel *b)
+{
+    if (a->object != b->object)
+        return true;
+    if (a->object == NOTHING)
+        return false;
+    double cosine =
+        (a->normal[0] * b->normal[0] + a->normal[1] * b->normal[1] + a->normal[2] * b->normal[2]) /
+        (127.0 * 127.0);
+    return cosine < CREASE_COS;
+}
+
+/* Paper, face or line; what is far is lighter. */
+static void colour_of(const struct canvas *canvas, const struct rmap_scene *scene, int x, int y,
+                      double rgb[3])
+{
+    static const double tint[3][3] = {{0.80, 0.89, 0.97}, {0.88, 0.84, 0.94}, {0.94, 0.93, 0.90}};
+    const struct pixel *at = &canvas->pixel[(size_t)y * (size_t)canvas->width + (size_t)x];
+    const struct pixel *right = x + 1 < canvas->width ? at + 1 : at;
+    const struct pixel *below = y + 1 < canvas->height ? at + canvas->width : at;
+    const struct pixel *front =
+        at->object == NOTHING ? right->object == NOTHING ? below : right : at;
+    if (parted(at, right) || parted(at, below)) {
+        double range = (double)(canvas->nearest - canvas->farthest);
+        double far = range > 0.0 ? (double)(canvas->nearest - front->depth) / range : 0.0;
+        for (int k = 0; k < 3; k++)
+            rgb[k] = 0.35 + 0.33 * fmin(fmax(far, 0.0), 1.0);
+        return;
+    }
+    for (int k = 0; k < 3; k++)
+        rgb[k] = 1.0;
+    if (at->object == NOTHING)
+        return;
+    enum rmap_surface_type type = scene->surface[scene->object[at->object].surface_front].type;
+    int kind = type == RMAP_SURFACE_FRESNEL ? 0 : type == RMAP_SURFACE_MIRROR ? 1 : 2;
+    for (int k = 0; k < 3; k++)
+        rgb[k] = tint[kind][k] * (0.80 + 0.20 * at->shade / 255.0);
+}
+
+static enum rmap_status put_image(struct canvas *canvas, const struct rmap_scene *scene,
+                                  const struct rmap_view_frame *frame, struct rmap_svg *svg,
+                                  struct rmap_error *err)
+{
+    int width = canvas->width / OVERSAMPLING, height = canvas->height / OVERSAMPLING;
+    uint8_t *rgb = rmap_alloc((size_t)width * (size_t)height, 3), *png = NULL;
+    size_t nbytes = 0;
+    if (!rgb)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
+    for (int y = 0; y < height; y++)
+        for (int x = 0; x < width; x++) {
+            double sum[3] = {0.0, 0.0, 0.0}, part[3];
+            for (int i = 0; i < OVERSAMPLING * OVERSAMPLING; i++) {
+                colour_of(canvas, scene, OVERSAMPLING * x + i % OVERSAMPLING,
+                          OVERSAMPLING * y + i / OVERSAMPLING, part);
+                for (int k = 0; k < 3; k++)
+                    sum[k] += part[k] / (OVERSAMPLING * OVERSAMPLING);
+            }
+            for (int k = 0; k < 3; k++)
+                rgb[3 * ((size_t)y * (size_t)width + (size_t)x) + (size_t)k] =
+                    (uint8_t)(255.0 * sum[k] + 0.5);
+        }
+    enum rmap_status st =
+        rmap_png_encode(rgb, (uint32_t)width, (uint32_t)height, &png, &nbytes, err);
+    if (st == RMAP_OK)
+        rmap_svg_image(svg, frame->x, frame->y, frame->width, frame->height, png, nbytes);
+    rmap_free(png);
+    rmap_free(rgb);
+    return st;
+}
+
+enum rmap_status rmap_solid_draw(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                 const struct rmap_view_frame *frame, struct rmap_svg *svg,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct extent whole = empty;
+    struct canvas canvas = {.scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
+    canvas.width = OVERSAMPLING * (int)(frame->width * RMAP_FIGURE_SCALE);
+    canvas.height = OVERSAMPLING * (int)(frame->height * RMAP_FIGURE_SCALE);
+    size_t n_pixel = (size_t)canvas.width * (size_t)canvas.height;
+    canvas.pixel = rmap_alloc(n_pixel, sizeof *canvas.pixel);
+    if (!canvas.pixel)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
+    for (size_t i = 0; i < n_pixel; i++)
+        canvas.pixel[i].object = NOTHING;
+    for (size_t o = 0; o < scene->n_object; o++)
+        object_extent(scene, o, mesh[scene->object[o].geometry], &whole);
+    for (size_t o = 0; o < scene->n_object; o++)
+        RMAP_TRY(
+            draw_object(scene, o, mesh[scene->object[o].geometry], &whole, frame, &canvas, err));
+    canvas.nearest = -INFINITY;
+    canvas.farthest = INFINITY;
+    for (size_t i = 0; i < n_pixel; i++)
+        if (canvas.pixel[i].object != NOTHING) {
+            canvas.nearest = fmaxf(canvas.nearest, canvas.pixel[i].depth);
+            canvas.farthest = fminf(canvas.farthest, canvas.pixel[i].depth);
+        }
+    RMAP_TRY(put_image(&canvas, scene, frame, svg, err));
+out:
+    rmap_free(canvas.pixel);
+    return st;
+}

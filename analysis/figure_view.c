@@ -1,0 +1,192 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure_view.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/alloc.h"
+
+/* Where the eye stands in a 3-d view: degrees from +x towards +y, and above the ground. */
+static const double AZIMUTH_DEG = -62.0, ELEVATION_DEG = 28.0;
+
+/* A source further from the objects than this part of their size is left out. */
+static const double NEAR_SOURCE = 0.6;
+
+struct rmap_vec3 rmap_view_project(const struct rmap_view *view, struct rmap_vec3 point)
+{
+    return rmap_vec3(rmap_dot(point, view->right), rmap_dot(point, view->up),
+                     rmap_dot(point, view->toward) - view->offset);
+}
+
+void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinates[2],
+                     double pixel[2])
+{
+    pixel[0] = frame->x + 0.5 * frame->width + frame->scale * (coordinates[0] - frame->centre[0]);
+    pixel[1] = frame->y + 0.5 * frame->height - frame->scale * (coordinates[1] - frame->centre[1]);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+static bool about_axis(const struct rmap_scene *scene, size_t object)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
+    return geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type != RMAP_SHAPE_RECTANGLE;
+}
+
+/* The plane that most axes lie in: the median place of surfaces of revolution, else the scene's
+ * centre. */
+static double axis_offset(const struct rmap_scene *scene, struct rmap_vec3 toward)
+{
+    double *place = rmap_alloc(scene->n_object + 1, sizeof *place);
+    double offset = rmap_dot(scene->centre, toward);
+    size_t n = 0;
+    for (size_t o = 0; place && o < scene->n_object; o++)
+        if (about_axis(scene, o))
+            place[n++] = rmap_dot(scene->object[o].to_world.t, toward);
+    if (n > 0) {
+        qsort(place, n, sizeof *place, ascending);
+        offset = place[n / 2];
+    }
+    rmap_free(place);
+    return offset + 0.0; /* no -0 */
+}
+
+static bool mostly_meshes(const struct rmap_scene *scene)
+{
+    size_t n_mesh = 0;
+    for (size_t o = 0; o < scene->n_object; o++)
+        n_mesh += scene->geometry[scene->object[o].geometry].kind == RMAP_GEOMETRY_MESH;
+    return 2 * n_mesh > scene->n_object;
+}
+
+/* Of the two sections through the z axis, the one that the rays start along; y-z in doubt. */
+static enum rmap_view_kind best_section(const struct rmap_portion *rays)
+{
+    double x = 0.0, y = 0.0;
+    size_t segment = 0, n_ray = rays ? rays->n_row[RMAP_TABLE_RAY] : 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const float *from = rays->ray.start + 3 * i, *to = rays->segment.position + 3 * segment;
+        if (rays->ray.segment_count[i] > 0) {
+            double dx = (double)(to[0] - from[0]), dy = (double)(to[1] - from[1]);
+            double length = sqrt(dx * dx + dy * dy + pow((double)(to[2] - from[2]), 2.0));
+            x += length > 0.0 ? dx / length : 0.0;
+            y += length > 0.0 ? dy / length : 0.0;
+        }
+        segment += rays->ray.segment_count[i];
+    }
+    /* A mean below a few standard errors of random directions says nothing. */
+    return fabs(x) > fabs(y) + 0.01 * (double)n_ray ? RMAP_VIEW_XZ : RMAP_VIEW_YZ;
+}
+
+void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                      const struct rmap_portion *rays, struct rmap_view *view)
+{
+    static const struct rmap_vec3 axis[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    if (kind == RMAP_VIEW_AUTO)
+        kind = mostly_meshes(scene) ? RMAP_VIEW_3D : best_section(rays);
+    *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
+    if (kind == RMAP_VIEW_3D) {
+        double azimuth = AZIMUTH_DEG * RMAP_PI / 180.0, height = ELEVATION_DEG * RMAP_PI / 180.0;
+        view->toward =
+            rmap_vec3(cos(height) * cos(azimuth), cos(height) * sin(azimuth), sin(height));
+        view->right = rmap_normalize(rmap_cross(axis[2], view->toward));
+        view->up = rmap_cross(view->toward, view->right);
+        (void)snprintf(view->description, sizeof view->description,
+                       "seen from %.0f° above, parallel projection", ELEVATION_DEG);
+        return;
+    }
+    view->right = kind == RMAP_VIEW_XY ? axis[0] : axis[2];
+    view->up = kind == RMAP_VIEW_XZ ? axis[0] : axis[1];
+    view->toward = rmap_cross(view->right, view->up);
+    view->offset = axis_offset(scene, view->toward);
+    char normal = kind == RMAP_VIEW_YZ ? 'x' : kind == RMAP_VIEW_XZ ? 'y' : 'z';
+    double place = (view->toward.x + view->toward.y + view->toward.z) * view->offset;
+    (void)snprintf(view->description, sizeof view->description, "section at %c = %.4g %s", normal,
+                   place + 0.0, scene->unit);
+}
+
+static void cover(struct rmap_view_box *box, const struct rmap_view *view, struct rmap_vec3 point)
+{
+    struct rmap_vec3 p = rmap_view_project(view, point);
+    box->low[0] = fmin(box->low[0], p.x);
+    box->low[1] = fmin(box->low[1], p.y);
+    box->high[0] = fmax(box->high[0], p.x);
+    box->high[1] = fmax(box->high[1], p.y);
+}
+
+static void local_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
+                         struct rmap_vec3 *upper)
+{
+    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
+        rmap_shape_bounds(&geometry->shape, lower, upper);
+        return;
+    }
+    *lower = rmap_vec3(INFINITY, INFINITY, INFINITY);
+    *upper = rmap_vec3(-INFINITY, -INFINITY, -INFINITY);
+    for (size_t i = 0; i < geometry->mesh->n_vertex; i++) {
+        const float *v = geometry->mesh->vertex[i];
+        *lower = rmap_vec3(fmin(lower->x, (double)v[0]), fmin(lower->y, (double)v[1]),
+                           fmin(lower->z, (double)v[2]));
+        *upper = rmap_vec3(fmax(upper->x, (double)v[0]), fmax(upper->y, (double)v[1]),
+                           fmax(upper->z, (double)v[2]));
+    }
+}
+
+static void cover_corners(struct rmap_view_box *box, const struct rmap_view *view,
+                          const struct rmap_affine *to_world, struct rmap_vec3 lower,
+                          struct rmap_vec3 upper)
+{
+    for (int k = 0; k < 8; k++)
+        cover(box, view,
+              rmap_affine_point(to_world,
+                                rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
+                                          k & 4 ? upper.z : lower.z)));
+}
+
+static void cover_sources(const struct rmap_scene *scene, const struct rmap_view *view,
+                          struct rmap_view_box *box)
+{
+    struct rmap_view_box wide = *box;
+    for (int k = 0; k < 2; k++) {
+        double reach = NEAR_SOURCE * fmax(box->high[0] - box->low[0], box->high[1] - box->low[1]);
+        wide.low[k] -= reach;
+        wide.high[k] += reach;
+    }
+    for (size_t s = 0; s < scene->n_source; s++) {
+        struct rmap_vec3 p = rmap_view_project(view, scene->source[s].frame.t);
+        if (p.x >= wide.low[0] && p.x <= wide.high[0] && p.y >= wide.low[1] && p.y <= wide.high[1])
+            cover(box, view, scene->source[s].frame.t);
+    }
+}
+
+void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
+                      struct rmap_view_box *box)
+{
+    *box = (struct rmap_view_box){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (size_t o = 0; o < scene->n_object; o++) {
+        struct rmap_vec3 lower, upper;
+        local_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
+        cover_corners(box, view, &scene->object[o].to_world, lower, upper);
+    }
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct rmap_detector *detector = &scene->detector[d];
+        if (detector->type != RMAP_DETECTOR_PLANE)
+            continue;
+        for (int k = 0; k < 4; k++)
+            cover(box, view,
+                  rmap_axpy(k & 1 ? 0.5 * detector->size[0] : -0.5 * detector->size[0], detector->x,
+                            rmap_axpy(k & 2 ? 0.5 * detector->size[1] : -0.5 * detector->size[1],
+                                      detector->y, detector->origin)));
+    }
+    if (box->low[0] > box->high[0])
+        for (int k = 0; k < 2; k++) {
+            struct rmap_vec3 centre = rmap_view_project(view, scene->centre);
+            box->low[k] = (k ? centre.y : centre.x) - scene->radius;
+            box->high[k] = (k ? centre.y : centre.x) + scene->radius;
+        }
+    cover_sources(scene, view, box);
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * How a scene is looked at: along an axis, cut by a plane, or from above at an angle. Parallel
+ * projection, so lengths can be measured.
+ */
+#ifndef RMAP_FIGURE_VIEW_H
+#define RMAP_FIGURE_VIEW_H
+
+#include <stdbool.h>
+
+#include "base/vec.h"
+#include "io/svg.h"
+#include "scene/scene.h"
+#include "trace/portion.h"
+
+enum rmap_view_kind {
+    RMAP_VIEW_AUTO, /* 3d for scenes made of meshes, else the section that shows most */
+    RMAP_VIEW_YZ,   /* z to the right, y upwards */
+    RMAP_VIEW_XZ,   /* z to the right, x upwards */
+    RMAP_VIEW_XY,   /* x to the right, y upwards */
+    RMAP_VIEW_3D    /* z upwards */
+};
+
+struct rmap_view {
+    bool section;                       /* cut by the plane of depth 0 */
+    struct rmap_vec3 right, up, toward; /* orthonormal; toward the eye */
+    double offset;                      /* of the plane, along `toward` */
+    char description[96];               /* "section at y = 0 mm" */
+};
+
+/* rays may be NULL; their mean direction helps to choose a section. */
+void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                      const struct rmap_portion *rays, struct rmap_view *view);
+
+/* Coordinates to the right and upwards, and height above the plane towards the eye. */
+struct rmap_vec3 rmap_view_project(const struct rmap_view *view, struct rmap_vec3 point);
+
+/* What of the scene a picture shows, in view coordinates: objects, detectors, and sources near
+ * them. */
+struct rmap_view_box {
+    double low[2], high[2];
+};
+void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
+                      struct rmap_view_box *box);
+
+/* View coordinates to pixels, the same scale both ways. */
+struct rmap_view_frame {
+    const struct rmap_view *view;
+    double x, y, width, height; /* plot area, pixels */
+    double scale;               /* pixels per length unit */
+    double centre[2];           /* view coordinates of the area's centre */
+};
+void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinates[2],
+                     double pixel[2]);
+
+#endif
