@@ -172,8 +172,8 @@ enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t
         return rmap_error_set(err, RMAP_FORMAT, "fletcher32 does not match: the data are damaged");
     /* fletcher32 vouches for all that was stored: Adler-32 need not be computed once more. */
     if (libdeflate_deflate_decompress(decoder->decompressor, stored + HEADER,
-                                      stream - HEADER - ADLER, plane, n * element_nbytes,
-                                      NULL) != LIBDEFLATE_SUCCESS)
+                                      nbytes - HEADER + RMAP_DECODER_SLACK, plane,
+                                      n * element_nbytes, NULL) != LIBDEFLATE_SUCCESS)
         return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * element_nbytes);
     return RMAP_OK;
 }

@@ -34,6 +34,11 @@ enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_decoder_destroy(struct rmap_decoder *decoder);
 
+/* Bytes after the stored ones that must be readable (their values are of no matter): libdeflate
+ * 1.14 leaves its fast loop some 30 bytes before the end of its input, and that little may stand
+ * for whole planes of equal bytes, which then take three times as long. */
+#define RMAP_DECODER_SLACK 64
+
 /* Decodes a chunk of exactly n elements as far as its byte planes, [element_nbytes][n]; any range
  * of elements then comes out of them by rmap_unshuffle. RMAP_FORMAT when the bytes are not that. */
 enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,

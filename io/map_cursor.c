@@ -206,7 +206,8 @@ static enum rmap_status decode(struct rmap_cursor *self, enum rmap_column column
     enum rmap_status st = RMAP_OK;
     size_t width = rmap_column_width(column, self->portion->n_channel);
     void *block = self->stored;
-    st = rmap_reserve(&block, &self->stored_cap, entry->nbytes, 1, err);
+    st =
+        rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes + RMAP_DECODER_SLACK, 1, err);
     self->stored = block;
     if (st != RMAP_OK)
         return st;
