@@ -5,23 +5,13 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/chunk_cache.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
 #include "io/shuffle.h"
 #include "trace/event.h"
 
-#define SLOTS_PER_SHARD 3
-#define SLOTS_MAX       64
-#define FILES_MAX       32
-
-/* A chunk, inflated; its rows are taken out of its byte planes portion by portion. */
-struct slot {
-    bool used;
-    size_t piece;
-    uint64_t index;
-    uint64_t tick; /* of its last use */
-    uint8_t *plane;
-};
+#define FILES_MAX 32
 
 struct open_file {
     size_t piece;
@@ -36,8 +26,8 @@ struct rmap_cursor {
     struct rmap_decoder *decoder;
     uint8_t *stored;
     size_t stored_cap;
-    size_t n_slot;
-    struct slot *slot[RMAP_COLUMN_COUNT]; /* [n_slot] of the cursor's columns */
+    /* Of the cursor's columns: chunks as byte planes, from which portions take their rows. */
+    struct rmap_chunk_cache *cache[RMAP_COLUMN_COUNT];
     struct open_file file[FILES_MAX];
     uint64_t tick;
     uint64_t nbytes;
@@ -54,22 +44,17 @@ enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set 
     self->columns = columns;
     for (int k = 0; k < FILES_MAX; k++)
         self->file[k].fd = -1;
-    self->n_slot = SLOTS_PER_SHARD * (size_t)map->summary.n_shard;
-    if (self->n_slot > SLOTS_MAX)
-        self->n_slot = SLOTS_MAX;
     self->portion = rmap_alloc(1, sizeof *self->portion);
-    bool missing = !self->portion;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
-        if (!(columns & RMAP_COLUMN_BIT(c)))
-            continue;
-        self->slot[c] = rmap_alloc(self->n_slot, sizeof *self->slot[c]);
-        missing = missing || !self->slot[c];
-    }
-    if (missing) {
+    if (!self->portion) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
         goto out;
     }
     self->portion->n_channel = map->scene->channels.n;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (columns & RMAP_COLUMN_BIT(c))
+            RMAP_TRY(rmap_chunk_cache_create(
+                RMAP_CHUNK_ROWS * rmap_portion_row_nbytes(self->portion, (enum rmap_column)c),
+                (size_t)map->summary.n_shard, &self->cache[c], err));
     RMAP_TRY(rmap_decoder_create(&self->decoder, err));
     *cursor_ret = self;
     self = NULL;
@@ -82,11 +67,8 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
 {
     if (!self)
         return;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
-        for (size_t k = 0; self->slot[c] && k < self->n_slot; k++)
-            rmap_free(self->slot[c][k].plane);
-        rmap_free(self->slot[c]);
-    }
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        rmap_chunk_cache_destroy(self->cache[c]);
     for (int k = 0; k < FILES_MAX; k++)
         if (self->file[k].fd >= 0)
             (void)close(self->file[k].fd);
@@ -222,44 +204,31 @@ out:
     return st;
 }
 
-/* The slot that holds the chunk, decoded into the least recently used one if need be. */
+/* The chunk's planes, from the cache or the file. */
 static enum rmap_status find_chunk(struct rmap_cursor *self, enum rmap_column column, size_t piece,
                                    uint64_t index, const uint8_t **plane_ret,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_piece_chunks *chunks;
-    struct slot *slot = self->slot[column], *victim = slot;
+    struct rmap_chunk_cache *cache = self->cache[column];
+    uint8_t *plane;
     int fd = -1;
-    for (size_t k = 0; k < self->n_slot; k++) {
-        if (slot[k].used && slot[k].piece == piece && slot[k].index == index) {
-            slot[k].tick = ++self->tick;
-            *plane_ret = slot[k].plane;
-            return RMAP_OK;
-        }
-        if (slot[k].tick < victim->tick)
-            victim = &slot[k];
-    }
-    victim->used = false;
-    if (!victim->plane)
-        victim->plane = rmap_alloc(RMAP_CHUNK_ROWS, rmap_portion_row_nbytes(self->portion, column));
-    if (!victim->plane)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoded chunk");
+    *plane_ret = rmap_chunk_cache_find(cache, piece, index);
+    if (*plane_ret)
+        return RMAP_OK;
+    RMAP_TRY(rmap_chunk_cache_room(cache, piece, index, &plane, err));
     RMAP_TRY(rmap_map_piece_chunks(self->map, piece, &chunks, err));
     RMAP_TRY(open_piece(self, piece, &fd, err));
-    st =
-        decode(self, column, &chunks->entry[chunks->first[column] + index], fd, victim->plane, err);
+    st = decode(self, column, &chunks->entry[chunks->first[column] + index], fd, plane, err);
     if (st != RMAP_OK) {
         rmap_error_context(err, "%s: %s chunk %llu", self->map->content.piece[piece].name,
                            rmap_column_path(column, self->map->scene->channels.mode),
                            (unsigned long long)index);
         goto out;
     }
-    victim->used = true;
-    victim->piece = piece;
-    victim->index = index;
-    victim->tick = ++self->tick;
-    *plane_ret = victim->plane;
+    rmap_chunk_cache_keep(cache, piece, index);
+    *plane_ret = plane;
 out:
     return st;
 }

@@ -72,9 +72,9 @@ size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
 struct rmap_cursor;
 
-/* A cursor keeps its last decoded chunks, three per column and shard (at most 64 per column), so
- * reading portions in order decodes each chunk once, also where shards alternate. One thread at a
- * time; any number of cursors. */
+/* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks
+ * in a shard makes useful), so reading portions in order decodes each chunk about once, also where
+ * shards alternate. One thread at a time; any number of cursors. */
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
                                     struct rmap_cursor **cursor_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
