@@ -7,19 +7,24 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-rays=1000000
+rays=2000000
 scene=examples/double-gauss/scene.yaml
 map=out/double-gauss.raymap
-# A ghost: light that reached the sensor after at least two mirror-like reflections.
-ghost='registered(sensor) and hit(*, reflect_specular) >= 2'
-# Stray light: any light of the sun, which stands outside the field, that reached the sensor.
-stray='registered(sensor) and source(sun)'
+# A ghost: light of the star that was mirrored twice or more and ends on the sensor.
+ghost='source(star) and ended(absorbed, sensor_surface) and hit(*, reflect_specular) >= 2'
+# Those that the lens alone makes: two reflections between its surfaces.
+lens_ghost='source(star) and registered(sensor) and hit(lens, reflect_specular) == 2 and hit(*, reflect) == 2'
+# Stray light: any light of the sun, which stands outside the field, that reaches the sensor.
+stray='source(sun) and registered(sensor)'
 
 say() { printf '\n== %s\n' "$*"; }
 show() {
-    printf '$'
-    printf " %q" "$@"
-    printf '\n'
+    local word line='$'
+    for word in "$@"; do
+        case $word in *[!A-Za-z0-9_./=:-]*) word="'$word'" ;; esac
+        line+=" $word"
+    done
+    printf '%s\n' "$line"
     "$@"
 }
 
@@ -37,21 +42,20 @@ say "What the map holds"
 show raymap info "$map"
 
 say "Ghosts and stray light on the sensor"
-show mpirun -np 2 raymap query "$map" "$ghost" "$stray" --count
+show mpirun -np 2 raymap query "$map" "$ghost" "$lens_ghost" "$stray" --count
 
-say "One ghost ray, leg by leg"
-first=$(raymap query "$map" "$ghost and source(star)" --limit 1 -o out/ghost.csv >/dev/null &&
-    sed -n '2s/,.*//p' out/ghost.csv)
-[ -z "$first" ] || show raymap report "$map" "$first"
+say "One of the lens's ghost rays, leg by leg"
+raymap query "$map" "$lens_ghost" --limit 1 -o out/ghost.csv --force --quiet
+show raymap report "$map" "$(sed -n '2s/,.*//p' out/ghost.csv)"
 
 say "Pictures"
-show raymap draw "$map" --where "$ghost and source(star)" --limit 60 -o out/ghosts.png
-show raymap draw "$map" --where "source(star)" --limit 60 -o out/lens.png
-show raymap detector "$map" sensor -o out/sensor.png
-show raymap detector "$map" sensor --where "$ghost" -o out/sensor-ghosts.png
+show raymap draw "$map" --where "source(star)" --limit 40 -o out/lens.png --force
+show raymap draw "$map" --where "$lens_ghost" --limit 40 -o out/ghosts.png --force
+show raymap detector "$map" sensor --log -o out/sensor.png --force
+show raymap detector "$map" sensor --where "$ghost" --log -o out/sensor-ghosts.png --force
 
 say "Done. The pictures:"
-printf '  %s\n' "the star's rays      $PWD/out/lens.png" \
-    "its ghosts           $PWD/out/ghosts.png" \
-    "the sensor           $PWD/out/sensor.png" \
-    "ghosts on the sensor $PWD/out/sensor-ghosts.png"
+printf '  %-28s %s\n' "the star's rays" "$PWD/out/lens.png" \
+    "the lens's ghosts" "$PWD/out/ghosts.png" \
+    "the sensor" "$PWD/out/sensor.png" \
+    "the ghosts on the sensor" "$PWD/out/sensor-ghosts.png"
