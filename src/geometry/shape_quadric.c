@@ -135,6 +135,18 @@ static bool other_side(const struct rmap_shape *shape, const struct quadric *f,
     return take(shape, f, query, t, rmap_axpy(t, d, query->origin), hit);
 }
 
+/* Is a root, good to `error` along the ray, so far off the surface that its Newton step cannot
+ * bring it back? Most roots of tubes and caps are, and cost no division then. */
+static bool hopeless(const struct rmap_shape *shape, struct rmap_vec3 p, double error)
+{
+    if (shape->type == RMAP_SHAPE_SPHERE)
+        return false;
+    if (shape->type == RMAP_SHAPE_TUBE)
+        return p.z < -error || p.z > shape->length + error;
+    double rim = shape->aperture + error;
+    return p.x * p.x + p.y * p.y > rim * rim;
+}
+
 bool rmap_quadric_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
                             struct rmap_shape_hit *hit)
 {
@@ -144,7 +156,8 @@ bool rmap_quadric_intersect(const struct rmap_shape *shape, const struct rmap_sh
     struct rmap_vec3 d = query->direction;
     struct rmap_vec3 from = query->origin;
     from.z -= f.middle;
-    double shift = -rmap_dot(from, d) / rmap_dot(d, d);
+    double square = rmap_dot(d, d);
+    double shift = -rmap_dot(from, d) / square;
     struct rmap_vec3 p = rmap_axpy(shift, d, query->origin);
     double a = f.alpha * (d.x * d.x + d.y * d.y) + f.gamma * d.z * d.z;
     double b = rmap_dot(half_gradient(&f, p), d);
@@ -152,9 +165,11 @@ bool rmap_quadric_intersect(const struct rmap_shape *shape, const struct rmap_sh
     int n = roots(a, b, value(&f, p), t);
     double limit = 1e-6 * (t[1] - t[0]);
     for (int i = 0; i < n; i++) {
-        if (shift + t[i] + limit <= query->t_min)
+        if (shift + t[i] + limit <= query->t_min || shift + t[i] - limit >= query->t_max)
             continue;
         struct rmap_vec3 q = rmap_axpy(t[i], d, p);
+        if (hopeless(shape, q, limit * (1 + square)))
+            continue;
         double slope = rmap_dot(half_gradient(&f, q), d);
         double step = -0.5 * value(&f, q) / slope;
         /* At a tangent the step is noise over noise; near one it must stay small. */
