@@ -91,9 +91,9 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
     return json_pack(
         "{s:s, s:s, s:[i, i], s:s, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
         "detector", image->detector->name, "type", plane ? "plane" : "intensity", "cells",
-        (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all", "rays",
-        (json_int_t)llround(image->registrations), "flux", "total", number(image->flux),
-        "standard_error", number(image->flux_error), "unit", image->flux_unit, "quantity",
-        image->quantity, "unit", image->unit, "mean", "value", number(image->mean),
+        (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all",
+        "registrations", (json_int_t)llround(image->registrations), "flux", "total",
+        number(image->flux), "standard_error", number(image->flux_error), "unit", image->flux_unit,
+        "quantity", image->quantity, "unit", image->unit, "mean", "value", number(image->mean),
         "standard_error", number(image->mean_error), "peak", peak);
 }

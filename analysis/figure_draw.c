@@ -2,6 +2,7 @@
 #include "analysis/figure_draw.h"
 
 #include <inttypes.h>
+#include <math.h>
 #include <stdio.h>
 
 #include "analysis/figure_axes.h"
@@ -13,8 +14,8 @@
 #include "analysis/tessellation.h"
 #include "base/alloc.h"
 
-enum { MARGIN = 24, TOP = 84, BOTTOM = 68, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
-enum { LOWEST = 200 };
+enum { MARGIN = 24, TOP = 84, BOTTOM = 56, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
+enum { LOWEST = 200, LEGEND_LENGTH = 1500 /* of all its samples, about */ };
 
 /* White around the scene, and length of a leg that leaves, as parts of the scene's size. */
 static const double BORDER = 0.06, LEAVING = 0.08;
@@ -120,7 +121,8 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     rmap_view_choose(scene, options->kind, rays, &view);
     double size = fit(scene, &view, &frame);
     RMAP_TRY(make_meshes(scene, &mesh, err));
-    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN, TOP + frame.height + BOTTOM, options->title,
+    double bottom = BOTTOM + RMAP_LEGEND_ROW * floor(LEGEND_LENGTH / frame.width);
+    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN, TOP + frame.height + bottom, options->title,
                              &svg, err));
     rmap_svg_open_clip(svg, frame.x, frame.y, frame.width, frame.height);
     if (view.section)
@@ -129,7 +131,7 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
         RMAP_TRY(rmap_solid_draw(scene, mesh, &frame, svg, err));
     RMAP_TRY(rmap_rays_draw(scene, rays, &frame, LEAVING * size, svg, err));
     struct rmap_labels labels = {.area = {frame.x, frame.y, frame.width, frame.height}};
-    rmap_marks_draw(scene, &frame, &labels, svg);
+    rmap_marks_draw(scene, rays, &frame, &labels, svg);
     rmap_svg_close(svg);
     rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});

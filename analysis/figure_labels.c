@@ -22,6 +22,17 @@ static bool is_free(const struct rmap_labels *labels, const double box[4])
     return true;
 }
 
+void rmap_label_reserve(struct rmap_labels *labels, const double a[2], const double b[2])
+{
+    if (labels->n == RMAP_LABELS_MAX)
+        return;
+    double *box = labels->box[labels->n++];
+    for (int k = 0; k < 2; k++) {
+        box[k] = fmin(a[k], b[k]) - 2.0;
+        box[k + 2] = fabs(a[k] - b[k]) + 4.0;
+    }
+}
+
 void rmap_label_place(struct rmap_labels *labels, struct rmap_svg *svg, const double pixel[2],
                       const char *ink, const char *string)
 {

@@ -7,8 +7,9 @@
 #include "analysis/figure_marks.h"
 #include "analysis/figure_rays.h"
 #include "analysis/figure_section.h"
+#include "analysis/figure_solid.h"
 
-enum { SAMPLE = 22, GAP = 18, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230 };
+enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230 };
 static const char ink[] = "#222222";
 
 struct legend {
@@ -23,8 +24,8 @@ static void add_sample(struct legend *legend, const char *colour, double width, 
         legend->x = legend->left;
         legend->y += RMAP_LEGEND_ROW;
     }
-    rmap_svg_line(legend->svg, legend->x, legend->y - 4, legend->x + SAMPLE, legend->y - 4,
-                  &(struct rmap_svg_style){.stroke = colour, .width = width});
+    rmap_svg_rect(legend->svg, legend->x, legend->y - 4.5 - 0.5 * width, SAMPLE, width,
+                  &(struct rmap_svg_style){.fill = colour});
     rmap_svg_string(
         legend->svg,
         &(struct rmap_svg_text){
@@ -90,6 +91,23 @@ static bool has_ink(const struct rmap_scene *scene, const char *wanted)
     return false;
 }
 
+/* Lines in a section, faces in a view of solids. */
+static void add_surfaces(struct legend *legend, const struct rmap_scene *scene, bool section)
+{
+    static const char *const word[] = {"refracting surface", "mirror", "other surface"};
+    static const enum rmap_surface_type type[] = {RMAP_SURFACE_FRESNEL, RMAP_SURFACE_MIRROR,
+                                                  RMAP_SURFACE_ABSORBER};
+    for (int k = 0; k < 3; k++) {
+        const double *tint = rmap_surface_tint(type[k]);
+        char face[8];
+        (void)snprintf(face, sizeof face, "#%02x%02x%02x", (int)(240 * tint[0]),
+                       (int)(240 * tint[1]), (int)(240 * tint[2]));
+        if (has_ink(scene, rmap_surface_ink(type[k])))
+            add_sample(legend, section ? rmap_surface_ink(type[k]) : face, section ? 1.3 : 8.0,
+                       word[k]);
+    }
+}
+
 void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                       const struct rmap_view_frame *frame, struct rmap_svg *svg)
 {
@@ -109,15 +127,7 @@ void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion 
         add_sample(&legend, rmap_source_ink, 2.0, "source");
     if (plane)
         add_sample(&legend, rmap_detector_ink, 2.0, "detector");
-    if (frame->view->section) {
-        static const char *const word[] = {"refracting surface", "mirror", "other surface"};
-        const char *kind[3] = {rmap_surface_ink(RMAP_SURFACE_FRESNEL),
-                               rmap_surface_ink(RMAP_SURFACE_MIRROR),
-                               rmap_surface_ink(RMAP_SURFACE_ABSORBER)};
-        for (int k = 0; k < 3; k++)
-            if (has_ink(scene, kind[k]))
-                add_sample(&legend, kind[k], 1.3, word[k]);
-    }
+    add_surfaces(&legend, scene, frame->view->section);
 }
 
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,

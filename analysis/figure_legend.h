@@ -8,8 +8,7 @@
 #include "analysis/figure_view.h"
 #include "trace/portion.h"
 
-/* Samples of every ink in use, in rows below the frame, left of the scale bar. Returns nothing
- * that the caller must know: two rows of LEGEND_ROW pixels always suffice. */
+/* Samples of every ink in use, in rows below the frame, left of the scale bar. */
 #define RMAP_LEGEND_ROW 20.0
 void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                       const struct rmap_view_frame *frame, struct rmap_svg *svg);

@@ -6,7 +6,8 @@
 const char rmap_source_ink[] = "#c2410c";
 const char rmap_detector_ink[] = "#0f766e";
 
-enum { ROUND = 48 };
+enum { ROUND = 96 };
+static const char faint_ink[] = "#e3b7a4";
 
 static void pixel_of(const struct rmap_view_frame *frame, struct rmap_vec3 point, double pixel[2])
 {
@@ -43,7 +44,8 @@ static void draw_circle(const struct rmap_view_frame *frame, const struct rmap_a
 
 /* An arrow of about 26 pixels from a point along a direction; nothing when it points at the eye. */
 static void draw_arrow(const struct rmap_view_frame *frame, struct rmap_vec3 from,
-                       struct rmap_vec3 direction, struct rmap_svg *svg)
+                       struct rmap_vec3 direction, const char *ink, struct rmap_labels *labels,
+                       struct rmap_svg *svg)
 {
     double a[2], b[2];
     pixel_of(frame, from, a);
@@ -57,13 +59,14 @@ static void draw_arrow(const struct rmap_view_frame *frame, struct rmap_vec3 fro
         {a[0], a[1]},     {b[0], b[1]},
         {(double)NAN, 0}, {b[0] - 7 * dx + 3.5 * dy, b[1] - 7 * dy - 3.5 * dx},
         {b[0], b[1]},     {b[0] - 7 * dx - 3.5 * dy, b[1] - 7 * dy + 3.5 * dx}};
-    rmap_svg_path(svg, line, 6, &(struct rmap_svg_style){.stroke = rmap_source_ink, .width = 1.4});
+    rmap_label_reserve(labels, a, b);
+    rmap_svg_path(svg, line, 6, &(struct rmap_svg_style){.stroke = ink, .width = 1.4});
 }
 
 static void mark_source(const struct rmap_view_frame *frame, const struct rmap_source *source,
-                        struct rmap_svg *svg)
+                        const char *ink, struct rmap_labels *labels, struct rmap_svg *svg)
 {
-    const struct rmap_svg_style line = {.stroke = rmap_source_ink, .width = 2};
+    const struct rmap_svg_style line = {.stroke = ink, .width = ink == rmap_source_ink ? 2 : 1.2};
     const struct rmap_affine *place = &source->frame;
     double dot[2];
     pixel_of(frame, place->t, dot);
@@ -77,15 +80,25 @@ static void mark_source(const struct rmap_view_frame *frame, const struct rmap_s
                            rmap_affine_vector(place, rmap_vec3(0, 0.5 * source->shape_size[1], 0)),
                            svg, &line);
     else
-        rmap_svg_circle(svg, dot[0], dot[1], 3.5,
-                        &(struct rmap_svg_style){.fill = rmap_source_ink});
+        rmap_svg_circle(svg, dot[0], dot[1], 3.5, &(struct rmap_svg_style){.fill = ink});
     if (source->type == RMAP_SOURCE_COLLIMATED ||
         source->distribution != RMAP_DISTRIBUTION_ISOTROPIC)
-        draw_arrow(frame, place->t, rmap_affine_vector(place, rmap_vec3(0, 0, 1)), svg);
+        draw_arrow(frame, place->t, rmap_affine_vector(place, rmap_vec3(0, 0, 1)), ink, labels,
+                   svg);
 }
 
-void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
-                     struct rmap_labels *labels, struct rmap_svg *svg)
+static const char *source_ink(const struct rmap_portion *rays, size_t source)
+{
+    size_t n_ray = rays->n_row[RMAP_TABLE_RAY];
+    for (size_t i = 0; i < n_ray; i++)
+        if ((size_t)rays->ray.source[i] == source)
+            return rmap_source_ink;
+    return n_ray > 0 ? faint_ink : rmap_source_ink;
+}
+
+void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                     const struct rmap_view_frame *frame, struct rmap_labels *labels,
+                     struct rmap_svg *svg)
 {
     double at[2];
     for (size_t d = 0; d < scene->n_detector; d++) {
@@ -97,12 +110,12 @@ void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_view_fram
                                &(struct rmap_svg_style){.stroke = rmap_detector_ink, .width = 2});
     }
     for (size_t s = 0; s < scene->n_source; s++)
-        mark_source(frame, &scene->source[s], svg);
+        mark_source(frame, &scene->source[s], source_ink(rays, s), labels, svg);
     for (size_t s = 0; s < scene->n_source; s++) {
         const struct rmap_source *source = &scene->source[s];
         bool listed = source->type == RMAP_SOURCE_RAYS && source->n_list > 0;
         pixel_of(frame, listed ? source->list[0].origin : source->frame.t, at);
-        rmap_label_place(labels, svg, at, rmap_source_ink, source->name);
+        rmap_label_place(labels, svg, at, source_ink(rays, s), source->name);
     }
     for (size_t d = 0; d < scene->n_detector; d++)
         if (scene->detector[d].type == RMAP_DETECTOR_PLANE) {

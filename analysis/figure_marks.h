@@ -7,8 +7,10 @@
 
 #include "analysis/figure_labels.h"
 
-void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
-                     struct rmap_labels *labels, struct rmap_svg *svg);
+/* Sources that sent none of the rays are drawn faintly. */
+void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                     const struct rmap_view_frame *frame, struct rmap_labels *labels,
+                     struct rmap_svg *svg);
 
 /* The ink of sources and of detectors, for the legend. */
 extern const char rmap_source_ink[], rmap_detector_ink[];

@@ -186,11 +186,16 @@ static bool parted(const struct pixel *a, const struct pixel *b)
     return cosine < CREASE_COS;
 }
 
+const double *rmap_surface_tint(enum rmap_surface_type type)
+{
+    static const double tint[3][3] = {{0.80, 0.89, 0.97}, {0.88, 0.84, 0.94}, {0.94, 0.93, 0.90}};
+    return tint[type == RMAP_SURFACE_FRESNEL ? 0 : type == RMAP_SURFACE_MIRROR ? 1 : 2];
+}
+
 /* Paper, face or line; what is far is lighter. */
 static void colour_of(const struct canvas *canvas, const struct rmap_scene *scene, int x, int y,
                       double rgb[3])
 {
-    static const double tint[3][3] = {{0.80, 0.89, 0.97}, {0.88, 0.84, 0.94}, {0.94, 0.93, 0.90}};
     const struct pixel *at = &canvas->pixel[(size_t)y * (size_t)canvas->width + (size_t)x];
     const struct pixel *right = x + 1 < canvas->width ? at + 1 : at;
     const struct pixel *below = y + 1 < canvas->height ? at + canvas->width : at;
@@ -207,10 +212,10 @@ static void colour_of(const struct canvas *canvas, const struct rmap_scene *scen
         rgb[k] = 1.0;
     if (at->object == NOTHING)
         return;
-    enum rmap_surface_type type = scene->surface[scene->object[at->object].surface_front].type;
-    int kind = type == RMAP_SURFACE_FRESNEL ? 0 : type == RMAP_SURFACE_MIRROR ? 1 : 2;
+    const double *tint =
+        rmap_surface_tint(scene->surface[scene->object[at->object].surface_front].type);
     for (int k = 0; k < 3; k++)
-        rgb[k] = tint[kind][k] * (0.80 + 0.20 * at->shade / 255.0);
+        rgb[k] = tint[k] * (0.80 + 0.20 * at->shade / 255.0);
 }
 
 static enum rmap_status put_image(struct canvas *canvas, const struct rmap_scene *scene,

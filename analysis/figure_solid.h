@@ -13,4 +13,7 @@ enum rmap_status rmap_solid_draw(const struct rmap_scene *scene, struct rmap_mes
                                  const struct rmap_view_frame *frame, struct rmap_svg *svg,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* sRGB (0 to 1) of a face of such a surface in full light. */
+const double *rmap_surface_tint(enum rmap_surface_type type);
+
 #endif

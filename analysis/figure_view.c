@@ -10,7 +10,7 @@
 static const double AZIMUTH_DEG = -62.0, ELEVATION_DEG = 28.0;
 
 /* A source further from the objects than this part of their size is left out. */
-static const double NEAR_SOURCE = 0.6;
+static const double NEAR_SOURCE = 1.5;
 
 struct rmap_vec3 rmap_view_project(const struct rmap_view *view, struct rmap_vec3 point)
 {
@@ -82,6 +82,21 @@ static enum rmap_view_kind best_section(const struct rmap_portion *rays)
     return fabs(x) > fabs(y) + 0.01 * (double)n_ray ? RMAP_VIEW_XZ : RMAP_VIEW_YZ;
 }
 
+/* Bodies stand on the x-y plane, z upwards; optics lies along z, y upwards. */
+static void choose_solid(const struct rmap_scene *scene, struct rmap_view *view)
+{
+    double azimuth = AZIMUTH_DEG * RMAP_PI / 180.0, height = ELEVATION_DEG * RMAP_PI / 180.0;
+    double ahead = cos(height) * cos(azimuth), aside = cos(height) * sin(azimuth);
+    bool bodies = mostly_meshes(scene);
+    view->toward =
+        bodies ? rmap_vec3(ahead, aside, sin(height)) : rmap_vec3(aside, sin(height), -ahead);
+    struct rmap_vec3 upright = rmap_vec3(0, !bodies, bodies);
+    view->right = rmap_normalize(rmap_cross(upright, view->toward));
+    view->up = rmap_cross(view->toward, view->right);
+    (void)snprintf(view->description, sizeof view->description, "seen from %.0f° above",
+                   ELEVATION_DEG);
+}
+
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
                       const struct rmap_portion *rays, struct rmap_view *view)
 {
@@ -90,13 +105,7 @@ void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
         kind = mostly_meshes(scene) ? RMAP_VIEW_3D : best_section(rays);
     *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
     if (kind == RMAP_VIEW_3D) {
-        double azimuth = AZIMUTH_DEG * RMAP_PI / 180.0, height = ELEVATION_DEG * RMAP_PI / 180.0;
-        view->toward =
-            rmap_vec3(cos(height) * cos(azimuth), cos(height) * sin(azimuth), sin(height));
-        view->right = rmap_normalize(rmap_cross(axis[2], view->toward));
-        view->up = rmap_cross(view->toward, view->right);
-        (void)snprintf(view->description, sizeof view->description,
-                       "seen from %.0f° above, parallel projection", ELEVATION_DEG);
+        choose_solid(scene, view);
         return;
     }
     view->right = kind == RMAP_VIEW_XY ? axis[0] : axis[2];
@@ -147,6 +156,20 @@ static void cover_corners(struct rmap_view_box *box, const struct rmap_view *vie
                                           k & 4 ? upper.z : lower.z)));
 }
 
+/* What sends light: a point, or the corners about a disc or a rectangle. */
+static void cover_emitter(const struct rmap_source *source, const struct rmap_view *view,
+                          struct rmap_view_box *box)
+{
+    double x = 0.0, y = 0.0;
+    if (source->shape == RMAP_EMITTER_DISC)
+        x = y = source->shape_size[0];
+    if (source->shape == RMAP_EMITTER_RECTANGLE) {
+        x = 0.5 * source->shape_size[0];
+        y = 0.5 * source->shape_size[1];
+    }
+    cover_corners(box, view, &source->frame, rmap_vec3(-x, -y, 0.0), rmap_vec3(x, y, 0.0));
+}
+
 static void cover_sources(const struct rmap_scene *scene, const struct rmap_view *view,
                           struct rmap_view_box *box)
 {
@@ -159,7 +182,7 @@ static void cover_sources(const struct rmap_scene *scene, const struct rmap_view
     for (size_t s = 0; s < scene->n_source; s++) {
         struct rmap_vec3 p = rmap_view_project(view, scene->source[s].frame.t);
         if (p.x >= wide.low[0] && p.x <= wide.high[0] && p.y >= wide.low[1] && p.y <= wide.high[1])
-            cover(box, view, scene->source[s].frame.t);
+            cover_emitter(&scene->source[s], view, box);
     }
 }
 

@@ -18,7 +18,7 @@ enum rmap_view_kind {
     RMAP_VIEW_YZ,   /* z to the right, y upwards */
     RMAP_VIEW_XZ,   /* z to the right, x upwards */
     RMAP_VIEW_XY,   /* x to the right, y upwards */
-    RMAP_VIEW_3D    /* z upwards */
+    RMAP_VIEW_3D    /* parallel projection from above: z upwards for bodies, y for optics */
 };
 
 struct rmap_view {

@@ -1,0 +1,65 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: a detector's image from the tally, from the registrations and from CSV is one and
+# the same, in physical units; pictures are written; mistakes are told.
+. "$(dirname "$0")/expect.bash"
+rm -rf ./*
+write_scene scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 20000 --quiet
+
+expect 0 '^flux ' "$RAYMAP" detector a.raymap sensor -o all.csv
+cp stdout.txt all.txt
+expect 0 '^flux ' "$RAYMAP" detector a.raymap sensor --where all -o where.csv
+cmp all.txt stdout.txt || { echo "FAILED: the tally and the registrations differ"; failures=1; }
+diff <(grep -v '^# criterion' all.csv) <(grep -v '^# criterion' where.csv) >/dev/null ||
+    { echo "FAILED: the images of the tally and of the registrations differ"; failures=1; }
+"$RAYMAP" detector a.raymap sensor --json >all.json || failures=1
+"$RAYMAP" detector a.raymap sensor --where 'registered(sensor) == 1' --json >once.json || failures=1
+"$RAYMAP" query a.raymap 'registered(sensor) >= 1' 'registered(sensor) == 1' --json >query.json || failures=1
+cat >check.py <<'PY'
+import csv, json, math
+rows = list(csv.DictReader(line for line in open("all.csv") if not line.startswith("#")))
+d = json.load(open("all.json"))
+assert len(rows) == 400 and d["cells"] == [20, 20]
+area = 4e-6 # m2
+flux = math.fsum(float(r["value"]) for r in rows) * area
+assert math.isclose(flux, d["flux"]["total"], rel_tol=1e-12), (flux, d["flux"])
+assert sum(float(r["rays"]) for r in rows) == d["registrations"]
+assert math.isclose(d["mean"]["value"], flux / 1600e-6, rel_tol=1e-12)
+peak = max(rows, key=lambda r: float(r["value"]))
+assert math.isclose(float(peak["value"]), d["peak"]["value"], rel_tol=1e-12)
+assert [int(peak["i"]), int(peak["j"])] == d["peak"]["cell"]
+assert float(rows[0]["x"]) == -19 and float(rows[0]["y"]) == -19 and float(rows[1]["x"]) == -17
+# binomial: w is 0 or 1 for N rays
+n, N = d["registrations"], 20000
+assert math.isclose(d["flux"]["standard_error"], math.sqrt((n - n * n / N) / (N * (N - 1))), rel_tol=1e-9)
+some, one = json.load(open("query.json")) # a ray may come back to the sensor
+assert some["rays"]["matched"] < d["registrations"]
+once = json.load(open("once.json"))
+assert 0 < once["registrations"] == one["rays"]["matched"]
+assert math.isclose(once["flux"]["total"], one["flux"]["matched"], rel_tol=1e-12)
+assert math.isclose(once["flux"]["standard_error"], one["flux"]["standard_error"], rel_tol=1e-9)
+PY
+/usr/bin/python3 check.py || failures=1
+
+expect 0 '' "$RAYMAP" detector a.raymap sensor -o a.png --log
+[ "$(head -c 4 a.png | tail -c 3)" = PNG ] || { echo "FAILED: a.png is no PNG"; failures=1; }
+expect 0 '' "$RAYMAP" detector a.raymap sensor -o a.svg --color true
+grep -q 'true colour' a.svg || { echo "FAILED: a.svg does not say that it is in true colour"; failures=1; }
+expect 0 '^registrations +0' "$RAYMAP" detector a.raymap sensor --where 'segments > 1000' -o none.png
+/usr/bin/python3 -c 'import xml.dom.minidom as x; x.parse("a.svg")' || failures=1
+for np in 1 2 3; do
+    expect 0 '' mpirun -np $np "$RAYMAP" detector a.raymap sensor --where 'hit(lens.1)' --color true -o np$np.svg
+    expect 0 '' mpirun -np $np "$RAYMAP" detector a.raymap sensor --where 'hit(lens.1)' -o np$np.csv
+    cmp np1.svg np$np.svg && cmp np1.csv np$np.csv || { echo "FAILED: $np ranks differ"; failures=1; }
+done
+
+expect 2 'exists' "$RAYMAP" detector a.raymap sensor -o a.png
+expect 0 '' "$RAYMAP" detector a.raymap sensor -o a.png --force
+expect 2 '\.png, \.svg or \.csv' "$RAYMAP" detector a.raymap sensor -o a.jpg
+expect 2 'false or true' "$RAYMAP" detector a.raymap sensor --color blue
+expect 3 "did you mean 'sensor'" "$RAYMAP" detector a.raymap senser
+expect 3 'criterion:1:5' "$RAYMAP" detector a.raymap sensor --where 'hit(lenz)'
+expect 5 'cannot write' "$RAYMAP" detector a.raymap sensor -o no/folder/a.png
+finish

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: pictures of scene and rays in every view, the same bytes for any number of ranks,
+# with an empty selection too.
+. "$(dirname "$0")/expect.bash"
+rm -rf ./*
+write_scene scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 20000 --quiet
+
+for view in yz xz xy 3d; do
+    expect 0 '40 of [0-9]+ matching' "$RAYMAP" draw a.raymap --where 'registered(sensor)' --limit 40 --view $view -o $view.svg
+    /usr/bin/python3 -c 'import sys, xml.dom.minidom as x; x.parse(sys.argv[1])' $view.svg || failures=1
+    for word in a.raymap 'registered(sensor)' lamp sensor ' mm<'; do
+        grep -qF "$word" $view.svg || { echo "FAILED: $view.svg does not say $word"; failures=1; }
+    done
+done
+lines() { grep -c '<path' "$1"; }
+expect 0 '0 of 0' "$RAYMAP" draw a.raymap --where 'segments > 1000' --view yz -o none.svg
+grep -q 'no ray matches' none.svg || { echo "FAILED: none.svg does not say that no ray matches"; failures=1; }
+[ "$(lines yz.svg)" -ge $(($(lines none.svg) + 40)) ] || { echo "FAILED: 40 rays are not drawn"; failures=1; }
+expect 0 '' "$RAYMAP" draw a.raymap --limit 10000 -o many.png
+[ "$(head -c 4 many.png | tail -c 3)" = PNG ] || { echo "FAILED: many.png is no PNG"; failures=1; }
+for np in 1 3; do
+    expect 0 '' mpirun -np $np "$RAYMAP" draw a.raymap --where 'hit(lens.1)' -o np$np.svg
+    cmp np1.svg np$np.svg || { echo "FAILED: $np ranks differ"; failures=1; }
+done
+
+expect 2 '\-o OUT.svg' "$RAYMAP" draw a.raymap
+expect 2 '\.svg or \.png' "$RAYMAP" draw a.raymap -o a.pdf
+expect 2 'exists' "$RAYMAP" draw a.raymap -o yz.svg
+expect 2 'yz, xz, xy or 3d' "$RAYMAP" draw a.raymap -o b.svg --view zz
+expect 2 'limit' "$RAYMAP" draw a.raymap -o b.svg --limit 0
+expect 3 'criterion:1:5' "$RAYMAP" draw a.raymap -o b.svg --where 'hit(lenz)'
+expect 5 'cannot write' "$RAYMAP" draw a.raymap -o no/folder/b.svg
+finish

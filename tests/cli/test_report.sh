@@ -1,0 +1,77 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: a ray read from the map and the same ray traced again tell the same history, the
+# one with the map's digits, the other with all.
+. "$(dirname "$0")/expect.bash"
+rm -rf ./*
+write_scene scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --seed 7 --quiet
+
+expect 0 '^source +lamp' "$RAYMAP" report a.raymap 12
+expect 0 'T +lens\.1 .*transmit_specular' "$RAYMAP" report a.raymap 12
+expect 0 'V +sensor .*registered: x ' "$RAYMAP" report a.raymap 12
+expect 0 '^flux +1 W' "$RAYMAP" report scene.yaml --ray 12 --seed 7
+expect 3 'no ray 5000' "$RAYMAP" report a.raymap 5000
+expect 2 'whole number' "$RAYMAP" report a.raymap many
+expect 2 'SCENE and --ray' "$RAYMAP" report a.raymap
+expect 2 'SCENE and --ray' "$RAYMAP" report scene.yaml 3 --ray 4
+expect 3 'none.raymap' "$RAYMAP" report none.raymap 1
+expect 4 '' "$RAYMAP" report scene.yaml 1
+
+for ray in 0 12 999 4999; do
+    "$RAYMAP" report a.raymap $ray --json >map-$ray.json || failures=1
+    "$RAYMAP" report scene.yaml --ray $ray --seed 7 --json >scene-$ray.json || failures=1
+done
+cat >compare.py <<'PY'
+import json, math, sys
+keys = {"ray", "source", "stop", "flux", "wavelength", "path_length", "optical_path", "start", "steps", "registrations"}
+step_keys = {"object", "face", "primitive", "events", "medium", "position", "normal", "direction", "length", "colour"}
+registration_keys = {"detector", "step", "cell", "x", "y", "angle", "optical_path", "registered"}
+def near(a, b, tolerance, what):
+    if a is None or b is None:
+        assert a is b, (what, a, b)
+    elif isinstance(a, list):
+        for x, y in zip(a, b, strict=True):
+            near(x, y, tolerance, what)
+    else:
+        assert abs(a - b) <= tolerance * max(1, abs(b)), (what, a, b)
+for ray in sys.argv[1:]:
+    m, s = json.load(open(f"map-{ray}.json")), json.load(open(f"scene-{ray}.json"))
+    for r in m, s:
+        assert set(r) == keys and r["ray"] == int(ray)
+        assert all(set(t) == step_keys for t in r["steps"])
+        assert all(set(t) == registration_keys for t in r["registrations"])
+        # path_length leaves out a leg that leaves, whose length is 0
+        near(math.fsum(t["length"] for t in r["steps"]), r["path_length"], 1e-5 if r is m else 1e-13, "length")
+        at = r["start"]
+        for t in r["steps"]:
+            if t["length"]:
+                ahead = [a + t["length"] * d for a, d in zip(at, t["direction"])]
+                near(ahead, t["position"], 1e-5 if r is m else 1e-13, "position")
+            at = t["position"]
+    for key in ("source", "stop"):
+        assert m[key] == s[key], key
+    for key in ("wavelength", "path_length", "optical_path"):
+        near(m[key], s[key], 0, key)
+    near(m["start"], s["start"], 1e-6, "start")
+    near(m["flux"], 1 / 5000, 1e-15, "flux")
+    for a, b in zip(m["steps"], s["steps"], strict=True):
+        for key in ("object", "face", "primitive", "events", "medium"):
+            assert a[key] == b[key], (key, a, b)
+        near(a["position"], b["position"], 1e-6, "position")
+        near(a["normal"], b["normal"], 4e-5, "normal")
+        near(a["colour"], b["colour"], 1e-4, "colour")
+    for a, b in zip(m["registrations"], s["registrations"], strict=True):
+        for key in ("detector", "step", "cell", "registered"):
+            assert a[key] == b[key], key
+        near(a["optical_path"], b["optical_path"], 0, "optical_path")
+        near([a["x"], a["y"]], [b["x"], b["y"]], 40 / 65535, "x, y")
+        near(a["angle"], b["angle"], 1e-3, "angle")
+PY
+/usr/bin/python3 compare.py 0 12 999 4999 || failures=1
+
+# Ranks change nothing.
+expect 0 '' mpirun -np 2 "$RAYMAP" report scene.yaml --ray 12 --seed 7 --json
+cmp stdout.txt scene-12.json || failures=1
+finish
