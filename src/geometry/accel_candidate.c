@@ -82,6 +82,7 @@ static bool shape_counts(struct rmap_query *query, struct rmap_candidate *candid
         .normal = rmap_scale(rmap_affine_transposed(&o->to_local, candidate->normal), 1 / length),
         .point = rmap_affine_point(&o->to_world, candidate->point),
     };
+    candidate->touches = true;
     candidate->t = 0;
     return rmap_start_meets(query, &touch);
 }
@@ -92,7 +93,7 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
     bool own = query->start.object == object;
     double tolerance = o->tolerance + query->start.tolerance;
     double from = own ? 0 : -RMAP_GRAZING_MAX * tolerance;
-    double to = query->limit + RMAP_GRAZING_MAX * o->tolerance;
+    double to = fmax(query->limit, 0) + RMAP_GRAZING_MAX * tolerance;
     rmap_query_local(query, object);
     /* roots that touch the start without counting are passed over: at most two, as a quadric
      * has no more and an asphere's others lie farther off */

@@ -78,9 +78,10 @@ struct rmap_accel {
 /* A surface that may be the next one. Those within float error of one another are all kept. */
 #define RMAP_CANDIDATE_MAX 8
 struct rmap_candidate {
-    double t, tolerance;            /* along the ray */
+    double t, tolerance;            /* along the ray, from the point inside if there is one */
     struct rmap_vec3 point, normal; /* shapes: local; triangles: weights of the corners, unset */
     int32_t object, primitive;
+    bool touches; /* the start: it is met at distance 0, in the order of t */
     int32_t rank; /* 0: the near side is the ray's medium, 1: any medium, 2: another one */
 };
 

@@ -8,6 +8,11 @@
  */
 #include "geometry/accel_internal.h"
 
+/* A triangle and its neighbour may both be seen edge on, and the float ray pass both: the farther
+ * they reach, the flatter both must lie. As a share of the inscribed circle's radius; rays that
+ * hit the margin only, a few in a hundred, cost a look at the neighbours. */
+#define LEAST_MARGIN 0.01
+
 /* Needles would grow without end: at sines below this one they stay a little too short. */
 #define LEAST_SINE 1e-4
 
@@ -21,6 +26,10 @@ static void widen(const struct rmap_mesh *mesh, size_t triangle, double wider, f
 {
     struct rmap_vec3 corner[3];
     rmap_mesh_corners(mesh, triangle, corner);
+    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
+    double perimeter = rmap_length(e1) + rmap_length(e2) + rmap_length(rmap_sub(e2, e1));
+    if (perimeter > 0)
+        wider = fmax(wider, LEAST_MARGIN * rmap_length(rmap_cross(e1, e2)) / perimeter);
     for (int k = 0; k < 3; k++) {
         struct rmap_vec3 a = unit(rmap_sub(corner[(k + 1) % 3], corner[k]));
         struct rmap_vec3 b = unit(rmap_sub(corner[(k + 2) % 3], corner[k]));

@@ -188,11 +188,12 @@ static void finish_triangle(const struct rmap_accel_object *object,
     hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, rmap_cross(e1, e2)));
 }
 
-static void finish(const struct rmap_query *query, struct rmap_hit *hit)
+static void finish(struct rmap_query *query, struct rmap_hit *hit)
 {
     const struct rmap_candidate *best = rmap_query_best(query);
     const struct rmap_accel_object *object = &query->accel->object[best->object];
-    hit->t = best->t;
+    rmap_query_local(query, best->object);
+    hit->t = best->touches ? 0 : fmax(best->t + query->local.ahead, 0);
     hit->object = best->object;
     hit->primitive = best->primitive;
     if (object->shape) {

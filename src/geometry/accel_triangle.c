@@ -21,7 +21,6 @@ static void set_shear(struct rmap_query *query)
 {
     struct rmap_local_ray *local = &query->local;
     struct rmap_vec3 d = local->direction, from = local->origin;
-    local->ahead = 0;
     if (query->start.nudged && query->start.object == local->object) {
         from = query->start.inside;
         local->ahead = rmap_dot(rmap_sub(from, local->origin), d) / rmap_dot(d, d);
@@ -47,6 +46,7 @@ void rmap_query_local(struct rmap_query *query, int32_t object)
     local->object = object;
     local->origin = rmap_affine_point(&o->to_local, query->ray->origin);
     local->direction = rmap_affine_vector(&o->to_local, query->ray->direction);
+    local->ahead = 0;
     if (o->mesh)
         set_shear(query);
 }
@@ -121,7 +121,7 @@ static bool beside(struct rmap_vec3 point, const struct rmap_vec3 corner[3], str
     return false;
 }
 
-/* The triangle as the start sees it: behind, ahead, or touching. Makes t that of the origin. */
+/* The triangle as the start sees it: behind, ahead, or touching. */
 static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
                    const struct rmap_vec3 corner[3], struct rmap_vec3 n, double length)
 {
@@ -130,10 +130,8 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
     double tolerance = own ? o->exact : o->tolerance + query->start.tolerance;
     double height = rmap_dot(n, rmap_sub(corner[0], query->local.origin));
     double t = candidate->t;
-    if (fabs(height) > tolerance * length) {
-        candidate->t = fmax(t + query->local.ahead, 0);
+    if (fabs(height) > tolerance * length)
         return t > 0;
-    }
     struct rmap_touch touch = {
         .object = candidate->object,
         .primitive = candidate->primitive,
@@ -144,7 +142,9 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
         .point = rmap_affine_point(&o->to_world, corner[0]),
         .beside = beside(query->local.origin, corner, n, o->local_exact),
     };
-    candidate->t = 0;
+    candidate->touches = true;
+    if (!own)
+        candidate->t = 0;
     return rmap_start_meets(query, &touch);
 }
 
@@ -159,8 +159,7 @@ static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
     double length = rmap_length(rmap_affine_transposed(&o->to_local, n));
     candidate->tolerance = rmap_along(o->tolerance, fabs(facing) / length);
     candidate->rank = rmap_candidate_rank(query, candidate->object, facing);
-    return candidate->t - candidate->tolerance <= query->limit &&
-           counts(query, candidate, corner, n, length) && rmap_candidate_add(query, candidate);
+    return counts(query, candidate, corner, n, length) && rmap_candidate_add(query, candidate);
 }
 
 static bool is_start(const struct rmap_query *query, int32_t object, int32_t primitive)

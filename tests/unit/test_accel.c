@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Rays aimed at the edges and vertices of closed meshes, through instances of every kind: none
- * leaks. Diffuse bounces inside closed rooms: none leaves.
+ * leaks.
  */
 #include <math.h>
 
@@ -88,9 +88,9 @@ static void check_inside_out(const struct builder *b, const struct rmap_mesh *me
         fail_msg("%s: %d leaks, %d wrong of %d", p->name, leaks, wrong, (int)n);
 }
 
-/* From outside a convex body is entered and left once, or not at all. */
+/* From outside a body is entered and left in turn: a convex one at most once. */
 static void check_outside_in(const struct builder *b, const struct rmap_mesh *mesh,
-                             const struct placement *p, uint64_t n)
+                             const struct placement *p, uint64_t n, int most)
 {
     int wrong = 0, met = 0;
     for (uint64_t i = 0; i < n; i++) {
@@ -103,7 +103,7 @@ static void check_outside_in(const struct builder *b, const struct rmap_mesh *me
         ray.direction = rmap_normalize(rmap_sub(rmap_affine_point(&p->place, to), ray.origin));
         struct rmap_hit hit;
         int crossings = 0;
-        while (crossings < 10 && rmap_accel_next(b->accel, &ray, &hit)) {
+        while (crossings < most + 2 && rmap_accel_next(b->accel, &ray, &hit)) {
             if (hit.object == 0) {
                 bool entering = rmap_dot(hit.normal, ray.direction) < 0;
                 if (entering != (ray.medium == AIR))
@@ -115,7 +115,7 @@ static void check_outside_in(const struct builder *b, const struct rmap_mesh *me
             ray.origin = hit.position;
         }
         met += crossings > 0;
-        if (crossings != 0 && crossings != 2)
+        if (crossings % 2 || crossings > most)
             wrong++;
     }
     if (wrong)
@@ -123,14 +123,15 @@ static void check_outside_in(const struct builder *b, const struct rmap_mesh *me
     assert_true(met > (int)n / 2);
 }
 
-static void check_all(struct rmap_mesh *(*make)(void), uint64_t n)
+static void check_all(struct rmap_mesh *(*make)(void), uint64_t n, int most)
 {
     for (int k = 0; k < N_PLACEMENT; k++) {
         struct builder b;
         struct rmap_mesh *mesh = make();
         place_mesh(&b, mesh, &placements[k]);
-        check_inside_out(&b, mesh, &placements[k], n);
-        check_outside_in(&b, mesh, &placements[k], n);
+        if (most == 2)
+            check_inside_out(&b, mesh, &placements[k], n);
+        check_outside_in(&b, mesh, &placements[k], n, most);
         builder_destroy(&b);
     }
     assert_int_equal(rmap_alloc_live(), 0);
@@ -146,16 +147,35 @@ static struct rmap_mesh *ball(void)
     return make_ball(8);
 }
 
+/* A ball with a rough skin: edges and corners of every kind, convex, concave and saddle. */
+static struct rmap_mesh *rough(void)
+{
+    struct rmap_mesh *mesh = make_ball(6);
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        double u[4];
+        rmap_rng(5, i, 0, RMAP_RNG_EMIT_POINT, u);
+        for (int k = 0; k < 3; k++)
+            mesh->vertex[i][k] *= (float)(0.6 + 0.8 * u[0]);
+    }
+    return mesh;
+}
+
+static void test_a_rough_body_is_entered_and_left_in_turn(void **state)
+{
+    (void)state;
+    check_all(rough, 50000, 40);
+}
+
 static void test_no_ray_leaks_from_a_cube(void **state)
 {
     (void)state;
-    check_all(cube, 50000);
+    check_all(cube, 50000, 2);
 }
 
 static void test_no_ray_leaks_from_a_ball(void **state)
 {
     (void)state;
-    check_all(ball, 50000);
+    check_all(ball, 50000, 2);
 }
 
 int main(void)
@@ -163,6 +183,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_no_ray_leaks_from_a_cube),
         cmocka_unit_test(test_no_ray_leaks_from_a_ball),
+        cmocka_unit_test(test_a_rough_body_is_entered_and_left_in_turn),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

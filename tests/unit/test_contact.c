@@ -107,6 +107,55 @@ static void test_touching_boxes_are_crossed_once_each(void **state)
     }
 }
 
+/* Four cubes of four media in a square, aimed at their shared edges, corners and faces: whatever
+ * is crossed in whatever order, each face is met from the medium on its near side. */
+static void test_edges_of_touching_boxes(void **state)
+{
+    (void)state;
+    for (int turned = 0; turned < 2; turned++) {
+        struct rmap_affine place = rmap_affine_placement(
+            rmap_vec3(1, 1, 1), turned ? rmap_vec3(10, 20, 30) : rmap_vec3(0, 0, 0),
+            rmap_vec3(1, 2, 3));
+        struct builder b;
+        builder_open(&b, 8);
+        int32_t cube = builder_mesh(&b, make_cube(0.35));
+        for (int k = 0; k < 4; k++) {
+            struct rmap_affine local = at(0.7 * (k & 1), 0, 0.7 * (k >> 1));
+            builder_object(&b, cube, rmap_affine_compose(&place, &local), AIR, 1 + k);
+        }
+        builder_close(&b);
+        for (uint64_t i = 0; i < 100000; i++) {
+            double u[4], v[4];
+            rmap_rng(12, i, 0, RMAP_RNG_EMIT_POINT, u);
+            rmap_rng(13, i, 0, RMAP_RNG_EMIT_POINT, v);
+            struct rmap_vec3 to =
+                rmap_vec3(0.35 * floor(5 * u[0]) - 0.35, 0.35 * floor(3 * u[1]) - 0.35,
+                          0.35 * floor(5 * u[2]) - 0.35);
+            if (i % 3 == 0)
+                to.x = 1.4 * v[0] - 0.35;
+            if (i % 4 == 0)
+                to.z = 1.4 * v[1] - 0.35;
+            struct rmap_vec3 d = i % 5 ? any_direction(i, 0) : rmap_vec3(0, 0, 1);
+            if (i % 7 == 0)
+                d = rmap_normalize(rmap_vec3(d.x, 0, d.z)); /* in the plane of two sides */
+            struct rmap_ray ray = {.medium = AIR};
+            ray.origin = rmap_affine_point(&place, rmap_axpy(-3 - 3 * v[3], d, to));
+            ray.direction = rmap_normalize(rmap_affine_vector(&place, d));
+            struct crossing list[32];
+            int32_t medium = AIR;
+            int n = follow(&b, &ray, list, 32);
+            for (int k = 0; k < n; k++) {
+                if (list[k].near_medium != medium)
+                    fail_msg("ray %d, crossing %d: medium %d where %d was", (int)i, k,
+                             list[k].near_medium, medium);
+                medium = list[k].far_medium;
+            }
+            assert_int_equal(medium, AIR);
+        }
+        builder_destroy(&b);
+    }
+}
+
 static struct rmap_vec3 mirrored(struct rmap_vec3 d, struct rmap_vec3 n)
 {
     return rmap_axpy(-2 * rmap_dot(d, n), n, d);
@@ -319,6 +368,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_touching_boxes_are_crossed_once_each),
+        cmocka_unit_test(test_edges_of_touching_boxes),
         cmocka_unit_test(test_reflections_at_touching_faces),
         cmocka_unit_test(test_discs_on_faces),
         cmocka_unit_test(test_cemented_spheres),
