@@ -48,6 +48,29 @@ void rmap_ticks_linear(double low, double high, int most, struct rmap_ticks *tic
     ticks->decimals = (int)fmin(fmax(ceil(-log10(shown) - 1e-9), 0.0), 9.0);
 }
 
+void rmap_ticks_degrees(double low, double high, int most, struct rmap_ticks *ticks)
+{
+    static const double step[] = {5.0, 10.0, 15.0, 30.0, 45.0, 90.0};
+    *ticks = (struct rmap_ticks){0};
+    int i = 0;
+    while (i < 5 && (high - low) / step[i] + 1.0 > fmin(most, RMAP_TICK_MAX))
+        i++;
+    for (double k = ceil(low / step[i]); k <= floor(high / step[i]); k++)
+        if (ticks->n < RMAP_TICK_MAX)
+            ticks->value[ticks->n++] = k * step[i];
+}
+
+/* Ticks of an axis: angles have steps of their own. */
+static void axis_ticks(const double range[2], const char *unit, double room,
+                       struct rmap_ticks *ticks)
+{
+    int most = (int)fmax(room, 2.0);
+    if (strcmp(unit, "deg") == 0)
+        rmap_ticks_degrees(range[0], range[1], most, ticks);
+    else
+        rmap_ticks_linear(range[0], range[1], most, ticks);
+}
+
 void rmap_ticks_decades(double low, double high, struct rmap_ticks *ticks)
 {
     *ticks = (struct rmap_ticks){.decimals = -1};
@@ -123,8 +146,7 @@ static void draw_x_axis(struct rmap_svg *svg, const struct rmap_axes *axes)
     struct rmap_ticks ticks;
     char text[128];
     double bottom = axes->y + axes->height;
-    rmap_ticks_linear(axes->x_range[0], axes->x_range[1], (int)fmax(axes->width / 70.0, 2.0),
-                      &ticks);
+    axis_ticks(axes->x_range, axes->x_unit, axes->width / 70.0, &ticks);
     for (int i = 0; i < ticks.n; i++) {
         double x = rmap_axes_x(axes, ticks.value[i]);
         rmap_svg_line(svg, x, bottom, x, bottom + 5, &(struct rmap_svg_style){.stroke = ink});
@@ -152,8 +174,7 @@ static void draw_y_axis(struct rmap_svg *svg, const struct rmap_axes *axes)
     struct rmap_ticks ticks;
     char text[128];
     double widest = 0.0;
-    rmap_ticks_linear(axes->y_range[0], axes->y_range[1], (int)fmax(axes->height / 40.0, 2.0),
-                      &ticks);
+    axis_ticks(axes->y_range, axes->y_unit, axes->height / 40.0, &ticks);
     for (int i = 0; i < ticks.n; i++) {
         double y = rmap_axes_y(axes, ticks.value[i]);
         rmap_svg_line(svg, axes->x - 5, y, axes->x, y, &(struct rmap_svg_style){.stroke = ink});

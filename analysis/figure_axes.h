@@ -29,6 +29,9 @@ struct rmap_ticks {
 /* Multiples of 1, 2 or 5 times a power of ten in [low, high], at most `most` of them (>= 2). */
 void rmap_ticks_linear(double low, double high, int most, struct rmap_ticks *ticks);
 
+/* The same for angles: multiples of 5, 10, 15, 30, 45 or 90. */
+void rmap_ticks_degrees(double low, double high, int most, struct rmap_ticks *ticks);
+
 /* Powers of ten in [low, high], 0 < low < high. */
 void rmap_ticks_decades(double low, double high, struct rmap_ticks *ticks);
 
