@@ -5,6 +5,7 @@
  */
 #include <mpi.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "io/diagnostics.h"
@@ -105,12 +106,25 @@ static enum rmap_status flush_output(const struct rmap_context *context, enum rm
     return rmap_agree(context, st, err);
 }
 
+/* Started without mpirun. Open MPI would start a daemon beside the one process, for half a second
+ * and for nothing; only `bench` needs it, to start a second rank, and TCP between the two. */
+static void prepare_alone(const char *word)
+{
+    if (getenv("OMPI_COMM_WORLD_SIZE") || getenv("PMIX_RANK") || getenv("PMI_RANK"))
+        return;
+    if (strcmp(word, rmap_command_bench.name) == 0)
+        (void)unsetenv("OMPI_MCA_btl");
+    else
+        (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+}
+
 int main(int argc, char **argv)
 {
     struct rmap_context context = {.comm = MPI_COMM_NULL, .size = 1, .n_thread = 1};
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE;
+    prepare_alone(argc > 1 ? argv[1] : "");
     if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS) {
         fputs("raymap: MPI cannot be started\n", stderr);
         return RMAP_SYSTEM;
