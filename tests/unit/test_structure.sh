@@ -47,6 +47,10 @@ for library in "$build"/librmap_*.a; do
         awk 'NF == 3 && $3 !~ /^(rmap_|__(a|ub)san|__odr_asan|__gcov)/ {print $3}')
     [ -z "$alien" ] || fail "$(basename "$library") exports names without the prefix rmap_" "$alien"
 done
+# Two of one name link or not by the order of the libraries.
+doubles=$(nm --extern-only --defined-only "$build"/librmap_*.a 2>/dev/null |
+    awk 'NF == 3 && $3 ~ /^rmap_/ {print $3}' | sort | uniq -d)
+[ -z "$doubles" ] || fail 'every exported name is defined once' "$doubles"
 [ -e "$build/librmap_src.a" ] || fail 'the libraries are where they are looked for' "$build"
 
 if command -v clang-format >/dev/null; then
