@@ -18,7 +18,7 @@ enum { MARGIN = 24, TOP = 84, BOTTOM = 56, WIDEST = 1040, HIGHEST = 660, NARROWE
 enum { LOWEST = 200, LEGEND_LENGTH = 1500 /* of all its samples, about */ };
 
 /* White around the scene, and length of a leg that leaves, as parts of the scene's size. */
-static const double BORDER = 0.06, LEAVING = 0.08;
+static const double BORDER = 0.08, LEAVING = 0.12;
 
 static void destroy_meshes(struct rmap_mesh **mesh, size_t n)
 {
