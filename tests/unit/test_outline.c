@@ -48,9 +48,7 @@ static void surfaces_have_their_size_and_side(void **state)
         {{.type = RMAP_SHAPE_RECTANGLE, .size = {3, 4}}, 12, 0},
         {{.type = RMAP_SHAPE_DISC, .aperture = 3, .inner = 1}, 8 * RMAP_PI, 0},
         /* Half a sphere about (0, 0, 2): its normal points to the centre. */
-        {{.type = RMAP_SHAPE_CONIC, .curvature = 0.5, .aperture = 2},
-         8 * RMAP_PI,
-         -8 * RMAP_PI},
+        {{.type = RMAP_SHAPE_CONIC, .curvature = 0.5, .aperture = 2}, 8 * RMAP_PI, -8 * RMAP_PI},
     };
     for (size_t i = 0; i < sizeof expected / sizeof *expected; i++) {
         struct rmap_mesh *mesh = NULL;
