@@ -7,11 +7,14 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 log=build/release/build.log
-generator=()
-# A tree that was configured before keeps its generator; cmake refuses to change it.
-[ -e build/release/CMakeCache.txt ] || generator=(-G Ninja)
+# A build tree keeps the generator it was configured with, and cmake refuses one that was copied
+# here with the sources from elsewhere: that one is begun anew.
+how=(--fresh -G Ninja)
+if grep -qxE "CMAKE_HOME_DIRECTORY:INTERNAL=($PWD|$(pwd -P))" build/release/CMakeCache.txt 2>/dev/null; then
+    how=()
+fi
 mkdir -p build/release
-if ! { cmake --preset release "${generator[@]}" "$@" &&
+if ! { cmake --preset release "${how[@]}" "$@" &&
     cmake --build --preset release --parallel "$(nproc)"; } >"$log" 2>&1; then
     cat "$log" >&2
     echo "The build failed; the full log is in $log" >&2
