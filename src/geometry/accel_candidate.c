@@ -7,13 +7,16 @@
  */
 #include "geometry/accel_internal.h"
 
-int32_t rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing)
+enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing)
 {
     const struct rmap_accel_object *o = &query->accel->object[object];
     int32_t near_medium = facing < 0 ? o->medium_front : o->medium_back;
+    int32_t far_medium = facing < 0 ? o->medium_back : o->medium_front;
     if (near_medium == RMAP_MEDIUM_ANY)
-        return 1;
-    return near_medium == query->ray->medium ? 0 : 2;
+        return RMAP_RANK_ANY;
+    if (near_medium != query->ray->medium)
+        return RMAP_RANK_OTHER;
+    return far_medium == near_medium ? RMAP_RANK_WITHIN : RMAP_RANK_NEAR;
 }
 
 static bool before(const struct rmap_candidate *a, const struct rmap_candidate *b)

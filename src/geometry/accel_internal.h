@@ -75,6 +75,15 @@ struct rmap_accel {
     struct rmap_accel_failure failure;
 };
 
+/* Which of coincident surfaces comes first, by the media of its two sides: one that changes
+ * nothing goes before one that leads into another medium, or it would be met in the wrong one. */
+enum rmap_rank {
+    RMAP_RANK_WITHIN, /* the ray's medium on both sides */
+    RMAP_RANK_NEAR,   /* the near side is the ray's medium */
+    RMAP_RANK_ANY,    /* the near side fits every medium */
+    RMAP_RANK_OTHER   /* the near side is another medium */
+};
+
 /* A surface that may be the next one. Those within float error of one another are all kept. */
 #define RMAP_CANDIDATE_MAX 8
 struct rmap_candidate {
@@ -82,7 +91,7 @@ struct rmap_candidate {
     struct rmap_vec3 point, normal; /* shapes: local; triangles: weights of the corners, unset */
     int32_t object, primitive;
     bool touches; /* the start: it is met at distance 0, in the order of t */
-    int32_t rank; /* 0: the near side is the ray's medium, 1: any medium, 2: another one */
+    enum rmap_rank rank;
 };
 
 /* The surface that the ray starts from. */
@@ -166,7 +175,7 @@ bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t pr
 bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive);
 bool rmap_consider_shape(struct rmap_query *query, int32_t object);
 bool rmap_candidate_add(struct rmap_query *query, const struct rmap_candidate *candidate);
-int32_t rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing);
+enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing);
 const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
 void rmap_query_local(struct rmap_query *query, int32_t object);
 
@@ -178,7 +187,8 @@ static inline double rmap_along(double thickness, double cosine)
 
 /* A surface within tolerance of the point where the ray starts. */
 struct rmap_touch {
-    int32_t object, primitive, rank;
+    int32_t object, primitive;
+    enum rmap_rank rank;
     double t;                /* of the hit; its sign is good to rounding only */
     double facing;           /* d . normal: from which side the surface would be met */
     struct rmap_vec3 normal; /* unit, world */

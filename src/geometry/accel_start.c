@@ -164,10 +164,11 @@ bool rmap_start_meets(struct rmap_query *query, const struct rmap_touch *touch)
     struct rmap_vec3 sine = rmap_cross(start->normal, touch->normal);
     if (rmap_length(sine) <= (own ? PARALLEL_OWN : PARALLEL_OTHER))
         return !contact->backward && contact->passed == contact->n &&
-               !(touch->beside && touch->rank == 2) && !same_face_listed(query, touch);
+               !(touch->beside && touch->rank == RMAP_RANK_OTHER) &&
+               !same_face_listed(query, touch);
     if (own)
         return touch->t > 0;
-    if (touch->rank == 2) /* a neighbour met out of order by rounding */
+    if (touch->rank == RMAP_RANK_OTHER) /* a neighbour met out of order by rounding */
         return false;
     if (!query->accel->object[start->object].mesh || !query->accel->object[touch->object].mesh)
         return touch->t >= 0;
