@@ -43,18 +43,24 @@ struct rmap_bench {
     json_t *results;  /* array, rank 0 */
 };
 
-/* Pairs of figures, repeat by repeat, of ours and of the reference. */
+/* Pairs of figures, repeat by repeat, of ours and of the reference; and the processor time that
+ * the reference took over ours, which other work on the machine disturbs less. */
 struct rmap_bench_series {
-    int n;
+    int n, n_cpu;
     double ours[RMAP_BENCH_REPEAT_MAX], reference[RMAP_BENCH_REPEAT_MAX];
+    double cpu_ratio[RMAP_BENCH_REPEAT_MAX];
 };
+
+/* Processor seconds of all threads of this process. */
+double rmap_bench_cpu(void);
 
 bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name);
 void rmap_bench_add(struct rmap_bench_series *series, double ours, double reference);
+void rmap_bench_add_cpu(struct rmap_bench_series *series, double ours_s, double reference_s);
 
-/* Appends {"name", "scene", "value", "unit", "reference", "ratio", "spread", "repeats"} to the
- * results: medians, and the least and greatest ratio. extra (taken over, may be NULL): more keys.
- * Says the same on stderr unless quiet. */
+/* Appends {"name", "scene", "value", "unit", "reference", "ratio", "spread", "repeats"} and,
+ * where it was taken, "cpu_ratio" to the results: medians, and the least and greatest ratio. extra
+ * (taken over, may be NULL): more keys. Says the same on stderr unless quiet. */
 void rmap_bench_report(struct rmap_bench *bench, const char *name,
                        const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
                        const char *unit, json_t *extra);

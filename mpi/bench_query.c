@@ -54,6 +54,7 @@ struct search {
     bool *in_set;
     struct rmap_seed_question question;
     char map_path[600], seed_path[600];
+    uint64_t n_segment;
 };
 
 static void release(struct search *search)
@@ -91,6 +92,7 @@ static enum rmap_status prepare(struct rmap_bench *bench, const struct rmap_benc
                               &seconds, &n_segment, err));
     RMAP_TRY(rmap_seed_record(scene->scene, scene->accel, n_ray, bench->alone.n_thread,
                               search->seed_path, &seed, err));
+    search->n_segment = seed.n_segment;
     RMAP_TRY(rmap_map_open(search->map_path, &search->map, err));
     RMAP_TRY(
         rmap_criterion_compile(search->text, rmap_map_scene(search->map), &search->criterion, err));
@@ -99,19 +101,22 @@ out:
 }
 
 /* Both must find the same rays: else there is nothing to compare. */
-static enum rmap_status ask_both(struct rmap_bench *bench, struct search *search, double *map_s,
-                                 double *seed_s, struct rmap_error *err)
+static enum rmap_status ask_both(struct rmap_bench *bench, struct search *search,
+                                 struct rmap_bench_series *series, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint64_t n_seed = 0;
+    double seed_s, n_segment = 1e-6 * (double)search->n_segment;
     rmap_count_fini(&search->count);
     RMAP_TRY(rmap_count_init(&search->count, rmap_map_scene(search->map)->n_source, err));
-    double begun = rmap_clock_seconds();
+    double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
     RMAP_TRY(rmap_scan_map(&bench->alone, search->map, &search->criterion, 1, &search->count, NULL,
                            UINT64_MAX, err));
-    *map_s = rmap_clock_seconds() - begun;
+    double map_s = rmap_clock_seconds() - begun, map_cpu = rmap_bench_cpu() - cpu;
     RMAP_TRY(rmap_seed_query(search->seed_path, &search->question, bench->alone.n_thread, &n_seed,
-                             seed_s, err));
+                             &seed_s, err));
+    rmap_bench_add(series, n_segment / map_s, n_segment / seed_s);
+    rmap_bench_add_cpu(series, map_cpu, rmap_bench_cpu() - cpu - map_cpu);
     if (n_seed != search->count.rays)
         RMAP_TRY(rmap_error_set(
             err, RMAP_INTERNAL, "the map finds %llu rays, the reference %llu: %s",
@@ -126,16 +131,11 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
     enum rmap_status st = RMAP_OK;
     struct search search = {0};
     struct rmap_bench_series series = {0};
-    struct rmap_map_summary summary;
+    struct rmap_bench_series warming = {0}; /* brings both into the page cache */
     RMAP_TRY(prepare(bench, scene, &search, err));
-    rmap_map_summarise(search.map, &summary);
-    double n_segment = 1e-6 * (double)summary.n_row[RMAP_TABLE_SEGMENT];
-    for (int i = 0; i <= bench->n_repeat; i++) {
-        double map_s, seed_s;
-        RMAP_TRY(ask_both(bench, &search, &map_s, &seed_s, err));
-        if (i > 0) /* the first round brings both into the page cache */
-            rmap_bench_add(&series, n_segment / map_s, n_segment / seed_s);
-    }
+    RMAP_TRY(ask_both(bench, &search, &warming, err));
+    for (int i = 0; i < bench->n_repeat; i++)
+        RMAP_TRY(ask_both(bench, &search, &series, err));
     rmap_bench_report(bench, "query_vs_seed", scene, &series, "million segments/s",
                       json_pack("{s:s, s:I}", "criterion", search.text, "matched",
                                 (json_int_t)search.count.rays));

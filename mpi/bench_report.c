@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "mpi/bench.h"
 
@@ -27,6 +28,19 @@ void rmap_bench_add(struct rmap_bench_series *series, double ours, double refere
         return;
     series->ours[series->n] = ours;
     series->reference[series->n++] = reference;
+}
+
+void rmap_bench_add_cpu(struct rmap_bench_series *series, double ours_s, double reference_s)
+{
+    if (series->n_cpu < RMAP_BENCH_REPEAT_MAX && ours_s > 0.0)
+        series->cpu_ratio[series->n_cpu++] = reference_s / ours_s;
+}
+
+double rmap_bench_cpu(void)
+{
+    struct timespec now;
+    (void)clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 static int by_value(const void *a, const void *b)
@@ -60,13 +74,19 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
         json_pack("{s:s, s:s, s:f, s:s, s:f, s:f, s:[f, f], s:i}", "name", name, "scene",
                   scene->name, "value", ours, "unit", unit, "reference", reference, "ratio", middle,
                   "spread", least, most, "repeats", series->n);
+    double cpu_ratio = series->n_cpu ? median(series->cpu_ratio, series->n_cpu) : (double)NAN;
+    if (series->n_cpu)
+        (void)json_object_set_new(result, "cpu_ratio", json_real(cpu_ratio));
     if (extra)
         (void)json_object_update(result, extra);
     json_decref(extra);
     (void)json_array_append_new(bench->results, result);
     if (!bench->context->json) {
-        printf("%-18s %-13s %9.4g against %9.4g %s: %.3f (%.3f to %.3f)\n", name, scene->name, ours,
+        printf("%-18s %-13s %9.4g against %9.4g %s: %.3f (%.3f to %.3f)", name, scene->name, ours,
                reference, unit, middle, least, most);
+        if (series->n_cpu)
+            printf(", by processor time %.3f", cpu_ratio);
+        putchar('\n');
         (void)fflush(stdout);
     }
 }

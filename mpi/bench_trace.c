@@ -87,14 +87,15 @@ enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the legs to replay"));
     rmap_accel_prepare(scene->accel, recorder.leg, recorder.n);
     for (int i = 0; i < bench->n_repeat; i++) {
-        double begun = rmap_clock_seconds();
+        double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
         for (uint64_t ray = 0; ray < n_ray; ray++)
             rmap_trace_ray(&tracer, ray, &silent.base);
-        double traced = rmap_clock_seconds();
+        double traced = rmap_clock_seconds(), traced_cpu = rmap_bench_cpu() - cpu;
         size_t n_hit = rmap_accel_replay(scene->accel, recorder.leg, recorder.n);
         double replayed = rmap_clock_seconds();
         if (n_hit == 0)
             RMAP_TRY(rmap_error_set(err, RMAP_INTERNAL, "the replayed legs hit nothing"));
+        rmap_bench_add_cpu(&series, traced_cpu, rmap_bench_cpu() - cpu - traced_cpu);
         double n = 1e-6 * (double)recorder.n;
         rmap_bench_add(&series, n / (traced - begun), n / (replayed - traced));
     }
@@ -155,14 +156,16 @@ out:
     return st;
 }
 
-static double map_nbytes(const char *path, struct rmap_error *err)
+static enum rmap_status map_nbytes(const char *path, double *nbytes_ret, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
     struct rmap_map_summary summary = {0};
-    if (rmap_map_open(path, &map, err) == RMAP_OK)
+    enum rmap_status st = rmap_map_open(path, &map, err);
+    if (st == RMAP_OK)
         rmap_map_summarise(map, &summary);
+    *nbytes_ret = (double)summary.nbytes;
     rmap_map_close(map);
-    return (double)summary.nbytes;
+    return st;
 }
 
 struct record_series {
@@ -176,21 +179,27 @@ static enum rmap_status record_once(struct rmap_bench *bench, const struct rmap_
 {
     enum rmap_status st = RMAP_OK;
     char map_path[600], seed_path[600];
-    double bare_s, map_s, n_segment;
+    double bare_s, map_s, n_segment, nbytes;
+    double cpu[4] = {rmap_bench_cpu()};
     int n_thread = bench->alone.n_thread;
     struct rmap_seed_result seed;
     (void)snprintf(map_path, sizeof map_path, "%s/%s.raymap", bench->folder, scene->name);
     (void)snprintf(seed_path, sizeof seed_path, "%s/%s.seed", bench->folder, scene->name);
     RMAP_TRY(
         rmap_bench_trace(&bench->alone, n_thread, scene, n_ray, NULL, &bare_s, &n_segment, err));
+    cpu[1] = rmap_bench_cpu();
     RMAP_TRY(
         rmap_bench_trace(&bench->alone, n_thread, scene, n_ray, map_path, &map_s, &n_segment, err));
+    cpu[2] = rmap_bench_cpu();
     RMAP_TRY(rmap_seed_record(scene->scene, scene->accel, n_ray, n_thread, seed_path, &seed, err));
+    cpu[3] = rmap_bench_cpu();
+    RMAP_TRY(map_nbytes(map_path, &nbytes, err));
     double n = 1e-6 * n_segment;
     rmap_bench_add(&series->trace, n / map_s, n / bare_s);
+    rmap_bench_add_cpu(&series->trace, cpu[2] - cpu[1], cpu[1] - cpu[0]);
     rmap_bench_add(&series->seed, n / map_s, n / seed.seconds);
-    rmap_bench_add(&series->size, map_nbytes(map_path, err) / n_segment,
-                   (double)seed.nbytes / n_segment);
+    rmap_bench_add_cpu(&series->seed, cpu[2] - cpu[1], cpu[3] - cpu[2]);
+    rmap_bench_add(&series->size, nbytes / n_segment, (double)seed.nbytes / n_segment);
 out:
     return st;
 }
