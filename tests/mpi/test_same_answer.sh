@@ -40,12 +40,13 @@ for ranks in 1 2 3 4; do
         trace $ranks $threads $map
         got=$(digest $map)
         [ "$got" = "$want" ] || { echo "FAILED: digest $got, not $want ($ranks ranks, $threads threads)"; failures=1; }
-        # the map of many ranks asked by as many, and the map of one rank asked by many
+        # the map of many ranks asked by as many, and once the map of one rank asked by many
         answer $ranks $threads $map other
-        answer $ranks $threads alone.raymap many
+        [ $ranks$threads != 32 ] || answer 3 2 alone.raymap many
         for file in reference.*; do
             kind=${file#reference.}
             for prefix in other many; do
+                [ $prefix = other ] || [ $ranks$threads = 32 ] || continue
                 cmp "$file" "$prefix.$kind" || { echo "FAILED: $kind differs ($prefix, $ranks ranks, $threads threads)"; failures=1; }
             done
         done
