@@ -1,0 +1,38 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: `raymap bench --json` gives every documented measurement on both example scenes,
+each as a ratio of two figures taken in turns. How large the ratios are, the performance page says:
+a machine that others use as well cannot judge them."""
+import json
+import os
+import subprocess
+
+PROGRAM = os.environ["RAYMAP"]
+NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_segment",
+         "query_vs_seed", "ranks_vs_threads"]
+
+
+def bench(*arguments):
+    done = subprocess.run([PROGRAM, "bench", "--quick", "--json", *arguments], capture_output=True,
+                          text=True, timeout=550)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+document = bench("--repeats", "1")
+assert document["machine"]["cores"] >= 1
+found = {(result["name"], result["scene"]) for result in document["results"]}
+assert found == {(name, scene) for name in NAMES for scene in ("room", "double-gauss")}, found
+for result in document["results"]:
+    assert result["value"] > 0 and result["reference"] > 0, result
+    assert result["spread"][0] <= result["ratio"] <= result["spread"][1], result
+    if result["name"] == "query_vs_seed":
+        assert "hit(" in result["criterion"] and result["matched"] > 0, result
+    if result["name"].startswith("record"):
+        assert result["encoding"] == "plain", result
+
+alone = bench("--repeats", "1", "--only", "trace_vs_roofline", "--scene", "room")
+assert [result["name"] for result in alone["results"]] == ["trace_vs_roofline"]
+wrong = subprocess.run([PROGRAM, "bench", "--only", "speed"], capture_output=True, text=True)
+assert wrong.returncode == 2 and "trace_vs_roofline" in wrong.stderr, wrong.stderr
+print("every measurement, on both scenes")
