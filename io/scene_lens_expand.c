@@ -78,8 +78,8 @@ static enum rmap_status stop_surface(struct expansion *e, int32_t *front, int32_
 {
     *front = e->edge_front;
     *back = e->edge_back;
-    if (!rmap_surface_transmits(e->reader->scene, *front) &&
-        !rmap_surface_transmits(e->reader->scene, *back))
+    if (!rmap_scene_transmits(e->reader->scene, *front) &&
+        !rmap_scene_transmits(e->reader->scene, *back))
         return RMAP_OK;
     enum rmap_status st = rmap_reader_builtin_surface(e->reader, RMAP_SURFACE_ABSORBER, front);
     *back = *front;

@@ -60,6 +60,7 @@ enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
         .medium_front = plan->medium_front,
         .medium_back = plan->medium_back,
         .line = plan->node->line,
+        .column = plan->node->column,
     };
     if (!object->name)
         return rmap_reader_no_memory(reader);
@@ -116,9 +117,9 @@ static enum rmap_status read_media(struct rmap_reader *reader, const struct rmap
     plan->medium_front = plan->medium_back = RMAP_MEDIUM_ANY;
     RMAP_TRY(read_side(reader, node, "front", "outside", &plan->medium_front, &front));
     RMAP_TRY(read_side(reader, node, "back", "inside", &plan->medium_back, &back));
-    int32_t clear = rmap_surface_transmits(reader->scene, plan->surface_front) ? plan->surface_front
-                                                                               : plan->surface_back;
-    if ((front && back) || !rmap_surface_transmits(reader->scene, clear))
+    int32_t clear = rmap_scene_transmits(reader->scene, plan->surface_front) ? plan->surface_front
+                                                                             : plan->surface_back;
+    if ((front && back) || !rmap_scene_transmits(reader->scene, clear))
         goto out;
     rmap_reader_error(reader, node,
                       "surface '%.60s' of object '%.60s' lets light through: name the media on "

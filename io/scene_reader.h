@@ -224,7 +224,6 @@ enum rmap_status rmap_reader_surface_pair(struct rmap_reader *reader,
 enum rmap_status rmap_reader_builtin_surface(struct rmap_reader *reader,
                                              enum rmap_surface_type type,
                                              int32_t *surface_ret) RMAP_MUST_USE;
-bool rmap_surface_transmits(const struct rmap_scene *scene, int32_t surface);
 
 /* A reflectance-like quantity on the channels: number, {wavelength, value}, {rgb}. value[n]. */
 enum rmap_status rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,

@@ -255,16 +255,3 @@ enum rmap_status rmap_reader_surface_pair(struct rmap_reader *reader,
 out:
     return st;
 }
-
-bool rmap_surface_transmits(const struct rmap_scene *scene, int32_t index)
-{
-    if (index < 0)
-        return false;
-    const struct rmap_surface *surface = &scene->surface[index];
-    if (surface->type == RMAP_SURFACE_FRESNEL)
-        return true;
-    bool some = false;
-    for (int i = 0; surface->type == RMAP_SURFACE_MIXTURE && i < scene->channels.n; i++)
-        some |= surface->transmit_specular[i] > 0 || surface->transmit_diffuse[i] > 0;
-    return some;
-}

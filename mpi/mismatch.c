@@ -6,7 +6,7 @@
 
 #include "base/alloc.h"
 
-enum { PAIR_MAX = 256 };
+enum { PAIR_MAX = 256, CROSSING_MAX = 64 };
 
 /* Remembers the last two places of a ray's history. */
 struct watcher {
@@ -16,7 +16,19 @@ struct watcher {
     int32_t met_object;  /* -1: none */
     int32_t medium;      /* of the last leg */
     bool from_front;
+    struct rmap_vec3 direction; /* of the last leg */
+    struct rmap_hit hit;        /* its end */
     enum rmap_stop stop;
+};
+
+/* Pairs (surface left, surface met) that were told; a source counts as -1 - its index. */
+struct probe {
+    const struct rmap_tracer *tracer;
+    struct rmap_diagnostics *diagnostics;
+    size_t n;
+    struct pair {
+        int32_t left, met;
+    } seen[PAIR_MAX];
 };
 
 static void watch_emit(struct rmap_recorder *base, const struct rmap_emission *emission)
@@ -34,6 +46,12 @@ static void watch_step(struct rmap_recorder *base, const struct rmap_step *step)
     self->met_object = step->object;
     self->medium = step->medium;
     self->from_front = rmap_dot(step->direction, step->normal) < 0.0;
+    self->direction = step->direction;
+    self->hit = (struct rmap_hit){.t = step->length,
+                                  .position = step->position,
+                                  .normal = step->normal,
+                                  .object = step->object,
+                                  .primitive = step->primitive};
 }
 
 static void watch_registration(struct rmap_recorder *base,
@@ -95,35 +113,64 @@ static void describe(const struct rmap_scene *scene, const struct watcher *watch
                    from_source ? ", and the source's medium" : "");
 }
 
+static void tell(struct probe *probe, const struct watcher *watcher)
+{
+    struct pair pair = {watcher->left_object, watcher->met_object};
+    if (pair.left < 0)
+        pair.left = -1 - watcher->source;
+    size_t i = 0;
+    while (i < probe->n && (probe->seen[i].left != pair.left || probe->seen[i].met != pair.met))
+        i++;
+    if (i < probe->n || i == PAIR_MAX)
+        return;
+    probe->seen[probe->n++] = pair;
+    const struct rmap_scene *scene = probe->tracer->scene;
+    const struct rmap_object *met = &scene->object[pair.met];
+    char text[RMAP_ERROR_TEXT_LEN];
+    describe(scene, watcher, text, sizeof text);
+    rmap_diagnostics_add(probe->diagnostics, RMAP_SEVERITY_ERROR, met->line, met->column, "%s",
+                         text);
+}
+
+/* Behind a mistake the light goes straight on, in the medium that the surface names there, so
+ * that what it would meet next is told in the same run. */
+static bool go_on(const struct rmap_tracer *tracer, struct watcher *watcher, struct rmap_ray *ray)
+{
+    const struct rmap_scene *scene = tracer->scene;
+    const struct rmap_object *met = &scene->object[watcher->met_object];
+    int32_t surface = watcher->from_front ? met->surface_front : met->surface_back;
+    ray->medium = watcher->from_front ? met->medium_back : met->medium_front;
+    if (!rmap_scene_transmits(scene, surface) || ray->medium == RMAP_MEDIUM_ANY)
+        return false;
+    ray->origin = watcher->hit.position;
+    rmap_contact_pass(&ray->contact, &watcher->hit);
+    watcher->left_object = watcher->met_object;
+    if (!rmap_accel_next(tracer->accel, ray, &watcher->hit))
+        return false;
+    watcher->met_object = watcher->hit.object;
+    watcher->medium = ray->medium;
+    watcher->from_front = rmap_dot(ray->direction, watcher->hit.normal) < 0.0;
+    return true;
+}
+
 enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t n_ray,
                                      struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
-    const struct rmap_scene *scene = tracer->scene;
-    struct pair {
-        int32_t left, met;
-    } *seen = rmap_alloc(PAIR_MAX, sizeof *seen);
-    if (!seen)
+    struct probe *probe = rmap_alloc(1, sizeof *probe);
+    if (!probe)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    size_t n = 0;
-    for (uint64_t ray = 0; ray < n_ray && n < PAIR_MAX; ray++) {
-        struct watcher watcher = watch(tracer, ray);
-        if (!is_mismatch(scene, &watcher))
+    *probe = (struct probe){.tracer = tracer, .diagnostics = diagnostics};
+    for (uint64_t id = 0; id < n_ray && probe->n < PAIR_MAX; id++) {
+        struct watcher watcher = watch(tracer, id);
+        if (!is_mismatch(tracer->scene, &watcher))
             continue;
-        struct pair pair = {watcher.left_object, watcher.met_object};
-        if (pair.left < 0)
-            pair.left = -1 - watcher.source;
-        size_t i = 0;
-        while (i < n && (seen[i].left != pair.left || seen[i].met != pair.met))
-            i++;
-        if (i < n)
-            continue;
-        seen[n++] = pair;
-        char text[RMAP_ERROR_TEXT_LEN];
-        describe(scene, &watcher, text, sizeof text);
-        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, scene->object[pair.met].line, 1,
-                             "%s", text);
+        tell(probe, &watcher);
+        struct rmap_ray ray = {.direction = watcher.direction};
+        for (int k = 0; k < CROSSING_MAX && go_on(tracer, &watcher, &ray); k++)
+            if (is_mismatch(tracer->scene, &watcher))
+                tell(probe, &watcher);
     }
-    rmap_free(seen);
+    rmap_free(probe);
     return RMAP_OK;
 }
 

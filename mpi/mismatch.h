@@ -12,7 +12,8 @@
 #include "trace/tracer.h"
 
 /* Traces ray ids [0, n_ray) and adds each distinct pair (object left, object met) whose media do
- * not match to the diagnostics, at the line of the object met. */
+ * not match to the diagnostics, where the object met stands in the file. Behind a mismatch a ray
+ * is followed straight on: one mistake does not hide the next. */
 enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t n_ray,
                                      struct rmap_diagnostics *diagnostics,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -84,6 +84,19 @@ void rmap_scene_destroy(struct rmap_scene *scene)
     rmap_free(scene);
 }
 
+bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index)
+{
+    if (surface_index < 0)
+        return false;
+    const struct rmap_surface *surface = &scene->surface[surface_index];
+    if (surface->type == RMAP_SURFACE_FRESNEL)
+        return true;
+    bool some = false;
+    for (int i = 0; surface->type == RMAP_SURFACE_MIXTURE && i < scene->channels.n; i++)
+        some |= surface->transmit_specular[i] > 0 || surface->transmit_diffuse[i] > 0;
+    return some;
+}
+
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group)
 {
     int32_t at = scene->object[object].parent;

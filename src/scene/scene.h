@@ -88,7 +88,7 @@ struct rmap_object {
     struct rmap_affine to_world, to_local;
     int32_t surface_front, surface_back;
     int32_t medium_front, medium_back; /* or RMAP_MEDIUM_ANY */
-    int32_t line;                      /* in the scene file */
+    int32_t line, column;              /* in the scene file */
 };
 
 struct rmap_group {
@@ -210,6 +210,9 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
  * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
  * that reaches to infinity, RMAP_SYSTEM when memory is short. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
+
+/* A surface that may let light through, at some wavelength; false for -1. */
+bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);
 
 /* True when object `object` is `group` or lies below it in the tree. */
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group);

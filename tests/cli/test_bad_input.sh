@@ -54,4 +54,10 @@ refuse mesh.yaml 'wall.stl'
 # media that do not match across touching surfaces
 change media.yaml 's/name: screen\(.*\)front: air, back: air/name: screen\1front: glass, back: glass/'
 expect 3 "leaves 'lens.2' in 'air' but meets 'screen'" "$RAYMAP" check media.yaml
+
+# ... and the first mistake does not hide the ones behind it
+sed -i -e 's/surface: white, front: glass/surface: polished, front: air/' \
+    -e '/name: screen/a\  - {name: behind, geometry: wall, at: [0, 0, 50], surface: black, front: glass, back: glass}' media.yaml
+expect 3 "media.yaml:22:5: .* leaves 'lens.2' in 'air' but meets 'screen'" "$RAYMAP" check media.yaml
+expect 3 "media.yaml:23:5: .* leaves 'screen' in 'air' but meets 'behind'" "$RAYMAP" check media.yaml
 finish
