@@ -42,7 +42,7 @@ struct rmap_ray {
 };
 
 struct rmap_hit {
-    double t; /* distance, >= 0 */
+    double t; /* distance, > 0; 0 for a surface that meets the ray's start */
     struct rmap_vec3 position;
     struct rmap_vec3 normal; /* unit, as the surface has it, unflipped */
     int32_t object;

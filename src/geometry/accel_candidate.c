@@ -28,13 +28,53 @@ static bool before(const struct rmap_candidate *a, const struct rmap_candidate *
     return a->primitive < b->primitive;
 }
 
+struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
+                                       const struct rmap_candidate *candidate)
+{
+    const struct rmap_accel_object *o = &query->accel->object[candidate->object];
+    struct rmap_vec3 normal = candidate->normal;
+    if (o->mesh) {
+        struct rmap_vec3 corner[3];
+        rmap_facets_corners(o->facets, candidate->primitive, corner);
+        normal = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
+    }
+    return rmap_normalize(rmap_affine_transposed(&o->to_local, normal));
+}
+
+/* Do two surfaces coincide where the ray meets them? Parallel ones within the rounding of their
+ * numbers; those that cross, where double rounding cannot tell which comes first. */
+static bool coincide(const struct rmap_query *query, const struct rmap_candidate *a,
+                     const struct rmap_candidate *b)
+{
+    const struct rmap_accel_object *object = query->accel->object;
+    double gap = fabs(a->t - b->t) * rmap_greater(a->cosine, b->cosine);
+    if (gap <= object[a->object].exact + object[b->object].exact)
+        return true;
+    if (a->object == b->object || gap > object[a->object].tolerance + object[b->object].tolerance)
+        return false;
+    struct rmap_vec3 sine =
+        rmap_cross(rmap_candidate_normal(query, a), rmap_candidate_normal(query, b));
+    return rmap_length(sine) <= RMAP_PARALLEL_OTHER;
+}
+
 const struct rmap_candidate *rmap_query_best(const struct rmap_query *query)
 {
-    const struct rmap_candidate *best = &query->candidate[0];
+    const struct rmap_candidate *nearest = &query->candidate[0];
     for (int i = 1; i < query->n_candidate; i++)
-        if (before(&query->candidate[i], best))
-            best = &query->candidate[i];
+        if (query->candidate[i].t < nearest->t)
+            nearest = &query->candidate[i];
+    const struct rmap_candidate *best = nearest;
+    for (int i = 0; i < query->n_candidate; i++) {
+        const struct rmap_candidate *other = &query->candidate[i];
+        if (other != nearest && before(other, best) && coincide(query, other, nearest))
+            best = other;
+    }
     return best;
+}
+
+static bool farther(const struct rmap_candidate *a, const struct rmap_candidate *b)
+{
+    return a->t != b->t ? a->t > b->t : before(b, a);
 }
 
 /* Keeps what overlaps [t - tolerance, limit], limit the least t + tolerance of all: a set that
@@ -60,12 +100,12 @@ bool rmap_candidate_add(struct rmap_query *query, const struct rmap_candidate *c
         query->candidate[query->n_candidate++] = *candidate;
         return nearer;
     }
-    struct rmap_candidate *worst = &query->candidate[0];
+    struct rmap_candidate *farthest = &query->candidate[0];
     for (int i = 1; i < query->n_candidate; i++)
-        if (before(worst, &query->candidate[i]))
-            worst = &query->candidate[i];
-    if (before(candidate, worst))
-        *worst = *candidate;
+        if (farther(&query->candidate[i], farthest))
+            farthest = &query->candidate[i];
+    if (farther(farthest, candidate))
+        *farthest = *candidate;
     return nearer;
 }
 
@@ -74,7 +114,8 @@ static bool shape_counts(struct rmap_query *query, struct rmap_candidate *candid
                          double length, double tolerance)
 {
     double cosine = fabs(facing) / length;
-    if (fabs(candidate->t) * cosine > tolerance)
+    if (fabs(candidate->t) * cosine > tolerance ||
+        fabs(candidate->t) > RMAP_GRAZING_MAX * tolerance)
         return candidate->t > 0;
     const struct rmap_accel_object *o = &query->accel->object[candidate->object];
     struct rmap_touch touch = {
@@ -86,7 +127,7 @@ static bool shape_counts(struct rmap_query *query, struct rmap_candidate *candid
         .point = rmap_affine_point(&o->to_world, candidate->point),
     };
     candidate->touches = true;
-    candidate->t = 0;
+    candidate->t = rmap_greater(touch.t, 0);
     return rmap_start_meets(query, &touch);
 }
 
@@ -96,7 +137,7 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
     bool own = query->start.object == object;
     double tolerance = o->tolerance + query->start.tolerance;
     double from = own ? 0 : -RMAP_GRAZING_MAX * tolerance;
-    double to = fmax(query->limit, 0) + RMAP_GRAZING_MAX * tolerance;
+    double to = rmap_greater(query->limit, 0) + RMAP_GRAZING_MAX * tolerance;
     rmap_query_local(query, object);
     /* roots that touch the start without counting are passed over: at most two, as a quadric
      * has no more and an asphere's others lie farther off */
@@ -110,6 +151,7 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
         if (!o->rigid)
             length = rmap_length(rmap_affine_transposed(&o->to_local, hit.normal));
         struct rmap_candidate candidate = {.t = hit.t,
+                                           .cosine = fabs(facing) / length,
                                            .tolerance =
                                                rmap_along(o->tolerance, fabs(facing) / length),
                                            .point = hit.point,
@@ -118,7 +160,7 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
                                            .rank = rmap_candidate_rank(query, object, facing)};
         if (own || shape_counts(query, &candidate, facing, length, tolerance))
             return rmap_candidate_add(query, &candidate);
-        from = fmax(hit.t, 0);
+        from = rmap_greater(hit.t, 0);
     }
     return false;
 }

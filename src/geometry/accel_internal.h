@@ -32,6 +32,11 @@ struct rmap_facets {
     uint32_t *same, *first, *fan;
 };
 
+/* Sine of the angle up to which normals count as parallel: float vertices turn the normals of
+ * small triangles; triangles of one mesh share their vertices. */
+#define RMAP_PARALLEL_OTHER 1e-4
+#define RMAP_PARALLEL_OWN   1e-6
+
 /* An object as the query needs it. Distances are in the world unless said otherwise. */
 struct rmap_accel_object {
     struct rmap_affine to_local, to_world;
@@ -88,9 +93,10 @@ enum rmap_rank {
 #define RMAP_CANDIDATE_MAX 8
 struct rmap_candidate {
     double t, tolerance;            /* along the ray, from the point inside if there is one */
+    double cosine;                  /* of the ray to the normal, >= 0 */
     struct rmap_vec3 point, normal; /* shapes: local; triangles: weights of the corners, unset */
     int32_t object, primitive;
-    bool touches; /* the start: it is met at distance 0, in the order of t */
+    bool touches; /* the start */
     enum rmap_rank rank;
 };
 
@@ -177,12 +183,25 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object);
 bool rmap_candidate_add(struct rmap_query *query, const struct rmap_candidate *candidate);
 enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing);
 const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
+struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
+                                       const struct rmap_candidate *candidate);
 void rmap_query_local(struct rmap_query *query, int32_t object);
+
+/* Without the NaN rules of fmin and fmax, which make them calls. */
+static inline double rmap_lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double rmap_greater(double a, double b)
+{
+    return a > b ? a : b;
+}
 
 /* Distance along a ray that crosses a layer of this thickness. */
 static inline double rmap_along(double thickness, double cosine)
 {
-    return thickness * fmin(1 / cosine, RMAP_GRAZING_MAX);
+    return cosine * RMAP_GRAZING_MAX > 1 ? thickness / cosine : thickness * RMAP_GRAZING_MAX;
 }
 
 /* A surface within tolerance of the point where the ray starts. */

@@ -23,7 +23,7 @@ static float shrink(struct rmap_traversal *traversal)
     const struct rmap_query *query = traversal->query;
     double slack = RMAP_SLACK_ERRORS * query->accel->error;
     double far = (query->limit + slack - traversal->shift) * traversal->rate;
-    float t_far = nextafterf((float)far, INFINITY);
+    float t_far = (float)far; /* the slack is many roundings wide */
     if (t_far < traversal->t_far)
         traversal->t_far = t_far > 0 ? t_far : 0;
     return traversal->t_far;
@@ -60,8 +60,8 @@ static bool clip_box(const struct rmap_accel_object *object, struct rmap_vec3 p,
             continue;
         }
         double a = low / direction[k], b = high / direction[k];
-        from = fmax(from, fmin(a, b));
-        to = fmin(to, fmax(a, b));
+        from = rmap_greater(from, rmap_lesser(a, b));
+        to = rmap_lesser(to, rmap_greater(a, b));
     }
     *enter = from;
     return from <= to;
@@ -193,7 +193,7 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
     const struct rmap_candidate *best = rmap_query_best(query);
     const struct rmap_accel_object *object = &query->accel->object[best->object];
     rmap_query_local(query, best->object);
-    hit->t = best->touches ? 0 : fmax(best->t + query->local.ahead, 0);
+    hit->t = best->touches ? 0 : rmap_greater(best->t + query->local.ahead, 0);
     hit->object = best->object;
     hit->primitive = best->primitive;
     if (object->shape) {

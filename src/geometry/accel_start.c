@@ -15,11 +15,6 @@
 #include "geometry/accel_internal.h"
 #include "geometry/shape_internal.h"
 
-/* Sine of the angle up to which normals count as parallel: float vertices turn the normals of
- * small triangles; triangles of one mesh share their vertices. */
-#define PARALLEL_OTHER 1e-4
-#define PARALLEL_OWN   1e-6
-
 /* In units of double rounding: a start is ambiguous when the ray, displaced by one, may pass an
  * edge of its triangle on the other side; the point inside lies this far from the edges and below
  * the plane. Four times farther than deep, it lies inside wedges down to 15 degrees. */
@@ -37,9 +32,9 @@ static double share_to_middle(const double b[3], const double edge[3], double sq
         if (least >= 1.0 / 3)
             return 1;
         if (b[k] < least)
-            share = fmax(share, (least - b[k]) / (1.0 / 3 - b[k]));
+            share = rmap_greater(share, (least - b[k]) / (1.0 / 3 - b[k]));
     }
-    return fmin(share, 1);
+    return rmap_lesser(share, 1);
 }
 
 static void set_inside(struct rmap_query *query, const struct rmap_accel_object *object)
@@ -57,7 +52,8 @@ static void set_inside(struct rmap_query *query, const struct rmap_accel_object 
     double b[3] = {square - u - v, u, v};
     double edge[3] = {rmap_dot(e0, e0), rmap_dot(e2, e2), rmap_dot(e1, e1)};
     /* (b / |n|)^2 > (AMBIGUOUS error / cosine)^2 edge, without roots or divisions */
-    double least = fmin(b[0], fmin(u, v)), longest = fmax(edge[0], fmax(edge[1], edge[2]));
+    double least = rmap_lesser(b[0], rmap_lesser(u, v)),
+           longest = rmap_greater(edge[0], rmap_greater(edge[1], edge[2]));
     double clear = least > 0 ? least * least * facing * facing : 0;
     double unit = AMBIGUOUS_ERRORS * AMBIGUOUS_ERRORS * square * square * longest * rmap_dot(d, d);
     start->at_edge = !(clear > unit * object->local_error * object->local_error);
@@ -162,7 +158,7 @@ bool rmap_start_meets(struct rmap_query *query, const struct rmap_touch *touch)
         set_normal(query);
     bool own = start->object == touch->object;
     struct rmap_vec3 sine = rmap_cross(start->normal, touch->normal);
-    if (rmap_length(sine) <= (own ? PARALLEL_OWN : PARALLEL_OTHER))
+    if (rmap_length(sine) <= (own ? RMAP_PARALLEL_OWN : RMAP_PARALLEL_OTHER))
         return !contact->backward && contact->passed == contact->n &&
                !(touch->beside && touch->rank == RMAP_RANK_OTHER) &&
                !same_face_listed(query, touch);

@@ -99,9 +99,10 @@ static bool crosses(const struct rmap_local_ray *local, const struct rmap_facets
     candidate->t = (candidate->point.x * p[0][2] + candidate->point.y * p[1][2] +
                     candidate->point.z * p[2][2]) *
                    local->shear[2];
-    double least = fmin(fabs(area[0]), fmin(fabs(area[1]), fabs(area[2])));
-    double longest = fmax(square_distance(p[0], p[1]),
-                          fmax(square_distance(p[1], p[2]), square_distance(p[2], p[0])));
+    double least = rmap_lesser(fabs(area[0]), rmap_lesser(fabs(area[1]), fabs(area[2])));
+    double longest =
+        rmap_greater(square_distance(p[0], p[1]),
+                     rmap_greater(square_distance(p[1], p[2]), square_distance(p[2], p[0])));
     *at_edge = least * least <= margin * margin * longest;
     return true;
 }
@@ -130,7 +131,7 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
     double tolerance = own ? o->exact : o->tolerance + query->start.tolerance;
     double height = rmap_dot(n, rmap_sub(corner[0], query->local.origin));
     double t = candidate->t;
-    if (fabs(height) > tolerance * length)
+    if (fabs(height) > tolerance * length || fabs(t) > RMAP_GRAZING_MAX * tolerance)
         return t > 0;
     struct rmap_touch touch = {
         .object = candidate->object,
@@ -143,8 +144,7 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
         .beside = beside(query->local.origin, corner, n, o->local_exact),
     };
     candidate->touches = true;
-    if (!own)
-        candidate->t = 0;
+    candidate->t = rmap_greater(t, 0);
     return rmap_start_meets(query, &touch);
 }
 
@@ -157,7 +157,8 @@ static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
     double facing = rmap_dot(n, query->local.direction);
     double length = rmap_length(rmap_affine_transposed(&o->to_local, n));
-    candidate->tolerance = rmap_along(o->tolerance, fabs(facing) / length);
+    candidate->cosine = fabs(facing) / length;
+    candidate->tolerance = rmap_along(o->tolerance, candidate->cosine);
     candidate->rank = rmap_candidate_rank(query, candidate->object, facing);
     return counts(query, candidate, corner, n, length) && rmap_candidate_add(query, candidate);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * The list of surfaces that coincide at the ray's start. Along the first direction, entries
- * [0, passed) lie behind and [passed, n) ahead; a hit at t = 0 belongs to the point, one further
- * on begins a new point.
+ * [0, passed) lie behind and [passed, n) ahead; a surface that touches it belongs to the point, one
+ * further on begins a new point.
  */
 #include <string.h>
 
@@ -20,7 +20,7 @@ static int32_t enter(struct rmap_contact *contact, const struct rmap_hit *hit)
     int32_t k = contact->backward ? contact->passed - 1 : contact->passed;
     if (hit->t == 0 && is_entry(contact, k, hit))
         return k;
-    if (hit->t > 0 || contact->backward || k < 0 || k > RMAP_CONTACT_MAX) {
+    if (hit->t > 0 || contact->backward) {
         contact->backward = false; /* a new point, or an edge met on the way back */
         k = 0;
     }

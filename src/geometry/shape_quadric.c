@@ -106,8 +106,8 @@ static int roots(double a, double b, double c, double t[2])
         t[0] = near;
         return 1;
     }
-    t[0] = fmin(near, far);
-    t[1] = fmax(near, far);
+    t[0] = near < far ? near : far;
+    t[1] = near < far ? far : near;
     return 2;
 }
 

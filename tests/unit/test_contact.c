@@ -368,6 +368,57 @@ static void test_diffuse_light_stays_inside(void **state)
         }
 }
 
+/* A room of six separate boxes whose corners overlap: light in its corners meets both walls. */
+static void test_a_room_of_walls_is_closed(void **state)
+{
+    (void)state;
+    struct builder b;
+    builder_open(&b, 8);
+    int32_t cube = builder_mesh(&b, make_cube(0.7));
+    struct rmap_affine place =
+        rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(10, 20, 30), rmap_vec3(0.1, 0.2, 0.3));
+    for (int k = 0; k < 6; k++) {
+        double s = k % 2 ? 1 : -1, wide = 1.2 / 0.7, thin = 0.1 / 0.7;
+        struct rmap_vec3 size =
+            rmap_vec3(k / 2 == 0 ? thin : wide, k / 2 == 1 ? thin : wide, k / 2 == 2 ? thin : wide);
+        struct rmap_vec3 where =
+            rmap_vec3(k / 2 == 0 ? 1.1 * s : 0, k / 2 == 1 ? 1.1 * s : 0, k / 2 == 2 ? 1.1 * s : 0);
+        struct rmap_affine wall = rmap_affine_placement(size, rmap_vec3(0, 0, 0), where);
+        builder_object(&b, cube, rmap_affine_compose(&place, &wall), AIR, RMAP_MEDIUM_ANY);
+    }
+    builder_close(&b);
+    struct rmap_mesh *inner = make_cube(1); /* edges and corners to aim at */
+    int lost = 0;
+    for (uint64_t r = 0; r < 300; r++) {
+        struct rmap_ray ray = {.origin = place.t, .direction = any_direction(r, 0)};
+        for (uint32_t i = 1; i <= 1000 && ray.medium == AIR; i++) {
+            struct rmap_hit hit;
+            if (!rmap_accel_next(b.accel, &ray, &hit) || rmap_dot(hit.normal, ray.direction) >= 0) {
+                lost++;
+                break;
+            }
+            rmap_contact_turn(&ray.contact, &hit);
+            ray.origin = hit.position;
+            ray.direction = rmap_normalize(rmap_axpy(1.0001, hit.normal, any_direction(r, i)));
+            double u[4];
+            rmap_rng(14, r, i, RMAP_RNG_SURFACE, u);
+            struct rmap_vec3 c[3];
+            rmap_mesh_corners(inner, (size_t)(12 * u[0]), c);
+            struct rmap_vec3 to = rmap_axpy(i % 3 ? u[1] : 0, rmap_sub(c[1], c[0]), c[0]);
+            to = rmap_sub(rmap_affine_point(&place, to), ray.origin);
+            struct rmap_vec3 along = rmap_affine_transposed(&place, to);
+            if (fmin(fabs(along.x), fmin(fabs(along.y), fabs(along.z))) < 1e-6)
+                continue; /* in a wall's plane to rounding: on which side of it is a toss-up */
+            if (i % 2 && rmap_dot(to, hit.normal) > 1e-3 * rmap_length(to))
+                ray.direction = rmap_normalize(to);
+        }
+    }
+    rmap_mesh_destroy(inner);
+    builder_destroy(&b);
+    if (lost)
+        fail_msg("%d of 300 rays lost", lost);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -377,6 +428,7 @@ int main(void)
         cmocka_unit_test(test_discs_on_faces),
         cmocka_unit_test(test_cemented_spheres),
         cmocka_unit_test(test_starts_on_surfaces),
+        cmocka_unit_test(test_a_room_of_walls_is_closed),
         cmocka_unit_test(test_diffuse_light_stays_inside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
