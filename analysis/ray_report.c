@@ -132,8 +132,10 @@ static void read_registrations(struct rmap_ray_report *report, const struct rmap
                                     column->relative[2 * row + 1] / 65535.0};
         rmap_detector_coordinates(detector, relative, &to->x, &to->y);
         struct rmap_vec3 direction = vector_of(column->direction + 3 * row);
-        double cosine = -rmap_dot(direction, detector->axis) / rmap_length(direction);
-        to->angle_deg = acos(fmin(fmax(cosine, -1.0), 1.0)) * 180.0 / RMAP_PI;
+        double sign = detector->type == RMAP_DETECTOR_INTENSITY ? 1.0 : -1.0;
+        to->angle_deg = atan2(rmap_length(rmap_cross(direction, detector->axis)),
+                              sign * rmap_dot(direction, detector->axis)) *
+                        180.0 / RMAP_PI;
     }
 }
 
