@@ -96,7 +96,8 @@ struct rmap_candidate {
     double cosine;                  /* of the ray to the normal, >= 0 */
     struct rmap_vec3 point, normal; /* shapes: local; triangles: weights of the corners, unset */
     int32_t object, primitive;
-    bool touches; /* the start */
+    int32_t listed; /* triangle that the contact list has for this face */
+    bool touches;   /* the start */
     enum rmap_rank rank;
 };
 
@@ -204,7 +205,8 @@ static inline double rmap_along(double thickness, double cosine)
     return cosine * RMAP_GRAZING_MAX > 1 ? thickness / cosine : thickness * RMAP_GRAZING_MAX;
 }
 
-/* A surface within tolerance of the point where the ray starts. */
+/* A surface within tolerance of the point where the ray starts. rmap_start_meets puts the
+ * triangle that is listed for its face in place of the primitive. */
 struct rmap_touch {
     int32_t object, primitive;
     enum rmap_rank rank;
@@ -217,6 +219,6 @@ struct rmap_touch {
 
 /* accel_start.c */
 void rmap_start_find(struct rmap_query *query);
-bool rmap_start_meets(struct rmap_query *query, const struct rmap_touch *touch);
+bool rmap_start_meets(struct rmap_query *query, struct rmap_touch *touch);
 
 #endif

@@ -125,43 +125,43 @@ static bool meets_from_space(const struct rmap_query *query, const struct rmap_t
     return touch->t >= 0;
 }
 
-/* A neighbour in the plane of a listed triangle of the same mesh is met together with it; a
- * face turned the other way, as of a second body in the same file, is one to meet. */
-static bool same_face_listed(const struct rmap_query *query, const struct rmap_touch *touch)
+/* Is the surface listed? A triangle stands for its whole face: its neighbours in the same plane
+ * are met together with it. One turned the other way, as of a second body in the same file, is
+ * another face. */
+static bool is_listed(const struct rmap_query *query, int32_t k, const struct rmap_touch *touch)
 {
     const struct rmap_contact *contact = &query->ray->contact;
     const struct rmap_accel_object *object = &query->accel->object[touch->object];
-    for (int32_t k = 0; k < contact->n; k++) {
-        if (contact->surface[k].object != touch->object)
-            continue;
-        struct rmap_vec3 corner[3];
-        rmap_facets_corners(object->facets, contact->surface[k].primitive, corner);
-        struct rmap_vec3 n =
-            rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
-        if (rmap_dot(rmap_affine_transposed(&object->to_local, n), touch->normal) > 0)
-            return true;
-    }
-    return false;
+    if (contact->surface[k].object != touch->object)
+        return false;
+    if (contact->surface[k].primitive == touch->primitive)
+        return true;
+    struct rmap_vec3 corner[3];
+    rmap_facets_corners(object->facets, contact->surface[k].primitive, corner);
+    struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
+    n = rmap_normalize(rmap_affine_transposed(&object->to_local, n));
+    return rmap_dot(n, touch->normal) > 0 &&
+           rmap_length(rmap_cross(n, touch->normal)) <= RMAP_PARALLEL_OWN;
 }
 
-bool rmap_start_meets(struct rmap_query *query, const struct rmap_touch *touch)
+bool rmap_start_meets(struct rmap_query *query, struct rmap_touch *touch)
 {
     const struct rmap_contact *contact = &query->ray->contact;
     struct rmap_start *start = &query->start;
     if (start->object < 0)
         return meets_from_space(query, touch);
     for (int32_t k = 0; k < contact->n; k++)
-        if (contact->surface[k].object == touch->object &&
-            contact->surface[k].primitive == touch->primitive)
+        if (is_listed(query, k, touch)) {
+            touch->primitive = contact->surface[k].primitive;
             return k == (contact->backward ? contact->passed - 1 : contact->passed);
+        }
     if (!start->has_normal)
         set_normal(query);
     bool own = start->object == touch->object;
     struct rmap_vec3 sine = rmap_cross(start->normal, touch->normal);
     if (rmap_length(sine) <= (own ? RMAP_PARALLEL_OWN : RMAP_PARALLEL_OTHER))
         return !contact->backward && contact->passed == contact->n &&
-               !(touch->beside && touch->rank == RMAP_RANK_OTHER) &&
-               !same_face_listed(query, touch);
+               !(touch->beside && touch->rank == RMAP_RANK_OTHER);
     if (own)
         return touch->t > 0;
     if (touch->rank == RMAP_RANK_OTHER) /* a neighbour met out of order by rounding */

@@ -145,7 +145,9 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
     };
     candidate->touches = true;
     candidate->t = rmap_greater(t, 0);
-    return rmap_start_meets(query, &touch);
+    bool meets = rmap_start_meets(query, &touch);
+    candidate->listed = touch.primitive;
+    return meets;
 }
 
 /* A triangle that the line crosses. */
@@ -157,6 +159,7 @@ static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
     double facing = rmap_dot(n, query->local.direction);
     double length = rmap_length(rmap_affine_transposed(&o->to_local, n));
+    candidate->listed = candidate->primitive;
     candidate->cosine = fabs(facing) / length;
     candidate->tolerance = rmap_along(o->tolerance, candidate->cosine);
     candidate->rank = rmap_candidate_rank(query, candidate->object, facing);
