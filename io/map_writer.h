@@ -67,7 +67,4 @@ enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *r
                                   const struct rmap_tally *tally, bool complete,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
-/* For measurements: writes portions the seed's way, 36-byte records compressed by zlib level 1
- * in one synchronised file. See mpi/cmd_bench.c. */
-
 #endif

@@ -23,6 +23,10 @@ enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
     RMAP_TRY(rmap_argument_list(given, "only", &options->only, &options->n_only, err));
     RMAP_TRY(rmap_argument_list(given, "without", &options->without, &options->n_without, err));
     RMAP_TRY(rmap_argument_each(given, "set", &options->set, &options->n_set, err));
+    for (size_t i = 0; i < options->n_set && st == RMAP_OK; i++)
+        if (!strchr(options->set[i], '='))
+            st =
+                rmap_error_set(err, RMAP_USAGE, "--set wants KEY=VALUE, not '%s'", options->set[i]);
 out:
     if (st != RMAP_OK)
         rmap_scene_options_fini(options);

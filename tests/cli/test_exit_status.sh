@@ -9,7 +9,7 @@ write_scene scene.yaml
 # 0: done
 expect 0 'usage: raymap' "$RAYMAP" --help
 expect 0 'MPI' "$RAYMAP" --version
-for command in check trace info query; do
+for command in check trace info query report detector draw bench; do
     expect 0 "usage: raymap $command" "$RAYMAP" $command --help
     expect 0 "usage: raymap $command" "$RAYMAP" $command one two three --help
 done
@@ -32,6 +32,7 @@ expect 2 'needs a value' "$RAYMAP" trace scene.yaml -o
 expect 2 'takes no value' "$RAYMAP" trace scene.yaml -o x.raymap --force=yes
 expect 2 "unknown option '-x'" "$RAYMAP" trace -x scene.yaml
 expect 2 'usage: raymap trace' "$RAYMAP" trace
+expect 2 'KEY=VALUE' "$RAYMAP" check scene.yaml --set units
 expect 2 'one word too many' "$RAYMAP" trace scene.yaml scene.yaml -o x.raymap
 expect 2 'at least one ray' "$RAYMAP" trace scene.yaml -o x.raymap -n 0
 expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n many
