@@ -127,24 +127,6 @@ static void cover(struct rmap_view_box *box, const struct rmap_view *view, struc
     box->high[1] = fmax(box->high[1], p.y);
 }
 
-static void local_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
-                         struct rmap_vec3 *upper)
-{
-    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
-        rmap_shape_bounds(&geometry->shape, lower, upper);
-        return;
-    }
-    *lower = rmap_vec3(INFINITY, INFINITY, INFINITY);
-    *upper = rmap_vec3(-INFINITY, -INFINITY, -INFINITY);
-    for (size_t i = 0; i < geometry->mesh->n_vertex; i++) {
-        const float *v = geometry->mesh->vertex[i];
-        *lower = rmap_vec3(fmin(lower->x, (double)v[0]), fmin(lower->y, (double)v[1]),
-                           fmin(lower->z, (double)v[2]));
-        *upper = rmap_vec3(fmax(upper->x, (double)v[0]), fmax(upper->y, (double)v[1]),
-                           fmax(upper->z, (double)v[2]));
-    }
-}
-
 static void cover_corners(struct rmap_view_box *box, const struct rmap_view *view,
                           const struct rmap_affine *to_world, struct rmap_vec3 lower,
                           struct rmap_vec3 upper)
@@ -192,7 +174,7 @@ void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *vi
     *box = (struct rmap_view_box){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
     for (size_t o = 0; o < scene->n_object; o++) {
         struct rmap_vec3 lower, upper;
-        local_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
+        rmap_geometry_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
         cover_corners(box, view, &scene->object[o].to_world, lower, upper);
     }
     for (size_t d = 0; d < scene->n_detector; d++) {

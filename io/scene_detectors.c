@@ -81,23 +81,6 @@ static double total_area(const struct rmap_mesh *mesh, const struct rmap_affine 
     return sum;
 }
 
-static void local_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
-                         struct rmap_vec3 *upper)
-{
-    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
-        rmap_shape_bounds(&geometry->shape, lower, upper);
-        return;
-    }
-    *lower = rmap_vec3(HUGE_VAL, HUGE_VAL, HUGE_VAL);
-    *upper = rmap_scale(*lower, -1);
-    for (size_t i = 0; i < geometry->mesh->n_vertex; i++) {
-        const float *v = geometry->mesh->vertex[i];
-        double x = (double)v[0], y = (double)v[1], z = (double)v[2];
-        *lower = rmap_vec3(fmin(lower->x, x), fmin(lower->y, y), fmin(lower->z, z));
-        *upper = rmap_vec3(fmax(upper->x, x), fmax(upper->y, y), fmax(upper->z, z));
-    }
-}
-
 /* The frame that the object itself suggests. */
 static void adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_detector *detector)
@@ -115,7 +98,7 @@ static void adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node 
         rmap_placement_axes(&object->to_world, axis);
         detector->origin = object->to_world.t;
         if (geometry->kind == RMAP_GEOMETRY_MESH) {
-            local_bounds(geometry, &lower, &upper);
+            rmap_geometry_bounds(geometry, &lower, &upper);
             detector->origin =
                 rmap_affine_point(&object->to_world, rmap_scale(rmap_add(lower, upper), 0.5));
             struct rmap_vec3 normal = mean_normal(geometry->mesh, &object->to_world);
@@ -140,7 +123,7 @@ static void widen(const struct rmap_scene *scene, const struct rmap_object *obje
                   struct rmap_detector *detector)
 {
     struct rmap_vec3 lower, upper;
-    local_bounds(&scene->geometry[object->geometry], &lower, &upper);
+    rmap_geometry_bounds(&scene->geometry[object->geometry], &lower, &upper);
     for (int k = 0; k < 8; k++) {
         struct rmap_vec3 corner = rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
                                             k & 4 ? upper.z : lower.z);

@@ -66,6 +66,17 @@ static inline struct rmap_vec3 rmap_normalize(struct rmap_vec3 a)
     return rmap_scale(a, 1.0 / rmap_length(a));
 }
 
+/* Componentwise least and greatest. */
+static inline struct rmap_vec3 rmap_least(struct rmap_vec3 a, struct rmap_vec3 b)
+{
+    return rmap_vec3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
+}
+
+static inline struct rmap_vec3 rmap_greatest(struct rmap_vec3 a, struct rmap_vec3 b)
+{
+    return rmap_vec3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
+}
+
 static inline struct rmap_affine rmap_affine_identity(void)
 {
     return (struct rmap_affine){{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0, 0, 0}};

@@ -35,27 +35,6 @@ static bool keeps_lengths(const struct rmap_affine *a)
     return true;
 }
 
-static struct rmap_vec3 smaller(struct rmap_vec3 a, struct rmap_vec3 b)
-{
-    return rmap_vec3(fmin(a.x, b.x), fmin(a.y, b.y), fmin(a.z, b.z));
-}
-
-static struct rmap_vec3 larger(struct rmap_vec3 a, struct rmap_vec3 b)
-{
-    return rmap_vec3(fmax(a.x, b.x), fmax(a.y, b.y), fmax(a.z, b.z));
-}
-
-static void mesh_bounds(const struct rmap_mesh *mesh, struct rmap_vec3 *lower,
-                        struct rmap_vec3 *upper)
-{
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        const float *v = mesh->vertex[i];
-        struct rmap_vec3 p = rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
-        *lower = i == 0 ? p : smaller(*lower, p);
-        *upper = i == 0 ? p : larger(*upper, p);
-    }
-}
-
 static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
                          struct rmap_vec3 *upper)
 {
@@ -64,15 +43,15 @@ static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec
                                             k & 2 ? object->upper.y : object->lower.y,
                                             k & 4 ? object->upper.z : object->lower.z);
         corner = rmap_affine_point(&object->to_world, corner);
-        *lower = k == 0 ? corner : smaller(*lower, corner);
-        *upper = k == 0 ? corner : larger(*upper, corner);
+        *lower = k == 0 ? corner : rmap_least(*lower, corner);
+        *upper = k == 0 ? corner : rmap_greatest(*upper, corner);
     }
 }
 
 static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
 {
-    struct rmap_vec3 far = larger(rmap_vec3(fabs(lower.x), fabs(lower.y), fabs(lower.z)),
-                                  rmap_vec3(fabs(upper.x), fabs(upper.y), fabs(upper.z)));
+    struct rmap_vec3 far = rmap_greatest(rmap_vec3(fabs(lower.x), fabs(lower.y), fabs(lower.z)),
+                                         rmap_vec3(fabs(upper.x), fabs(upper.y), fabs(upper.z)));
     return rmap_length(far);
 }
 
@@ -107,7 +86,7 @@ static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene,
         rmap_shape_bounds(&geometry->shape, &object->lower, &object->upper);
     } else {
         object->mesh = geometry->mesh;
-        mesh_bounds(geometry->mesh, &object->lower, &object->upper);
+        rmap_mesh_bounds(geometry->mesh, &object->lower, &object->upper);
     }
     set_tolerances(object);
 }
@@ -118,8 +97,8 @@ static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *e
     for (size_t i = 0; i < accel->n_object; i++) {
         struct rmap_vec3 low = {0}, high = {0};
         world_bounds(&accel->object[i], &low, &high);
-        lower = i == 0 ? low : smaller(lower, low);
-        upper = i == 0 ? high : larger(upper, high);
+        lower = i == 0 ? low : rmap_least(lower, low);
+        upper = i == 0 ? high : rmap_greatest(upper, high);
     }
     accel->centre = rmap_scale(rmap_add(lower, upper), 0.5);
     accel->radius = 0.5 * rmap_length(rmap_sub(upper, lower));

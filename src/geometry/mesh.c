@@ -39,3 +39,15 @@ void rmap_mesh_destroy(struct rmap_mesh *mesh)
     rmap_free(mesh->vertex);
     rmap_free(mesh);
 }
+
+void rmap_mesh_bounds(const struct rmap_mesh *mesh, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper)
+{
+    *lower = *upper = rmap_vec3(0, 0, 0);
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        const float *v = mesh->vertex[i];
+        struct rmap_vec3 p = rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
+        *lower = i == 0 ? p : rmap_least(*lower, p);
+        *upper = i == 0 ? p : rmap_greatest(*upper, p);
+    }
+}

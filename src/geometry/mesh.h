@@ -26,6 +26,10 @@ enum rmap_status rmap_mesh_create(size_t n_vertex, size_t n_triangle, size_t n_f
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_mesh_destroy(struct rmap_mesh *mesh); /* NULL is fine */
 
+/* Axis-aligned bounds of the vertices; both 0 when there are none. */
+void rmap_mesh_bounds(const struct rmap_mesh *mesh, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper);
+
 /* Corners of a triangle in double. */
 static inline void rmap_mesh_corners(const struct rmap_mesh *mesh, size_t triangle,
                                      struct rmap_vec3 corner[3])

@@ -97,6 +97,15 @@ bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index)
     return some;
 }
 
+void rmap_geometry_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
+                          struct rmap_vec3 *upper)
+{
+    if (geometry->kind == RMAP_GEOMETRY_SHAPE)
+        rmap_shape_bounds(&geometry->shape, lower, upper);
+    else
+        rmap_mesh_bounds(geometry->mesh, lower, upper);
+}
+
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group)
 {
     int32_t at = scene->object[object].parent;

@@ -214,6 +214,10 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);
 
+/* Axis-aligned bounds of a geometry in its own frame. */
+void rmap_geometry_bounds(const struct rmap_geometry *geometry, struct rmap_vec3 *lower,
+                          struct rmap_vec3 *upper);
+
 /* True when object `object` is `group` or lies below it in the tree. */
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group);
 

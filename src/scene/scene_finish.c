@@ -18,10 +18,8 @@ static void include(struct bounds *box, struct rmap_vec3 p)
 {
     if (!isfinite(p.x + p.y + p.z))
         box->infinite = true;
-    box->lower =
-        rmap_vec3(fmin(box->lower.x, p.x), fmin(box->lower.y, p.y), fmin(box->lower.z, p.z));
-    box->upper =
-        rmap_vec3(fmax(box->upper.x, p.x), fmax(box->upper.y, p.y), fmax(box->upper.z, p.z));
+    box->lower = rmap_least(box->lower, p);
+    box->upper = rmap_greatest(box->upper, p);
 }
 
 /* The eight corners of a local box, in the world. */
