@@ -144,8 +144,8 @@ enum rmap_status rmap_query_scan(const struct rmap_map *map,
         if (choose(&scan, p))
             RMAP_TRY(scan_portion(&scan, p, err));
     for (size_t c = 0; c < n_criterion; c++)
-        count[c].nbytes_read += rmap_cursor_nbytes(scan.cursor) +
-                                (c == 0 && scan.whole ? rmap_cursor_nbytes(scan.whole) : 0);
+        count[c].nbytes_read += rmap_cursor_nbytes_of_rows(scan.cursor) +
+                                (c == 0 && scan.whole ? rmap_cursor_nbytes_of_rows(scan.whole) : 0);
 out:
     rmap_cursor_destroy(scan.whole);
     rmap_cursor_destroy(scan.cursor);

@@ -32,8 +32,18 @@ struct innermost {
 static herr_t take_innermost(unsigned n, const H5E_error2_t *error, void *context)
 {
     struct innermost *found = context;
-    if (n == 0)
-        (void)snprintf(found->text, sizeof found->text, "%s: %s", error->func_name, error->desc);
+    static const char reason[] = "error message = '";
+    if (n > 0)
+        return 0;
+    /* Of a failed system call HDF5 tells file, time and address too, over several lines. */
+    const char *from = strstr(error->desc, reason);
+    if (from) {
+        from += sizeof reason - 1;
+        (void)snprintf(found->text, sizeof found->text, "%.*s", (int)strcspn(from, "'"), from);
+    } else {
+        (void)snprintf(found->text, sizeof found->text, "HDF5: %s: %s", error->func_name,
+                       error->desc);
+    }
     return 0;
 }
 
@@ -44,8 +54,8 @@ enum rmap_status rmap_h5_fail(struct rmap_h5 *h5, const char *what, struct rmap_
     (void)H5Eclear2(H5E_DEFAULT);
     if (h5->on_error == RMAP_SYSTEM)
         h5->failed = true;
-    return rmap_error_set(err, h5->on_error, "%s: %s failed (HDF5: %s)", h5->path, what,
-                          found.text[0] ? found.text : "missing, or of another type");
+    return rmap_error_set(err, h5->on_error, "%s: %s failed (%s)", h5->path, what,
+                          found.text[0] ? found.text : "HDF5: missing, or of another type");
 }
 
 static enum rmap_status check_alive(struct rmap_h5 *h5, struct rmap_error *err)

@@ -34,6 +34,20 @@ static enum rmap_status check_file(const char *path, uint64_t nbytes, struct rma
     return RMAP_OK;
 }
 
+enum rmap_status rmap_map_check_pieces(const struct rmap_map *map, struct rmap_error *err)
+{
+    for (size_t i = 0; i < map->content.n_piece; i++) {
+        char *path = rmap_map_piece_path(map, i);
+        if (!path)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        enum rmap_status st = check_file(path, map->content.piece[i].nbytes, err);
+        rmap_free(path);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return RMAP_OK;
+}
+
 /* Our column of each dataset that the piece numbers, or -1. */
 static enum rmap_status read_numbering(struct rmap_h5 *h5, enum rmap_colour_mode mode,
                                        int **column_ret, size_t *n_ret, struct rmap_error *err)

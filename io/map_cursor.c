@@ -30,7 +30,7 @@ struct rmap_cursor {
     struct rmap_chunk_cache *cache[RMAP_COLUMN_COUNT];
     struct open_file file[FILES_MAX];
     uint64_t tick;
-    uint64_t nbytes;
+    uint64_t nbytes, nbytes_of_rows;
 };
 
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
@@ -81,6 +81,11 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *self)
 {
     return self->nbytes;
+}
+
+uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *self)
+{
+    return self->nbytes_of_rows;
 }
 
 static enum rmap_status open_piece(struct rmap_cursor *self, size_t piece, int *fd_ret,
@@ -249,6 +254,18 @@ static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_c
                           (unsigned long long)info->first_ray);
 }
 
+/* Of the stored bytes of a chunk, those of its rows [first, last). Telescopes. */
+static uint64_t share_of_chunk(const struct rmap_cursor *self, enum rmap_column column,
+                               size_t piece, uint64_t index, size_t first, size_t last)
+{
+    const struct rmap_piece_chunks *chunks = &self->map->chunks[piece];
+    uint64_t nbytes = chunks->entry[chunks->first[column] + index].nbytes;
+    uint64_t rows = self->map->content.piece[piece].n_row[rmap_column_info(column)->table];
+    rows -= index * RMAP_CHUNK_ROWS;
+    rows = rows < RMAP_CHUNK_ROWS ? rows : RMAP_CHUNK_ROWS;
+    return nbytes * last / rows - nbytes * first / rows;
+}
+
 static enum rmap_status read_column(struct rmap_cursor *self, enum rmap_column column,
                                     const struct rmap_portion_info *info, struct rmap_error *err)
 {
@@ -266,6 +283,8 @@ static enum rmap_status read_column(struct rmap_cursor *self, enum rmap_column c
             return st;
         rmap_unshuffle(plane, RMAP_CHUNK_ROWS * width, (size_t)skip * width, n * width, element,
                        to);
+        self->nbytes_of_rows += share_of_chunk(self, column, (size_t)info->piece, index,
+                                               (size_t)skip, (size_t)skip + n);
         to += n * width * element;
         at += n;
     }

@@ -58,6 +58,10 @@ struct rmap_map_summary {
 };
 void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary);
 
+/* That every piece is there with the size that the index states; opens none of them. */
+enum rmap_status rmap_map_check_pieces(const struct rmap_map *map,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
 /* Flux that one unit of weight stands for, per source: Phi_s / N_s; 0 where N_s = 0. [n_source] */
 const double *rmap_map_flux_per_weight(const struct rmap_map *map);
 
@@ -88,7 +92,11 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
                                   const struct rmap_portion **portion_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
-/* Bytes read from files so far, for `query`'s report. */
+/* Bytes read from files so far. */
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
+
+/* Stored bytes of the rows read so far, a chunk's bytes being shared out over its rows: the sum
+ * is the same however portions are dealt to cursors, which makes it fit for `query`'s report. */
+uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *cursor);
 
 #endif

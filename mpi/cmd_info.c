@@ -110,7 +110,7 @@ static void print_detectors(const struct rmap_map *map, FILE *out)
 }
 
 static void print_info(const char *path, const struct rmap_map *map,
-                       const struct rmap_map_summary *summary, FILE *out)
+                       const struct rmap_map_summary *summary, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
     char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], registrations[RMAP_GROUPED_LEN];
@@ -118,7 +118,9 @@ static void print_info(const char *path, const struct rmap_map *map,
     rmap_digest_text(summary->digest, digest);
     double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];
     fprintf(out, "%s: %s\n", path,
-            summary->complete ? "complete" : "NOT complete: tracing was stopped early");
+            summary->complete ? "complete"
+            : damaged         ? "damaged: pieces are missing or cut off"
+                              : "NOT complete: tracing was stopped early");
     fprintf(out, "  %s rays, %s segments, %s registrations\n",
             rmap_grouped(summary->n_row[RMAP_TABLE_RAY], rays),
             rmap_grouped(summary->n_row[RMAP_TABLE_SEGMENT], segments),
@@ -138,20 +140,30 @@ static void print_info(const char *path, const struct rmap_map *map,
     rmap_balance_print(rmap_map_tally(map), out);
 }
 
+/* What the index holds is told even if pieces are missing; the status then says so. */
+static enum rmap_status tell(const struct rmap_context *context, const char *path,
+                             const struct rmap_map *map, struct rmap_error *err)
+{
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
+    enum rmap_status pieces = rmap_map_check_pieces(map, err), st = RMAP_OK;
+    summary.complete = summary.complete && pieces == RMAP_OK;
+    if (context->json)
+        st = rmap_json_print(info_json(map, &summary), stdout, err);
+    else
+        print_info(path, map, &summary, pieces != RMAP_OK, stdout);
+    return st == RMAP_OK ? pieces : st;
+}
+
 static enum rmap_status run_info(const struct rmap_context *context,
                                  const struct rmap_arguments *given, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    struct rmap_map_summary summary;
     enum rmap_status st = RMAP_OK;
     if (context->rank == 0) { /* the index alone is read: there is nothing to share out */
         st = rmap_map_open(given->operand[0], &map, err);
         if (st == RMAP_OK)
-            rmap_map_summarise(map, &summary);
-        if (st == RMAP_OK && context->json)
-            st = rmap_json_print(info_json(map, &summary), stdout, err);
-        else if (st == RMAP_OK)
-            print_info(given->operand[0], map, &summary, stdout);
+            st = tell(context, given->operand[0], map, err);
     }
     st = rmap_agree(context, st, err);
     rmap_map_close(map);

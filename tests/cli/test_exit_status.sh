@@ -20,6 +20,7 @@ expect 0 'registered' "$RAYMAP" query a.raymap 'registered(sensor)'
 expect 0 'rays +0 of' "$RAYMAP" query a.raymap 'hit(lens) >= 1000'
 expect 0 '' "$RAYMAP" trace -n 1000 scene.yaml --quiet -o b.raymap # options before operands
 [ ! -s stdout.txt ] && [ ! -s stderr.txt ] || { echo "FAILED: --quiet talks"; failures=1; }
+expect 0 '' "$RAYMAP" trace scene.yaml -o pieces.raymap -n 2000 --piece-size 256Mi
 expect 0 '5,000 rays' "$RAYMAP" trace scene.yaml --simulation short --no-record
 expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 2000 --force
 expect 0 '2,000 rays' "$RAYMAP" info a.raymap
@@ -84,6 +85,9 @@ cp -r a.raymap cut.raymap
 piece=$(echo cut.raymap/shard-*/piece-*.h5)
 truncate -s -2000 $piece
 expect 4 'piece-00000.h5' "$RAYMAP" query cut.raymap all
+expect 4 'damaged' "$RAYMAP" info cut.raymap
+rm $piece
+expect 4 '"complete": false' "$RAYMAP" info cut.raymap --json
 
 # 5: the system fails us. Root may do anything, so permission is tried as somebody else.
 mkdir -p sealed && chmod 555 sealed

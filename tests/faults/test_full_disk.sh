@@ -16,7 +16,7 @@ exec "$@"
 SCRIPT
 chmod +x small-disk.sh
 
-expect 5 'piece-00000' ./small-disk.sh "$RAYMAP" trace scene.yaml -o one.raymap -n 1500k --quiet
+expect 5 'piece-00000.*File too large' ./small-disk.sh "$RAYMAP" trace scene.yaml -o one.raymap -n 1500k --quiet
 expect 5 'shard-00001' mpirun -np 1 "$RAYMAP" trace scene.yaml -o two.raymap -n 1500k --quiet : \
     -np 1 ./small-disk.sh "$RAYMAP" trace scene.yaml -o two.raymap -n 1500k --quiet
 n=$(grep -c '^raymap:' stderr.txt)

@@ -17,6 +17,9 @@ answer() { # RANKS THREADS MAP PREFIX: everything that can be asked, into PREFIX
     local run=(mpirun -np "$1" "$RAYMAP")
     expect 0 '' "${run[@]}" query "$3" "$criterion" 'ended(left)' --threads "$2" --quiet
     cp stdout.txt "$4.count"
+    expect 0 '' "${run[@]}" query "$3" "$criterion" 'hit(lens)' --json --threads "$2" --quiet
+    grep -Ev '"(seconds|bytes_read)"' stdout.txt >"$4.sums"
+    grep '"bytes_read"' stdout.txt >"$4.bytes"
     expect 0 '' "${run[@]}" query "$3" "$criterion" --limit 17 --threads "$2" --quiet
     cp stdout.txt "$4.limit"
     expect 0 '' "${run[@]}" query "$3" 'event(reflect_diffuse) and ray < 30000' -o "$4.csv" --threads "$2" --quiet
@@ -47,6 +50,8 @@ for ranks in 1 2 3 4; do
             kind=${file#reference.}
             for prefix in other many; do
                 [ $prefix = other ] || [ $ranks$threads = 32 ] || continue
+                # other ranks cut other chunks
+                [ $prefix-$kind != other-bytes ] || continue
                 cmp "$file" "$prefix.$kind" || { echo "FAILED: $kind differs ($prefix, $ranks ranks, $threads threads)"; failures=1; }
             done
         done
