@@ -16,7 +16,8 @@ struct suffix {
     double factor;
 };
 
-static const struct suffix count_suffix[] = {{"", 1}, {"k", 1e3}, {"M", 1e6}, {"G", 1e9}};
+static const struct suffix count_suffix[] = {
+    {"", 1}, {"k", 1e3}, {"M", 1e6}, {"G", 1e9}, {"Ki", 0x1p10}, {"Mi", 0x1p20}, {"Gi", 0x1p30}};
 static const struct suffix second_suffix[] = {{"", 1},     {"s", 1},    {"ms", 1e-3}, {"m", 60},
                                               {"min", 60}, {"h", 3600}, {"d", 86400}};
 static const struct suffix no_suffix[] = {{"", 1}};

@@ -11,7 +11,6 @@
 #include "io/diagnostics.h"
 #include "mpi/command.h"
 
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 enum { OPTION_MAX = 48, FIRST_CODE = 256 };
 
 static const struct rmap_option common_option[] = {
@@ -19,7 +18,13 @@ static const struct rmap_option common_option[] = {
     {"json", 0, NULL, "print exactly one JSON document"},
     {"quiet", 'q', NULL, "no progress and no remarks"},
     {"help", 'h', NULL, "this text"},
+    {NULL, 0, NULL, NULL},
 };
+
+const struct rmap_option *rmap_common_options(void)
+{
+    return common_option;
+}
 
 /* The command's options followed by the common ones. */
 struct option_set {
@@ -54,8 +59,8 @@ static void collect_options(const struct rmap_command *command, struct option_se
     set->letters[0] = ':'; /* getopt tells a missing argument from an unknown option */
     for (const struct rmap_option *option = command->options; option && option->name; option++)
         add_option(set, option);
-    for (size_t i = 0; i < COUNT(common_option); i++)
-        add_option(set, &common_option[i]);
+    for (const struct rmap_option *option = common_option; option->name; option++)
+        add_option(set, option);
 }
 
 static const struct rmap_option *option_of(const struct option_set *set, int code)
@@ -243,6 +248,6 @@ void rmap_arguments_help(const struct rmap_command *command, FILE *out)
             command->help);
     for (const struct rmap_option *option = command->options; option && option->name; option++)
         print_option(option, out);
-    for (size_t i = 0; i < COUNT(common_option); i++)
-        print_option(&common_option[i], out);
+    for (const struct rmap_option *option = common_option; option->name; option++)
+        print_option(option, out);
 }

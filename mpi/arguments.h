@@ -55,7 +55,7 @@ enum rmap_status rmap_argument_each(const struct rmap_arguments *arguments, cons
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Numbers; *value is left as it is when the option was not given. A count may be written 1000000,
- * 1e6, 2.5M, 3k, 1G. Seconds: 90, 90s, 1.5 min, 2h, 500 ms. */
+ * 1e6, 2.5M, 3k, 1G, 256Mi. Seconds: 90, 90s, 1.5 min, 2h, 500 ms. */
 enum rmap_status rmap_argument_count(const struct rmap_arguments *arguments, const char *name,
                                      uint64_t *value, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_argument_number(const struct rmap_arguments *arguments, const char *name,
@@ -66,6 +66,9 @@ enum rmap_status rmap_argument_seconds(const struct rmap_arguments *arguments, c
 /* The same for a text that is no option, such as an operand; `what` names it in messages. */
 enum rmap_status rmap_parse_count(const char *text, const char *what, uint64_t *value,
                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* Those that every command takes; ends with an entry without a name. */
+const struct rmap_option *rmap_common_options(void);
 
 /* The --help of a command. */
 void rmap_arguments_help(const struct rmap_command *command, FILE *out);

@@ -11,6 +11,7 @@
 #include "io/diagnostics.h"
 #include "mpi/agree.h"
 #include "mpi/command.h"
+#include "mpi/manual.h"
 #include "mpi/threads.h"
 #include "mpi/version_text.h"
 
@@ -74,6 +75,17 @@ out:
     return st;
 }
 
+/* `raymap help --man` and `help --completion` are what the build installs. */
+static void print_help(const char *form, FILE *out)
+{
+    if (strcmp(form, "--man") == 0)
+        rmap_manual_print(command, COUNT(command), out);
+    else if (strcmp(form, "--completion") == 0)
+        rmap_completion_print(command, COUNT(command), out);
+    else
+        print_overview(out);
+}
+
 /* Collective. */
 static enum rmap_status dispatch(struct rmap_context *context, int argc, char **argv,
                                  struct rmap_error *err)
@@ -82,7 +94,7 @@ static enum rmap_status dispatch(struct rmap_context *context, int argc, char **
     bool help = strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
     if (help || strcmp(word, "--version") == 0) {
         if (context->rank == 0 && help)
-            print_overview(stdout);
+            print_help(argc > 2 ? argv[2] : "", stdout);
         else if (context->rank == 0)
             rmap_version_print(stdout);
         return RMAP_OK;
@@ -107,15 +119,19 @@ static enum rmap_status flush_output(const struct rmap_context *context, enum rm
 }
 
 /* Started without mpirun. Open MPI would start a daemon beside the one process, for half a second
- * and for nothing; only `bench` needs it, to start a second rank, and TCP between the two. */
+ * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
+ * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. Only `bench` needs both, to start
+ * a second rank, and TCP between the two. */
 static void prepare_alone(const char *word)
 {
     if (getenv("OMPI_COMM_WORLD_SIZE") || getenv("PMIX_RANK") || getenv("PMI_RANK"))
         return;
-    if (strcmp(word, rmap_command_bench.name) == 0)
+    if (strcmp(word, rmap_command_bench.name) == 0) {
         (void)unsetenv("OMPI_MCA_btl");
-    else
-        (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+        return;
+    }
+    (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+    (void)setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
 int main(int argc, char **argv)

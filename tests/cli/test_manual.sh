@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: every command and every option of --help stands in the manual page and completes in
+# bash; neither is written by hand.
+. "$(dirname "$0")/expect.bash"
+rm -rf ./*
+"$RAYMAP" help --man >raymap.1
+"$RAYMAP" help --completion >raymap.bash
+. ./raymap.bash
+complete_line() { # WORDS...: what the last of them may become
+    COMP_WORDS=("$@") COMP_CWORD=$(($# - 1))
+    _raymap
+    printf '%s\n' "${COMPREPLY[@]}"
+}
+
+[ "$(complete_line raymap det)" = detector ] || { echo "FAILED: det"; failures=1; }
+commands=$("$RAYMAP" --help | sed -n 's/^  \([a-z]*\)  .*/\1/p')
+for command in $commands; do
+    complete_line raymap '' | grep -qx "$command" || { echo "FAILED: $command does not complete"; failures=1; }
+    grep -qx ".SS \"raymap $command\"" raymap.1 || { echo "FAILED: $command is not in the manual"; failures=1; }
+    for option in $("$RAYMAP" "$command" --help | sed -n 's/^  .*\(--[a-z-]*\) .*  .*/\1/p'); do
+        complete_line raymap "$command" "$option" | grep -qx -e "$option" ||
+            { echo "FAILED: $command $option does not complete"; failures=1; }
+        grep -qF -e "\\fB${option//-/\\-}\\fR" raymap.1 || { echo "FAILED: $option is not in the manual"; failures=1; }
+    done
+done
+[ "$(wc -w <<<"$commands")" -ge 7 ] || { echo "FAILED: only these commands: $commands"; failures=1; }
+if command -v man >/dev/null; then
+    # Names of options are words that man cannot break.
+    warnings=$(LC_ALL=C.UTF-8 MANWIDTH=100 man --warnings -l raymap.1 2>&1 >page.txt)
+    [ -z "$warnings" ] || { echo "FAILED: $warnings"; failures=1; }
+    grep -q 'raymap query MAP CRITERION' page.txt || { echo "FAILED: no synopsis of query"; failures=1; }
+fi
+finish
