@@ -214,7 +214,6 @@ struct rmap_touch {
     double facing;           /* d . normal: from which side the surface would be met */
     struct rmap_vec3 normal; /* unit, world */
     struct rmap_vec3 point;  /* of the surface, world */
-    bool beside;             /* a triangle that has the start on its edge or beyond */
 };
 
 /* accel_start.c */

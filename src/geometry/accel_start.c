@@ -160,8 +160,7 @@ bool rmap_start_meets(struct rmap_query *query, struct rmap_touch *touch)
     bool own = start->object == touch->object;
     struct rmap_vec3 sine = rmap_cross(start->normal, touch->normal);
     if (rmap_length(sine) <= (own ? RMAP_PARALLEL_OWN : RMAP_PARALLEL_OTHER))
-        return !contact->backward && contact->passed == contact->n &&
-               !(touch->beside && touch->rank == RMAP_RANK_OTHER);
+        return !contact->backward && contact->passed == contact->n;
     if (own)
         return touch->t > 0;
     if (touch->rank == RMAP_RANK_OTHER) /* a neighbour met out of order by rounding */

@@ -107,21 +107,6 @@ static bool crosses(const struct rmap_local_ray *local, const struct rmap_facets
     return true;
 }
 
-/* Does the point lie on an edge of the triangle to double rounding, or beyond? Then it is its
- * neighbour's as well. */
-static bool beside(struct rmap_vec3 point, const struct rmap_vec3 corner[3], struct rmap_vec3 n,
-                   double margin)
-{
-    double length = rmap_length(n);
-    for (int k = 0; k < 3; k++) {
-        struct rmap_vec3 a = corner[k], edge = rmap_sub(corner[(k + 1) % 3], a);
-        if (rmap_dot(rmap_cross(edge, rmap_sub(point, a)), n) <=
-            margin * length * rmap_length(edge))
-            return true;
-    }
-    return false;
-}
-
 /* The triangle as the start sees it: behind, ahead, or touching. */
 static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
                    const struct rmap_vec3 corner[3], struct rmap_vec3 n, double length)
@@ -141,7 +126,6 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
         .facing = rmap_dot(n, query->local.direction),
         .normal = rmap_scale(rmap_affine_transposed(&o->to_local, n), 1 / length),
         .point = rmap_affine_point(&o->to_world, corner[0]),
-        .beside = beside(query->local.origin, corner, n, o->local_exact),
     };
     candidate->touches = true;
     candidate->t = rmap_greater(t, 0);
