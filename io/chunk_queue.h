@@ -7,6 +7,7 @@
 #ifndef RMAP_CHUNK_QUEUE_H
 #define RMAP_CHUNK_QUEUE_H
 
+#include "io/codec.h"
 #include "io/map_format.h"
 
 struct rmap_shard_piece; /* what a shard writer knows of a piece in flight */
@@ -23,7 +24,8 @@ struct rmap_chunk {
     uint32_t index;
     uint64_t n_row_end; /* rows of the column in the piece, this chunk included */
     size_t n_row;       /* filled */
-    size_t raw_nbytes, stored_nbytes;
+    size_t raw_nbytes;
+    struct rmap_stream_size stored_size;
     uint8_t *raw;    /* [RMAP_CHUNK_ROWS] rows */
     uint8_t *stored; /* [rmap_codec_bound]; made when first encoded */
 };

@@ -8,7 +8,6 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "io/deflate_planes.h"
 #include "io/shuffle.h"
 
 #define FLETCHER_NBYTES 4
@@ -116,17 +115,16 @@ static enum rmap_status planes_reserve(uint8_t **plane, size_t *cap, size_t nbyt
 }
 
 enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n,
-                                     size_t element_nbytes, uint8_t *stored, size_t *nbytes_ret,
-                                     struct rmap_error *err)
+                                     size_t element_nbytes, uint8_t *stored,
+                                     struct rmap_stream_size *size_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(planes_reserve(&encoder->plane, &encoder->plane_cap, n * element_nbytes, err));
     rmap_shuffle(raw, n, element_nbytes, encoder->plane);
-    size_t nbytes =
-        rmap_deflate_planes(encoder->deflater, encoder->plane, element_nbytes, n, stored);
-    uint32_t sum = rmap_fletcher32(stored, nbytes);
-    memcpy(stored + nbytes, &sum, FLETCHER_NBYTES);
-    *nbytes_ret = nbytes + FLETCHER_NBYTES;
+    *size_ret = rmap_deflate_planes(encoder->deflater, encoder->plane, element_nbytes, n, stored);
+    uint32_t sum = rmap_fletcher32(stored, size_ret->nbytes);
+    memcpy(stored + size_ret->nbytes, &sum, FLETCHER_NBYTES);
+    size_ret->nbytes += FLETCHER_NBYTES;
 out:
     return st;
 }
@@ -158,22 +156,43 @@ static bool is_zlib_header(const uint8_t *stream)
     return (stream[0] & 15) == 8 && (stream[0] * 256 + stream[1]) % 31 == 0 && !(stream[1] & 32);
 }
 
-enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
-                                     size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
-                                     struct rmap_error *err)
+enum { HEADER = 2, ADLER = 4 };
+
+static enum rmap_status check_stored(const uint8_t *stored, const struct rmap_stream_size *size,
+                                     size_t element_nbytes, struct rmap_error *err)
 {
-    enum { HEADER = 2, ADLER = 4 };
     uint32_t sum;
-    if (nbytes < HEADER + ADLER + FLETCHER_NBYTES || !is_zlib_header(stored))
-        return rmap_error_set(err, RMAP_FORMAT, "%zu bytes are no chunk", nbytes);
-    size_t stream = nbytes - FLETCHER_NBYTES;
+    if (size->nbytes < HEADER + ADLER + FLETCHER_NBYTES || !is_zlib_header(stored))
+        return rmap_error_set(err, RMAP_FORMAT, "%zu bytes are no chunk", size->nbytes);
+    size_t stream = size->nbytes - FLETCHER_NBYTES;
     memcpy(&sum, stored + stream, sizeof sum);
     if (sum != rmap_fletcher32(stored, stream))
         return rmap_error_set(err, RMAP_FORMAT, "fletcher32 does not match: the data are damaged");
+    if (size->lead_planes < element_nbytes &&
+        (size->lead_nbytes < HEADER || size->lead_nbytes > stream - ADLER))
+        return rmap_error_set(err, RMAP_FORMAT, "its leading planes end outside it");
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stored,
+                                     const struct rmap_stream_size *size, size_t n,
+                                     size_t element_nbytes, uint8_t *plane, struct rmap_error *err)
+{
+    static const uint8_t final_block[2] = {0x03, 0x00}; /* empty, RFC 1951 3.2.6 */
+    enum rmap_status st = check_stored(stored, size, element_nbytes, err);
+    if (st != RMAP_OK)
+        return st;
+    size_t lead = element_nbytes, nbytes = size->nbytes - HEADER;
+    if (size->lead_planes < element_nbytes) {
+        lead = size->lead_planes;
+        nbytes = size->lead_nbytes - HEADER + sizeof final_block;
+        memcpy(stored + size->lead_nbytes, final_block, sizeof final_block);
+        memset(plane + lead * n, 0, (element_nbytes - lead) * n);
+    }
     /* fletcher32 vouches for all that was stored: Adler-32 need not be computed once more. */
-    if (libdeflate_deflate_decompress(decoder->decompressor, stored + HEADER,
-                                      nbytes - HEADER + RMAP_DECODER_SLACK, plane,
-                                      n * element_nbytes, NULL) != LIBDEFLATE_SUCCESS)
-        return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * element_nbytes);
+    if (lead > 0 && libdeflate_deflate_decompress(decoder->decompressor, stored + HEADER,
+                                                  nbytes + RMAP_DECODER_SLACK, plane, n * lead,
+                                                  NULL) != LIBDEFLATE_SUCCESS)
+        return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * lead);
     return RMAP_OK;
 }

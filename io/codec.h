@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "io/deflate_planes.h"
 
 /* Room that encoding n elements can need at most. */
 size_t rmap_codec_bound(size_t n, size_t element_nbytes);
@@ -23,10 +24,12 @@ enum rmap_status rmap_encoder_create(struct rmap_encoder **encoder_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_encoder_destroy(struct rmap_encoder *encoder);
 
-/* Encodes raw into stored, which has room for rmap_codec_bound bytes. The same input gives the
+/* Encodes raw into stored, which has room for rmap_codec_bound bytes; the size counts
+ * fletcher32 too. The same input gives the
  * same output, whatever was encoded before. RMAP_SYSTEM when memory is short. */
 enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n,
-                                     size_t element_nbytes, uint8_t *stored, size_t *nbytes_ret,
+                                     size_t element_nbytes, uint8_t *stored,
+                                     struct rmap_stream_size *size_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 struct rmap_decoder;
@@ -40,9 +43,12 @@ void rmap_decoder_destroy(struct rmap_decoder *decoder);
 #define RMAP_DECODER_SLACK 64
 
 /* Decodes a chunk of exactly n elements as far as its byte planes, [element_nbytes][n]; any range
- * of elements then comes out of them by rmap_unshuffle. RMAP_FORMAT when the bytes are not that. */
-enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
-                                     size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
+ * of elements then comes out of them by rmap_unshuffle. The size is the encoder's: planes that are
+ * 0 are not inflated. Changes bytes of `stored` behind its leading planes. RMAP_FORMAT when the
+ * bytes are not that. */
+enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stored,
+                                     const struct rmap_stream_size *size, size_t n,
+                                     size_t element_nbytes, uint8_t *plane,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* HDF5's fletcher32 filter: Fletcher's sums of big-endian 16-bit words modulo 65535, where 0

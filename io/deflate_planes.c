@@ -38,11 +38,12 @@ size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes)
     return libdeflate_zlib_compress_bound(NULL, n_plane * plane_nbytes);
 }
 
-size_t rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane, size_t n_plane,
-                           size_t plane_nbytes, uint8_t *out)
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+                                            size_t n_plane, size_t plane_nbytes, uint8_t *out)
 {
-    return libdeflate_zlib_compress(deflater->compressor, plane, n_plane * plane_nbytes, out,
-                                    rmap_deflate_bound(n_plane, plane_nbytes));
+    size_t nbytes = libdeflate_zlib_compress(deflater->compressor, plane, n_plane * plane_nbytes,
+                                             out, rmap_deflate_bound(n_plane, plane_nbytes));
+    return (struct rmap_stream_size){nbytes, 0, (uint16_t)n_plane};
 }
 
 #else

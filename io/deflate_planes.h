@@ -12,6 +12,15 @@
 
 #include "base/status.h"
 
+/* A stream's length and the way through it: from plane lead_planes on all bytes are 0, and the
+ * planes before end after lead_nbytes bytes of the stream, at a byte and in a block that is not the
+ * last. lead_planes = number of planes: no shortcut. */
+struct rmap_stream_size {
+    size_t nbytes;
+    uint32_t lead_nbytes;
+    uint16_t lead_planes;
+};
+
 struct rmap_deflater;
 enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
@@ -20,9 +29,8 @@ void rmap_deflater_destroy(struct rmap_deflater *deflater);
 /* Most bytes that n_plane planes of plane_nbytes can take. */
 size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes);
 
-/* Writes the stream of planes [n_plane][plane_nbytes] and returns its length; out has room for
- * rmap_deflate_bound. */
-size_t rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane, size_t n_plane,
-                           size_t plane_nbytes, uint8_t *out);
+/* Writes the stream of planes [n_plane][plane_nbytes]; out has room for rmap_deflate_bound. */
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+                                            size_t n_plane, size_t plane_nbytes, uint8_t *out);
 
 #endif

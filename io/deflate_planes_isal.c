@@ -14,6 +14,7 @@
 #include <isa-l/igzip_lib.h>
 #include <libdeflate.h>
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -143,21 +144,34 @@ static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, siz
     return coded ? coded : put_stored(data, nbytes, out);
 }
 
-size_t rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane, size_t n_plane,
-                           size_t plane_nbytes, uint8_t *out)
+static bool is_zero(const uint8_t *data, size_t nbytes)
+{
+    return nbytes == 0 || (data[0] == 0 && memcmp(data, data + 1, nbytes - 1) == 0);
+}
+
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+                                            size_t n_plane, size_t plane_nbytes, uint8_t *out)
 {
     static const uint8_t header[2] = {0x78, 0x01}, final_block[2] = {0x03, 0x00};
     uint8_t *p = out;
     memcpy(p, header, sizeof header);
     p += sizeof header;
-    for (size_t k = 0; k < n_plane; k++)
+    size_t lead = n_plane;
+    while (lead > 0 && is_zero(plane + (lead - 1) * plane_nbytes, plane_nbytes))
+        lead--;
+    struct rmap_stream_size size = {.lead_planes = (uint16_t)lead};
+    for (size_t k = 0; k < n_plane; k++) {
+        if (k == lead)
+            size.lead_nbytes = (uint32_t)(p - out);
         p += put_plane(deflater, plane + k * plane_nbytes, plane_nbytes, p);
+    }
     memcpy(p, final_block, sizeof final_block);
     p += sizeof final_block;
     uint32_t adler = libdeflate_adler32(1, plane, n_plane * plane_nbytes);
     for (int shift = 24; shift >= 0; shift -= 8)
         *p++ = (uint8_t)(adler >> shift & 255);
-    return (size_t)(p - out);
+    size.nbytes = (size_t)(p - out);
+    return size;
 }
 
 #else

@@ -192,6 +192,7 @@ static enum rmap_status decode(struct rmap_cursor *self, enum rmap_column column
 {
     enum rmap_status st = RMAP_OK;
     size_t width = rmap_column_width(column, self->portion->n_channel);
+    struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
     void *block = self->stored;
     st =
         rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes + RMAP_DECODER_SLACK, 1, err);
@@ -202,9 +203,9 @@ static enum rmap_status decode(struct rmap_cursor *self, enum rmap_column column
     self->nbytes += entry->nbytes;
     if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
         return rmap_error_set(err, RMAP_FORMAT, "checksum does not match: the data are damaged");
-    RMAP_TRY(
-        rmap_decoder_planes(self->decoder, self->stored, entry->nbytes, RMAP_CHUNK_ROWS * width,
-                            rmap_element_nbytes(rmap_column_info(column)->element), plane, err));
+    RMAP_TRY(rmap_decoder_planes(self->decoder, self->stored, &size, RMAP_CHUNK_ROWS * width,
+                                 rmap_element_nbytes(rmap_column_info(column)->element), plane,
+                                 err));
 out:
     return st;
 }

@@ -18,6 +18,10 @@ static const struct rmap_h5_field chunk_field[] = {
     CHUNK(offset, U64, "first byte of the stored chunk in this file"),
     CHUNK(nbytes, U32, "stored bytes: zlib stream of the shuffled rows, then fletcher32"),
     CHUNK(checksum, U64, "XXH3-64 of the stored bytes"),
+    CHUNK(lead_planes, U16, "byte planes of the shuffled rows before the last ones, which are 0"),
+    CHUNK(lead_nbytes, U32,
+          "stored bytes in which those planes end; without meaning when all "
+          "planes lead"),
 };
 
 #define PORTION(name, member, element, width, text)                                                \

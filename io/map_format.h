@@ -24,11 +24,13 @@
 
 /* Where a chunk's bytes lie, so that a reader needs no HDF5 for them. */
 struct rmap_chunk_entry {
-    uint64_t offset;   /* in the file */
-    uint64_t checksum; /* rmap_checksum of the stored bytes */
-    uint32_t nbytes;   /* stored */
-    uint32_t index;    /* rows [index x RMAP_CHUNK_ROWS, ...) */
-    uint16_t column;   /* row of /chunk/name */
+    uint64_t offset;      /* in the file */
+    uint64_t checksum;    /* rmap_checksum of the stored bytes */
+    uint32_t nbytes;      /* stored */
+    uint32_t index;       /* rows [index x RMAP_CHUNK_ROWS, ...) */
+    uint32_t lead_nbytes; /* struct rmap_stream_size */
+    uint16_t lead_planes;
+    uint16_t column; /* row of /chunk/name */
 };
 
 struct rmap_field_table {

@@ -144,7 +144,7 @@ out:
 
 enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, enum rmap_column column,
                                        uint32_t index, uint64_t n_row, const uint8_t *stored,
-                                       size_t nbytes, struct rmap_error *err)
+                                       const struct rmap_stream_size *size, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const hsize_t extent[2] = {n_row, rmap_column_width(column, self->run->scene->channels.n)};
@@ -161,13 +161,15 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, enum rmap
         return st;
     hid_t set = self->set[column];
     if (H5Dset_extent(set, extent) < 0 ||
-        H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, nbytes, stored) < 0 ||
+        H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, size->nbytes, stored) < 0 ||
         H5Dget_chunk_info_by_coord(set, offset, &mask, &address, &found_nbytes) < 0)
         return rmap_h5_fail(&self->h5, rmap_column_info(column)->path, err);
     self->entry[self->n_entry++] =
         (struct rmap_chunk_entry){.offset = address,
-                                  .checksum = rmap_checksum(stored, nbytes),
-                                  .nbytes = (uint32_t)nbytes,
+                                  .checksum = rmap_checksum(stored, size->nbytes),
+                                  .nbytes = (uint32_t)size->nbytes,
+                                  .lead_nbytes = size->lead_nbytes,
+                                  .lead_planes = size->lead_planes,
                                   .index = index,
                                   .column = (uint16_t)column};
     return st;

@@ -5,6 +5,7 @@
 #ifndef RMAP_PIECE_WRITER_H
 #define RMAP_PIECE_WRITER_H
 
+#include "io/codec.h"
 #include "io/map_format.h"
 #include "io/map_writer.h"
 
@@ -19,7 +20,8 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
 /* Stores chunk `index` of a column, after which the column has n_row rows. */
 enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *writer, enum rmap_column column,
                                        uint32_t index, uint64_t n_row, const uint8_t *stored,
-                                       size_t nbytes, struct rmap_error *err) RMAP_MUST_USE;
+                                       const struct rmap_stream_size *size,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Writes the tables of chunks and portions, closes and publishes. */
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *writer,

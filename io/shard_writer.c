@@ -262,8 +262,8 @@ static enum rmap_status encode_chunk(struct rmap_encoder *encoder, struct rmap_c
         chunk->stored = rmap_alloc(rmap_codec_bound(n, element), 1);
     if (!chunk->stored)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoded chunk");
-    return rmap_encoder_encode(encoder, chunk->raw, n, element, chunk->stored,
-                               &chunk->stored_nbytes, err);
+    return rmap_encoder_encode(encoder, chunk->raw, n, element, chunk->stored, &chunk->stored_size,
+                               err);
 }
 
 enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *did_ret,
@@ -307,7 +307,7 @@ static enum rmap_status store_chunk(struct rmap_shard_writer *self, const struct
         self->file = NULL;
     } else {
         RMAP_TRY(rmap_piece_writer_put(self->file, chunk->column, chunk->index, chunk->n_row_end,
-                                       chunk->stored, chunk->stored_nbytes, err));
+                                       chunk->stored, &chunk->stored_size, err));
     }
 out:
     return st;
