@@ -35,17 +35,25 @@ static bool keeps_lengths(const struct rmap_affine *a)
     return true;
 }
 
-static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
-                         struct rmap_vec3 *upper)
+static void world_box(const struct rmap_affine *to_world, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper)
 {
+    struct rmap_vec3 low = *lower, high = *upper;
     for (int k = 0; k < 8; k++) {
-        struct rmap_vec3 corner = rmap_vec3(k & 1 ? object->upper.x : object->lower.x,
-                                            k & 2 ? object->upper.y : object->lower.y,
-                                            k & 4 ? object->upper.z : object->lower.z);
-        corner = rmap_affine_point(&object->to_world, corner);
+        struct rmap_vec3 corner =
+            rmap_vec3(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y, k & 4 ? high.z : low.z);
+        corner = rmap_affine_point(to_world, corner);
         *lower = k == 0 ? corner : rmap_least(*lower, corner);
         *upper = k == 0 ? corner : rmap_greatest(*upper, corner);
     }
+}
+
+static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
+                         struct rmap_vec3 *upper)
+{
+    *lower = object->lower;
+    *upper = object->upper;
+    world_box(&object->to_world, lower, upper);
 }
 
 static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
@@ -156,9 +164,11 @@ static bool set_errors(struct rmap_accel *accel, struct rmap_accel_object *objec
 static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
 {
     const struct rmap_accel *accel = args->geometryUserPtr;
-    const struct rmap_accel_object *object = &accel->object[accel->callback_object[args->primID]];
-    struct rmap_vec3 lower = {0}, upper = {0};
-    world_bounds(object, &lower, &upper);
+    const struct rmap_accel_part *part = &accel->part[args->primID];
+    const struct rmap_accel_object *object = &accel->object[part->object];
+    struct rmap_vec3 lower, upper;
+    rmap_part_bounds(object, part->part, &lower, &upper);
+    world_box(&object->to_world, &lower, &upper);
     double pad = 2 * accel->error + object->tolerance;
     lower = rmap_sub(lower, accel->centre);
     upper = rmap_sub(upper, accel->centre);
@@ -190,12 +200,19 @@ static void attach_instance(struct rmap_accel *accel, size_t i)
     accel->instance_object[accel->n_instance++] = (int32_t)i;
 }
 
+static void attach_parts(struct rmap_accel *accel, size_t i)
+{
+    int n = rmap_part_count(&accel->object[i]);
+    for (int k = 0; k < n; k++)
+        accel->part[accel->n_part++] = (struct rmap_accel_part){(int32_t)i, k};
+}
+
 static void attach_callbacks(struct rmap_accel *accel)
 {
-    if (accel->n_callback == 0)
+    if (accel->n_part == 0)
         return;
     RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(user, (unsigned)accel->n_callback);
+    rtcSetGeometryUserPrimitiveCount(user, (unsigned)accel->n_part);
     rtcSetGeometryUserData(user, accel);
     rtcSetGeometryBoundsFunction(user, bounds_callback, NULL);
     rtcSetGeometryIntersectFunction(user, rmap_accel_callback);
@@ -206,6 +223,12 @@ static void attach_callbacks(struct rmap_accel *accel)
 
 static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *err)
 {
+    size_t most = 0;
+    for (size_t i = 0; i < accel->n_object; i++)
+        most += (size_t)rmap_part_count(&accel->object[i]);
+    accel->part = rmap_alloc(most, sizeof(*accel->part));
+    if (!accel->part)
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", accel->n_object);
     accel->top = rtcNewScene(accel->device);
     rtcSetSceneFlags(accel->top, RTC_SCENE_FLAG_ROBUST);
     for (size_t i = 0; i < accel->n_object; i++) {
@@ -215,7 +238,7 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
         if (object->mesh && object->embree_instance)
             attach_instance(accel, i);
         else
-            accel->callback_object[accel->n_callback++] = (int32_t)i;
+            attach_parts(accel, i);
     }
     attach_callbacks(accel);
     rtcCommitScene(accel->top);
@@ -266,11 +289,9 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
     accel->n_object = scene->n_object;
     accel->object = rmap_alloc(scene->n_object, sizeof(*accel->object));
     accel->instance_object = rmap_alloc(scene->n_object, sizeof(*accel->instance_object));
-    accel->callback_object = rmap_alloc(scene->n_object, sizeof(*accel->callback_object));
     accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));
     accel->facets = rmap_alloc(scene->n_geometry, sizeof(*accel->facets));
-    if (!accel->facets || !accel->object || !accel->instance_object || !accel->callback_object ||
-        !accel->bottom)
+    if (!accel->facets || !accel->object || !accel->instance_object || !accel->bottom)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
     for (size_t i = 0; i < scene->n_object; i++)
         set_object(accel, scene, i);

@@ -133,6 +133,9 @@ static bool shape_counts(struct rmap_query *query, struct rmap_candidate *candid
 
 bool rmap_consider_shape(struct rmap_query *query, int32_t object)
 {
+    if (query->done[object % RMAP_DONE_SLOTS] == object)
+        return false;
+    query->done[object % RMAP_DONE_SLOTS] = object;
     const struct rmap_accel_object *o = &query->accel->object[object];
     bool own = query->start.object == object;
     double tolerance = o->tolerance + query->start.tolerance;

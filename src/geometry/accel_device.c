@@ -108,7 +108,7 @@ void rmap_accel_destroy(struct rmap_accel *accel)
     }
     if (accel->device)
         rtcReleaseDevice(accel->device);
-    rmap_free(accel->callback_object);
+    rmap_free(accel->part);
     rmap_free(accel->instance_object);
     rmap_free(accel->object);
     rmap_free(accel->facets);

@@ -32,6 +32,17 @@ struct rmap_facets {
     uint32_t *same, *first, *fan;
 };
 
+/* Without the NaN rules of fmin and fmax, which make them calls. */
+static inline double rmap_lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double rmap_greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 /* Sine of the angle up to which normals count as parallel: float vertices turn the normals of
  * small triangles; triangles of one mesh share their vertices. */
 #define RMAP_PARALLEL_OTHER 1e-4
@@ -55,6 +66,11 @@ struct rmap_accel_object {
     int32_t medium_front, medium_back;
 };
 
+/* One of the boxes that together cover an object. */
+struct rmap_accel_part {
+    int32_t object, part;
+};
+
 struct rmap_accel_failure {
     atomic_flag taken;
     enum RTCError code;
@@ -69,9 +85,9 @@ struct rmap_accel {
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
     size_t n_object;
-    int32_t *instance_object; /* Embree instance -> object */
-    int32_t *callback_object; /* primitive of the user geometry -> object */
-    size_t n_instance, n_callback;
+    int32_t *instance_object;     /* Embree instance -> object */
+    struct rmap_accel_part *part; /* [n_part], by primitive of the user geometry */
+    size_t n_instance, n_part;
     struct rmap_vec3 centre; /* origin of Embree's world */
     double radius;
     double error; /* largest of the instances' float errors */
@@ -124,6 +140,7 @@ struct rmap_local_ray {
     double shear[3];
 };
 
+#define RMAP_DONE_SLOTS 8
 struct rmap_query {
     const struct rmap_accel *accel;
     const struct rmap_ray *ray;
@@ -132,6 +149,7 @@ struct rmap_query {
     int n_candidate;
     struct rmap_candidate candidate[RMAP_CANDIDATE_MAX];
     struct rmap_local_ray local;
+    int32_t done[RMAP_DONE_SLOTS]; /* shapes in parts that need no second look */
 };
 
 /* One call of rtcIntersect1: Embree's t is (t - shift) rate. The context comes first: callbacks
@@ -147,6 +165,11 @@ struct rmap_traversal {
 /* accel_build.c */
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* accel_parts.c: boxes in the object's frame, part in [0, rmap_part_count). */
+int rmap_part_count(const struct rmap_accel_object *object);
+void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper);
 
 /* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
@@ -187,17 +210,6 @@ const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
 struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
                                        const struct rmap_candidate *candidate);
 void rmap_query_local(struct rmap_query *query, int32_t object);
-
-/* Without the NaN rules of fmin and fmax, which make them calls. */
-static inline double rmap_lesser(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-static inline double rmap_greater(double a, double b)
-{
-    return a > b ? a : b;
-}
 
 /* Distance along a ray that crosses a layer of this thickness. */
 static inline double rmap_along(double thickness, double cosine)

@@ -104,7 +104,7 @@ void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
         return;
     const struct rmap_accel *accel = args->geometryUserPtr;
     struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
-    int32_t object = accel->callback_object[args->primID];
+    int32_t object = accel->part[args->primID].object;
     bool nearer = accel->object[object].shape ? rmap_consider_shape(traversal->query, object)
                                               : enter_mesh(traversal->query, object);
     if (nearer)
@@ -119,6 +119,8 @@ static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
     query->limit = INFINITY;
     query->n_candidate = 0;
     query->local.object = -1;
+    for (int i = 0; i < RMAP_DONE_SLOTS; i++)
+        query->done[i] = -1;
     rmap_start_find(query);
 }
 

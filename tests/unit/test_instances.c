@@ -120,6 +120,56 @@ static void test_spheres_become_ellipsoids(void **state)
     check_ellipsoid(linear(1, 0.7, 0.2, 0, 1.3, -0.4, 0.1, 0, 0.8, rmap_vec3(-4, 1, 0)));
 }
 
+/* Hollow shapes stand in the scene as several boxes: every ray finds what the shape alone says. */
+static void test_hollow_shapes_have_no_gaps(void **state)
+{
+    (void)state;
+    const struct rmap_shape hollow[] = {
+        {.type = RMAP_SHAPE_TUBE, .radius = 5, .radius2 = 5, .length = 9},
+        {.type = RMAP_SHAPE_TUBE, .radius = 3, .radius2 = 6, .length = 4},
+        {.type = RMAP_SHAPE_DISC, .aperture = 6, .inner = 5.5},
+        {.type = RMAP_SHAPE_CONIC, .curvature = -0.1, .aperture = 9, .inner = 3},
+    };
+    const struct rmap_affine places[] = {
+        rmap_affine_identity(),
+        rmap_affine_placement(rmap_vec3(2, 0.5, -1), rmap_vec3(10, 40, 70), rmap_vec3(3, 2, 1))};
+    for (int k = 0; k < 8; k++) {
+        struct builder b;
+        builder_open(&b, 2);
+        const struct rmap_shape *shape = &hollow[k / 2];
+        const struct rmap_affine *place = &places[k % 2];
+        builder_object(&b, builder_shape(&b, *shape), *place, 0, 0);
+        builder_close(&b);
+        const struct rmap_affine *to_local = &b.scene->object[0].to_local;
+        int met = 0;
+        for (uint64_t i = 0; i < 40000; i++) {
+            struct rmap_vec3 from = rmap_scale(any_direction(i, 1), 15);
+            if (i % 2) /* from the middle */
+                from = rmap_affine_point(place, any_direction(i, 2));
+            double u[4];
+            rmap_rng(24, i, 0, RMAP_RNG_EMIT_POINT, u);
+            double r = shape->type == RMAP_SHAPE_TUBE ? shape->radius : shape->aperture;
+            struct rmap_vec3 to = rmap_vec3(r * cos(7 * u[0]), r * sin(7 * u[0]), 4 * u[1]);
+            if (i % 3)
+                to = rmap_scale(to, 0.8 + 0.2 * u[2]);
+            to = rmap_affine_point(place, to);
+            struct rmap_ray ray = {.origin = from, .direction = rmap_normalize(rmap_sub(to, from))};
+            struct rmap_shape_hit expected;
+            struct rmap_hit hit;
+            bool found = rmap_shape_intersect(shape, rmap_affine_point(to_local, ray.origin),
+                                              rmap_affine_vector(to_local, ray.direction), false, 0,
+                                              INFINITY, &expected);
+            assert_int_equal(rmap_accel_next(b.accel, &ray, &hit), found);
+            if (!found)
+                continue;
+            met++;
+            assert_true(hit.t == expected.t);
+        }
+        assert_true(met > 500);
+        builder_destroy(&b);
+    }
+}
+
 enum { N_RAY = 20000, N_LEG = 6 };
 
 struct job {
@@ -265,6 +315,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_a_small_far_disc_is_always_hit),
         cmocka_unit_test(test_spheres_become_ellipsoids),
+        cmocka_unit_test(test_hollow_shapes_have_no_gaps),
         cmocka_unit_test(test_threads_and_instruction_sets_agree),
         cmocka_unit_test(test_replay_counts_the_same_hits),
         cmocka_unit_test(test_an_empty_scene_is_never_hit),
