@@ -200,7 +200,9 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
     hit->primitive = best->listed;
     if (object->shape) {
         hit->position = rmap_affine_point(&object->to_world, best->point);
-        hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, best->normal));
+        hit->normal = rmap_affine_transposed(&object->to_local, best->normal);
+        if (!object->rigid)
+            hit->normal = rmap_normalize(hit->normal);
     } else {
         finish_triangle(object, best, hit);
     }

@@ -12,8 +12,10 @@ struct rmap_fresnel rmap_fresnel_dielectric(double n1, double n2, double cos_i)
     if (sin2_t >= 1.0)
         return (struct rmap_fresnel){1.0, 1.0, 0.0, true};
     double cos_t = sqrt(1.0 - sin2_t);
-    double rs = (n1 * cos_i - n2 * cos_t) / (n1 * cos_i + n2 * cos_t);
-    double rp = (n2 * cos_i - n1 * cos_t) / (n2 * cos_i + n1 * cos_t);
+    double s = n1 * cos_i + n2 * cos_t, p = n2 * cos_i + n1 * cos_t;
+    double both = 1.0 / (s * p); /* one division for the two quotients */
+    double rs = (n1 * cos_i - n2 * cos_t) * p * both;
+    double rp = (n2 * cos_i - n1 * cos_t) * s * both;
     return (struct rmap_fresnel){rs * rs, rp * rp, cos_t, false};
 }
 

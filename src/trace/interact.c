@@ -56,7 +56,7 @@ static bool refract(struct rmap_vec3 direction, const struct side *side, double 
     double cos2_t = 1.0 - rmap_dot(tangent, tangent);
     if (cos2_t <= 0.0)
         return false;
-    *refracted = rmap_normalize(rmap_axpy(-sqrt(cos2_t), side->normal, tangent));
+    *refracted = rmap_axpy(-sqrt(cos2_t), side->normal, tangent); /* of length 1 as it stands */
     return true;
 }
 
