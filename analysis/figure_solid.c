@@ -111,10 +111,8 @@ struct extent {
 
 static void widen(struct extent *extent, struct rmap_vec3 p)
 {
-    extent->low =
-        rmap_vec3(fmin(extent->low.x, p.x), fmin(extent->low.y, p.y), fmin(extent->low.z, p.z));
-    extent->high =
-        rmap_vec3(fmax(extent->high.x, p.x), fmax(extent->high.y, p.y), fmax(extent->high.z, p.z));
+    extent->low = rmap_least(extent->low, p);
+    extent->high = rmap_greatest(extent->high, p);
 }
 
 static struct rmap_vec3 vertex_of(const struct rmap_mesh *mesh, size_t i,

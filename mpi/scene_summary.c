@@ -12,10 +12,8 @@ struct box {
 
 static void include_point(struct box *box, struct rmap_vec3 p)
 {
-    box->lower =
-        rmap_vec3(fmin(box->lower.x, p.x), fmin(box->lower.y, p.y), fmin(box->lower.z, p.z));
-    box->upper =
-        rmap_vec3(fmax(box->upper.x, p.x), fmax(box->upper.y, p.y), fmax(box->upper.z, p.z));
+    box->lower = rmap_least(box->lower, p);
+    box->upper = rmap_greatest(box->upper, p);
 }
 
 static void include_object(struct box *box, const struct rmap_scene *scene,
