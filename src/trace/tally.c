@@ -136,37 +136,27 @@ static void step(struct rmap_recorder *self, const struct rmap_step *row)
         recorder->next->step(recorder->next, row);
 }
 
-static void add_registration(struct rmap_recorder *self,
-                             const struct rmap_registration *registration)
+void rmap_tally_add_hit(struct rmap_tally *tally, size_t detector, size_t source, uint32_t cell_x,
+                        uint32_t cell_y)
 {
-    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
-    struct rmap_tally *tally = recorder->tally;
-    if (registration->registered) {
-        size_t detector = (size_t)registration->detector;
-        size_t cell = tally->image_offset[detector] +
-                      (size_t)recorder->source * cells_of(tally->scene, detector) +
-                      (size_t)registration->cell[1] * tally->scene->detector[detector].cells[0] +
-                      registration->cell[0];
-        tally->image[cell] += 1.0; /* analog: every weight is 1 */
-        tally->image_squared[cell] += 1.0;
-    }
-    if (recorder->next)
-        recorder->next->registration(recorder->next, registration);
+    size_t cell = tally->image_offset[detector] + source * cells_of(tally->scene, detector) +
+                  (size_t)cell_y * tally->scene->detector[detector].cells[0] + cell_x;
+    tally->image[cell] += 1.0; /* analog: every weight is 1 */
+    tally->image_squared[cell] += 1.0;
 }
 
-static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
+void rmap_tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_ending *ending)
 {
-    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
-    struct rmap_tally *tally = recorder->tally;
-    size_t source = (size_t)recorder->source;
+    const struct rmap_scene *scene = tally->scene;
+    size_t source = (size_t)ending->source;
     switch (ending->stop) {
     case RMAP_STOP_ABSORBED:
-        if (recorder->last_object >= 0)
-            tally->absorbed_object[source * tally->scene->n_object +
-                                   (size_t)recorder->last_object] += ending->weight;
+        if (ending->object >= 0)
+            tally->absorbed_object[source * scene->n_object + (size_t)ending->object] +=
+                ending->weight;
         else
-            tally->absorbed_medium[source * tally->scene->n_medium +
-                                   (size_t)recorder->last_medium] += ending->weight;
+            tally->absorbed_medium[source * scene->n_medium + (size_t)ending->medium] +=
+                ending->weight;
         break;
     case RMAP_STOP_LEFT:
         tally->left[source] += ending->weight;
@@ -177,9 +167,32 @@ static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
     case RMAP_STOP_ERROR:
     case RMAP_STOP_COUNT:
         tally->error[source] += ending->weight;
-        if (recorder->ray < tally->first_error_ray)
-            tally->first_error_ray = recorder->ray;
+        if (ending->ray < tally->first_error_ray)
+            tally->first_error_ray = ending->ray;
     }
+}
+
+static void add_registration(struct rmap_recorder *self,
+                             const struct rmap_registration *registration)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    if (registration->registered)
+        rmap_tally_add_hit(recorder->tally, (size_t)registration->detector,
+                           (size_t)recorder->source, registration->cell[0], registration->cell[1]);
+    if (recorder->next)
+        recorder->next->registration(recorder->next, registration);
+}
+
+static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    rmap_tally_add_ending(recorder->tally,
+                          &(struct rmap_tally_ending){.ray = recorder->ray,
+                                                      .source = recorder->source,
+                                                      .object = recorder->last_object,
+                                                      .medium = recorder->last_medium,
+                                                      .stop = ending->stop,
+                                                      .weight = ending->weight});
     if (recorder->next)
         recorder->next->end(recorder->next, ending);
 }

@@ -9,6 +9,7 @@
 #define RMAP_TALLY_H
 
 #include "scene/scene.h"
+#include "trace/portion.h"
 #include "trace/recorder.h"
 
 struct rmap_tally {
@@ -37,6 +38,33 @@ void rmap_tally_merge(struct rmap_tally *into, const struct rmap_tally *from);
 
 /* Sums of detector d from source s: cells[1] rows of cells[0] values, least y first. */
 const double *rmap_tally_image(const struct rmap_tally *tally, size_t detector, size_t source);
+
+/* One registered hit of a cell; the end of a ray. The caller has checked every index. */
+void rmap_tally_add_hit(struct rmap_tally *tally, size_t detector, size_t source, uint32_t cell_x,
+                        uint32_t cell_y);
+struct rmap_tally_ending {
+    uint64_t ray;
+    int32_t source, object, medium; /* object met last, or -1; medium travelled last */
+    enum rmap_stop stop;
+    double weight;
+};
+void rmap_tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_ending *ending);
+
+/* What a portion must have to be added up. */
+#define RMAP_TALLY_COLUMNS                                                                         \
+    (RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_source) |                             \
+     RMAP_COLUMN_BIT(RMAP_RAY_stop) | RMAP_COLUMN_BIT(RMAP_RAY_weight) |                           \
+     RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
+     RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) |                 \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) |       \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
+
+/* Adds what the recorder below would have added while the portion's rays were traced. Nothing in
+ * the portion is trusted: RMAP_FORMAT, with the tally unchanged, when counts do not add up to the
+ * rows, or a source, stop, object, medium, detector or cell is none of the scene. */
+enum rmap_status rmap_tally_add_portion(struct rmap_tally *tally,
+                                        const struct rmap_portion *portion,
+                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* Records into the tally, and passes every call on to `next` (NULL: nowhere). */
 struct rmap_tally_recorder {

@@ -11,6 +11,7 @@
 
 #include "hand_bench.h"
 #include "near.h"
+#include "trace/portion_recorder.h"
 #include "trace/tally.h"
 
 /* Two coloured sources in a box of mixed walls around an absorbing glass ball. */
@@ -103,6 +104,34 @@ static void energy_balance(void **state)
     stop(&b);
 }
 
+/* The columns of traced rays add up to what was summed while tracing. */
+static void columns_add_up(void **state)
+{
+    (void)state;
+    enum { N = 20000 };
+    struct bench b = {.scene = busy_scene()};
+    start(&b);
+    struct rmap_tally *tally[2];
+    struct rmap_portion *portion = NULL;
+    struct rmap_portion_recorder recorder;
+    struct rmap_tally_recorder summing;
+    for (int k = 0; k < 2; k++)
+        assert_int_equal(rmap_tally_create(b.scene, &tally[k], NULL), RMAP_OK);
+    assert_int_equal(rmap_portion_create(N, 3, &portion, NULL), RMAP_OK);
+    rmap_portion_recorder_init(&recorder, portion);
+    rmap_tally_recorder_init(&summing, tally[0], &recorder.base);
+    for (uint64_t ray = 0; ray < N; ray++)
+        rmap_trace_ray(&b.tracer, ray, &summing.base);
+    assert_int_equal(recorder.status, RMAP_OK);
+    assert_int_equal(rmap_tally_add_portion(tally[1], portion, NULL), RMAP_OK);
+    assert_memory_equal(tally[1]->value, tally[0]->value,
+                        tally[0]->n_value * sizeof *tally[0]->value);
+    rmap_portion_destroy(portion);
+    rmap_tally_destroy(tally[0]);
+    rmap_tally_destroy(tally[1]);
+    stop(&b);
+}
+
 static void assert_same_history(const struct rmap_history *a, const struct rmap_history *b)
 {
     assert_int_equal(a->n_step, b->n_step);
@@ -157,6 +186,7 @@ int main(void)
 {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(energy_balance),
+        cmocka_unit_test(columns_add_up),
         cmocka_unit_test(purity),
     };
     return cmocka_run_group_tests_name("tracer_balance", test, NULL, NULL);
