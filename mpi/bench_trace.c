@@ -139,8 +139,10 @@ enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thre
     here.n_thread = n_thread;
     if (map_path)
         RMAP_TRY(start_map(&here, &run, map_path, &writer, err));
+    struct rmap_ray_range all = {0, n_ray};
+    const struct rmap_ray_set rays = {.range = &all, .n = 1};
     struct rmap_trace_plan plan = {
-        .scene = scene->scene, .accel = scene->accel, .seed = 1, .n_ray = n_ray, .writer = writer};
+        .scene = scene->scene, .accel = scene->accel, .seed = 1, .rays = &rays, .writer = writer};
     RMAP_TRY(rmap_trace_run(&here, &plan, &outcome, err));
     if (outcome.n_ray < n_ray)
         st = rmap_error_set(err, RMAP_STOPPED, "stopped early");

@@ -7,30 +7,9 @@
 #include "mpi/agree.h"
 #include "mpi/balance.h"
 #include "mpi/interrupt.h"
-#include "mpi/load.h"
 #include "mpi/progress.h"
+#include "mpi/trace_request.h"
 #include "mpi/trace_summary.h"
-
-static const struct rmap_option options[] = {
-    {"output", 'o', "MAP", "directory of the ray map to make, by custom NAME.raymap"},
-    {"rays", 'n', "RAYS", "how many: 1000000, 1e6, 2M (default: the simulation's, or 1e6)"},
-    {"seed", 's', "S", "of the random numbers (default 1): the same seed gives the same rays"},
-    {"time-limit", 't', "TIME", "stop in good order after 90s, 15min, 2h: status 6"},
-    {"force", 'f', NULL, "replace a ray map that stands there"},
-    {"no-record", 0, NULL, "trace and sum up only; makes no map"},
-    {"piece-size", 0, "BYTES", "close a file of the map at this size (default 256Mi)"},
-    {"resume", 0, NULL, "not in this version"},
-    {"append", 0, NULL, "not in this version"},
-    RMAP_SCENE_OPTIONS,
-    {NULL}};
-
-struct request {
-    const char *scene_path, *map_path; /* map_path NULL: nothing is recorded */
-    uint64_t n_ray, seed, piece_nbytes;
-    double time_limit_s;
-    bool force;
-    struct rmap_scene_options scene;
-};
 
 /* Everything that a run holds, so that it is released in one place. */
 struct session {
@@ -41,62 +20,6 @@ struct session {
     struct rmap_run run;
     struct rmap_trace_outcome outcome;
 };
-
-static enum rmap_status check_request(const struct rmap_arguments *given,
-                                      const struct request *request, struct rmap_error *err)
-{
-    static const char *const later[] = {"resume", "append"};
-    for (size_t i = 0; i < sizeof later / sizeof later[0]; i++)
-        if (rmap_argument(given, later[i]))
-            return rmap_error_set(err, RMAP_USAGE,
-                                  "--%s is not available in this version; trace into a new map",
-                                  later[i]);
-    if (rmap_argument(given, "rays") && request->n_ray == 0)
-        return rmap_error_set(err, RMAP_USAGE, "-n 0 traces nothing; ask for at least one ray");
-    if (rmap_argument(given, "no-record") && request->map_path)
-        return rmap_error_set(err, RMAP_USAGE, "--no-record makes no map; leave out -o");
-    return RMAP_OK;
-}
-
-static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
-                                     struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    *request = (struct request){.scene_path = given->operand[0], .seed = 1};
-    request->map_path = rmap_argument(given, "output");
-    request->force = rmap_argument(given, "force") != NULL;
-    RMAP_TRY(rmap_argument_count(given, "rays", &request->n_ray, err));
-    RMAP_TRY(rmap_argument_count(given, "seed", &request->seed, err));
-    RMAP_TRY(rmap_argument_count(given, "piece-size", &request->piece_nbytes, err));
-    RMAP_TRY(rmap_argument_seconds(given, "time-limit", &request->time_limit_s, err));
-    RMAP_TRY(check_request(given, request, err));
-    RMAP_TRY(rmap_scene_options_read(given, &request->scene, err));
-out:
-    return st;
-}
-
-/* What the command line leaves open, the chosen simulation of the scene says. */
-static enum rmap_status complete_request(const struct rmap_arguments *given,
-                                         const struct rmap_scene *scene, struct request *request,
-                                         struct rmap_error *err)
-{
-    const uint64_t default_rays = 1000000;
-    const struct rmap_simulation *simulation = &scene->simulation;
-    bool record = !rmap_argument(given, "no-record") && (simulation->record || !simulation->name);
-    if (request->n_ray == 0)
-        request->n_ray = simulation->rays ? simulation->rays : default_rays;
-    if (request->time_limit_s <= 0.0)
-        request->time_limit_s = simulation->time_limit_s;
-    if (scene->n_source == 0)
-        return rmap_error_set(err, RMAP_INPUT, "%s: no source takes part, so there is no light",
-                              request->scene_path);
-    if (record && !request->map_path)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "where to? give -o MAP, or --no-record to trace without a map");
-    if (!record)
-        request->map_path = NULL;
-    return RMAP_OK;
-}
 
 /* Collective. Bit-equal rays are promised per instruction set, so one run may have only one. */
 static enum rmap_status check_isa(const struct rmap_context *context, const char *isa,
@@ -116,8 +39,9 @@ out:
 }
 
 /* Collective. */
-static enum rmap_status prepare(const struct rmap_context *context, const struct request *request,
-                                struct session *session, struct rmap_error *err)
+static enum rmap_status prepare(const struct rmap_context *context,
+                                const struct rmap_trace_request *request, struct session *session,
+                                struct rmap_error *err)
 {
     enum rmap_status st =
         rmap_accel_create(session->scene, context->n_thread, &session->accel, err);
@@ -142,7 +66,8 @@ out:
 }
 
 /* Collective: the balance, the index, the summary. */
-static enum rmap_status conclude(const struct rmap_context *context, const struct request *request,
+static enum rmap_status conclude(const struct rmap_context *context,
+                                 const struct rmap_trace_request *request,
                                  const struct rmap_trace_plan *plan, struct session *session,
                                  struct rmap_error *err)
 {
@@ -152,36 +77,38 @@ static enum rmap_status conclude(const struct rmap_context *context, const struc
         st = rmap_balance_check(outcome->tally, err);
     if (st == RMAP_OK && context->rank == 0 && request->map_path)
         st = rmap_index_write(request->map_path, &session->run, outcome->tally,
-                              outcome->n_ray == plan->n_ray, err);
+                              outcome->n_ray == outcome->n_wanted, err);
     if (st == RMAP_OK && context->rank == 0)
         st = rmap_trace_summarise(context, plan, outcome, request->map_path, err);
-    if (st == RMAP_OK && outcome->n_ray < plan->n_ray)
-        st = rmap_error_set(err, RMAP_STOPPED, "stopped early by %s: %llu of %llu rays traced%s",
-                            outcome->interrupt ? rmap_interrupt_name(outcome->interrupt)
-                                               : "the time limit",
-                            (unsigned long long)outcome->n_ray, (unsigned long long)plan->n_ray,
-                            request->map_path ? "; the map holds them" : "");
+    if (st == RMAP_OK && outcome->n_ray < outcome->n_wanted)
+        st = rmap_error_set(
+            err, RMAP_STOPPED, "stopped early by %s: %llu of %llu rays traced%s",
+            outcome->interrupt ? rmap_interrupt_name(outcome->interrupt) : "the time limit",
+            (unsigned long long)outcome->n_ray, (unsigned long long)outcome->n_wanted,
+            request->map_path ? "; the map holds them" : "");
     return rmap_agree(context, st, err);
 }
 
 static enum rmap_status run_trace(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct request request;
+    struct rmap_trace_request request;
     struct session session = {0};
     double begun = rmap_clock_seconds();
-    enum rmap_status st = read_request(given, &request, err);
+    enum rmap_status st = rmap_trace_request_read(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_scene(context, request.scene_path, &request.scene, &session.bundle,
                              &session.scene, err));
-    st = complete_request(given, session.scene, &request, err);
+    st = rmap_trace_request_complete(given, session.scene, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(prepare(context, &request, &session, err));
+    struct rmap_ray_range range = {request.first_ray, request.first_ray + request.n_ray};
+    const struct rmap_ray_set rays = {.range = &range, .n = 1};
     struct rmap_trace_plan plan = {
         .scene = session.scene,
         .accel = session.accel,
         .seed = request.seed,
-        .n_ray = request.n_ray,
+        .rays = &rays,
         .deadline = request.time_limit_s > 0.0 ? begun + request.time_limit_s : 0.0,
         .writer = session.writer,
     };
@@ -205,7 +132,7 @@ const struct rmap_command rmap_command_trace = {
         "a pure function of the scene, the seed and its number: any number of ranks and\n"
         "threads gives the same map. SIGTERM, SIGINT, SIGUSR1 and --time-limit end it in good\n"
         "order: what was traced is in the map, and the exit status is 6.",
-    .options = options,
+    .options = rmap_trace_options,
     .min_operands = 1,
     .max_operands = 1,
     .run = run_trace,

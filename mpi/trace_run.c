@@ -16,7 +16,7 @@ struct run {
     struct rmap_block_queue queue;
     struct rmap_trace_workers *workers;
     struct rmap_progress progress;
-    uint64_t n_block;
+    struct rmap_ray_plan rays;
     bool ending; /* no more blocks are fetched */
 };
 
@@ -38,11 +38,11 @@ static size_t queue_target(const struct run *run)
 static enum rmap_status fill_queue(struct run *run, struct rmap_error *err)
 {
     while (!run->ending && rmap_block_queue_length(&run->queue) < queue_target(run)) {
-        uint64_t block = run->n_block;
+        uint64_t block = run->rays.n_block;
         enum rmap_status st = rmap_blocks_next(run->blocks, &block, err);
         if (st != RMAP_OK)
             return st;
-        if (block < run->n_block) {
+        if (block < run->rays.n_block) {
             rmap_block_queue_push(&run->queue, block);
         } else {
             rmap_block_queue_close(&run->queue);
@@ -158,8 +158,8 @@ static enum rmap_status start(struct run *run, struct rmap_error *err)
     size_t cap = 2 * (size_t)run->context->n_thread + 2;
     enum rmap_status st = rmap_block_queue_init(&run->queue, cap, err);
     if (st == RMAP_OK)
-        st = rmap_trace_workers_start(run->plan, run->context->n_thread, &run->queue, &run->workers,
-                                      err);
+        st = rmap_trace_workers_start(run->plan, &run->rays, run->context->n_thread, &run->queue,
+                                      &run->workers, err);
     return rmap_agree(run->context, st, err);
 }
 
@@ -188,10 +188,11 @@ enum rmap_status rmap_trace_run(const struct rmap_context *context,
     struct run run = {.context = context, .plan = plan};
     double begun = rmap_clock_seconds();
     *outcome = (struct rmap_trace_outcome){.n_thread = context->n_thread};
-    run.n_block = plan->n_ray / RMAP_BLOCK_RAYS + (plan->n_ray % RMAP_BLOCK_RAYS != 0);
+    outcome->n_wanted = rmap_ray_set_count(plan->rays);
     rmap_interrupt_watch();
-    RMAP_TRY(rmap_blocks_create(context, run.n_block, &run.blocks, err));
-    rmap_progress_init(&run.progress, context, "rays", plan->n_ray);
+    RMAP_TRY(rmap_agree(context, rmap_ray_plan_init(&run.rays, plan->rays, err), err));
+    RMAP_TRY(rmap_blocks_create(context, run.rays.n_block, &run.blocks, err));
+    rmap_progress_init(&run.progress, context, "rays", run.rays.n_ray);
     st = start(&run, err);
     if (st != RMAP_OK)
         rmap_block_queue_close(&run.queue); /* a rank whose workers did start lets them go */
@@ -212,6 +213,7 @@ out:
     rmap_trace_workers_destroy(run.workers);
     rmap_block_queue_fini(&run.queue);
     rmap_blocks_destroy(run.blocks);
+    rmap_ray_plan_fini(&run.rays);
     if (st != RMAP_OK) {
         rmap_tally_destroy(outcome->tally);
         outcome->tally = NULL;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tracing a range of ray ids on all ranks: workers trace, record and encode, the calling thread
+ * Tracing a set of ray ids on all ranks: workers trace, record and encode, the calling thread
  * takes blocks from the common counter, stores encoded chunks, shows progress and watches for
  * signals and the time limit.
  */
@@ -10,19 +10,22 @@
 #include "geometry/accel.h"
 #include "io/map_writer.h"
 #include "mpi/command.h"
+#include "trace/ray_plan.h"
 #include "trace/tally.h"
 
 struct rmap_trace_plan {
     const struct rmap_scene *scene;
     const struct rmap_accel *accel;
-    uint64_t seed, n_ray;
+    uint64_t seed;
+    const struct rmap_ray_set *rays;  /* to be traced; the same on every rank */
     double deadline;                  /* of rmap_clock_seconds; 0: none */
     struct rmap_shard_writer *writer; /* this rank's; NULL: nothing is recorded */
 };
 
 struct rmap_trace_outcome {
     struct rmap_tally *tally; /* rank 0: of all ranks. Other ranks: their own. */
-    uint64_t n_ray;           /* traced by all ranks; less than asked for when stopped */
+    uint64_t n_wanted;        /* rays of the plan */
+    uint64_t n_ray;           /* traced by all ranks; less than wanted when stopped */
     double seconds;           /* of the slowest rank, its shard's last chunk stored */
     int interrupt;            /* signal that stopped it; 0: none */
     int n_thread;             /* of all ranks */

@@ -47,8 +47,8 @@ static json_t *to_json(const struct summary *summary)
         "{s:s?, s:I, s:I, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map", summary->map_path, "rays",
         (json_int_t)outcome->n_ray, "segments", (json_int_t)summary->segments, "mean_path",
         summary->mean_path, "seconds", outcome->seconds, "rays_per_second", summary->rate,
-        "complete", outcome->n_ray == summary->plan->n_ray, "ranks", summary->context->size,
-        "threads", outcome->n_thread, "seed", (json_int_t)summary->plan->seed);
+        "complete", outcome->n_ray == outcome->n_wanted, "ranks", summary->context->size, "threads",
+        outcome->n_thread, "seed", (json_int_t)summary->plan->seed);
     if (summary->map_path) {
         (void)json_object_set_new(document, "bytes", json_integer((json_int_t)summary->map.nbytes));
         (void)json_object_set_new(

@@ -22,6 +22,7 @@ struct worker {
 
 struct rmap_trace_workers {
     const struct rmap_trace_plan *plan;
+    const struct rmap_ray_plan *rays;
     struct rmap_block_queue *queue;
     struct rmap_workers *threads;
     int n_thread;
@@ -31,29 +32,26 @@ struct rmap_trace_workers {
 };
 
 static enum rmap_status trace_block(const struct rmap_trace_plan *plan, struct worker *self,
-                                    uint64_t block)
+                                    struct rmap_ray_range rays)
 {
     struct rmap_tracer tracer = {.scene = plan->scene, .accel = plan->accel, .seed = plan->seed};
     struct rmap_portion_recorder portion_recorder;
     struct rmap_tally_recorder recorder;
-    uint64_t first = block * RMAP_BLOCK_RAYS, last = first + RMAP_BLOCK_RAYS;
-    if (last > plan->n_ray)
-        last = plan->n_ray;
     if (self->portion) {
         rmap_portion_clear(self->portion);
-        self->portion->first_ray = first;
+        self->portion->first_ray = rays.first;
         rmap_portion_recorder_init(&portion_recorder, self->portion);
     }
     rmap_tally_recorder_init(&recorder, self->tally, self->portion ? &portion_recorder.base : NULL);
-    for (uint64_t ray = first; ray < last; ray++)
+    for (uint64_t ray = rays.first; ray < rays.end; ray++)
         rmap_trace_ray(&tracer, ray, &recorder.base);
-    self->n_ray += last - first;
+    self->n_ray += rays.end - rays.first;
     if (!self->portion)
         return RMAP_OK;
     if (portion_recorder.status != RMAP_OK)
         return rmap_error_set(&self->error, portion_recorder.status,
                               "out of memory for the histories of rays %llu to %llu",
-                              (unsigned long long)first, (unsigned long long)(last - 1));
+                              (unsigned long long)rays.first, (unsigned long long)(rays.end - 1));
     return rmap_shard_writer_append(plan->writer, self->portion, &self->error);
 }
 
@@ -82,7 +80,7 @@ static void work(void *context, int thread)
     while (st == RMAP_OK && !atomic_load(&all->abandoned) &&
            rmap_block_queue_pop(all->queue, &block)) {
         double begun = rmap_clock_seconds();
-        st = trace_block(all->plan, self, block);
+        st = trace_block(all->plan, self, rmap_ray_plan_block(all->rays, block));
         if (st == RMAP_OK)
             st = encode_chunks(all, self);
         atomic_store(&all->block_ns, (uint64_t)(1e9 * (rmap_clock_seconds() - begun)) + 1);
@@ -91,7 +89,8 @@ static void work(void *context, int thread)
         atomic_store(&all->failed, true);
 }
 
-enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan, int n_thread,
+enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
+                                          const struct rmap_ray_plan *rays, int n_thread,
                                           struct rmap_block_queue *queue,
                                           struct rmap_trace_workers **workers_ret,
                                           struct rmap_error *err)
@@ -101,6 +100,7 @@ enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan, in
     if (!workers)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     workers->plan = plan;
+    workers->rays = rays;
     workers->queue = queue;
     workers->n_thread = n_thread;
     workers->worker = rmap_alloc((size_t)n_thread, sizeof *workers->worker);

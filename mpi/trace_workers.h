@@ -10,9 +10,10 @@
 
 struct rmap_trace_workers;
 
-/* Starts n_thread workers that take blocks from the queue (borrowed) until it is closed and
- * empty. The plan is borrowed. */
-enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan, int n_thread,
+/* Starts n_thread workers that take blocks of `rays` from the queue until it is closed and empty.
+ * Plan, rays and queue are borrowed. */
+enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
+                                          const struct rmap_ray_plan *rays, int n_thread,
                                           struct rmap_block_queue *queue,
                                           struct rmap_trace_workers **workers_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;

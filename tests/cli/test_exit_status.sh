@@ -42,6 +42,10 @@ expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n nan
 expect 2 'too large' "$RAYMAP" trace scene.yaml -o x.raymap -n 99999999999999999999999
 expect 2 'give -o MAP' "$RAYMAP" trace scene.yaml -n 10
 expect 2 'exists' "$RAYMAP" trace scene.yaml -o a.raymap -n 10
+expect 2 'too many' "$RAYMAP" trace scene.yaml -o x.raymap -n 10 --first-ray 18446744073709551606
+expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n 10 --first-ray -1
+expect 2 "'plain' or 'compact'" "$RAYMAP" trace scene.yaml -o x.raymap --encoding zip
+expect 2 'leave out --encoding' "$RAYMAP" trace scene.yaml --no-record --encoding plain
 expect 2 'not available' "$RAYMAP" trace scene.yaml -o a.raymap --resume
 expect 2 'not available' "$RAYMAP" trace scene.yaml -o a.raymap --append
 expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --time-limit soon
