@@ -3,18 +3,19 @@
 
 #include "base/alloc.h"
 
-enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, enum rmap_column column,
+enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, int stream,
                                        struct rmap_chunk **chunk_ret, struct rmap_error *err)
 {
-    struct rmap_chunk *chunk = queue->spare[column];
-    bool is_sign = column == RMAP_COLUMN_COUNT;
+    struct rmap_chunk *chunk = queue->spare[stream];
+    bool is_sign = stream == RMAP_STREAM_MAX;
     if (chunk) {
-        queue->spare[column] = chunk->next;
+        queue->spare[stream] = chunk->next;
     } else {
         chunk = rmap_alloc(1, sizeof *chunk);
         if (chunk && !is_sign) {
-            chunk->raw_nbytes = RMAP_CHUNK_ROWS * rmap_column_width(column, queue->n_channel) *
-                                rmap_element_nbytes(rmap_column_info(column)->element);
+            chunk->raw_nbytes =
+                RMAP_CHUNK_ROWS *
+                rmap_stream_row_nbytes(&queue->layout->stream[stream], queue->n_channel);
             chunk->raw = rmap_alloc(chunk->raw_nbytes, 1);
         }
         if (!chunk || (!is_sign && !chunk->raw)) {
@@ -23,7 +24,7 @@ enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, enum rmap
         }
     }
     chunk->next = NULL;
-    chunk->column = column;
+    chunk->stream = stream;
     chunk->ends_piece = is_sign;
     chunk->state = is_sign ? RMAP_CHUNK_ENCODED : RMAP_CHUNK_FILLED;
     chunk->n_row = 0;
@@ -82,8 +83,8 @@ struct rmap_chunk *rmap_chunk_queue_pop(struct rmap_chunk_queue *queue)
 
 void rmap_chunk_queue_give_back(struct rmap_chunk_queue *queue, struct rmap_chunk *chunk)
 {
-    chunk->next = queue->spare[chunk->column];
-    queue->spare[chunk->column] = chunk;
+    chunk->next = queue->spare[chunk->stream];
+    queue->spare[chunk->stream] = chunk;
 }
 
 void rmap_chunk_destroy(struct rmap_chunk *chunk)
@@ -107,7 +108,7 @@ static void destroy_list(struct rmap_chunk *chunk)
 void rmap_chunk_queue_fini(struct rmap_chunk_queue *queue)
 {
     destroy_list(queue->head);
-    for (int c = 0; c <= RMAP_COLUMN_COUNT; c++)
+    for (int c = 0; c <= RMAP_STREAM_MAX; c++)
         destroy_list(queue->spare[c]);
     *queue = (struct rmap_chunk_queue){0};
 }

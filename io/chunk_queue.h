@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Chunks on their way from the column buffers to the file: filled, encoded by any thread, stored
+ * Chunks on their way from the streams' buffers to the file: filled, encoded by any thread, stored
  * by one, in the order in which they were filled. Buffers are used again. Not synchronised: the
  * shard writer holds its lock around every call here.
  */
@@ -8,7 +8,7 @@
 #define RMAP_CHUNK_QUEUE_H
 
 #include "io/codec.h"
-#include "io/map_format.h"
+#include "io/map_content.h"
 
 struct rmap_shard_piece; /* what a shard writer knows of a piece in flight */
 
@@ -20,9 +20,9 @@ struct rmap_chunk {
     enum rmap_chunk_state state;
     bool ends_piece;
     struct rmap_shard_piece *piece;
-    enum rmap_column column;
+    int stream; /* of the layout; RMAP_STREAM_MAX: a sign */
     uint32_t index;
-    uint64_t n_row_end; /* rows of the column in the piece, this chunk included */
+    uint64_t n_row_end; /* rows of the stream in the piece, this chunk included */
     size_t n_row;       /* filled */
     size_t raw_nbytes;
     struct rmap_stream_size stored_size;
@@ -31,15 +31,16 @@ struct rmap_chunk {
 };
 
 struct rmap_chunk_queue {
+    const struct rmap_layout *layout;
     int n_channel;
     struct rmap_chunk *head, *tail;
-    struct rmap_chunk *unencoded;                    /* first that is not in hand or done */
-    struct rmap_chunk *spare[RMAP_COLUMN_COUNT + 1]; /* last: signs, without buffers */
-    size_t nbytes;                                   /* waiting */
+    struct rmap_chunk *unencoded;                  /* first that is not in hand or done */
+    struct rmap_chunk *spare[RMAP_STREAM_MAX + 1]; /* last: signs, without buffers */
+    size_t nbytes;                                 /* waiting */
 };
 
-/* A spare or new chunk for a column, or (column = RMAP_COLUMN_COUNT) a sign. */
-enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, enum rmap_column column,
+/* A spare or new chunk for a stream, or (stream = RMAP_STREAM_MAX) a sign. */
+enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, int stream,
                                        struct rmap_chunk **chunk_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 void rmap_chunk_queue_push(struct rmap_chunk_queue *queue, struct rmap_chunk *chunk);

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/map_format.h"
 #include "io/map_scan.h"
 #include "io/map_tally.h"
 #include "io/map_view.h"
@@ -168,13 +169,17 @@ static enum rmap_status write_content(struct index *self, struct rmap_error *err
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map_content *content = &self->content;
-    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index();
+    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
+                            chunks = rmap_chunk_fields();
     RMAP_TRY(rmap_h5_group(&self->h5, "/piece", err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, pieces.field, pieces.n, content->piece,
                                   content->n_piece, sizeof *content->piece, err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, portions.field, portions.n, content->portion,
                                   content->n_portion, sizeof *content->portion, err));
+    RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
+    RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, content->chunk,
+                                  content->n_chunk, sizeof *content->chunk, err));
     RMAP_TRY(
         rmap_map_view_write(&self->h5, self->run->scene, content->piece, content->n_piece, err));
 out:

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Where the chunks of a piece lie. The table comes from the file, so nothing in it is believed:
- * each column must have exactly the chunks that its rows need, inside the file.
+ * Where the chunks of a piece lie. The table comes from a file, so nothing in it is believed: each
+ * stream must have exactly the chunks that its rows need, inside the piece's file.
  */
 #include <errno.h>
 #include <stdlib.h>
@@ -11,7 +11,6 @@
 #include "base/alloc.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
-#include "io/provenance.h"
 #include "io/publish.h"
 
 char *rmap_map_piece_path(const struct rmap_map *map, size_t piece)
@@ -19,7 +18,20 @@ char *rmap_map_piece_path(const struct rmap_map *map, size_t piece)
     return rmap_path_format("%s/%s", map->path, map->content.piece[piece].name);
 }
 
-static enum rmap_status check_file(const char *path, uint64_t nbytes, struct rmap_error *err)
+const struct rmap_layout *rmap_map_piece_layout(const struct rmap_map *map, size_t piece)
+{
+    return rmap_piece_layout(&map->content.piece[piece], map->scene->channels.mode);
+}
+
+int rmap_map_piece_n_channel(const struct rmap_map *map, size_t piece)
+{
+    (void)piece;
+    return map->scene->channels.n;
+}
+
+/* A sealed piece has one size for ever; an open one has at least what its journal saw. */
+static enum rmap_status check_file(const char *path, const struct rmap_piece_info *piece,
+                                   struct rmap_error *err)
 {
     struct stat info;
     if (stat(path, &info) != 0)
@@ -27,10 +39,11 @@ static enum rmap_status check_file(const char *path, uint64_t nbytes, struct rma
                               errno == ENOENT ? "%s is missing, though map.h5 lists it (%s)"
                                               : "%s cannot be read (%s)",
                               path, strerror(errno));
-    if ((uint64_t)info.st_size != nbytes)
+    if (piece->is_open ? (uint64_t)info.st_size < piece->nbytes
+                       : (uint64_t)info.st_size != piece->nbytes)
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s has %lld bytes, but map.h5 says %llu: it was cut off or replaced",
-                              path, (long long)info.st_size, (unsigned long long)nbytes);
+                              path, (long long)info.st_size, (unsigned long long)piece->nbytes);
     return RMAP_OK;
 }
 
@@ -40,7 +53,7 @@ enum rmap_status rmap_map_check_pieces(const struct rmap_map *map, struct rmap_e
         char *path = rmap_map_piece_path(map, i);
         if (!path)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-        enum rmap_status st = check_file(path, map->content.piece[i].nbytes, err);
+        enum rmap_status st = check_file(path, &map->content.piece[i], err);
         rmap_free(path);
         if (st != RMAP_OK)
             return st;
@@ -48,108 +61,70 @@ enum rmap_status rmap_map_check_pieces(const struct rmap_map *map, struct rmap_e
     return RMAP_OK;
 }
 
-/* Our column of each dataset that the piece numbers, or -1. */
-static enum rmap_status read_numbering(struct rmap_h5 *h5, enum rmap_colour_mode mode,
-                                       int **column_ret, size_t *n_ret, struct rmap_error *err)
-{
-    char *name = NULL;
-    size_t width = 0;
-    enum rmap_status st = rmap_h5_read_names(h5, "/chunk/name", &name, n_ret, &width, err);
-    if (st != RMAP_OK)
-        return st;
-    int *column = rmap_alloc(*n_ret, sizeof *column);
-    for (size_t i = 0; column && i < *n_ret; i++) {
-        column[i] = -1;
-        for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-            if (strcmp(name + i * width, rmap_column_path((enum rmap_column)c, mode)) == 0)
-                column[i] = c;
-    }
-    rmap_free(name);
-    *column_ret = column;
-    return column ? RMAP_OK : rmap_error_set(err, RMAP_SYSTEM, "out of memory for column names");
-}
-
-static int by_column(const void *a, const void *b)
+static int by_stream(const void *a, const void *b)
 {
     const struct rmap_chunk_entry *x = a, *y = b;
-    if (x->column != y->column)
-        return x->column < y->column ? -1 : 1;
+    if (x->stream != y->stream)
+        return x->stream < y->stream ? -1 : 1;
     return (x->index > y->index) - (x->index < y->index);
 }
 
-/* Drops entries of unknown datasets, numbers the others our way, and sorts. */
-static size_t renumber(struct rmap_chunk_entry *entry, size_t n, const int *column, size_t n_column)
+/* Rows of a stream that its stored chunks must hold: all, but for those in a journal. */
+static uint64_t rows_in_chunks(const struct rmap_map *map, size_t piece, int stream, uint64_t rows)
 {
-    size_t kept = 0;
-    for (size_t i = 0; i < n; i++) {
-        if (entry[i].column >= n_column || column[entry[i].column] < 0)
-            continue;
-        entry[kept] = entry[i];
-        entry[kept++].column = (uint16_t)column[entry[i].column];
-    }
-    if (kept > 0)
-        qsort(entry, kept, sizeof *entry, by_column);
-    return kept;
+    const struct rmap_stream_tail *tail = rmap_map_content_tail(&map->content, piece, stream);
+    if (tail && tail->first_row <= rows && tail->n_row >= rows - tail->first_row)
+        return tail->first_row;
+    return rows;
 }
 
-/* Finds each column's run of entries; false when one has not exactly its chunks, in the file. */
-static bool place(const struct rmap_map *map, const struct rmap_piece_info *piece,
-                  const struct rmap_chunk_entry *entry, size_t n, size_t *first)
+/* Finds each stream's run of entries; false when one has not exactly its chunks, in the file. */
+static bool place(const struct rmap_map *map, size_t piece, const struct rmap_chunk_entry *entry,
+                  size_t *first)
 {
-    size_t at = 0;
-    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
-        enum rmap_column c = (enum rmap_column)i;
-        const struct rmap_column_info *info = rmap_column_info(c);
-        uint64_t rows = piece->n_row[info->table];
+    const struct rmap_piece_info *info = &map->content.piece[piece];
+    const struct rmap_layout *layout = rmap_map_piece_layout(map, piece);
+    size_t at = 0, n = (size_t)info->n_chunk;
+    for (int s = 0; s < layout->n_stream; s++) {
+        const struct rmap_stream_info *stream = &layout->stream[s];
+        uint64_t rows = rows_in_chunks(map, piece, s, info->stored_rows[stream->table]);
         uint64_t n_chunk = rows / RMAP_CHUNK_ROWS + (rows % RMAP_CHUNK_ROWS != 0);
+        size_t width = rmap_stream_width(stream, rmap_map_piece_n_channel(map, piece));
         size_t bound =
-            rmap_codec_bound(RMAP_CHUNK_ROWS * rmap_column_width(c, map->scene->channels.n),
-                             rmap_element_nbytes(info->element));
-        first[i] = at;
+            rmap_codec_bound(RMAP_CHUNK_ROWS * width, rmap_element_nbytes(stream->element));
+        first[s] = at;
         for (uint64_t k = 0; k < n_chunk; k++, at++)
-            if (at >= n || entry[at].column != i || entry[at].index != k ||
-                entry[at].nbytes > bound || entry[at].offset > piece->nbytes ||
-                entry[at].nbytes > piece->nbytes - entry[at].offset)
+            if (at >= n || entry[at].stream != s || entry[at].index != k ||
+                entry[at].nbytes > bound || entry[at].offset > info->nbytes ||
+                entry[at].nbytes > info->nbytes - entry[at].offset)
                 return false;
     }
-    first[RMAP_COLUMN_COUNT] = at;
+    first[layout->n_stream] = at;
     return at == n;
 }
 
-static enum rmap_status load(const struct rmap_map *map, size_t piece,
-                             struct rmap_piece_chunks *chunks, struct rmap_error *err)
+static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
-    struct rmap_field_table table = rmap_chunk_fields();
     const struct rmap_piece_info *info = &map->content.piece[piece];
-    int *column = NULL;
-    void *entry = NULL;
-    size_t n = 0, n_column = 0;
+    struct rmap_piece_chunks *chunks = &map->chunks[piece];
+    struct rmap_chunk_entry *entry = map->content.chunk + info->first_chunk;
     char *path = rmap_map_piece_path(map, piece);
     if (!path) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
         goto out;
     }
-    RMAP_TRY(check_file(path, info->nbytes, err));
-    RMAP_TRY(rmap_h5_open(&h5, path, err));
-    RMAP_TRY(rmap_provenance_check(&h5, RMAP_FILETYPE_PIECE, err));
-    RMAP_TRY(read_numbering(&h5, map->scene->channels.mode, &column, &n_column, err));
-    RMAP_TRY(
-        rmap_h5_read_fields(&h5, table.field, table.n, sizeof *chunks->entry, &entry, &n, err));
-    n = renumber(entry, n, column, n_column);
-    if (!place(map, info, entry, n, chunks->first)) {
-        st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s: its /chunk table does not fit the rows that map.h5 lists", path);
+    RMAP_TRY(check_file(path, info, err));
+    if (info->n_chunk > 0)
+        qsort(entry, (size_t)info->n_chunk, sizeof *entry, by_stream);
+    if (!place(map, piece, entry, chunks->first)) {
+        st =
+            rmap_error_set(err, RMAP_FORMAT, "%s: its table of chunks does not fit its rows", path);
         goto out;
     }
     chunks->entry = entry;
     chunks->loaded = true;
-    entry = NULL;
 out:
-    rmap_h5_drop(&h5);
-    rmap_free(entry);
-    rmap_free(column);
     rmap_free(path);
     return st;
 }
@@ -159,12 +134,12 @@ enum rmap_status rmap_map_piece_chunks(const struct rmap_map *map, size_t piece,
                                        struct rmap_error *err)
 {
     /* The table is a cache inside an otherwise constant map. */
-    pthread_mutex_t *lock = &((struct rmap_map *)(uintptr_t)map)->lock;
+    struct rmap_map *inside = (struct rmap_map *)(uintptr_t)map;
     enum rmap_status st = RMAP_OK;
-    (void)pthread_mutex_lock(lock);
+    (void)pthread_mutex_lock(&inside->lock);
     if (!map->chunks[piece].loaded)
-        st = load(map, piece, &map->chunks[piece], err);
-    (void)pthread_mutex_unlock(lock);
+        st = load(inside, piece, err);
+    (void)pthread_mutex_unlock(&inside->lock);
     *chunks_ret = &map->chunks[piece];
     return st;
 }

@@ -1,11 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/map_format.h"
 
-#include <stdio.h>
-
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
-
-const char *const rmap_table_path[RMAP_TABLE_COUNT] = {"/ray", "/segment", "/registration"};
 
 #define CHUNK(name, element, text)                                                                 \
     {                                                                                              \
@@ -13,7 +9,7 @@ const char *const rmap_table_path[RMAP_TABLE_COUNT] = {"/ray", "/segment", "/reg
     }
 
 static const struct rmap_h5_field chunk_field[] = {
-    CHUNK(column, U16, "dataset, as a row of /chunk/name"),
+    CHUNK(stream, U16, "dataset, as a row of /chunk/name"),
     CHUNK(index, U32, "number of the chunk in its dataset, from 0; 65536 rows each"),
     CHUNK(offset, U64, "first byte of the stored chunk in this file"),
     CHUNK(nbytes, U32, "stored bytes: zlib stream of the shuffled rows, then fletcher32"),
@@ -29,17 +25,19 @@ static const struct rmap_h5_field chunk_field[] = {
         "/portion/" name, RMAP_##element, width, offsetof(struct rmap_portion_info, member), text  \
     }
 
-/* The two that only the index has come first. */
-enum { INDEX_ONLY = 2 };
+/* The three that only the index has come first. */
+enum { INDEX_ONLY = 3 };
 
 static const struct rmap_h5_field portion_field[] = {
     PORTION("shard", shard, I32, 1, "shard that holds the portion"),
     PORTION("piece", piece, I32, 1, "row of /piece that holds the portion"),
-    PORTION("colour_space", colour_space, U8, 1, "0 spectral, 1 RGB"),
+    PORTION("space", space, I32, 1, "colour space, as a row of /space"),
     PORTION("first_ray", first_ray, U64, 1, "smallest ray id"),
     PORTION("n_row", n_row, U64, 3, "rows in /ray, /segment, /registration"),
-    PORTION("first_row", first_row, U64, 3,
-            "first row in the piece's /ray, /segment, /registration"),
+    PORTION("stored_first", stored_first, U64, RMAP_STORED_TABLE_MAX,
+            "first row in each stored table of the piece; plain: /ray, /segment, /registration"),
+    PORTION("stored_rows", stored_rows, U64, RMAP_STORED_TABLE_MAX,
+            "rows in each stored table of the piece"),
     PORTION("digest", digest, U64, 2, "low and high word of the rays' logical digest"),
     PORTION("events", summary.events, U32, 1, "event bits of all segments"),
     PORTION("stops", summary.stops, U32, 1, "bit 2^stop of all rays"),
@@ -62,7 +60,13 @@ static const struct rmap_h5_field piece_field[] = {
     PIECE("shard", shard, I32, 1, "RRRRR of shard-RRRRR/piece-KKKKK.h5"),
     PIECE("number", number, I32, 1, "KKKKK of shard-RRRRR/piece-KKKKK.h5"),
     PIECE("nbytes", nbytes, U64, 1, "size of the file in bytes"),
-    PIECE("n_row", n_row, U64, 3, "rows in its /ray, /segment, /registration"),
+    PIECE("encoding", encoding, I32, 1, "0 plain, 1 compact"),
+    PIECE("space", space, I32, 1, "colour space, as a row of /space"),
+    PIECE("n_row", n_row, U64, 3, "rows of its columns in /ray, /segment, /registration"),
+    PIECE("stored_rows", stored_rows, U64, RMAP_STORED_TABLE_MAX,
+          "rows in each stored table; plain: /ray, /segment, /registration"),
+    PIECE("first_chunk", first_chunk, U64, 1, "first of its rows in /chunk"),
+    PIECE("n_chunk", n_chunk, U64, 1, "number of its rows in /chunk"),
 };
 
 struct rmap_field_table rmap_chunk_fields(void)
@@ -83,23 +87,4 @@ struct rmap_field_table rmap_portion_fields_index(void)
 struct rmap_field_table rmap_piece_fields(void)
 {
     return (struct rmap_field_table){piece_field, COUNT(piece_field)};
-}
-
-const char *rmap_column_path(enum rmap_column column, enum rmap_colour_mode mode)
-{
-    if (column == RMAP_SEGMENT_colour)
-        return mode == RMAP_COLOUR_RGB ? "/segment/colour_rgb" : "/segment/colour_spectral";
-    return rmap_column_info(column)->path;
-}
-
-size_t rmap_column_width(enum rmap_column column, int n_channel)
-{
-    return column == RMAP_SEGMENT_colour ? (size_t)n_channel
-                                         : (size_t)rmap_column_info(column)->width;
-}
-
-void rmap_piece_name_set(struct rmap_piece_info *piece)
-{
-    (void)snprintf(piece->name, sizeof piece->name, "shard-%05d/piece-%05d.h5", (int)piece->shard,
-                   (int)piece->number);
 }

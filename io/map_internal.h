@@ -9,11 +9,11 @@
 
 #include "io/map_scan.h"
 
-/* Chunks of one piece per column, in order; read when first needed. */
+/* Chunks of one piece per stream, in order; put in order and checked when first needed. */
 struct rmap_piece_chunks {
     bool loaded;
-    struct rmap_chunk_entry *entry; /* [n_chunk of all columns], grouped by column */
-    size_t first[RMAP_COLUMN_COUNT + 1];
+    const struct rmap_chunk_entry *entry; /* of the content, by stream */
+    size_t first[RMAP_STREAM_MAX + 1];    /* stream s has entries [first[s], first[s + 1]) */
 };
 
 struct rmap_map {
@@ -22,6 +22,7 @@ struct rmap_map {
     struct rmap_map_summary summary;
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
+    int n_channel_max; /* of all colour spaces */
     struct rmap_tally *tally;
     double *flux_per_weight; /* [n_source] */
     uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
@@ -33,7 +34,10 @@ struct rmap_map {
 /* "MAP/shard-00000/piece-00000.h5"; rmap_free. NULL when memory is short. */
 char *rmap_map_piece_path(const struct rmap_map *map, size_t piece);
 
-/* Chunks of a piece, read and checked against the index the first time: borrowed from the map.
+const struct rmap_layout *rmap_map_piece_layout(const struct rmap_map *map, size_t piece);
+int rmap_map_piece_n_channel(const struct rmap_map *map, size_t piece);
+
+/* Chunks of a piece, checked the first time against its rows and its file: borrowed from the map.
  * Thread-safe. RMAP_FORMAT when the piece is missing, of another size, or inconsistent. */
 enum rmap_status rmap_map_piece_chunks(const struct rmap_map *map, size_t piece,
                                        const struct rmap_piece_chunks **chunks_ret,

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/map_format.h"
 #include "io/map_internal.h"
 #include "io/map_tally.h"
 #include "io/provenance.h"
@@ -64,15 +65,19 @@ static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_content *content = &map->content;
-    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index();
+    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
+                            chunks = rmap_chunk_fields();
     uint64_t digest[2];
-    void *piece = NULL, *portion = NULL;
+    void *piece = NULL, *portion = NULL, *chunk = NULL;
     RMAP_TRY(rmap_h5_read_fields(h5, pieces.field, pieces.n, sizeof *content->piece, &piece,
                                  &content->n_piece, err));
     content->piece = piece;
     RMAP_TRY(rmap_h5_read_fields(h5, portions.field, portions.n, sizeof *content->portion, &portion,
                                  &content->n_portion, err));
     content->portion = portion;
+    RMAP_TRY(rmap_h5_read_fields(h5, chunks.field, chunks.n, sizeof *content->chunk, &chunk,
+                                 &content->n_chunk, err));
+    content->chunk = chunk;
     for (size_t i = 0; i < content->n_piece; i++) {
         struct rmap_piece_info *info = &content->piece[i];
         if (info->shard < 0 || info->shard > 99999 || info->number < 0 || info->number > 99999) {
@@ -120,6 +125,7 @@ out:
 static enum rmap_status derive(struct rmap_map *map, struct rmap_error *err)
 {
     const struct rmap_map_content *content = &map->content;
+    map->n_channel_max = map->scene->channels.n;
     map->flux_per_weight = rmap_alloc(map->scene->n_source, sizeof *map->flux_per_weight);
     map->work = rmap_alloc(content->n_portion + 1, sizeof *map->work);
     map->chunks = rmap_alloc(content->n_piece, sizeof *map->chunks);
@@ -169,8 +175,6 @@ void rmap_map_close(struct rmap_map *map)
 {
     if (!map)
         return;
-    for (size_t i = 0; map->chunks && i < map->content.n_piece; i++)
-        rmap_free(map->chunks[i].entry);
     (void)pthread_mutex_destroy(&map->lock);
     rmap_tally_destroy(map->tally);
     rmap_scene_destroy(map->scene);

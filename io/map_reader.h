@@ -11,25 +11,33 @@
 
 #include "base/status.h"
 #include "io/bundle.h"
+#include "trace/layout.h"
 #include "trace/portion.h"
 
 struct rmap_map;
 
 struct rmap_portion_info {
     int32_t shard, piece; /* piece: index in rmap_map_piece */
-    uint8_t colour_space; /* enum rmap_colour_mode */
+    int32_t space;        /* colour space, as its piece has it */
     uint64_t first_ray;
-    uint64_t n_row[RMAP_TABLE_COUNT];
-    uint64_t first_row[RMAP_TABLE_COUNT]; /* in the piece */
+    uint64_t n_row[RMAP_TABLE_COUNT]; /* of the columns */
+    /* Where it stands in the stored tables of the piece's layout; 0 behind the last of them. */
+    uint64_t stored_first[RMAP_STORED_TABLE_MAX];
+    uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
     struct rmap_digest digest;
     struct rmap_portion_summary summary;
 };
 
 struct rmap_piece_info {
     int32_t shard, number;
-    char name[64]; /* "shard-00000/piece-00000.h5" */
-    uint64_t nbytes;
-    uint64_t n_row[RMAP_TABLE_COUNT];
+    char name[288];   /* "shard-00000/piece-00000.h5"; of a journal's piece, its .part file */
+    uint64_t nbytes;  /* of the file; a journal's piece may have grown since */
+    int32_t encoding; /* enum rmap_encoding */
+    int32_t space;    /* colour space: row of the map's spaces */
+    int32_t is_open;  /* 1: unfinished, known by its journal */
+    uint64_t n_row[RMAP_TABLE_COUNT];            /* of the columns, summed over its portions */
+    uint64_t stored_rows[RMAP_STORED_TABLE_MAX]; /* in the stored tables of its layout */
+    uint64_t first_chunk, n_chunk;               /* rows of the map's chunks */
 };
 
 /* RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and

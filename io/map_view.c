@@ -27,7 +27,7 @@ static herr_t set_fill(hid_t create, enum rmap_element element)
 
 struct column_shape {
     const char *path;
-    enum rmap_table table;
+    int table;
     int rank;
     hsize_t width;
 };
@@ -45,15 +45,14 @@ static herr_t map_piece(hid_t create, hid_t space, const struct column_shape *sh
     return failed ? -1 : 0;
 }
 
-static enum rmap_status write_column(struct rmap_h5 *h5, const struct rmap_scene *scene,
-                                     enum rmap_column column, const struct rmap_piece_info *piece,
-                                     size_t n_piece, struct rmap_error *err)
+static enum rmap_status write_stream(struct rmap_h5 *h5, const struct rmap_scene *scene,
+                                     const struct rmap_stream_info *info,
+                                     const struct rmap_piece_info *piece, size_t n_piece,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_column_info *info = rmap_column_info(column);
-    size_t width = rmap_column_width(column, scene->channels.n);
-    const struct column_shape shape = {rmap_column_path(column, scene->channels.mode), info->table,
-                                       width > 1 || column == RMAP_SEGMENT_colour ? 2 : 1, width};
+    size_t width = rmap_stream_width(info, scene->channels.n);
+    const struct column_shape shape = {info->path, info->table, info->width == 1 ? 1 : 2, width};
     hsize_t dims[2] = {0, width}, first = 0;
     for (size_t i = 0; i < n_piece; i++)
         dims[0] += piece[i].n_row[info->table];
@@ -85,14 +84,15 @@ enum rmap_status rmap_map_view_write(struct rmap_h5 *h5, const struct rmap_scene
                                      const struct rmap_piece_info *piece, size_t n_piece,
                                      struct rmap_error *err)
 {
+    const struct rmap_layout *layout = rmap_layout_of(RMAP_ENCODING_PLAIN, scene->channels.mode);
     enum rmap_status st = RMAP_OK;
     if (n_piece > RMAP_VIEW_PIECES_MAX)
         return rmap_h5_put_text(h5, "/", "view",
                                 "none: too many pieces; read the pieces in /piece one by one", err);
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        RMAP_TRY(rmap_h5_group(h5, rmap_table_path[t], err));
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        RMAP_TRY(write_column(h5, scene, (enum rmap_column)c, piece, n_piece, err));
+    for (int t = 0; t < layout->n_table; t++)
+        RMAP_TRY(rmap_h5_group(h5, layout->table_path[t], err));
+    for (int s = 0; s < layout->n_stream; s++)
+        RMAP_TRY(write_stream(h5, scene, &layout->stream[s], piece, n_piece, err));
     RMAP_TRY(
         rmap_h5_put_text(h5, "/", "view", "/ray, /segment, /registration: all pieces as one", err));
 out:

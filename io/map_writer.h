@@ -13,6 +13,7 @@
 
 #include "base/status.h"
 #include "io/bundle.h"
+#include "trace/layout.h"
 #include "trace/portion.h"
 #include "trace/tally.h"
 
@@ -22,6 +23,8 @@ struct rmap_run {
     const struct rmap_scene *scene;
     uint64_t seed;
     int n_rank;
+    enum rmap_encoding encoding;
+    int32_t space;              /* colour space: row of the map's spaces */
     const char *isa;            /* instruction set that decides ties */
     const char *embree_version; /* or NULL */
 };
@@ -31,6 +34,7 @@ struct rmap_run {
 enum rmap_status rmap_map_create(const char *path, bool force,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+struct rmap_map_content; /* io/map_content.h */
 struct rmap_shard_writer;
 
 /* piece_nbytes: a piece is closed once it holds that much before compression, so that where it
@@ -59,6 +63,9 @@ size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *writer);
 /* Flushes, publishes the last piece, and closes. The writing thread, after all others are done. */
 enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *writer,
                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* The pieces published so far, for the index; borrowed. The writing thread alone. */
+const struct rmap_map_content *rmap_shard_writer_content(const struct rmap_shard_writer *writer);
 void rmap_shard_writer_destroy(struct rmap_shard_writer *writer); /* drops what is unfinished */
 
 /* Writes map.h5 from the shards that stand in the map's directory and the merged tally.

@@ -1,12 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/piece_writer.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/map_format.h"
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/seal.h"
@@ -19,22 +22,24 @@ struct rmap_piece_writer {
     struct rmap_h5 h5;
     const struct rmap_run *run;
     char *directory, *temporary, *final;
-    hid_t set[RMAP_COLUMN_COUNT];
+    const struct rmap_layout *layout;
+    int shard, number;
+    hid_t set[RMAP_STREAM_MAX];
     struct rmap_chunk_entry *entry;
     size_t n_entry, cap_entry;
 };
 
 /* Datasets are numbered in the order of their names' list, which the file carries. */
-static enum rmap_status write_column_names(struct rmap_piece_writer *self, struct rmap_error *err)
+static enum rmap_status write_stream_names(struct rmap_piece_writer *self, struct rmap_error *err)
 {
-    const char *name[RMAP_COLUMN_COUNT];
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        name[c] = rmap_column_path((enum rmap_column)c, self->run->scene->channels.mode);
-    return rmap_h5_write_names(&self->h5, "/chunk/name", name, RMAP_COLUMN_COUNT,
-                               "datasets that /chunk/column counts", err);
+    const char *name[RMAP_STREAM_MAX];
+    for (int s = 0; s < self->layout->n_stream; s++)
+        name[s] = self->layout->stream[s].path;
+    return rmap_h5_write_names(&self->h5, "/chunk/name", name, (size_t)self->layout->n_stream,
+                               "datasets that /chunk/stream counts", err);
 }
 
-static hid_t column_properties(int rank, size_t width)
+static hid_t stream_properties(int rank, size_t width)
 {
     const hsize_t chunk[2] = {RMAP_CHUNK_ROWS, width};
     hid_t create = H5Pcreate(H5P_DATASET_CREATE);
@@ -48,20 +53,20 @@ static hid_t column_properties(int rank, size_t width)
     return create;
 }
 
-static enum rmap_status create_column(struct rmap_piece_writer *self, enum rmap_column column,
+static enum rmap_status create_stream(struct rmap_piece_writer *self, int stream,
                                       struct rmap_error *err)
 {
     static const hsize_t unlimited[2] = {H5S_UNLIMITED, H5S_UNLIMITED};
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = self->run->scene;
-    const struct rmap_column_info *info = rmap_column_info(column);
-    const char *path = rmap_column_path(column, scene->channels.mode);
-    size_t width = rmap_column_width(column, scene->channels.n);
-    int rank = width > 1 || column == RMAP_SEGMENT_colour ? 2 : 1;
+    const struct rmap_stream_info *info = &self->layout->stream[stream];
+    const char *path = info->path;
+    size_t width = rmap_stream_width(info, scene->channels.n);
+    int rank = info->width == 1 ? 1 : 2;
     const hsize_t dims[2] = {0, width}, most[2] = {unlimited[0], width};
-    hid_t create = column_properties(rank, width), space = H5Screate_simple(rank, dims, most);
+    hid_t create = stream_properties(rank, width), space = H5Screate_simple(rank, dims, most);
     if (create < 0 || space < 0 ||
-        (self->set[column] = H5Dcreate2(self->h5.file, path, rmap_h5_type(info->element), space,
+        (self->set[stream] = H5Dcreate2(self->h5.file, path, rmap_h5_type(info->element), space,
                                         H5P_DEFAULT, create, H5P_DEFAULT)) < 0)
         st = rmap_h5_fail(&self->h5, path, err);
     (void)H5Sclose(space);
@@ -73,6 +78,12 @@ static enum rmap_status create_column(struct rmap_piece_writer *self, enum rmap_
     return st;
 }
 
+static bool ends_with(const char *text, const char *end)
+{
+    size_t n = strlen(text), n_end = strlen(end);
+    return n >= n_end && strcmp(text + n - n_end, end) == 0;
+}
+
 static enum rmap_status describe_values(struct rmap_piece_writer *self, struct rmap_error *err)
 {
     static const char bits[] =
@@ -80,33 +91,39 @@ static enum rmap_status describe_values(struct rmap_piece_writer *self, struct r
         RMAP_EVENT_TABLE(BIT);
 #undef BIT
     const struct rmap_channels *channels = &self->run->scene->channels;
+    enum rmap_status st = RMAP_OK;
     char text[sizeof bits];
     (void)snprintf(text, sizeof text, "%.*s", (int)(sizeof bits - 3), bits);
-    enum rmap_status st = rmap_h5_put_text(&self->h5, "/segment/event", "bits", text, err);
-    if (st == RMAP_OK)
-        st = rmap_h5_put(&self->h5, rmap_column_path(RMAP_SEGMENT_colour, channels->mode),
-                         "wavelength_nm", RMAP_F64, (size_t)channels->n, channels->wavelength_nm,
-                         err);
+    for (int s = 0; st == RMAP_OK && s < self->layout->n_stream; s++) {
+        const struct rmap_stream_info *stream = &self->layout->stream[s];
+        if (stream->width == 0)
+            st = rmap_h5_put(&self->h5, stream->path, "wavelength_nm", RMAP_F64,
+                             (size_t)channels->n, channels->wavelength_nm, err);
+        else if (ends_with(stream->path, "/event"))
+            st = rmap_h5_put_text(&self->h5, stream->path, "bits", text, err);
+    }
     return st;
 }
 
-static enum rmap_status create_file(struct rmap_piece_writer *self, int shard, int number,
-                                    const char *scene_digest, struct rmap_error *err)
+static enum rmap_status create_file(struct rmap_piece_writer *self, const char *scene_digest,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const int32_t place[2] = {shard, number};
+    const int32_t place[2] = {self->shard, self->number};
+    const char *encoding = rmap_encoding_name(self->layout->encoding);
     RMAP_TRY(rmap_h5_create(&self->h5, self->temporary, err));
     RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_PIECE, self->run, scene_digest, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "shard", RMAP_I32, 1, &place[0], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "piece", RMAP_I32, 1, &place[1], err));
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        RMAP_TRY(rmap_h5_group(&self->h5, rmap_table_path[t], err));
+    RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "encoding", encoding, err));
+    for (int t = 0; t < self->layout->n_table; t++)
+        RMAP_TRY(rmap_h5_group(&self->h5, self->layout->table_path[t], err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        RMAP_TRY(create_column(self, (enum rmap_column)c, err));
+    for (int s = 0; s < self->layout->n_stream; s++)
+        RMAP_TRY(create_stream(self, s, err));
     RMAP_TRY(describe_values(self, err));
-    RMAP_TRY(write_column_names(self, err));
+    RMAP_TRY(write_stream_names(self, err));
 out:
     return st;
 }
@@ -122,9 +139,12 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
     self->run = run;
+    self->shard = shard;
+    self->number = number;
+    self->layout = rmap_layout_of(run->encoding, run->scene->channels.mode);
     self->h5.file = H5I_INVALID_HID;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        self->set[c] = H5I_INVALID_HID;
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        self->set[s] = H5I_INVALID_HID;
     (void)snprintf(name, sizeof name, "piece-%05d.h5", number);
     self->directory = rmap_strdup(shard_path);
     self->final = rmap_path_format("%s/%s", shard_path, name);
@@ -134,7 +154,7 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
         goto out;
     }
     (void)unlink(self->temporary); /* of a process of the same number that was killed */
-    RMAP_TRY(create_file(self, shard, number, scene_digest, err));
+    RMAP_TRY(create_file(self, scene_digest, err));
     *writer_ret = self;
     self = NULL;
 out:
@@ -142,12 +162,13 @@ out:
     return st;
 }
 
-enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, enum rmap_column column,
-                                       uint32_t index, uint64_t n_row, const uint8_t *stored,
+enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int stream, uint32_t index,
+                                       uint64_t n_row, const uint8_t *stored,
                                        const struct rmap_stream_size *size, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const hsize_t extent[2] = {n_row, rmap_column_width(column, self->run->scene->channels.n)};
+    const struct rmap_stream_info *info = &self->layout->stream[stream];
+    const hsize_t extent[2] = {n_row, rmap_stream_width(info, self->run->scene->channels.n)};
     const hsize_t offset[2] = {(hsize_t)index * RMAP_CHUNK_ROWS, 0};
     hsize_t found_nbytes = 0;
     haddr_t address = 0;
@@ -159,11 +180,11 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, enum rmap
     self->entry = block;
     if (st != RMAP_OK)
         return st;
-    hid_t set = self->set[column];
+    hid_t set = self->set[stream];
     if (H5Dset_extent(set, extent) < 0 ||
         H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, size->nbytes, stored) < 0 ||
         H5Dget_chunk_info_by_coord(set, offset, &mask, &address, &found_nbytes) < 0)
-        return rmap_h5_fail(&self->h5, rmap_column_info(column)->path, err);
+        return rmap_h5_fail(&self->h5, info->path, err);
     self->entry[self->n_entry++] =
         (struct rmap_chunk_entry){.offset = address,
                                   .checksum = rmap_checksum(stored, size->nbytes),
@@ -171,7 +192,7 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, enum rmap
                                   .lead_nbytes = size->lead_nbytes,
                                   .lead_planes = size->lead_planes,
                                   .index = index,
-                                  .column = (uint16_t)column};
+                                  .stream = (uint16_t)stream};
     return st;
 }
 
@@ -187,9 +208,30 @@ static enum rmap_status seal(struct rmap_piece_writer *self, struct rmap_error *
     return st;
 }
 
+/* The file is closed and sealed, so its size is final. */
+static enum rmap_status add_to_content(struct rmap_piece_writer *self,
+                                       const struct rmap_portion_info *portion, size_t n_portion,
+                                       const uint64_t *stored_rows,
+                                       struct rmap_map_content *content, struct rmap_error *err)
+{
+    struct stat file;
+    if (stat(self->temporary, &file) != 0)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
+    struct rmap_piece_info info = {.shard = self->shard,
+                                   .number = self->number,
+                                   .nbytes = (uint64_t)file.st_size,
+                                   .encoding = (int32_t)self->layout->encoding,
+                                   .space = self->run->space,
+                                   .n_chunk = self->n_entry};
+    memcpy(info.stored_rows, stored_rows, sizeof info.stored_rows);
+    rmap_piece_name_set(&info);
+    return rmap_map_content_add_piece(content, &info, portion, n_portion, self->entry, err);
+}
+
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                           const struct rmap_portion_info *portion, size_t n_portion,
-                                          struct rmap_error *err)
+                                          const uint64_t *stored_rows,
+                                          struct rmap_map_content *content, struct rmap_error *err)
 {
     static const int32_t complete = 1;
     enum rmap_status st = RMAP_OK;
@@ -198,16 +240,19 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                   sizeof *self->entry, err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, portions.field, portions.n, portion, n_portion,
                                   sizeof *portion, err));
+    RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX,
+                         stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
-        if (H5Dclose(self->set[c]) < 0) {
-            st = rmap_h5_fail(&self->h5, rmap_column_info((enum rmap_column)c)->path, err);
+    for (int s = 0; s < self->layout->n_stream; s++) {
+        if (H5Dclose(self->set[s]) < 0) {
+            st = rmap_h5_fail(&self->h5, self->layout->stream[s].path, err);
             goto out;
         }
-        self->set[c] = H5I_INVALID_HID;
+        self->set[s] = H5I_INVALID_HID;
     }
     RMAP_TRY(rmap_h5_close(&self->h5, err));
     RMAP_TRY(seal(self, err));
+    RMAP_TRY(add_to_content(self, portion, n_portion, stored_rows, content, err));
     st = rmap_publish_new(self->directory, self->temporary, self->final, err);
     rmap_free(self->temporary);
     self->temporary = NULL;
@@ -219,9 +264,9 @@ void rmap_piece_writer_destroy(struct rmap_piece_writer *self)
 {
     if (!self)
         return;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (self->set[c] >= 0 && !self->h5.failed)
-            (void)H5Dclose(self->set[c]);
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        if (self->set[s] >= 0 && !self->h5.failed)
+            (void)H5Dclose(self->set[s]);
     rmap_h5_drop(&self->h5);
     if (self->temporary)
         (void)unlink(self->temporary);

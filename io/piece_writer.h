@@ -6,7 +6,7 @@
 #define RMAP_PIECE_WRITER_H
 
 #include "io/codec.h"
-#include "io/map_format.h"
+#include "io/map_content.h"
 #include "io/map_writer.h"
 
 struct rmap_piece_writer;
@@ -17,15 +17,18 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
                                           struct rmap_piece_writer **writer_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* Stores chunk `index` of a column, after which the column has n_row rows. */
-enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *writer, enum rmap_column column,
-                                       uint32_t index, uint64_t n_row, const uint8_t *stored,
+/* Stores chunk `index` of a stream, after which the stream has n_row rows. */
+enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *writer, int stream, uint32_t index,
+                                       uint64_t n_row, const uint8_t *stored,
                                        const struct rmap_stream_size *size,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* Writes the tables of chunks and portions, closes and publishes. */
+/* Writes the tables of chunks and portions, closes and publishes; then appends the piece to
+ * `content`. stored_rows: [RMAP_STORED_TABLE_MAX], rows of each stored table. */
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *writer,
                                           const struct rmap_portion_info *portion, size_t n_portion,
+                                          const uint64_t *stored_rows,
+                                          struct rmap_map_content *content,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* Releases; what was not finished is removed. NULL is fine. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * A shard's column buffers under one lock; encoding outside any lock; HDF5 in one thread.
+ * A shard's buffers under one lock; encoding outside any lock; HDF5 in one thread.
  *
  * A full buffer goes to a queue that keeps the order of filling, so the file does not depend on
  * which thread encoded what. A piece ends between two portions: its buffers are flushed as they
@@ -25,7 +25,7 @@
 /* A piece in flight: begun by append, ended by store. */
 struct rmap_shard_piece {
     int number;
-    uint64_t n_row[RMAP_TABLE_COUNT];
+    uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
     uint64_t raw_nbytes;
     struct rmap_portion_info *portion;
     size_t n_portion, cap_portion;
@@ -48,13 +48,14 @@ struct rmap_shard_writer {
     enum rmap_status failed; /* RMAP_OK, or why the shard is unusable */
     int next_number;
     struct rmap_shard_piece *piece; /* being filled, or NULL */
-    struct rmap_chunk *open[RMAP_COLUMN_COUNT];
+    struct rmap_chunk *open[RMAP_STREAM_MAX];
     struct rmap_chunk_queue queue;
     struct encoder_slot *idle;
     _Atomic size_t backlog;
 
     /* The writing thread's own. */
     struct rmap_piece_writer *file; /* of the piece being stored, or NULL */
+    struct rmap_map_content content;
 };
 
 static void piece_destroy(struct rmap_shard_piece *piece)
@@ -79,9 +80,15 @@ enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
     self->run = *run;
     self->piece_nbytes = piece_nbytes ? piece_nbytes : PIECE_NBYTES_DEFAULT;
     self->queue.n_channel = run->scene->channels.n;
+    self->queue.layout = rmap_layout_of(run->encoding, run->scene->channels.mode);
     self->path = rmap_path_format("%s/shard-%05d", map_path, shard);
     if (!self->path) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a shard");
+        goto out;
+    }
+    if (!self->queue.layout) {
+        st = rmap_error_set(err, RMAP_USAGE, "this program does not write the encoding '%s'",
+                            rmap_encoding_name(run->encoding));
         goto out;
     }
     if (mkdir(self->path, 0777) != 0 && errno != EEXIST) {
@@ -109,23 +116,24 @@ static enum rmap_status begin_piece(struct rmap_shard_writer *self, struct rmap_
     return RMAP_OK;
 }
 
-/* Copies a portion's rows of one column, handing over buffers as they fill. */
-static enum rmap_status append_column(struct rmap_shard_writer *self, enum rmap_column column,
-                                      const struct rmap_portion *portion, struct rmap_error *err)
+/* Copies a block's rows of one stream, handing over buffers as they fill. */
+static enum rmap_status append_stream(struct rmap_shard_writer *self, int stream,
+                                      const struct rmap_rows *rows, struct rmap_error *err)
 {
-    enum rmap_table table = rmap_column_info(column)->table;
-    size_t row = rmap_portion_row_nbytes(portion, column), left = portion->n_row[table];
-    const uint8_t *from = rmap_portion_column(portion, column);
-    uint64_t at = self->piece->n_row[table];
+    const struct rmap_stream_info *info = &rows->layout->stream[stream];
+    size_t row = rmap_stream_row_nbytes(info, rows->n_channel), left = rows->n_row[info->table];
+    const uint8_t *from = rows->data[stream];
+    uint64_t at = self->piece->stored_rows[info->table];
+    self->piece->raw_nbytes += left * row;
     while (left > 0) {
-        struct rmap_chunk *chunk = self->open[column];
+        struct rmap_chunk *chunk = self->open[stream];
         if (!chunk) {
-            enum rmap_status st = rmap_chunk_queue_take(&self->queue, column, &chunk, err);
+            enum rmap_status st = rmap_chunk_queue_take(&self->queue, stream, &chunk, err);
             if (st != RMAP_OK)
                 return st;
             chunk->piece = self->piece;
             chunk->index = (uint32_t)(at / RMAP_CHUNK_ROWS);
-            self->open[column] = chunk;
+            self->open[stream] = chunk;
         }
         size_t n = RMAP_CHUNK_ROWS - chunk->n_row < left ? RMAP_CHUNK_ROWS - chunk->n_row : left;
         memcpy(chunk->raw + chunk->n_row * row, from, n * row);
@@ -135,10 +143,9 @@ static enum rmap_status append_column(struct rmap_shard_writer *self, enum rmap_
         left -= n;
         if (chunk->n_row == RMAP_CHUNK_ROWS) {
             rmap_chunk_queue_push(&self->queue, chunk);
-            self->open[column] = NULL;
+            self->open[stream] = NULL;
         }
     }
-    self->piece->raw_nbytes += portion->n_row[table] * row;
     return RMAP_OK;
 }
 
@@ -146,17 +153,17 @@ static enum rmap_status append_column(struct rmap_shard_writer *self, enum rmap_
 static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_error *err)
 {
     struct rmap_chunk *sign = NULL;
-    enum rmap_status st = rmap_chunk_queue_take(&self->queue, RMAP_COLUMN_COUNT, &sign, err);
+    enum rmap_status st = rmap_chunk_queue_take(&self->queue, RMAP_STREAM_MAX, &sign, err);
     if (st != RMAP_OK)
         return st;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
-        struct rmap_chunk *chunk = self->open[c];
+    for (int s = 0; s < RMAP_STREAM_MAX; s++) {
+        struct rmap_chunk *chunk = self->open[s];
         if (!chunk)
             continue;
         size_t used = chunk->raw_nbytes / RMAP_CHUNK_ROWS * chunk->n_row;
         memset(chunk->raw + used, 0, chunk->raw_nbytes - used);
         rmap_chunk_queue_push(&self->queue, chunk);
-        self->open[c] = NULL;
+        self->open[s] = NULL;
     }
     sign->piece = self->piece;
     self->piece = NULL;
@@ -164,8 +171,7 @@ static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_er
     return RMAP_OK;
 }
 
-static enum rmap_status append_locked(struct rmap_shard_writer *self,
-                                      const struct rmap_portion *portion,
+static enum rmap_status append_locked(struct rmap_shard_writer *self, const struct rmap_rows *rows,
                                       struct rmap_portion_info *info, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -177,12 +183,14 @@ static enum rmap_status append_locked(struct rmap_shard_writer *self,
     piece->portion = block;
     if (st != RMAP_OK)
         goto out;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        RMAP_TRY(append_column(self, (enum rmap_column)c, portion, err));
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
-        info->first_row[t] = piece->n_row[t];
-        info->n_row[t] = portion->n_row[t];
-        piece->n_row[t] += portion->n_row[t];
+    for (int s = 0; s < rows->layout->n_stream; s++)
+        RMAP_TRY(append_stream(self, s, rows, err));
+    for (int t = 0; t < rows->layout->n_table; t++) {
+        if (!(rows->layout->whole_tables & (UINT32_C(1) << t))) {
+            info->stored_first[t] = piece->stored_rows[t];
+            info->stored_rows[t] = rows->n_row[t];
+        }
+        piece->stored_rows[t] += rows->n_row[t];
     }
     piece->portion[piece->n_portion++] = *info;
     if (piece->raw_nbytes >= self->piece_nbytes)
@@ -215,9 +223,9 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
                                           const struct rmap_portion *portion,
                                           struct rmap_error *err)
 {
-    struct rmap_portion_info info = {.shard = self->shard,
-                                     .colour_space = (uint8_t)self->run.scene->channels.mode,
-                                     .first_ray = portion->first_ray};
+    struct rmap_rows rows;
+    struct rmap_portion_info info = {
+        .shard = self->shard, .space = self->run.space, .first_ray = portion->first_ray};
     if (portion->n_row[RMAP_TABLE_RAY] == 0)
         return RMAP_OK;
     if (portion->n_channel != self->queue.n_channel)
@@ -225,10 +233,13 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
                               portion->n_channel, self->queue.n_channel);
     info.digest = rmap_portion_digest(portion);
     rmap_portion_summarise(portion, &info.summary);
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        info.n_row[t] = portion->n_row[t];
+    rmap_rows_of_portion(portion, self->run.scene->channels.mode, &rows);
     enum rmap_status st = enter(self, err);
     if (st != RMAP_OK)
         return st;
-    return leave(self, append_locked(self, portion, &info, err));
+    return leave(self, append_locked(self, &rows, &info, err));
 }
 
 /* An idle encoder or a new one; called under the lock. */
@@ -253,10 +264,10 @@ static enum rmap_status take_encoder(struct rmap_shard_writer *self, struct enco
     return st;
 }
 
-static enum rmap_status encode_chunk(struct rmap_encoder *encoder, struct rmap_chunk *chunk,
-                                     struct rmap_error *err)
+static enum rmap_status encode_chunk(const struct rmap_layout *layout, struct rmap_encoder *encoder,
+                                     struct rmap_chunk *chunk, struct rmap_error *err)
 {
-    size_t element = rmap_element_nbytes(rmap_column_info(chunk->column)->element);
+    size_t element = rmap_element_nbytes(layout->stream[chunk->stream].element);
     size_t n = chunk->raw_nbytes / element;
     if (!chunk->stored)
         chunk->stored = rmap_alloc(rmap_codec_bound(n, element), 1);
@@ -283,7 +294,7 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
     if (!slot)
         return st;
 
-    st = encode_chunk(slot->encoder, chunk, err);
+    st = encode_chunk(self->queue.layout, slot->encoder, chunk, err);
 
     (void)pthread_mutex_lock(&self->lock);
     slot->next = self->idle;
@@ -302,11 +313,12 @@ static enum rmap_status store_chunk(struct rmap_shard_writer *self, const struct
         RMAP_TRY(rmap_piece_writer_create(self->path, self->shard, piece->number, &self->run,
                                           self->scene_digest, &self->file, err));
     if (chunk->ends_piece) {
-        RMAP_TRY(rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion, err));
+        RMAP_TRY(rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion,
+                                          piece->stored_rows, &self->content, err));
         rmap_piece_writer_destroy(self->file);
         self->file = NULL;
     } else {
-        RMAP_TRY(rmap_piece_writer_put(self->file, chunk->column, chunk->index, chunk->n_row_end,
+        RMAP_TRY(rmap_piece_writer_put(self->file, chunk->stream, chunk->index, chunk->n_row_end,
                                        chunk->stored, &chunk->stored_size, err));
     }
 out:
@@ -351,6 +363,11 @@ enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct
     return st;
 }
 
+const struct rmap_map_content *rmap_shard_writer_content(const struct rmap_shard_writer *self)
+{
+    return &self->content;
+}
+
 void rmap_shard_writer_destroy(struct rmap_shard_writer *self)
 {
     if (!self)
@@ -360,8 +377,9 @@ void rmap_shard_writer_destroy(struct rmap_shard_writer *self)
         if (chunk->ends_piece)
             piece_destroy(chunk->piece);
     piece_destroy(self->piece);
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        rmap_chunk_destroy(self->open[c]);
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        rmap_chunk_destroy(self->open[s]);
+    rmap_map_content_fini(&self->content);
     rmap_chunk_queue_fini(&self->queue);
     for (struct encoder_slot *slot = self->idle, *next; slot; slot = next) {
         next = slot->next;

@@ -69,7 +69,7 @@ def check_documented(file):
 
 def check_root(file, filetype):
     check(file.attrs["filetype"] == filetype.encode(), "filetype")
-    check(list(file.attrs["version"]) == [1, 0], "version")
+    check(list(file.attrs["version"]) == [2, 0], "version")
     check(file.attrs["complete"] == 1, "complete")
     for name in ("program_version", "git_revision", "compiler", "hdf5_version", "seed",
                  "scene_digest", "length_unit", "length_unitSI", "flux_unit"):
@@ -145,7 +145,7 @@ def check_chunks(path):
     """Our own chunk table points at the very bytes that HDF5 stores."""
     with h5py.File(path, "r") as piece:
         names = [name.decode() for name in piece["chunk/name"][:]]
-        rows = zip(*(piece["chunk/" + k][:] for k in ("column", "index", "offset", "nbytes")))
+        rows = zip(*(piece["chunk/" + k][:] for k in ("stream", "index", "offset", "nbytes")))
         for number, index, offset, nbytes in rows:
             dataset = piece[names[number]]
             place = (int(index) * 65536,) + (0,) * (dataset.ndim - 1)

@@ -9,6 +9,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include "io/map_scan.h"
 #include "io/seal.h"
 
 enum { BLOCK = 400, N_BLOCK = 24 };
@@ -139,7 +140,7 @@ static void test_foreign_index(void **state)
     fixture_fini(&f);
 }
 
-/* The value of the attribute `version` of a file, {1, 0}, is changed and the file sealed anew:
+/* The value of the attribute `version` of a file, {2, 0}, is changed and the file sealed anew:
  * what a later program would write. Bytes that look like it are tried until one is it. */
 static void test_other_version(void **state)
 {
@@ -147,7 +148,7 @@ static void test_other_version(void **state)
     struct fixture f;
     size_t nbytes = 0;
     bool refused = false;
-    static const uint8_t name[] = "\0version", one_zero[8] = {1}, one = 1, nine = 9;
+    static const uint8_t name[] = "\0version", two_zero[8] = {2}, two = 2, nine = 9;
     write_map(&f, 0);
     const char *path = map_file(&f, "map.h5");
     uint8_t *data = slurp(path, &nbytes);
@@ -156,13 +157,13 @@ static void test_other_version(void **state)
         at++;
     for (size_t k = at; k < at + 80 && !refused; k++) {
         struct rmap_error err = {0};
-        if (memcmp(data + k, one_zero, sizeof one_zero) != 0)
+        if (memcmp(data + k, two_zero, sizeof two_zero) != 0)
             continue;
         assert_int_equal(truncate(path, (off_t)(nbytes - 32)), 0);
         poke(path, k, &nine, 1);
         fixture_must(rmap_seal_write(path, NULL, 0, &err), &err);
         refused = read_all(&f, &err) == RMAP_FORMAT && strstr(err.text, "version 9.0");
-        poke(path, k, &one, 1);
+        poke(path, k, &two, 1);
     }
     assert_true(refused);
     rmap_free(data);
@@ -192,7 +193,18 @@ static void test_missing_and_cut_pieces(void **state)
     fixture_fini(&f);
 }
 
-/* A bit anywhere in a piece or the index is found, before HDF5 could stumble over it. */
+/* That HDF5 may open the piece: its seal holds. */
+static enum rmap_status open_piece(const struct fixture *f, struct rmap_error *err)
+{
+    struct rmap_map_content content = {0};
+    struct rmap_piece_origin origin;
+    enum rmap_status st = rmap_piece_read(f->map, 0, 0, &content, &origin, err);
+    rmap_map_content_fini(&content);
+    return st;
+}
+
+/* A bit anywhere in a piece or the index is found: by whoever reads the rows, or, where HDF5's
+ * own data are hit, which reading rows does without, before HDF5 could stumble over it. */
 static void flip_bits(const char *name, int n_flip)
 {
     struct fixture f;
@@ -206,6 +218,8 @@ static void flip_bits(const char *name, int n_flip)
         uint8_t flipped = data[at] ^ (uint8_t)(1u << (k % 8));
         poke(map_file(&f, name), at, &flipped, 1);
         enum rmap_status st = read_all(&f, &err);
+        if (st == RMAP_OK && strcmp(name, PIECE) == 0)
+            st = open_piece(&f, &err);
         assert_int_equal(st, RMAP_FORMAT);
         named += strstr(err.text, "chunk") && strstr(err.text, "piece-00000.h5");
         poke(map_file(&f, name), at, &data[at], 1);

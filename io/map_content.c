@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map_content.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+void rmap_map_content_fini(struct rmap_map_content *content)
+{
+    for (size_t i = 0; i < content->n_tail; i++)
+        rmap_free(content->tail[i].data);
+    rmap_free(content->piece);
+    rmap_free(content->portion);
+    rmap_free(content->chunk);
+    rmap_free(content->tail);
+    *content = (struct rmap_map_content){0};
+}
+
+static enum rmap_status make_room(struct rmap_map_content *content, size_t n_piece,
+                                  size_t n_portion, size_t n_chunk, size_t n_tail,
+                                  struct rmap_error *err)
+{
+    const struct {
+        void *pointer; /* to a pointer */
+        size_t *cap, need, size;
+    } list[] = {
+        {&content->piece, &content->cap_piece, content->n_piece + n_piece, sizeof *content->piece},
+        {&content->portion, &content->cap_portion, content->n_portion + n_portion,
+         sizeof *content->portion},
+        {&content->chunk, &content->cap_chunk, content->n_chunk + n_chunk, sizeof *content->chunk},
+        {&content->tail, &content->cap_tail, content->n_tail + n_tail, sizeof *content->tail},
+    };
+    for (size_t i = 0; i < sizeof list / sizeof *list; i++) {
+        void *block;
+        memcpy(&block, list[i].pointer, sizeof block);
+        enum rmap_status st = rmap_reserve(&block, list[i].cap, list[i].need, list[i].size, err);
+        memcpy(list[i].pointer, &block, sizeof block);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_map_content_add_piece(struct rmap_map_content *content,
+                                            const struct rmap_piece_info *info,
+                                            const struct rmap_portion_info *portion,
+                                            size_t n_portion, const struct rmap_chunk_entry *chunk,
+                                            struct rmap_error *err)
+{
+    enum rmap_status st = make_room(content, 1, n_portion, (size_t)info->n_chunk, 0, err);
+    if (st != RMAP_OK)
+        return st;
+    struct rmap_piece_info *piece = &content->piece[content->n_piece];
+    *piece = *info;
+    piece->first_chunk = content->n_chunk;
+    memset(piece->n_row, 0, sizeof piece->n_row);
+    for (size_t i = 0; i < n_portion; i++) {
+        struct rmap_portion_info *row = &content->portion[content->n_portion + i];
+        *row = portion[i];
+        row->shard = info->shard;
+        row->piece = (int32_t)content->n_piece;
+        row->space = info->space;
+        for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+            piece->n_row[t] += row->n_row[t];
+    }
+    if (info->n_chunk > 0)
+        memcpy(content->chunk + content->n_chunk, chunk, (size_t)info->n_chunk * sizeof *chunk);
+    content->n_piece++;
+    content->n_portion += n_portion;
+    content->n_chunk += (size_t)info->n_chunk;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_map_content_add_tail(struct rmap_map_content *content,
+                                           const struct rmap_stream_tail *tail,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = make_room(content, 0, 0, 0, 1, err);
+    if (st == RMAP_OK)
+        content->tail[content->n_tail++] = *tail;
+    return st;
+}
+
+/* Bytes of a tail's data cannot be told without its layout's widths: the copy needs the size. */
+static enum rmap_status copy_tail(const struct rmap_stream_tail *from, struct rmap_stream_tail *to,
+                                  struct rmap_error *err)
+{
+    *to = *from;
+    to->data = rmap_alloc(from->nbytes, 1);
+    if (!to->data)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rows of a journal");
+    memcpy(to->data, from->data, from->nbytes);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_map_content_add(struct rmap_map_content *into,
+                                      const struct rmap_map_content *from, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_tail = into->n_tail;
+    RMAP_TRY(make_room(into, from->n_piece, from->n_portion, from->n_chunk, from->n_tail, err));
+    for (size_t i = 0; i < from->n_tail; i++) {
+        RMAP_TRY(copy_tail(&from->tail[i], &into->tail[into->n_tail], err));
+        into->tail[into->n_tail++].piece += (int32_t)into->n_piece;
+    }
+    for (size_t i = 0; i < from->n_portion; i++) {
+        into->portion[into->n_portion] = from->portion[i];
+        into->portion[into->n_portion++].piece += (int32_t)into->n_piece;
+    }
+    for (size_t i = 0; i < from->n_piece; i++) {
+        into->piece[into->n_piece] = from->piece[i];
+        into->piece[into->n_piece++].first_chunk += into->n_chunk;
+    }
+    if (from->n_chunk > 0)
+        memcpy(into->chunk + into->n_chunk, from->chunk, from->n_chunk * sizeof *from->chunk);
+    into->n_chunk += from->n_chunk;
+out:
+    while (st != RMAP_OK && into->n_tail > n_tail)
+        rmap_free(into->tail[--into->n_tail].data);
+    return st;
+}
+
+struct piece_place {
+    struct rmap_piece_info info;
+    size_t was;
+};
+
+static int by_place(const void *a, const void *b)
+{
+    const struct rmap_piece_info *x = a, *y = b; /* first member */
+    if (x->shard != y->shard)
+        return x->shard < y->shard ? -1 : 1;
+    if (x->number != y->number)
+        return x->number < y->number ? -1 : 1;
+    return (x->is_open > y->is_open) - (x->is_open < y->is_open);
+}
+
+static int by_first_ray(const void *a, const void *b)
+{
+    const struct rmap_portion_info *x = a, *y = b;
+    if (x->first_ray != y->first_ray)
+        return x->first_ray < y->first_ray ? -1 : 1;
+    if (x->piece != y->piece)
+        return x->piece < y->piece ? -1 : 1;
+    return (x->stored_first[0] > y->stored_first[0]) - (x->stored_first[0] < y->stored_first[0]);
+}
+
+static int by_stream(const void *a, const void *b)
+{
+    const struct rmap_stream_tail *x = a, *y = b;
+    if (x->piece != y->piece)
+        return x->piece < y->piece ? -1 : 1;
+    return (x->stream > y->stream) - (x->stream < y->stream);
+}
+
+const struct rmap_stream_tail *rmap_map_content_tail(const struct rmap_map_content *content,
+                                                     size_t piece, int stream)
+{
+    const struct rmap_stream_tail key = {.piece = (int32_t)piece, .stream = stream};
+    return content->n_tail == 0
+               ? NULL
+               : bsearch(&key, content->tail, content->n_tail, sizeof *content->tail, by_stream);
+}
+
+enum rmap_status rmap_map_content_sort(struct rmap_map_content *content, struct rmap_error *err)
+{
+    struct piece_place *place = rmap_alloc(content->n_piece, sizeof *place);
+    int32_t *now = rmap_alloc(content->n_piece, sizeof *now);
+    if (!place || !now) {
+        rmap_free(place);
+        rmap_free(now);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+    }
+    for (size_t i = 0; i < content->n_piece; i++)
+        place[i] = (struct piece_place){content->piece[i], i};
+    if (content->n_piece > 0)
+        qsort(place, content->n_piece, sizeof *place, by_place);
+    for (size_t i = 0; i < content->n_piece; i++) {
+        content->piece[i] = place[i].info;
+        now[place[i].was] = (int32_t)i;
+    }
+    for (size_t i = 0; i < content->n_portion; i++)
+        content->portion[i].piece = now[content->portion[i].piece];
+    for (size_t i = 0; i < content->n_tail; i++)
+        content->tail[i].piece = now[content->tail[i].piece];
+    if (content->n_portion > 0)
+        qsort(content->portion, content->n_portion, sizeof *content->portion, by_first_ray);
+    if (content->n_tail > 0)
+        qsort(content->tail, content->n_tail, sizeof *content->tail, by_stream);
+    rmap_free(place);
+    rmap_free(now);
+    return RMAP_OK;
+}
+
+/* Rows of portions must lie in their piece and share none of them. */
+static enum rmap_status check_rows(const struct rmap_map_content *content, const char *path,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint64_t(*sum)[RMAP_STORED_TABLE_MAX] = rmap_alloc(content->n_piece, sizeof *sum);
+    if (!sum)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+    for (size_t i = 0; st == RMAP_OK && i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        bool fits = portion->piece >= 0 && (size_t)portion->piece < content->n_piece &&
+                    portion->space == content->piece[portion->piece].space;
+        bool plain = fits && content->piece[portion->piece].encoding == RMAP_ENCODING_PLAIN;
+        for (int t = 0; plain && t < RMAP_TABLE_COUNT; t++)
+            fits = fits && portion->n_row[t] == portion->stored_rows[t];
+        for (int t = 0; fits && t < RMAP_STORED_TABLE_MAX; t++) {
+            uint64_t rows = content->piece[portion->piece].stored_rows[t];
+            fits = portion->stored_first[t] <= rows &&
+                   portion->stored_rows[t] <= rows - portion->stored_first[t] &&
+                   portion->stored_rows[t] <= rows - sum[portion->piece][t];
+            if (fits)
+                sum[portion->piece][t] += portion->stored_rows[t];
+        }
+        if (!fits)
+            st = rmap_error_set(err, RMAP_FORMAT,
+                                "%s: portion %zu of /portion points outside its piece", path, i);
+    }
+    rmap_free(sum);
+    return st;
+}
+
+static enum rmap_status check_pieces(const struct rmap_map_content *content, const char *path,
+                                     struct rmap_error *err)
+{
+    bool good = true;
+    for (size_t i = 0; i < content->n_piece; i++) {
+        const struct rmap_piece_info *piece = &content->piece[i];
+        good = good && piece->encoding >= 0 && piece->encoding < RMAP_ENCODING_COUNT &&
+               rmap_piece_layout(piece, RMAP_COLOUR_SPECTRAL) &&
+               piece->first_chunk <= content->n_chunk &&
+               piece->n_chunk <= content->n_chunk - piece->first_chunk;
+    }
+    for (size_t i = 0; i < content->n_tail; i++) {
+        const struct rmap_stream_tail *tail = &content->tail[i];
+        good = good && tail->piece >= 0 && (size_t)tail->piece < content->n_piece &&
+               content->piece[tail->piece].is_open && tail->n_row <= RMAP_CHUNK_ROWS &&
+               tail->first_row % RMAP_CHUNK_ROWS == 0;
+    }
+    return good ? RMAP_OK
+                : rmap_error_set(err, RMAP_FORMAT, "%s: its table of pieces makes no sense", path);
+}
+
+/* Blocks of the same rays come from two lives of one run: one of them must go. */
+static enum rmap_status check_order(const struct rmap_map_content *content, const char *path,
+                                    struct rmap_error *err)
+{
+    for (size_t i = 1; i < content->n_portion; i++) {
+        const struct rmap_portion_info *p = &content->portion[i - 1], *q = p + 1;
+        if (p->first_ray > q->first_ray)
+            return rmap_error_set(err, RMAP_FORMAT, "%s: /portion is not in the order of ray ids",
+                                  path);
+        if (q->first_ray - p->first_ray < p->n_row[RMAP_TABLE_RAY])
+            return rmap_error_set(err, RMAP_FORMAT, "%s: %s and %s both hold the rays from %llu on",
+                                  path, content->piece[p->piece].name,
+                                  content->piece[q->piece].name, (unsigned long long)q->first_ray);
+    }
+    return RMAP_OK;
+}
+
+/* Sums must not run over, or a small file could ask for any amount of memory. */
+static enum rmap_status sum_up(struct rmap_map_content *content, const char *path,
+                               struct rmap_error *err)
+{
+    memset(content->n_row, 0, sizeof content->n_row);
+    content->digest = (struct rmap_digest){0, 0};
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        rmap_digest_add(&content->digest, portion->digest);
+        for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+            if (portion->n_row[t] > UINT64_MAX / 4 - content->n_row[t])
+                return rmap_error_set(err, RMAP_FORMAT,
+                                      "%s: portion %zu of /portion has too many rows", path, i);
+            content->n_row[t] += portion->n_row[t];
+        }
+    }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_map_content_check(struct rmap_map_content *content, const char *path,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_pieces(content, path, err));
+    RMAP_TRY(check_rows(content, path, err));
+    RMAP_TRY(check_order(content, path, err));
+    RMAP_TRY(sum_up(content, path, err));
+out:
+    return st;
+}
+
+const struct rmap_layout *rmap_piece_layout(const struct rmap_piece_info *piece,
+                                            enum rmap_colour_mode mode)
+{
+    return rmap_layout_of((enum rmap_encoding)piece->encoding, mode);
+}
+
+void rmap_piece_name_set(struct rmap_piece_info *piece)
+{
+    (void)snprintf(piece->name, sizeof piece->name, "shard-%05d/piece-%05d.h5", (int)piece->shard,
+                   (int)piece->number);
+}
