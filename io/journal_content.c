@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+#include <errno.h>
+#include <fcntl.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/journal.h"
+
+void rmap_journal_origin(const struct rmap_journal *journal, struct rmap_piece_origin *origin)
+{
+    const struct rmap_journal_header *header = &journal->header;
+    *origin = (struct rmap_piece_origin){.seed = header->seed,
+                                         .encoding = (int32_t)header->encoding,
+                                         .mode = (int32_t)header->mode,
+                                         .n_channel = (int32_t)header->n_channel};
+    (void)snprintf(origin->scene_digest, sizeof origin->scene_digest, "%.32s",
+                   header->scene_digest);
+    (void)snprintf(origin->space_digest, sizeof origin->space_digest, "%.32s",
+                   header->space_digest);
+}
+
+static enum rmap_status read_exactly(int fd, uint8_t *to, size_t nbytes, uint64_t offset,
+                                     struct rmap_error *err)
+{
+    while (nbytes > 0) {
+        ssize_t got = pread(fd, to, nbytes, (off_t)offset);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            return rmap_error_set(err, RMAP_SYSTEM, "reading failed: %s", strerror(errno));
+        if (got == 0)
+            return rmap_error_set(err, RMAP_FORMAT, "the file ends before the rows do");
+        to += got;
+        nbytes -= (size_t)got;
+        offset += (uint64_t)got;
+    }
+    return RMAP_OK;
+}
+
+/* One tail of the records [*at, ...) of a stream, which follow each other. */
+static enum rmap_status add_tail(const struct rmap_journal *journal, int fd, size_t *at,
+                                 struct rmap_map_content *content, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_journal_tail *record = journal->tail + *at;
+    size_t row = rmap_stream_row_nbytes(&journal->layout->stream[record->stream],
+                                        (int)journal->header.n_channel);
+    struct rmap_stream_tail tail = {.piece = (int32_t)content->n_piece - 1,
+                                    .stream = (int32_t)record->stream,
+                                    .first_row = record->first_row};
+    size_t n = 0;
+    for (; *at + n < journal->n_tail && record[n].stream == record->stream; n++)
+        tail.n_row += record[n].n_row;
+    tail.nbytes = tail.n_row * row;
+    tail.data = rmap_alloc(tail.nbytes, 1);
+    if (!tail.data)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the last rows of a piece");
+    uint8_t *to = tail.data;
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(read_exactly(fd, to, record[i].n_row * row, record[i].offset, err));
+        to += record[i].n_row * row;
+    }
+    RMAP_TRY(rmap_map_content_add_tail(content, &tail, err));
+    *at += n;
+    tail.data = NULL;
+out:
+    rmap_free(tail.data);
+    return st;
+}
+
+enum rmap_status rmap_journal_content(const struct rmap_journal *journal, const char *journal_path,
+                                      const char *name, uint64_t part_nbytes,
+                                      struct rmap_map_content *content, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_content own = {0};
+    struct rmap_piece_info info = {.shard = journal->header.shard,
+                                   .number = journal->header.number,
+                                   .nbytes = part_nbytes,
+                                   .encoding = (int32_t)journal->header.encoding,
+                                   .is_open = 1,
+                                   .n_chunk = journal->n_entry};
+    int fd = -1;
+    if (journal->n_portion == 0)
+        return RMAP_OK;
+    memcpy(info.stored_rows, journal->n_row, sizeof info.stored_rows);
+    if ((size_t)snprintf(info.name, sizeof info.name, "%s", name) >= sizeof info.name) {
+        st = rmap_error_set(err, RMAP_FORMAT, "%s: the name is too long", name);
+        goto out;
+    }
+    RMAP_TRY(rmap_map_content_add_piece(&own, &info, journal->portion, journal->n_portion,
+                                        journal->entry, err));
+    fd = open(journal_path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", journal_path, strerror(errno));
+        goto out;
+    }
+    for (size_t at = 0; at < journal->n_tail;) {
+        st = add_tail(journal, fd, &at, &own, err);
+        if (st != RMAP_OK) {
+            rmap_error_context(err, "%s", journal_path);
+            goto out;
+        }
+    }
+    RMAP_TRY(rmap_map_content_add(content, &own, err));
+out:
+    if (fd >= 0)
+        (void)close(fd);
+    rmap_map_content_fini(&own);
+    return st;
+}
