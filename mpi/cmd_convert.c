@@ -1,0 +1,204 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap convert: the same map again, in another encoding or in pieces of another size.
+ */
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/alloc.h"
+#include "mpi/agree.h"
+#include "mpi/copy_run.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "mpi/progress.h"
+
+static const struct rmap_option options[] = {
+    {"output", 'o', "MAP2", "directory of the ray map to make, by custom NAME.raymap"},
+    {"encoding", 0, "E", "plain or compact (default: that of MAP's first piece)"},
+    {"piece-size", 0, "BYTES", "close a file of the map at this size (default 256Mi)"},
+    {"force", 'f', NULL, "replace a ray map that stands there"},
+    {NULL}};
+
+struct request {
+    const char *from, *to;
+    uint64_t piece_nbytes;
+    enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: not given */
+    bool force;
+};
+
+static enum rmap_status read_encoding(const char *word, enum rmap_encoding *encoding,
+                                      struct rmap_error *err)
+{
+    *encoding = RMAP_ENCODING_COUNT;
+    if (!word)
+        return RMAP_OK;
+    for (int e = 0; e < RMAP_ENCODING_COUNT; e++)
+        if (strcmp(word, rmap_encoding_name((enum rmap_encoding)e)) == 0)
+            *encoding = (enum rmap_encoding)e;
+    if (*encoding == RMAP_ENCODING_COUNT || !rmap_layout_of(*encoding, RMAP_COLOUR_SPECTRAL))
+        return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'",
+                              word);
+    return RMAP_OK;
+}
+
+/* Whether two paths name one directory, however they are written. */
+static bool same_place(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
+static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *request = (struct request){.from = given->operand[0],
+                                .to = rmap_argument(given, "output"),
+                                .force = rmap_argument(given, "force") != NULL};
+    RMAP_TRY(rmap_argument_count(given, "piece-size", &request->piece_nbytes, err));
+    RMAP_TRY(read_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
+    if (!request->to)
+        return rmap_error_set(err, RMAP_USAGE, "where to? give -o MAP2");
+    if (same_place(request->from, request->to))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "%s is %s: a map cannot be converted in its own place; choose "
+                              "another name",
+                              request->to, request->from);
+out:
+    return st;
+}
+
+struct conversion {
+    struct rmap_map *map;
+    struct rmap_map_summary before, after;
+    size_t *portion; /* all of them */
+    struct rmap_run run;
+    struct rmap_shard_writer *writer;
+    double begun;
+};
+
+/* Everything that the new map says of its origin is what the old one says. */
+static enum rmap_status prepare(const struct rmap_context *context, const struct request *request,
+                                struct conversion *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_map *map = self->map;
+    size_t n = rmap_map_n_portion(map);
+    rmap_map_summarise(map, &self->before);
+    self->run = (struct rmap_run){
+        .bundle = rmap_map_bundle(map),
+        .scene = rmap_map_scene(map),
+        .seed = self->before.seed,
+        .n_rank = self->before.n_rank,
+        .encoding = request->encoding,
+        .isa = self->before.isa,
+        .embree_version = self->before.embree_version,
+    };
+    if (request->encoding == RMAP_ENCODING_COUNT)
+        self->run.encoding = rmap_map_n_piece(map) > 0
+                                 ? (enum rmap_encoding)rmap_map_piece(map, 0)->encoding
+                                 : RMAP_ENCODING_PLAIN;
+    self->portion = rmap_alloc(n, sizeof *self->portion);
+    if (!self->portion)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
+    for (size_t i = 0; st == RMAP_OK && i < n; i++)
+        self->portion[i] = i;
+    if (st == RMAP_OK && context->rank == 0)
+        st = rmap_map_create(request->to, request->force, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    st = rmap_shard_writer_create(request->to, context->rank, &self->run, request->piece_nbytes,
+                                  &self->writer, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
+static enum rmap_status summarise(const struct rmap_context *context, const struct request *request,
+                                  const struct conversion *self, struct rmap_error *err)
+{
+    const struct rmap_map_summary *after = &self->after;
+    const char *encoding = rmap_encoding_name(self->run.encoding);
+    double seconds = rmap_clock_seconds() - self->begun;
+    double n_segment = (double)after->n_row[RMAP_TABLE_SEGMENT];
+    double per_segment = n_segment > 0 ? (double)after->nbytes / n_segment : 0.0;
+    char digest[33], rays[RMAP_GROUPED_LEN];
+    rmap_digest_text(after->digest, digest);
+    if (context->json)
+        return rmap_json_print(
+            json_pack("{s:s, s:s, s:I, s:I, s:I, s:I, s:f, s:b, s:s, s:f}", "map", request->to,
+                      "encoding", encoding, "rays", (json_int_t)after->n_row[RMAP_TABLE_RAY],
+                      "segments", (json_int_t)after->n_row[RMAP_TABLE_SEGMENT], "bytes",
+                      (json_int_t)after->nbytes, "bytes_before", (json_int_t)self->before.nbytes,
+                      "bytes_per_segment", per_segment, "complete", (int)after->complete, "digest",
+                      digest, "seconds", seconds),
+            stdout, err);
+    if (!context->quiet)
+        printf("%s: %s rays, %s, %.1f MB (before: %.1f MB), %.2f bytes per segment, in %.2f s\n"
+               "digest %s\n",
+               request->to, rmap_grouped(after->n_row[RMAP_TABLE_RAY], rays), encoding,
+               1e-6 * (double)after->nbytes, 1e-6 * (double)self->before.nbytes, per_segment,
+               seconds, digest);
+    return RMAP_OK;
+}
+
+/* Rank 0: the index, and that the rays are the same. */
+static enum rmap_status conclude(const struct rmap_context *context, const struct request *request,
+                                 struct conversion *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map *made = NULL;
+    RMAP_TRY(rmap_index_write(request->to, &self->run, rmap_map_tally(self->map),
+                              self->before.complete, err));
+    RMAP_TRY(rmap_map_open(request->to, &made, err));
+    rmap_map_summarise(made, &self->after);
+    if (memcmp(&self->after.digest, &self->before.digest, sizeof self->after.digest) != 0) {
+        st = rmap_error_set(err, RMAP_FORMAT,
+                            "%s holds other rays than its index says, and so does %s now; see: "
+                            "raymap verify %s",
+                            request->from, request->to, request->from);
+        goto out;
+    }
+    RMAP_TRY(summarise(context, request, self, err));
+out:
+    rmap_map_close(made);
+    return st;
+}
+
+static enum rmap_status run_convert(const struct rmap_context *context,
+                                    const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct request request;
+    struct conversion self = {.begun = rmap_clock_seconds()};
+    enum rmap_status st = read_request(given, &request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_load_map(context, request.from, &self.map, err));
+    RMAP_TRY(prepare(context, &request, &self, err));
+    struct rmap_copy_plan plan = {.map = self.map,
+                                  .portion = self.portion,
+                                  .n_portion = rmap_map_n_portion(self.map),
+                                  .writer = self.writer,
+                                  .what = "rays"};
+    RMAP_TRY(rmap_copy_run(context, &plan, err));
+    if (context->rank == 0)
+        st = conclude(context, &request, &self, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_shard_writer_destroy(self.writer);
+    rmap_free(self.portion);
+    rmap_map_close(self.map);
+    return st;
+}
+
+const struct rmap_command rmap_command_convert = {
+    .name = "convert",
+    .summary = "write a map again in another encoding",
+    .operands = "MAP -o MAP2 [--encoding E] [options]",
+    .help =
+        "Writes the rays of a map into a new one, bit by bit the same: its digest, energy balance\n"
+        "and images do not change. The encoding 'plain' keeps every column as a dataset that any\n"
+        "HDF5 tool reads; 'compact' takes about half the bytes. Runs on all ranks and threads.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_convert,
+};
