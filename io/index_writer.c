@@ -187,11 +187,12 @@ out:
 }
 
 static enum rmap_status write_file(struct index *self, const char *temporary,
-                                   const char *scene_digest, bool complete, struct rmap_error *err)
+                                   const struct rmap_piece_origin *origin, bool complete,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_h5_create(&self->h5, temporary, err));
-    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, self->run, scene_digest, err));
+    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, self->run, origin, err));
     RMAP_TRY(put_totals(self, complete, err));
     RMAP_TRY(write_bundle(self, err));
     RMAP_TRY(write_names(self, err));
@@ -210,7 +211,7 @@ enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *r
 {
     enum rmap_status st = RMAP_OK;
     struct index self = {.h5 = {.file = H5I_INVALID_HID}, .run = run, .tally = tally};
-    char scene_digest[33];
+    struct rmap_piece_origin origin;
     char *final = rmap_path_format("%s/map.h5", map_path);
     char *temporary = rmap_temporary_path(map_path, "map.h5");
     if (!final || !temporary) {
@@ -218,9 +219,9 @@ enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *r
         goto out;
     }
     (void)unlink(temporary);
-    RMAP_TRY(rmap_scene_digest(run->bundle, scene_digest, err));
-    RMAP_TRY(rmap_map_scan(map_path, run->seed, scene_digest, &self.content, err));
-    st = write_file(&self, temporary, scene_digest, complete, err);
+    RMAP_TRY(rmap_piece_origin_of(run, &origin, err));
+    RMAP_TRY(rmap_map_scan(map_path, run->seed, origin.scene_digest, &self.content, err));
+    st = write_file(&self, temporary, &origin, complete, err);
     if (st == RMAP_OK)
         st = rmap_publish_over(map_path, temporary, final, err);
     else

@@ -25,6 +25,8 @@ static enum rmap_status read_origin(struct rmap_h5 *h5, struct rmap_piece_origin
     RMAP_TRY(rmap_h5_get(h5, "/", "channels", RMAP_I32, 1, &origin->n_channel, err));
     RMAP_TRY(rmap_h5_get_text(h5, "/", "scene_digest", origin->scene_digest,
                               sizeof origin->scene_digest, err));
+    RMAP_TRY(rmap_h5_get_text(h5, "/", "space_digest", origin->space_digest,
+                              sizeof origin->space_digest, err));
     RMAP_TRY(rmap_h5_get_text(h5, "/", "encoding", encoding, sizeof encoding, err));
     RMAP_TRY(rmap_h5_get_text(h5, "/", "colour_space", mode, sizeof mode, err));
     origin->mode = strcmp(mode, "rgb") == 0 ? RMAP_COLOUR_RGB : RMAP_COLOUR_SPECTRAL;

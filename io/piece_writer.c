@@ -105,14 +105,14 @@ static enum rmap_status describe_values(struct rmap_piece_writer *self, struct r
     return st;
 }
 
-static enum rmap_status create_file(struct rmap_piece_writer *self, const char *scene_digest,
-                                    struct rmap_error *err)
+static enum rmap_status create_file(struct rmap_piece_writer *self,
+                                    const struct rmap_piece_origin *origin, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const int32_t place[2] = {self->shard, self->number};
     const char *encoding = rmap_encoding_name(self->layout->encoding);
     RMAP_TRY(rmap_h5_create(&self->h5, self->temporary, err));
-    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_PIECE, self->run, scene_digest, err));
+    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_PIECE, self->run, origin, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "shard", RMAP_I32, 1, &place[0], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "piece", RMAP_I32, 1, &place[1], err));
     RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "encoding", encoding, err));
@@ -129,7 +129,8 @@ out:
 }
 
 enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int number,
-                                          const struct rmap_run *run, const char *scene_digest,
+                                          const struct rmap_run *run,
+                                          const struct rmap_piece_origin *origin,
                                           struct rmap_piece_writer **writer_ret,
                                           struct rmap_error *err)
 {
@@ -154,7 +155,7 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
         goto out;
     }
     (void)unlink(self->temporary); /* of a process of the same number that was killed */
-    RMAP_TRY(create_file(self, scene_digest, err));
+    RMAP_TRY(create_file(self, origin, err));
     *writer_ret = self;
     self = NULL;
 out:

@@ -11,9 +11,10 @@
 
 struct rmap_piece_writer;
 
-/* scene_digest and run are borrowed. */
+/* run is borrowed; origin: rmap_piece_origin_of(run). */
 enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int number,
-                                          const struct rmap_run *run, const char *scene_digest,
+                                          const struct rmap_run *run,
+                                          const struct rmap_piece_origin *origin,
                                           struct rmap_piece_writer **writer_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 

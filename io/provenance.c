@@ -20,8 +20,8 @@ enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blo
     return rmap_bundle_pack(&portable, blob_ret, nbytes_ret, err);
 }
 
-enum rmap_status rmap_scene_digest(const struct rmap_bundle *bundle, char text[33],
-                                   struct rmap_error *err)
+static enum rmap_status digest_bundle(const struct rmap_bundle *bundle, char text[33],
+                                      struct rmap_error *err)
 {
     uint8_t *blob = NULL;
     size_t nbytes = 0;
@@ -32,6 +32,50 @@ enum rmap_status rmap_scene_digest(const struct rmap_bundle *bundle, char text[3
     rmap_digest_text((struct rmap_digest){hash.low64, hash.high64}, text);
     rmap_free(blob);
     return RMAP_OK;
+}
+
+static bool begins_with(const char *text, const char *begin)
+{
+    return strncmp(text, begin, strlen(begin)) == 0;
+}
+
+/* "spectrum...=" of the root, or "simulations...color=". */
+static bool sets_colour(const char *assignment)
+{
+    static const char colour[] = ".color";
+    size_t n = strcspn(assignment, "="), n_colour = sizeof colour - 1;
+    return begins_with(assignment, "spectrum.") || begins_with(assignment, "spectrum=") ||
+           (begins_with(assignment, "simulations.") && n > n_colour &&
+            memcmp(assignment + n - n_colour, colour, n_colour) == 0);
+}
+
+static enum rmap_status digest_without_colour(const struct rmap_bundle *bundle, char text[33],
+                                              struct rmap_error *err)
+{
+    struct rmap_bundle plain = *bundle;
+    char **set = rmap_alloc(bundle->options.n_set, sizeof *set);
+    if (!set)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the scene's digest");
+    plain.options.color = NULL;
+    plain.options.set = set;
+    plain.options.n_set = 0;
+    for (size_t i = 0; i < bundle->options.n_set; i++)
+        if (!sets_colour(bundle->options.set[i]))
+            set[plain.options.n_set++] = bundle->options.set[i];
+    enum rmap_status st = digest_bundle(&plain, text, err);
+    rmap_free(set);
+    return st;
+}
+
+enum rmap_status rmap_piece_origin_of(const struct rmap_run *run, struct rmap_piece_origin *origin,
+                                      struct rmap_error *err)
+{
+    *origin = (struct rmap_piece_origin){.seed = run->seed,
+                                         .encoding = (int32_t)run->encoding,
+                                         .mode = (int32_t)run->scene->channels.mode,
+                                         .n_channel = run->scene->channels.n};
+    enum rmap_status st = digest_without_colour(run->bundle, origin->scene_digest, err);
+    return st == RMAP_OK ? digest_bundle(run->bundle, origin->space_digest, err) : st;
 }
 
 static enum rmap_status put_versions(struct rmap_h5 *h5, const struct rmap_run *run,
@@ -54,8 +98,8 @@ out:
 }
 
 enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
-                                     const struct rmap_run *run, const char *scene_digest,
-                                     struct rmap_error *err)
+                                     const struct rmap_run *run,
+                                     const struct rmap_piece_origin *origin, struct rmap_error *err)
 {
     static const int32_t version[2] = {RMAP_FORMAT_MAJOR, RMAP_FORMAT_MINOR};
     const struct rmap_scene *scene = run->scene;
@@ -69,7 +113,8 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
     RMAP_TRY(put_versions(h5, run, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "isa", run->isa ? run->isa : "", err));
     RMAP_TRY(rmap_h5_put(h5, "/", "seed", RMAP_U64, 1, &run->seed, err));
-    RMAP_TRY(rmap_h5_put_text(h5, "/", "scene_digest", scene_digest, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "scene_digest", origin->scene_digest, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "space_digest", origin->space_digest, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "length_unit", scene->unit, err));
     RMAP_TRY(rmap_h5_put(h5, "/", "length_unitSI", RMAP_F64, 1, &scene->unit_m, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "flux_unit", flux, err));

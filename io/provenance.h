@@ -6,6 +6,7 @@
 #define RMAP_PROVENANCE_H
 
 #include "io/h5.h"
+#include "io/map_content.h"
 #include "io/map_writer.h"
 
 /* The bundle as a map carries it: packed, with the scene file's name in place of its whole path,
@@ -13,12 +14,15 @@
 enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
                                  size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* 32 hex digits of XXH3-128 over the packed bundle: which scene this is. */
-enum rmap_status rmap_scene_digest(const struct rmap_bundle *bundle, char text[33],
-                                   struct rmap_error *err) RMAP_MUST_USE;
+/* Where the pieces of a run belong. The scene's digest is XXH3-128 over the packed bundle without
+ * what chooses the colour space alone (--color, --set of spectrum... and simulations...color), so
+ * that rays in different ones may stand in one map; the space's digest is over all of it. */
+enum rmap_status rmap_piece_origin_of(const struct rmap_run *run, struct rmap_piece_origin *origin,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
-                                     const struct rmap_run *run, const char *scene_digest,
+                                     const struct rmap_run *run,
+                                     const struct rmap_piece_origin *origin,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* Checks filetype and version of an open file. RMAP_FORMAT, with what to do. */

@@ -40,7 +40,7 @@ struct rmap_shard_writer {
     char *path;
     int shard;
     struct rmap_run run;
-    char scene_digest[33];
+    struct rmap_piece_origin origin;
     uint64_t piece_nbytes;
 
     pthread_mutex_t lock;
@@ -96,7 +96,7 @@ enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
                             strerror(errno));
         goto out;
     }
-    RMAP_TRY(rmap_scene_digest(run->bundle, self->scene_digest, err));
+    RMAP_TRY(rmap_piece_origin_of(run, &self->origin, err));
     RMAP_TRY(rmap_shard_next_piece(self->path, &self->next_number, err));
     *writer_ret = self;
     self = NULL;
@@ -311,7 +311,7 @@ static enum rmap_status store_chunk(struct rmap_shard_writer *self, const struct
     const struct rmap_shard_piece *piece = chunk->piece;
     if (!self->file)
         RMAP_TRY(rmap_piece_writer_create(self->path, self->shard, piece->number, &self->run,
-                                          self->scene_digest, &self->file, err));
+                                          &self->origin, &self->file, err));
     if (chunk->ends_piece) {
         RMAP_TRY(rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion,
                                           piece->stored_rows, &self->content, err));
