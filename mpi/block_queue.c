@@ -7,8 +7,8 @@ enum rmap_status rmap_block_queue_init(struct rmap_block_queue *queue, size_t ca
                                        struct rmap_error *err)
 {
     *queue = (struct rmap_block_queue){.cap = cap};
-    queue->block = rmap_alloc(cap, sizeof *queue->block);
-    if (!queue->block)
+    queue->item = rmap_alloc(cap, sizeof *queue->item);
+    if (!queue->item)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     (void)pthread_mutex_init(&queue->mutex, NULL);
     (void)pthread_cond_init(&queue->changed, NULL);
@@ -17,25 +17,26 @@ enum rmap_status rmap_block_queue_init(struct rmap_block_queue *queue, size_t ca
 
 void rmap_block_queue_fini(struct rmap_block_queue *queue)
 {
-    if (!queue->block)
+    if (!queue->item)
         return;
+    rmap_block_queue_discard(queue);
     (void)pthread_mutex_destroy(&queue->mutex);
     (void)pthread_cond_destroy(&queue->changed);
-    rmap_free(queue->block);
-    queue->block = NULL;
+    rmap_free(queue->item);
+    queue->item = NULL;
 }
 
-void rmap_block_queue_push(struct rmap_block_queue *queue, uint64_t block)
+void rmap_block_queue_push(struct rmap_block_queue *queue, struct rmap_work_item item)
 {
     (void)pthread_mutex_lock(&queue->mutex);
-    queue->block[(queue->first + queue->n++) % queue->cap] = block;
+    queue->item[(queue->first + queue->n++) % queue->cap] = item;
     (void)pthread_cond_signal(&queue->changed);
     (void)pthread_mutex_unlock(&queue->mutex);
 }
 
 void rmap_block_queue_close(struct rmap_block_queue *queue)
 {
-    if (!queue->block)
+    if (!queue->item)
         return;
     (void)pthread_mutex_lock(&queue->mutex);
     queue->closed = true;
@@ -46,18 +47,21 @@ void rmap_block_queue_close(struct rmap_block_queue *queue)
 void rmap_block_queue_discard(struct rmap_block_queue *queue)
 {
     (void)pthread_mutex_lock(&queue->mutex);
-    queue->n = 0;
+    for (; queue->n > 0; queue->n--) {
+        rmap_parcel_destroy(queue->item[queue->first].parcel);
+        queue->first = (queue->first + 1) % queue->cap;
+    }
     (void)pthread_mutex_unlock(&queue->mutex);
 }
 
-bool rmap_block_queue_pop(struct rmap_block_queue *queue, uint64_t *block_ret)
+bool rmap_block_queue_pop(struct rmap_block_queue *queue, struct rmap_work_item *item_ret)
 {
     (void)pthread_mutex_lock(&queue->mutex);
     while (queue->n == 0 && !queue->closed)
         (void)pthread_cond_wait(&queue->changed, &queue->mutex);
     bool found = queue->n > 0;
     if (found) {
-        *block_ret = queue->block[queue->first];
+        *item_ret = queue->item[queue->first];
         queue->first = (queue->first + 1) % queue->cap;
         queue->n--;
     }

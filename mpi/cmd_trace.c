@@ -16,6 +16,7 @@ struct session {
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_accel *accel;
+    struct rmap_forward *forward;
     struct rmap_shard_writer *writer;
     struct rmap_run run;
     struct rmap_trace_outcome outcome;
@@ -58,8 +59,10 @@ static enum rmap_status prepare(const struct rmap_context *context,
     if (context->rank == 0)
         st = rmap_map_create(request->map_path, request->force, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    st = rmap_shard_writer_create(request->map_path, context->rank, &session->run,
-                                  request->piece_nbytes, &session->writer, err);
+    RMAP_TRY(rmap_forward_create(context, request->shards_per_node, &session->forward, err));
+    if (rmap_forward_writes(session->forward))
+        st = rmap_shard_writer_create(request->map_path, context->rank, &session->run,
+                                      request->piece_nbytes, &session->writer, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;
@@ -111,12 +114,14 @@ static enum rmap_status run_trace(const struct rmap_context *context,
         .rays = &rays,
         .deadline = request.time_limit_s > 0.0 ? begun + request.time_limit_s : 0.0,
         .writer = session.writer,
+        .forward = session.forward,
     };
     RMAP_TRY(rmap_trace_run(context, &plan, &session.outcome, err));
     RMAP_TRY(conclude(context, &request, &plan, &session, err));
 out:
     rmap_tally_destroy(session.outcome.tally);
     rmap_shard_writer_destroy(session.writer);
+    rmap_forward_destroy(session.forward);
     rmap_accel_destroy(session.accel);
     rmap_scene_destroy(session.scene);
     rmap_bundle_destroy(session.bundle);

@@ -53,8 +53,7 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
 {
     static const char *const for_maps[] = {"encoding",       "piece-size", "flush",
                                            "flush-portions", "shard-dir",  "shards-per-node"};
-    static const char *const later[] = {"resume",         "append",    "flush",
-                                        "flush-portions", "shard-dir", "shards-per-node"};
+    static const char *const later[] = {"resume", "append", "flush", "flush-portions", "shard-dir"};
     for (size_t i = 0; i < sizeof later / sizeof *later; i++)
         if (rmap_argument(given, later[i]))
             return rmap_error_set(err, RMAP_USAGE, "--%s is not available in this version",

@@ -8,22 +8,33 @@
 #define RMAP_TRACE_RUN_H
 
 #include "geometry/accel.h"
+#include "io/map_reader.h"
 #include "io/map_writer.h"
-#include "mpi/command.h"
+#include "mpi/forward.h"
 #include "trace/ray_plan.h"
 #include "trace/tally.h"
+
+/* Portions of an older run whose sums nobody kept: added up again while the trace goes on. */
+struct rmap_trace_recount {
+    const struct rmap_map *map; /* NULL: nothing to do */
+    const size_t *portion;      /* [n] */
+    size_t n;
+};
 
 struct rmap_trace_plan {
     const struct rmap_scene *scene;
     const struct rmap_accel *accel;
     uint64_t seed;
-    const struct rmap_ray_set *rays;  /* to be traced; the same on every rank */
-    double deadline;                  /* of rmap_clock_seconds; 0: none */
-    struct rmap_shard_writer *writer; /* this rank's; NULL: nothing is recorded */
+    const struct rmap_ray_set *rays;   /* to be traced; the same on every rank */
+    double deadline;                   /* of rmap_clock_seconds; 0: none */
+    struct rmap_shard_writer *writer;  /* this rank's; NULL: nothing is recorded, or others write */
+    struct rmap_forward *forward;      /* NULL: every rank writes for itself */
+    struct rmap_trace_recount recount; /* the same on every rank */
 };
 
 struct rmap_trace_outcome {
-    struct rmap_tally *tally; /* rank 0: of all ranks. Other ranks: their own. */
+    struct rmap_tally *tally; /* rank 0: of all ranks, recounted portions included. Other ranks:
+                                 their own. */
     uint64_t n_wanted;        /* rays of the plan */
     uint64_t n_ray;           /* traced by all ranks; less than wanted when stopped */
     double seconds;           /* of the slowest rank, its shard's last chunk stored */

@@ -16,6 +16,7 @@ static const size_t backlog_nbytes = (size_t)192 << 20;
 struct worker {
     struct rmap_portion *portion; /* NULL when nothing is recorded */
     struct rmap_tally *tally;
+    struct rmap_cursor *cursor; /* of the map whose portions are summed up again */
     struct rmap_error error;
     uint64_t n_ray;
 };
@@ -31,9 +32,28 @@ struct rmap_trace_workers {
     _Atomic uint64_t block_ns;
 };
 
-static enum rmap_status trace_block(const struct rmap_trace_plan *plan, struct worker *self,
+void rmap_trace_nap(void)
+{
+    const struct timespec millisecond = {.tv_nsec = 1000000};
+    (void)nanosleep(&millisecond, NULL);
+}
+
+/* A block goes to this rank's shard, or to the rank that writes for this one. */
+static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker *self)
+{
+    struct rmap_parcel *parcel = NULL;
+    if (all->plan->writer)
+        return rmap_shard_writer_append(all->plan->writer, self->portion, &self->error);
+    enum rmap_status st = rmap_parcel_pack(self->portion, &parcel, &self->error);
+    while (st == RMAP_OK && rmap_forward_full(all->plan->forward) && !atomic_load(&all->abandoned))
+        rmap_trace_nap();
+    return st == RMAP_OK ? rmap_forward_put(all->plan->forward, parcel, &self->error) : st;
+}
+
+static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worker *self,
                                     struct rmap_ray_range rays)
 {
+    const struct rmap_trace_plan *plan = all->plan;
     struct rmap_tracer tracer = {.scene = plan->scene, .accel = plan->accel, .seed = plan->seed};
     struct rmap_portion_recorder portion_recorder;
     struct rmap_tally_recorder recorder;
@@ -52,14 +72,42 @@ static enum rmap_status trace_block(const struct rmap_trace_plan *plan, struct w
         return rmap_error_set(&self->error, portion_recorder.status,
                               "out of memory for the histories of rays %llu to %llu",
                               (unsigned long long)rays.first, (unsigned long long)(rays.end - 1));
-    return rmap_shard_writer_append(plan->writer, self->portion, &self->error);
+    return keep_block(all, self);
+}
+
+/* A block that another rank traced, into this rank's shard. */
+static enum rmap_status store_parcel(struct rmap_trace_workers *all, struct worker *self,
+                                     const struct rmap_parcel *parcel)
+{
+    struct rmap_portion view;
+    enum rmap_status st = rmap_parcel_view(parcel, &view, &self->error);
+    if (st == RMAP_OK)
+        st = rmap_shard_writer_append(all->plan->writer, &view, &self->error);
+    return st;
+}
+
+/* A part of the portions whose sums nobody kept. */
+static enum rmap_status recount(struct rmap_trace_workers *all, struct worker *self, uint64_t part)
+{
+    const struct rmap_trace_recount *list = &all->plan->recount;
+    const struct rmap_portion *portion = NULL;
+    enum rmap_status st = RMAP_OK;
+    size_t first = (size_t)part * RMAP_PART_PORTIONS;
+    size_t n = list->n - first < RMAP_PART_PORTIONS ? list->n - first : RMAP_PART_PORTIONS;
+    if (!self->cursor)
+        RMAP_TRY(rmap_cursor_create(list->map, RMAP_TALLY_COLUMNS, &self->cursor, &self->error));
+    for (size_t i = first; i < first + n && !atomic_load(&all->abandoned); i++) {
+        RMAP_TRY(rmap_cursor_read(self->cursor, list->portion[i], &portion, &self->error));
+        RMAP_TRY(rmap_tally_add_portion(self->tally, portion, &self->error));
+    }
+out:
+    return st;
 }
 
 /* Full chunks are encoded as soon as they are there, by whoever is free; when the disk is the
  * slow one, everyone waits for it. */
 static enum rmap_status encode_chunks(struct rmap_trace_workers *all, struct worker *self)
 {
-    const struct timespec nap = {.tv_nsec = 1000000};
     struct rmap_shard_writer *writer = all->plan->writer;
     enum rmap_status st = RMAP_OK;
     bool did = writer != NULL;
@@ -67,7 +115,28 @@ static enum rmap_status encode_chunks(struct rmap_trace_workers *all, struct wor
         st = rmap_shard_writer_encode(writer, &did, &self->error);
     while (writer && st == RMAP_OK && !atomic_load(&all->abandoned) &&
            rmap_shard_writer_backlog(writer) > backlog_nbytes * (size_t)all->n_thread)
-        (void)nanosleep(&nap, NULL);
+        rmap_trace_nap();
+    return st;
+}
+
+static enum rmap_status do_item(struct rmap_trace_workers *all, struct worker *self,
+                                const struct rmap_work_item *item)
+{
+    double begun = rmap_clock_seconds();
+    enum rmap_status st = RMAP_OK;
+    switch (item->work) {
+    case RMAP_WORK_RECOUNT:
+        return recount(all, self, item->number);
+    case RMAP_WORK_STORE:
+        st = store_parcel(all, self, item->parcel);
+        return st == RMAP_OK ? encode_chunks(all, self) : st;
+    case RMAP_WORK_TRACE:
+        break;
+    }
+    st = trace_block(all, self, rmap_ray_plan_block(all->rays, item->number));
+    if (st == RMAP_OK)
+        st = encode_chunks(all, self);
+    atomic_store(&all->block_ns, (uint64_t)(1e9 * (rmap_clock_seconds() - begun)) + 1);
     return st;
 }
 
@@ -76,14 +145,11 @@ static void work(void *context, int thread)
     struct rmap_trace_workers *all = context;
     struct worker *self = &all->worker[thread];
     enum rmap_status st = RMAP_OK;
-    uint64_t block;
+    struct rmap_work_item item;
     while (st == RMAP_OK && !atomic_load(&all->abandoned) &&
-           rmap_block_queue_pop(all->queue, &block)) {
-        double begun = rmap_clock_seconds();
-        st = trace_block(all->plan, self, rmap_ray_plan_block(all->rays, block));
-        if (st == RMAP_OK)
-            st = encode_chunks(all, self);
-        atomic_store(&all->block_ns, (uint64_t)(1e9 * (rmap_clock_seconds() - begun)) + 1);
+           rmap_block_queue_pop(all->queue, &item)) {
+        st = do_item(all, self, &item);
+        rmap_parcel_destroy(item.parcel);
     }
     if (st != RMAP_OK)
         atomic_store(&all->failed, true);
@@ -108,7 +174,7 @@ enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread));
     for (int i = 0; i < n_thread; i++) {
         RMAP_TRY(rmap_tally_create(plan->scene, &workers->worker[i].tally, err));
-        if (plan->writer)
+        if (plan->writer || plan->forward)
             RMAP_TRY(rmap_portion_create(RMAP_BLOCK_RAYS, plan->scene->channels.n,
                                          &workers->worker[i].portion, err));
     }
@@ -168,6 +234,7 @@ void rmap_trace_workers_destroy(struct rmap_trace_workers *workers)
         return;
     rmap_workers_join(workers->threads);
     for (int i = 0; workers->worker && i < workers->n_thread; i++) {
+        rmap_cursor_destroy(workers->worker[i].cursor);
         rmap_portion_destroy(workers->worker[i].portion);
         rmap_tally_destroy(workers->worker[i].tally);
     }

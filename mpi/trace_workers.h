@@ -10,6 +10,8 @@
 
 struct rmap_trace_workers;
 
+void rmap_trace_nap(void); /* a millisecond */
+
 /* Starts n_thread workers that take blocks of `rays` from the queue until it is closed and empty.
  * Plan, rays and queue are borrowed. */
 enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,

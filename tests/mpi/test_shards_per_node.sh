@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: the ranks of a node may share writers, and the map holds the same rays; a writer
+# that fails ends all ranks.
+. "$(dirname "$0")/../cli/expect.bash"
+command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
+rm -rf ./*
+write_scene scene.yaml
+digest() { "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\)".*/\1/p'; }
+shards() { find "$1" -name 'shard-*' | wc -l; }
+
+expect 0 '' "$RAYMAP" trace scene.yaml -o alone.raymap -n 100001 --quiet
+expect 0 '' "$RAYMAP" detector alone.raymap sensor -o alone.csv --quiet
+want=$(digest alone.raymap)
+for per_node in 1 2 3 100; do
+    map=shared-$per_node.raymap
+    expect 0 '' mpirun -np 4 "$RAYMAP" trace scene.yaml -o $map -n 100001 --threads 2 \
+        --shards-per-node $per_node --quiet
+    [ "$(digest $map)" = "$want" ] || { echo "FAILED: other rays with $per_node writers"; failures=1; }
+    n=$((per_node < 4 ? per_node : 4))
+    [ "$(shards $map)" -eq $n ] || { echo "FAILED: $(shards $map) shards, not $n"; failures=1; }
+    expect 0 '' "$RAYMAP" detector $map sensor -o $map.csv --quiet
+    cmp alone.csv $map.csv || { echo "FAILED: another image with $per_node writers"; failures=1; }
+done
+expect 6 'time limit' mpirun -np 4 "$RAYMAP" trace scene.yaml -o late.raymap -n 1G --quiet \
+    --shards-per-node 1 --time-limit 1s
+expect 0 'NOT complete' "$RAYMAP" info late.raymap
+expect 2 'at least 1' "$RAYMAP" trace scene.yaml -o x.raymap --shards-per-node 0
+
+# The one writer's disk fills up (a limit on the size of files stands in for it).
+cat >small-disk.sh <<'SCRIPT'
+#!/usr/bin/env bash
+trap '' XFSZ
+ulimit -f 12288
+exec "$@"
+SCRIPT
+chmod +x small-disk.sh
+expect 5 'File too large' mpirun -np 1 ./small-disk.sh "$RAYMAP" trace scene.yaml -o full.raymap -n 3M \
+    --quiet --shards-per-node 1 : -np 3 "$RAYMAP" trace scene.yaml -o full.raymap -n 3M --quiet \
+    --shards-per-node 1
+rm -rf ./*.raymap
+finish
