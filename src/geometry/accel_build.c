@@ -163,8 +163,9 @@ static bool set_errors(struct rmap_accel *accel, struct rmap_accel_object *objec
 
 static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
 {
-    const struct rmap_accel *accel = args->geometryUserPtr;
-    const struct rmap_accel_part *part = &accel->part[args->primID];
+    const struct rmap_accel_parts *parts = args->geometryUserPtr;
+    const struct rmap_accel *accel = parts->accel;
+    const struct rmap_accel_part *part = &parts->part[args->primID];
     const struct rmap_accel_object *object = &accel->object[part->object];
     struct rmap_vec3 lower, upper;
     rmap_part_bounds(object, part->part, &lower, &upper);
@@ -196,41 +197,72 @@ static void attach_instance(struct rmap_accel *accel, size_t i)
     rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
     rtcCommitGeometry(instance);
     rtcAttachGeometryByID(accel->top, instance, (unsigned)accel->n_instance);
+    if (accel->rest)
+        rtcAttachGeometryByID(accel->rest, instance, (unsigned)accel->n_instance);
     rtcReleaseGeometry(instance);
     accel->instance_object[accel->n_instance++] = (int32_t)i;
 }
 
-static void attach_parts(struct rmap_accel *accel, size_t i)
+static void add_parts(struct rmap_accel_parts *parts, const struct rmap_accel_object *object,
+                      size_t index)
 {
-    int n = rmap_part_count(&accel->object[i]);
+    int n = rmap_part_count(object);
     for (int k = 0; k < n; k++)
-        accel->part[accel->n_part++] = (struct rmap_accel_part){(int32_t)i, k};
+        parts->part[parts->n++] = (struct rmap_accel_part){(int32_t)index, k};
 }
 
-static void attach_callbacks(struct rmap_accel *accel)
+static void attach_callbacks(struct rmap_accel *accel, struct rmap_accel_parts *parts,
+                             RTCScene first, RTCScene second)
 {
-    if (accel->n_part == 0)
+    if (parts->n == 0)
         return;
     RTCGeometry user = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_USER);
-    rtcSetGeometryUserPrimitiveCount(user, (unsigned)accel->n_part);
-    rtcSetGeometryUserData(user, accel);
+    rtcSetGeometryUserPrimitiveCount(user, (unsigned)parts->n);
+    rtcSetGeometryUserData(user, parts);
     rtcSetGeometryBoundsFunction(user, bounds_callback, NULL);
     rtcSetGeometryIntersectFunction(user, rmap_accel_callback);
     rtcCommitGeometry(user);
-    rtcAttachGeometryByID(accel->top, user, (unsigned)accel->n_instance);
+    rtcAttachGeometry(first, user);
+    if (second)
+        rtcAttachGeometry(second, user);
     rtcReleaseGeometry(user);
 }
 
-static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *err)
+/* Room for every object's parts; how many shapes there are. */
+static enum rmap_status reserve_parts(struct rmap_accel *accel, size_t *n_shape,
+                                      struct rmap_error *err)
 {
     size_t most = 0;
-    for (size_t i = 0; i < accel->n_object; i++)
+    for (size_t i = 0; i < accel->n_object; i++) {
         most += (size_t)rmap_part_count(&accel->object[i]);
-    accel->part = rmap_alloc(most, sizeof(*accel->part));
-    if (!accel->part)
+        *n_shape += accel->object[i].shape != NULL;
+    }
+    accel->meshes.accel = accel->shapes.accel = accel;
+    accel->meshes.part = rmap_alloc(accel->n_object, sizeof(*accel->meshes.part));
+    accel->shapes.part = rmap_alloc(most, sizeof(*accel->shapes.part));
+    if (!accel->meshes.part || !accel->shapes.part)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", accel->n_object);
-    accel->top = rtcNewScene(accel->device);
-    rtcSetSceneFlags(accel->top, RTC_SCENE_FLAG_ROBUST);
+    return RMAP_OK;
+}
+
+static RTCScene new_scene(const struct rmap_accel *accel)
+{
+    RTCScene scene = rtcNewScene(accel->device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    return scene;
+}
+
+/* A few shapes are found faster through the sieve than by Embree, which then holds the meshes
+ * only. */
+static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_shape = 0;
+    RMAP_TRY(reserve_parts(accel, &n_shape, err));
+    bool sieved = n_shape > 0 && n_shape <= RMAP_SIEVE_MAX && rmap_accel_is_wide(accel);
+    accel->top = new_scene(accel);
+    if (sieved && n_shape < accel->n_object)
+        accel->rest = new_scene(accel);
     for (size_t i = 0; i < accel->n_object; i++) {
         const struct rmap_accel_object *object = &accel->object[i];
         if (object->mesh && object->mesh->n_triangle == 0)
@@ -238,11 +270,22 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
         if (object->mesh && object->embree_instance)
             attach_instance(accel, i);
         else
-            attach_parts(accel, i);
+            add_parts(object->mesh ? &accel->meshes : &accel->shapes, object, i);
     }
-    attach_callbacks(accel);
+    attach_callbacks(accel, &accel->meshes, accel->top, accel->rest);
+    attach_callbacks(accel, &accel->shapes, accel->top, NULL);
     rtcCommitScene(accel->top);
-    return rmap_accel_failed(accel, "building the scene", err);
+    if (accel->rest)
+        rtcCommitScene(accel->rest);
+    if (sieved)
+        rmap_sieve_build(accel);
+    else {
+        accel->rest = accel->top;
+        rtcRetainScene(accel->rest);
+    }
+    RMAP_TRY(rmap_accel_failed(accel, "building the scene", err));
+out:
+    return st;
 }
 
 /* A geometry's triangles are widened by twice the largest float error of its instances, and by

@@ -7,7 +7,7 @@
 /* As Embree's configuration spells them, worst first, and as people do. */
 static const char *const isa_config[] = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
 static const char *const isa_name[] = {"SSE2", "SSE4.2", "AVX", "AVX2", "AVX-512"};
-enum { N_ISA = sizeof(isa_config) / sizeof(isa_config[0]) };
+enum { N_ISA = sizeof(isa_config) / sizeof(isa_config[0]), WIDE_ISA = 3 };
 
 static RTCDevice open_device(int n_threads, int level)
 {
@@ -32,6 +32,11 @@ int rmap_accel_isa_level(void)
 const char *rmap_accel_isa(const struct rmap_accel *accel)
 {
     return isa_name[accel->level];
+}
+
+bool rmap_accel_is_wide(const struct rmap_accel *accel)
+{
+    return accel->level >= WIDE_ISA;
 }
 
 const char *rmap_accel_embree_version(void)
@@ -101,6 +106,8 @@ void rmap_accel_destroy(struct rmap_accel *accel)
         return;
     if (accel->top)
         rtcReleaseScene(accel->top);
+    if (accel->rest)
+        rtcReleaseScene(accel->rest);
     for (size_t i = 0; i < accel->n_bottom; i++) {
         rmap_facets_release(&accel->facets[i]);
         if (accel->bottom[i])
@@ -108,7 +115,8 @@ void rmap_accel_destroy(struct rmap_accel *accel)
     }
     if (accel->device)
         rtcReleaseDevice(accel->device);
-    rmap_free(accel->part);
+    rmap_free(accel->meshes.part);
+    rmap_free(accel->shapes.part);
     rmap_free(accel->instance_object);
     rmap_free(accel->object);
     rmap_free(accel->facets);

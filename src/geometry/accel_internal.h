@@ -71,6 +71,36 @@ struct rmap_accel_part {
     int32_t object, part;
 };
 
+/* Parts that one user geometry of Embree's is made of. */
+struct rmap_accel_parts {
+    const struct rmap_accel *accel;
+    struct rmap_accel_part *part; /* [n], by primitive */
+    size_t n;
+};
+
+/* Analytic surfaces eight at a time, as float cylinder shells in their own frames: a ray that
+ * misses the shell misses the surface. Slots [0, n_row) have parallel frames and stand in a row, as
+ * the surfaces of a lens do, by their lower ends; the others begin at the next group. */
+#define RMAP_SIEVE_WIDE  8
+#define RMAP_SIEVE_SLOTS 64
+#define RMAP_SIEVE_MAX   (RMAP_SIEVE_SLOTS - RMAP_SIEVE_WIDE + 1)
+struct rmap_sieve_group {
+    float turn[3][3][RMAP_SIEVE_WIDE];                        /* from Embree's world */
+    float place_x[RMAP_SIEVE_WIDE], place_y[RMAP_SIEVE_WIDE]; /* of its origin */
+    float low[RMAP_SIEVE_WIDE], high[RMAP_SIEVE_WIDE];        /* along the axis, from there */
+    float inner2[RMAP_SIEVE_WIDE], outer2[RMAP_SIEVE_WIDE];   /* from the axis, squared */
+    float half_x[RMAP_SIEVE_WIDE], half_y[RMAP_SIEVE_WIDE];
+};
+struct rmap_sieve {
+    int n_row, n_slot;       /* n_slot 0: not in use */
+    uint64_t row, others;    /* bits of slots in use */
+    float longest, rounding; /* ray inside the scene, and the error of distances along it */
+    int32_t object[RMAP_SIEVE_SLOTS];
+    bool flat[RMAP_SIEVE_SLOTS];
+    float highest[RMAP_SIEVE_SLOTS]; /* of the row up to here */
+    struct rmap_sieve_group group[RMAP_SIEVE_SLOTS / RMAP_SIEVE_WIDE];
+};
+
 struct rmap_accel_failure {
     atomic_flag taken;
     enum RTCError code;
@@ -79,15 +109,17 @@ struct rmap_accel_failure {
 
 struct rmap_accel {
     RTCDevice device;
-    RTCScene top;
+    RTCScene top;  /* everything */
+    RTCScene rest; /* what the sieve does not hold; NULL: nothing */
+    struct rmap_sieve sieve;
     RTCScene *bottom;           /* [n_geometry], NULL for shapes */
     struct rmap_facets *facets; /* [n_geometry] */
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
     size_t n_object;
-    int32_t *instance_object;     /* Embree instance -> object */
-    struct rmap_accel_part *part; /* [n_part], by primitive of the user geometry */
-    size_t n_instance, n_part;
+    int32_t *instance_object;               /* Embree instance -> object */
+    struct rmap_accel_parts meshes, shapes; /* that callbacks serve */
+    size_t n_instance;
     struct rmap_vec3 centre; /* origin of Embree's world */
     double radius;
     double error; /* largest of the instances' float errors */
@@ -167,9 +199,16 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* accel_parts.c: boxes in the object's frame, part in [0, rmap_part_count). */
+void rmap_shell_radii(const struct rmap_shape *shape, double radius[2]); /* from the axis */
 int rmap_part_count(const struct rmap_accel_object *object);
 void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct rmap_vec3 *lower,
                       struct rmap_vec3 *upper);
+
+/* accel_sieve.c. rmap_sieve_build: no more than RMAP_SIEVE_MAX shapes. rmap_sieve_search: all
+ * shapes that may be the next surface, for a float ray that begins `shift` from the start. */
+void rmap_sieve_build(struct rmap_accel *accel);
+void rmap_sieve_search(struct rmap_query *query, const float origin[3], const float direction[3],
+                       double shift);
 
 /* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
@@ -194,6 +233,9 @@ enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int le
                                  struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Are vectors of eight floats to be had, without which the sieve is slower than Embree? */
+bool rmap_accel_is_wide(const struct rmap_accel *accel);
 
 /* accel_query.c: callbacks of the structure. */
 void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args);

@@ -7,11 +7,10 @@
 
 enum { SECTORS = 16 }; /* a multiple of 4: x and y are monotonic within each */
 
-/* Smallest and largest distance from the axis; false: the middle is not hollow enough. */
-static bool hollow(const struct rmap_shape *shape, double radius[2])
+void rmap_shell_radii(const struct rmap_shape *shape, double radius[2])
 {
-    if (!shape)
-        return false;
+    radius[0] = 0;
+    radius[1] = shape->radius;
     switch (shape->type) {
     case RMAP_SHAPE_CONIC:
     case RMAP_SHAPE_DISC:
@@ -22,9 +21,20 @@ static bool hollow(const struct rmap_shape *shape, double radius[2])
         radius[0] = rmap_lesser(shape->radius, shape->radius2);
         radius[1] = rmap_greater(shape->radius, shape->radius2);
         break;
-    default:
-        return false;
+    case RMAP_SHAPE_RECTANGLE:
+        radius[1] = 0.5 * hypot(shape->size[0], shape->size[1]);
+        break;
+    case RMAP_SHAPE_SPHERE:
+        break;
     }
+}
+
+/* Is the middle hollow enough for sectors? */
+static bool hollow(const struct rmap_shape *shape, double radius[2])
+{
+    if (!shape)
+        return false;
+    rmap_shell_radii(shape, radius);
     return radius[0] > 0.3 * radius[1];
 }
 

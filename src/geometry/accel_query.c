@@ -102,11 +102,11 @@ void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
 {
     if (!args->valid[0])
         return;
-    const struct rmap_accel *accel = args->geometryUserPtr;
+    const struct rmap_accel_parts *parts = args->geometryUserPtr;
     struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
-    int32_t object = accel->part[args->primID].object;
-    bool nearer = accel->object[object].shape ? rmap_consider_shape(traversal->query, object)
-                                              : enter_mesh(traversal->query, object);
+    int32_t object = parts->part[args->primID].object;
+    bool nearer = parts->accel->object[object].shape ? rmap_consider_shape(traversal->query, object)
+                                                     : enter_mesh(traversal->query, object);
     if (nearer)
         ((struct RTCRayHit *)args->rayhit)->ray.tfar = shrink(traversal);
 }
@@ -154,18 +154,23 @@ static bool enter_scene(const struct rmap_query *query, float origin[3], float d
     return true;
 }
 
-static void traverse(struct rmap_query *query, const float origin[3], const float direction[3],
-                     double shift)
+static void look_around(struct rmap_query *query)
+{
+    if (!query->start.at_edge)
+        return;
+    rmap_query_local(query, query->start.object);
+    (void)rmap_consider_neighbours(query, query->start.object, query->start.primitive);
+}
+
+static void traverse(struct rmap_query *query, RTCScene scene, const float origin[3],
+                     const float direction[3], double shift)
 {
     struct rmap_traversal traversal;
     traversal_init(&traversal, query);
     traversal.shift = shift;
     traversal.rate = 1;
-    if (query->start.at_edge) {
-        rmap_query_local(query, query->start.object);
-        (void)rmap_consider_neighbours(query, query->start.object, query->start.primitive);
+    if (query->n_candidate > 0)
         (void)shrink(&traversal);
-    }
     struct RTCRayHit ray = {.ray = {.org_x = origin[0],
                                     .org_y = origin[1],
                                     .org_z = origin[2],
@@ -175,7 +180,7 @@ static void traverse(struct rmap_query *query, const float origin[3], const floa
                                     .tfar = traversal.t_far,
                                     .mask = UINT32_MAX},
                             .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
-    rtcIntersect1(query->accel->top, &traversal.context, &ray);
+    rtcIntersect1(scene, &traversal.context, &ray);
 }
 
 /* The weights are none of them negative: the position lies on the triangle, never beside it. */
@@ -219,7 +224,11 @@ bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
     query_init(&query, accel, ray);
     if (!enter_scene(&query, origin, direction, &shift))
         return false;
-    traverse(&query, origin, direction, shift);
+    look_around(&query);
+    if (accel->sieve.n_slot > 0)
+        rmap_sieve_search(&query, origin, direction, shift);
+    if (accel->rest)
+        traverse(&query, accel->rest, origin, direction, shift);
     if (query.n_candidate == 0)
         return false;
     finish(&query, hit);
@@ -248,7 +257,8 @@ size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_repla
             continue;
         struct rmap_query query;
         query_init(&query, accel, &ray[i].ray);
-        traverse(&query, now.origin, now.direction, now.shift);
+        look_around(&query);
+        traverse(&query, accel->top, now.origin, now.direction, now.shift);
         n_hit += query.n_candidate > 0;
     }
     return n_hit;
