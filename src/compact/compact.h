@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The compact encoding: portions into rows of compact streams and back, bit for bit. No files.
+ *
+ * A map keeps the scene and the seed, so nearly everything of a ray follows from its PATH (which
+ * objects it met and what happened there): the decoder traces the ray again, but is told which
+ * surface comes next and never searches. Every number so predicted is compared with the true one
+ * when it is written, and stored where it differs; a portion that the model does not describe is
+ * stored as it is. docs/encoding.md has streams and formulas.
+ *
+ * All of it uses +, -, x, / and square roots of doubles in a fixed order, so that every machine
+ * decodes the same bits.
+ */
+#ifndef RMAP_COMPACT_H
+#define RMAP_COMPACT_H
+
+#include "base/status.h"
+#include "scene/scene.h"
+#include "trace/layout.h"
+#include "trace/portion.h"
+
+/* Constant, the same for both modes. What rmap_layout_of(RMAP_ENCODING_COMPACT, mode) is. */
+extern const struct rmap_layout rmap_compact_layout;
+
+/* What predictions need of a scene in one colour space. Immutable, thread-safe. The scene is
+ * borrowed and must outlive it. RMAP_SYSTEM when memory is short. */
+struct rmap_compact_model;
+enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
+                                           struct rmap_compact_model **model_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+void rmap_compact_model_destroy(struct rmap_compact_model *model);
+
+/* The paths that rays of a piece may refer to, as they are appended to it. One per piece; used
+ * under the lock that orders the appends. */
+struct rmap_path_book;
+enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_book_destroy(struct rmap_path_book *book);
+
+/* One per thread; the model is borrowed. seed: that the rays were traced with (a wrong one costs
+ * bytes, nothing else). */
+struct rmap_compact_encoder;
+enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model, uint64_t seed,
+                                             struct rmap_compact_encoder **encoder_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder);
+
+/* Everything but the references to paths; outside every lock. The portion has all columns and the
+ * model's channels; it must stand unchanged until rmap_compact_resolve has returned. Any contents
+ * are encoded (RMAP_INTERNAL only when the counts do not sum up to the rows). */
+enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder,
+                                     const struct rmap_portion *portion,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Looks the paths up and enters new ones, in the order of the calls: under the piece's lock.
+ * *rows: to be appended to the piece, borrowed from the encoder until its next encode; the rows of
+ * the whole tables are those that this portion adds. */
+enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
+                                      struct rmap_path_book *book, struct rmap_rows *rows,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* The paths of a piece being read, from all rows of its whole tables (other streams may be NULL);
+ * copied. Immutable. RMAP_FORMAT when the rows do not fit together. */
+struct rmap_path_table;
+enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
+                                        const struct rmap_rows *rows,
+                                        struct rmap_path_table **table_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_table_destroy(struct rmap_path_table *table);
+
+/* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
+ * whole tables. */
+uint64_t rmap_compact_streams(rmap_column_set columns);
+
+/* One per thread; the model is borrowed. */
+struct rmap_compact_decoder;
+enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *model,
+                                             struct rmap_compact_decoder **decoder_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder);
+
+/* A portion's rows (the streams named by rmap_compact_streams, of its own rows) into the columns
+ * asked for; what else `out` has stays undefined. n_row: rows that the index promises per logical
+ * table; anything else in the rows is RMAP_FORMAT, found before memory is asked for. Every value
+ * of the rows is untrusted. out: emptied first; its channels are the model's. */
+enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
+                                     const struct rmap_path_table *table,
+                                     const struct rmap_rows *rows,
+                                     const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
+                                     struct rmap_portion *out,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

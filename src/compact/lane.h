@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A lane is a column whose numbers are predicted. The same code runs in both directions: it
+ * offers a prediction and gets the true number back. Encoding, the truth is in the portion, and
+ * differences are noted; decoding, the notes correct the prediction.
+ *
+ * A difference is that of the bits taken as an integer of the number's width (those of floats so
+ * ordered that the next float is the next integer), modulo 2^width, sign in the lowest bit.
+ */
+#ifndef RMAP_COMPACT_LANE_H
+#define RMAP_COMPACT_LANE_H
+
+#include <stdbool.h>
+#include <string.h>
+
+#include "base/status.h"
+#include "trace/portion.h"
+
+/* In the order in which the header and the pools have them. */
+#define RMAP_LANES(X)                                                                              \
+    X(RMAP_RAY_id)                                                                                 \
+    X(RMAP_RAY_weight)                                                                             \
+    X(RMAP_RAY_wavelength)                                                                         \
+    X(RMAP_RAY_path_length)                                                                        \
+    X(RMAP_RAY_optical_path)                                                                       \
+    X(RMAP_RAY_start)                                                                              \
+    X(RMAP_RAY_start_primitive)                                                                    \
+    X(RMAP_RAY_start_normal)                                                                       \
+    X(RMAP_RAY_end_direction)                                                                      \
+    X(RMAP_SEGMENT_primitive)                                                                      \
+    X(RMAP_SEGMENT_medium)                                                                         \
+    X(RMAP_SEGMENT_position)                                                                       \
+    X(RMAP_SEGMENT_normal)                                                                         \
+    X(RMAP_SEGMENT_colour)                                                                         \
+    X(RMAP_REGISTRATION_cell)                                                                      \
+    X(RMAP_REGISTRATION_relative)                                                                  \
+    X(RMAP_REGISTRATION_direction)                                                                 \
+    X(RMAP_REGISTRATION_optical_path)
+
+enum rmap_lane_id {
+#define RMAP_ENUM(column) RMAP_LANE_##column,
+    RMAP_LANES(RMAP_ENUM)
+#undef RMAP_ENUM
+        RMAP_LANE_COUNT
+};
+
+/* How a portion stores a lane; two bits of its header. */
+enum rmap_lane_mode {
+    RMAP_LANE_PREDICTED, /* nothing: every prediction is right */
+    RMAP_LANE_PATCHED,   /* differences where there are any */
+    RMAP_LANE_RESIDUAL,  /* a difference for every number */
+    RMAP_LANE_VERBATIM   /* the numbers as they are */
+};
+
+struct rmap_lane {
+    enum rmap_column column;
+    enum rmap_element element;
+    size_t element_nbytes;
+    size_t n;            /* numbers */
+    const uint8_t *from; /* encoding: the column; NULL: decoding */
+    uint8_t *to;         /* decoding: the column, or NULL when it is not asked for */
+
+    /* Encoding: the differences. */
+    uint32_t *skip;
+    uint64_t *value;
+    size_t n_patch, cap_patch, cap_value;
+    size_t last; /* number after the last patch */
+    enum rmap_status status;
+
+    /* Decoding: the first number that may differ. */
+    enum rmap_lane_mode mode;
+    size_t next;
+    const uint8_t *dense;
+    const uint32_t *patch_skip;
+    const uint64_t *patch_value;
+    size_t patches_left;
+};
+
+/* Slow sides of rmap_lane_offer: *value becomes the truth. */
+void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *value);
+void rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void *value);
+
+/* Offers predictions for `count` numbers from `first` on; *value becomes the truth. True when
+ * they are right. Numbers must be offered in order, each once. */
+static inline bool rmap_lane_offer(struct rmap_lane *lane, size_t first, size_t count,
+                                   size_t element_nbytes, void *value)
+{
+    if (lane->from) {
+        if (memcmp(lane->from + first * element_nbytes, value, count * element_nbytes) == 0)
+            return true;
+        rmap_lane_note(lane, first, count, value);
+        return false;
+    }
+    if (first + count <= lane->next) {
+        if (lane->to)
+            memcpy(lane->to + first * element_nbytes, value, count * element_nbytes);
+        return true;
+    }
+    rmap_lane_correct(lane, first, count, value);
+    return false;
+}
+
+/* Numbers of each width that the streams of a portion take. */
+struct rmap_lane_store {
+    uint16_t *pool16;
+    uint32_t *pool32;
+    uint64_t *pool64;
+    uint32_t *skip;
+    uint64_t *value;
+    size_t n16, n32, n64, n_patch;
+    size_t cap16, cap32, cap64, cap_skip, cap_value;
+};
+
+/* Rows of pool64 before the lanes: modes, seed, first id, then the patches of each lane that is
+ * patched. */
+enum { RMAP_HEADER_MODES, RMAP_HEADER_SEED, RMAP_HEADER_FIRST, RMAP_HEADER_COUNT };
+
+void rmap_lanes_init(struct rmap_lane *lane);
+void rmap_lanes_fini(struct rmap_lane *lane);
+
+/* Encoding: lanes over the portion's columns, none of them with a difference yet. */
+void rmap_lanes_begin(struct rmap_lane *lane, const struct rmap_portion *portion);
+
+/* Encoding: empties the store and writes header and lanes into it. RMAP_SYSTEM when memory is, or
+ * was, short. */
+enum rmap_status rmap_lanes_store(const struct rmap_lane *lane, uint64_t seed, uint64_t first,
+                                  struct rmap_lane_store *store,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+void rmap_lane_store_fini(struct rmap_lane_store *store);
+
+/* Decoding: lanes from the stores' rows (borrowed), for columns with n numbers each; verbatim
+ * columns are copied. RMAP_FORMAT when the rows are not exactly what the header says. */
+enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_store *store,
+                                 rmap_column_set columns, struct rmap_portion *portion,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

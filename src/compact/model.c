@@ -1,0 +1,184 @@
+/* SPDX-License-Identifier: MIT */
+#include "compact/model.h"
+
+#include "base/alloc.h"
+#include "compact/portable.h"
+#include "trace/azimuth.h"
+#include "trace/event.h"
+#include "trace/portion_recorder.h"
+
+/* A map that keeps lengths, so that normals stay unit vectors. */
+static bool keeps_lengths(const struct rmap_affine *a)
+{
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++) {
+            double dot =
+                a->m[0][i] * a->m[0][j] + a->m[1][i] * a->m[1][j] + a->m[2][i] * a->m[2][j];
+            if (fabs(dot - (i == j)) > 1e-12)
+                return false;
+        }
+    return true;
+}
+
+static void set_shape(struct rmap_compact_object *object, const struct rmap_shape *shape)
+{
+    object->shape = shape;
+    object->kind = RMAP_FACING_QUADRIC;
+    object->outer2 = shape->aperture * shape->aperture;
+    object->inner2 = shape->inner * shape->inner;
+    double m;
+    switch (shape->type) {
+    case RMAP_SHAPE_DISC:
+    case RMAP_SHAPE_RECTANGLE:
+        object->kind = RMAP_FACING_FLAT;
+        break;
+    case RMAP_SHAPE_CONIC:
+        object->conic = object->bounded = true;
+        object->alpha = shape->curvature;
+        object->gamma = shape->curvature * (1 + shape->conic);
+        object->delta = -1;
+        object->sheet = (1 + shape->conic) * shape->curvature;
+        if (shape->n_asphere > 0)
+            object->kind = RMAP_FACING_ASPHERE;
+        break;
+    case RMAP_SHAPE_TUBE:
+        m = (shape->radius2 - shape->radius) / shape->length;
+        object->tube = true;
+        object->alpha = 1;
+        object->gamma = -m * m;
+        object->delta = -m * shape->radius;
+        object->epsilon = -shape->radius * shape->radius;
+        object->length = shape->length;
+        object->middle = 0.5 * shape->length;
+        break;
+    case RMAP_SHAPE_SPHERE:
+        object->alpha = object->gamma = 1;
+        object->epsilon = -shape->radius * shape->radius;
+        break;
+    }
+}
+
+/* The event that this side of a surface leads to most often, ABSORB aside, which ends a ray. */
+static uint32_t usual_event(const struct rmap_surface *surface)
+{
+    double p[4] = {0, 0, 0, 0};
+    static const uint32_t event[4] = {RMAP_EVENT_REFLECT_SPECULAR, RMAP_EVENT_REFLECT_DIFFUSE,
+                                      RMAP_EVENT_TRANSMIT_SPECULAR, RMAP_EVENT_TRANSMIT_DIFFUSE};
+    switch (surface->type) {
+    case RMAP_SURFACE_FRESNEL:
+        return RMAP_EVENT_TRANSMIT_SPECULAR;
+    case RMAP_SURFACE_LAMBERT:
+        return RMAP_EVENT_REFLECT_DIFFUSE;
+    case RMAP_SURFACE_MIRROR:
+        return RMAP_EVENT_REFLECT_SPECULAR;
+    case RMAP_SURFACE_ABSORBER:
+        return RMAP_EVENT_ABSORB;
+    case RMAP_SURFACE_MIXTURE:
+        break;
+    }
+    p[0] = surface->reflect_specular[0];
+    p[1] = surface->reflect_diffuse[0];
+    p[2] = surface->transmit_specular[0];
+    p[3] = surface->transmit_diffuse[0];
+    int best = 0;
+    for (int i = 1; i < 4; i++)
+        if (p[i] > p[best])
+            best = i;
+    return event[best];
+}
+
+static void set_object(const struct rmap_scene *scene, const struct rmap_object *from,
+                       struct rmap_compact_object *object)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[from->geometry];
+    object->to_local = from->to_local;
+    object->to_world = from->to_world;
+    object->rigid = keeps_lengths(&from->to_world);
+    object->medium_front = from->medium_front;
+    object->medium_back = from->medium_back;
+    object->front = &scene->surface[from->surface_front];
+    object->back = &scene->surface[from->surface_back];
+    object->expected = usual_event(object->front);
+    if (object->expected == RMAP_EVENT_ABSORB)
+        object->expected = usual_event(object->back);
+    if (geometry->kind == RMAP_GEOMETRY_MESH) {
+        object->kind = RMAP_FACING_MESH;
+        object->mesh = geometry->mesh;
+    } else {
+        set_shape(object, &geometry->shape);
+    }
+}
+
+static void set_source(const struct rmap_compact_model *model, const struct rmap_source *from,
+                       struct rmap_compact_source *source)
+{
+    double cosine, half_sine;
+    source->axis = rmap_normalize(rmap_affine_vector(&from->frame, rmap_vec3(0.0, 0.0, 1.0)));
+    rmap_basis(source->axis, &source->tangent[0], &source->tangent[1]);
+    double turns = from->cone_rad / (4.0 * RMAP_PI);
+    rmap_azimuth(turns >= 0.0 && turns <= 1.0 ? turns : 0.0, &cosine, &half_sine);
+    source->cone = 2.0 * half_sine * half_sine;
+    rmap_colour_quantise(from->colour, model->n_channel, source->colour);
+}
+
+enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
+                                           struct rmap_compact_model **model_ret,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_compact_model *model = rmap_alloc(1, sizeof *model);
+    if (!model)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    model->scene = scene;
+    model->n_channel = scene->channels.n;
+    model->n_object = scene->n_object;
+    model->n_source = scene->n_source;
+    model->n_medium = scene->n_medium;
+    model->n_detector = scene->n_detector;
+    model->epsilon = 1e-12 * scene->radius;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        model->absorbing = model->absorbing || scene->medium[i].absorbing;
+    model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
+    model->source = rmap_alloc(scene->n_source + 1, sizeof *model->source);
+    model->source_colour =
+        rmap_alloc((scene->n_source + 1) * (size_t)model->n_channel, sizeof *model->source_colour);
+    if (!model->object || !model->source || !model->source_colour)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
+    for (size_t i = 0; i < scene->n_object; i++)
+        set_object(scene, &scene->object[i], &model->object[i]);
+    for (size_t i = 0; i < scene->n_source; i++) {
+        model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
+        set_source(model, &scene->source[i], &model->source[i]);
+    }
+    *model_ret = model;
+    model = NULL;
+out:
+    rmap_compact_model_destroy(model);
+    return st;
+}
+
+void rmap_compact_model_destroy(struct rmap_compact_model *model)
+{
+    if (!model)
+        return;
+    rmap_free(model->object);
+    rmap_free(model->source);
+    rmap_free(model->source_colour);
+    rmap_free(model);
+}
+
+void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,
+                     const uint32_t *event, size_t n, int16_t *medium)
+{
+    const uint32_t through = RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE;
+    int32_t now =
+        source >= 0 && (size_t)source < model->n_source ? model->scene->source[source].medium : 0;
+    for (size_t i = 0; i < n; i++) {
+        medium[i] = (int16_t)now;
+        if (!(event[i] & through) || object[i] < 0 || (size_t)object[i] >= model->n_object)
+            continue;
+        const struct rmap_compact_object *met = &model->object[object[i]];
+        int32_t far = met->medium_front == now ? met->medium_back : met->medium_front;
+        now = far >= 0 ? far : now;
+    }
+}

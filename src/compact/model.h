@@ -1,0 +1,186 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene as the predictions need it, and one ray traced again along a known path.
+ */
+#ifndef RMAP_COMPACT_MODEL_H
+#define RMAP_COMPACT_MODEL_H
+
+#include "compact/compact.h"
+#include "compact/lane.h"
+#include "trace/event.h"
+
+enum rmap_facing_kind {
+    RMAP_FACING_FLAT,    /* z = 0 */
+    RMAP_FACING_QUADRIC, /* alpha (x^2 + y^2) + gamma z^2 + 2 delta z + epsilon = 0 */
+    RMAP_FACING_ASPHERE, /* that, and the polynomial of the shape on top */
+    RMAP_FACING_MESH
+};
+
+struct rmap_compact_object {
+    enum rmap_facing_kind kind;
+    bool rigid;   /* lengths are kept: the world normal needs no normalisation */
+    bool conic;   /* the normal is minus the gradient, and one sheet counts */
+    bool bounded; /* by inner and outer radius; otherwise by z in [0, length]; sphere: neither */
+    bool tube;
+    double alpha, gamma, delta, epsilon;
+    double middle;         /* z about which the surface lies */
+    double inner2, outer2; /* squares of radii */
+    double length, sheet;  /* tube; (1 + k) c */
+    struct rmap_affine to_local, to_world;
+    const struct rmap_shape *shape;
+    const struct rmap_mesh *mesh;
+    int32_t medium_front, medium_back;
+    const struct rmap_surface *front, *back;
+    uint32_t expected; /* event that is most likely here */
+};
+
+struct rmap_compact_source {
+    struct rmap_vec3 axis;       /* unit */
+    double cone;                 /* CONE: 2 sin^2 of half the opening */
+    struct rmap_vec3 tangent[2]; /* about the axis */
+    uint16_t *colour;            /* [n_channel], quantised */
+};
+
+struct rmap_compact_model {
+    const struct rmap_scene *scene;
+    int n_channel;
+    size_t n_object, n_source, n_medium, n_detector;
+    struct rmap_compact_object *object;
+    struct rmap_compact_source *source;
+    uint16_t *source_colour; /* [n_source][n_channel] */
+    double epsilon;          /* lengths below do not matter */
+    bool absorbing;          /* some medium is */
+};
+
+/* Where a leg ends on the surface that the path names. */
+struct rmap_facing {
+    double t;
+    struct rmap_vec3 position, normal; /* world; unit normal, unflipped */
+};
+
+/* False when there is no such surface; *facing is then unset. from: object that the leg starts
+ * on, or -1. */
+bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
+                      int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
+                      struct rmap_facing *facing);
+
+/* The light of the ray in hand. */
+struct rmap_compact_light {
+    int begin, end;                       /* live channels */
+    bool changed;                         /* `quantised` is not up to date */
+    double share[RMAP_CHANNEL_MAX];       /* [n_channel] */
+    uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
+};
+
+/* retrace_emit.c */
+struct rmap_departure {
+    struct rmap_vec3 position, direction, normal;
+    int32_t medium; /* of the source */
+    int channel;    /* the list's ray has this one only; -1: the source's colour */
+};
+void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
+                         int32_t source, struct rmap_departure *departure);
+
+/* retrace_colour.c */
+void rmap_light_begin(const struct rmap_compact_model *model, int32_t source, int channel,
+                      struct rmap_compact_light *light);
+void rmap_light_set(const uint16_t *quantised, int n_channel, struct rmap_compact_light *light);
+double rmap_light_mean(const struct rmap_compact_light *light, const double *value);
+void rmap_light_quantise(int n_channel, struct rmap_compact_light *light);
+
+/* A surface met: the light from before it to after it. */
+struct rmap_encounter {
+    const struct rmap_surface *surface;
+    const struct rmap_medium *near, *far;
+    double cosine; /* of incidence, in [0, 1] */
+    uint32_t event;
+    int channel; /* that the ray ends with; -1: several */
+};
+void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact_light *light);
+
+/* The leg through an absorbing medium: how far the light came, at most `length`. */
+double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
+                         uint32_t step, double length, struct rmap_compact_light *light);
+
+/* retrace_detect.c: what a leg says of a registration on it. */
+struct rmap_compact_leg {
+    struct rmap_vec3 from, to, direction;
+    double length, optical_from, index;
+    bool left; /* out of the scene */
+};
+struct rmap_crossing {
+    uint16_t cell[2], relative[2];
+    float direction[3];
+    double optical_path;
+};
+void rmap_crossing_find(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
+                        struct rmap_crossing *crossing);
+
+/* What rmap_retrace needs: columns that are known, and lanes to offer predictions to. */
+struct rmap_retrace {
+    const struct rmap_compact_model *model;
+    uint64_t seed;
+    size_t n_ray;
+    const uint64_t *id;
+    const int32_t *source;
+    const uint8_t *stop;
+    const uint32_t *segment_count, *registration_count;
+    const int32_t *start_object;
+    const uint8_t *channel; /* 1 + channel at the end; 0: none */
+    const int32_t *object, *primitive;
+    const uint32_t *event;
+    const int16_t *medium;
+    const uint32_t *crossing_segment; /* NULL: registrations are of no interest */
+    const int32_t *crossing_detector;
+    bool colour; /* followed; or else colours and optical paths are of no interest, and no medium
+                    absorbs */
+    struct rmap_lane *lane;
+};
+
+/* Every ray of a portion, in order. */
+void rmap_retrace(const struct rmap_retrace *retrace);
+
+/* Medium of each leg as the path says; media of a path with unknown parts are guesses too. */
+void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,
+                     const uint32_t *event, size_t n, int16_t *medium);
+
+/* What the primitive of a leg follows from. */
+enum rmap_primitive_kind {
+    RMAP_PRIMITIVE_NONE,  /* -1 */
+    RMAP_PRIMITIVE_ZERO,  /* 0: an analytic surface, or an object that is not there */
+    RMAP_PRIMITIVE_LISTED /* the next triangle */
+};
+
+static inline enum rmap_primitive_kind rmap_primitive_kind(const struct rmap_compact_model *model,
+                                                           int32_t object)
+{
+    if (object < 0)
+        return RMAP_PRIMITIVE_NONE;
+    bool mesh = (size_t)object < model->n_object && model->object[object].mesh;
+    return mesh ? RMAP_PRIMITIVE_LISTED : RMAP_PRIMITIVE_ZERO;
+}
+
+static inline int32_t rmap_primitive_plain(enum rmap_primitive_kind kind)
+{
+    return kind == RMAP_PRIMITIVE_NONE ? -1 : 0;
+}
+
+/* Of 1 + a channel; 0, or what is none of the scene: NaN. */
+static inline double rmap_wavelength_of(const struct rmap_compact_model *model, uint8_t channel)
+{
+    bool known = channel > 0 && channel <= model->n_channel;
+    return known ? model->scene->channels.wavelength_nm[channel - 1] : (double)NAN;
+}
+
+/* Event that is expected of leg i of n. */
+static inline uint32_t rmap_expected_event(const struct rmap_compact_model *model, int32_t object,
+                                           uint8_t stop, bool last)
+{
+    static const uint32_t at_end[4] = {RMAP_EVENT_ABSORB, RMAP_EVENT_LEFT, RMAP_EVENT_LIMIT,
+                                       RMAP_EVENT_ERROR};
+    if (last)
+        return at_end[stop & 3];
+    return object >= 0 && (size_t)object < model->n_object ? model->object[object].expected : 0;
+}
+
+#endif

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The dictionary of a piece being read, checked once and expanded so that rays are copied from it.
+ */
+#include <string.h>
+
+#include "base/alloc.h"
+#include "compact/paths.h"
+
+static enum rmap_status damaged(const char *what, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_FORMAT, "damaged dictionary of paths: %s", what);
+}
+
+/* All of the streams of tables that have rows must be there. */
+static enum rmap_status check(const struct rmap_rows *rows, struct rmap_error *err)
+{
+    if (rows->layout != &rmap_compact_layout)
+        return rmap_error_set(err, RMAP_INTERNAL, "rows are not of the compact encoding");
+    for (int s = RMAP_STREAM_PATH_source; s <= RMAP_STREAM_PATH_registered; s++)
+        if (!rows->data[s] && rows->n_row[rows->layout->stream[s].table] > 0)
+            return rmap_error_set(err, RMAP_INTERNAL, "no rows of %s",
+                                  rows->layout->stream[s].path);
+    if (rows->n_row[RMAP_COMPACT_PATH] > RMAP_PATH_MAX ||
+        rows->n_row[RMAP_COMPACT_PATH_SEGMENT] > RMAP_PATH_ROW_MAX ||
+        rows->n_row[RMAP_COMPACT_PATH_REGISTRATION] > RMAP_PATH_ROW_MAX)
+        return damaged("it is longer than any that is written", err);
+    return RMAP_OK;
+}
+
+static enum rmap_status fill(const struct rmap_compact_model *model, const struct rmap_rows *rows,
+                             struct rmap_path_table *table, struct rmap_error *err)
+{
+    const int32_t *source = rows->data[RMAP_STREAM_PATH_source];
+    const uint8_t *stop = rows->data[RMAP_STREAM_PATH_stop];
+    const uint32_t *start_object = rows->data[RMAP_STREAM_PATH_start_object],
+                   *n_segment = rows->data[RMAP_STREAM_PATH_segment_count],
+                   *n_registration = rows->data[RMAP_STREAM_PATH_registration_count],
+                   *object = rows->data[RMAP_STREAM_PATH_object],
+                   *event = rows->data[RMAP_STREAM_PATH_event];
+    size_t segment = 0, registration = 0;
+    for (size_t i = 0; i < table->n; i++) {
+        if (n_segment[i] > table->n_segment - segment ||
+            n_registration[i] > table->n_registration - registration)
+            return damaged("its counts say more rows than there are", err);
+        table->path[i] = (struct rmap_known_path){.source = source[i],
+                                                  .start_object = (int32_t)(start_object[i] - 1),
+                                                  .stop = stop[i],
+                                                  .n_segment = n_segment[i],
+                                                  .n_registration = n_registration[i],
+                                                  .segment = segment,
+                                                  .registration = registration};
+        rmap_path_unfold(model, stop[i], object + segment, event + segment, n_segment[i],
+                         table->object + segment, table->event + segment);
+        rmap_path_media(model, source[i], table->object + segment, table->event + segment,
+                        n_segment[i], table->medium + segment);
+        segment += n_segment[i];
+        registration += n_registration[i];
+    }
+    if (segment != table->n_segment || registration != table->n_registration)
+        return damaged("its counts say fewer rows than there are", err);
+    if (registration > 0) {
+        memcpy(table->segment, rows->data[RMAP_STREAM_PATH_segment], registration * 4);
+        memcpy(table->detector, rows->data[RMAP_STREAM_PATH_detector], registration * 4);
+        memcpy(table->registered, rows->data[RMAP_STREAM_PATH_registered], registration);
+    }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
+                                        const struct rmap_rows *rows,
+                                        struct rmap_path_table **table_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_table *table = NULL;
+    RMAP_TRY(check(rows, err));
+    table = rmap_alloc(1, sizeof *table);
+    if (!table)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
+    size_t n = table->n = rows->n_row[RMAP_COMPACT_PATH];
+    size_t s = table->n_segment = rows->n_row[RMAP_COMPACT_PATH_SEGMENT];
+    size_t r = table->n_registration = rows->n_row[RMAP_COMPACT_PATH_REGISTRATION];
+    table->path = rmap_alloc(n + 1, sizeof *table->path);
+    table->object = rmap_alloc(s + 1, sizeof *table->object);
+    table->event = rmap_alloc(s + 1, sizeof *table->event);
+    table->medium = rmap_alloc(s + 1, sizeof *table->medium);
+    table->segment = rmap_alloc(r + 1, sizeof *table->segment);
+    table->detector = rmap_alloc(r + 1, sizeof *table->detector);
+    table->registered = rmap_alloc(r + 1, sizeof *table->registered);
+    if (!table->path || !table->object || !table->event || !table->medium || !table->segment ||
+        !table->detector || !table->registered)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
+    RMAP_TRY(fill(model, rows, table, err));
+    *table_ret = table;
+    table = NULL;
+out:
+    rmap_path_table_destroy(table);
+    return st;
+}
+
+void rmap_path_table_destroy(struct rmap_path_table *table)
+{
+    if (!table)
+        return;
+    rmap_free(table->path);
+    rmap_free(table->object);
+    rmap_free(table->event);
+    rmap_free(table->medium);
+    rmap_free(table->segment);
+    rmap_free(table->detector);
+    rmap_free(table->registered);
+    rmap_free(table);
+}
+
+void rmap_path_unfold(const struct rmap_compact_model *model, uint8_t stop, const uint32_t *object,
+                      const uint32_t *event, size_t n, int32_t *object_out, uint32_t *event_out)
+{
+    for (size_t k = 0; k < n; k++) {
+        object_out[k] = (int32_t)(object[k] - 1);
+        event_out[k] = event[k] ^ rmap_expected_event(model, object_out[k], stop, k + 1 == n);
+    }
+}

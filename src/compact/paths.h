@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A ray's path as 32-bit words: head (source, stop, start object + 1, legs, registrations), then
+ * object + 1 of each leg, then its event xor the one expected, then segment, detector and
+ * registered of each registration. Equal words are equal paths.
+ */
+#ifndef RMAP_COMPACT_PATHS_H
+#define RMAP_COMPACT_PATHS_H
+
+#include "compact/model.h"
+#include "compact/streams.h"
+
+enum {
+    RMAP_WORD_SOURCE,
+    RMAP_WORD_STOP,
+    RMAP_WORD_START_OBJECT,
+    RMAP_WORD_SEGMENTS,
+    RMAP_WORD_REGISTRATIONS,
+    RMAP_WORD_HEAD
+};
+
+/* Rows of paths as they go into a piece. */
+struct rmap_path_rows {
+    int32_t *source, *detector;
+    uint8_t *stop, *registered;
+    uint32_t *start_object, *segment_count, *registration_count, *object, *event, *segment;
+    size_t n, n_segment, n_registration; /* rows in use */
+    size_t cap, cap_segment, cap_registration;
+};
+enum rmap_status rmap_path_rows_reserve(struct rmap_path_rows *rows, size_t n, size_t n_segment,
+                                        size_t n_registration,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_rows_add(struct rmap_path_rows *rows, const uint32_t *word); /* there is room */
+void rmap_path_rows_fini(struct rmap_path_rows *rows);
+
+static inline size_t rmap_path_n_word(const uint32_t *word)
+{
+    return RMAP_WORD_HEAD + 2 * (size_t)word[RMAP_WORD_SEGMENTS] +
+           3 * (size_t)word[RMAP_WORD_REGISTRATIONS];
+}
+
+/* Looks a path up. *reference_ret: 1 + its row in the piece's dictionary, or 0: to be stored with
+ * the ray. *added_ret: this path has just been entered, and its rows must be appended. */
+enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t *word,
+                                     uint64_t hash, uint32_t *reference_ret, bool *added_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Objects and events from what is stored of them. */
+void rmap_path_unfold(const struct rmap_compact_model *model, uint8_t stop, const uint32_t *object,
+                      const uint32_t *event, size_t n, int32_t *object_out, uint32_t *event_out);
+
+/* A path of the dictionary, decoded. */
+struct rmap_known_path {
+    int32_t source, start_object;
+    uint8_t stop;
+    uint32_t n_segment, n_registration;
+    size_t segment, registration; /* first rows in the table's columns */
+};
+
+struct rmap_path_table {
+    size_t n, n_segment, n_registration;
+    struct rmap_known_path *path;
+    int32_t *object; /* [n_segment] */
+    uint32_t *event;
+    int16_t *medium;   /* as rmap_path_media says */
+    uint32_t *segment; /* [n_registration] */
+    int32_t *detector;
+    uint8_t *registered;
+};
+
+#endif

@@ -1,0 +1,202 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The point where a leg meets the surface that its path names. The steps are the tracer's, so
+ * that the doubles come out the same; but they are part of the format, and stay as they are when
+ * the tracer's change.
+ */
+#include "compact/model.h"
+
+/* In the object's frame. */
+struct local {
+    struct rmap_vec3 origin, direction, point, normal;
+    double t;
+};
+
+static void flat(struct local *l)
+{
+    l->t = -l->origin.z / l->direction.z;
+    l->point =
+        rmap_vec3(l->origin.x + l->t * l->direction.x, l->origin.y + l->t * l->direction.y, 0);
+    l->normal = rmap_vec3(0, 0, 1);
+}
+
+static struct rmap_vec3 half_gradient(const struct rmap_compact_object *o, struct rmap_vec3 p)
+{
+    return rmap_vec3(o->alpha * p.x, o->alpha * p.y, o->gamma * p.z + o->delta);
+}
+
+static bool belongs(const struct rmap_compact_object *o, struct rmap_vec3 p)
+{
+    if (o->tube)
+        return p.z >= 0 && p.z <= o->length;
+    if (!o->bounded)
+        return true;
+    double s = p.x * p.x + p.y * p.y;
+    return s <= o->outer2 && s >= o->inner2 && 1 - o->sheet * p.z >= -0x1p-50;
+}
+
+/* Both roots of A t^2 + 2 B t + C, the lesser first; how many. */
+static int roots(double a, double b, double c, double t[2])
+{
+    double discriminant = b * b - a * c;
+    if (!(discriminant >= 0))
+        return 0;
+    double root = sqrt(discriminant), q = b < 0 ? root - b : -(b + root);
+    if (q == 0) {
+        t[0] = 0;
+        return a != 0 ? 1 : 0;
+    }
+    double near = c / q;
+    t[0] = near;
+    if (a == 0)
+        return 1;
+    double far = q / a;
+    if (!(far - far == 0)) /* beyond all numbers */
+        return 1;
+    t[0] = near < far ? near : far;
+    t[1] = near < far ? far : near;
+    return 2;
+}
+
+/* The quadric, from outside or from any point: the first root ahead that belongs to the surface;
+ * failing that, the last root. */
+static bool meet_quadric(const struct rmap_compact_object *o, double behind, struct local *l)
+{
+    struct rmap_vec3 d = l->direction, from = l->origin;
+    double t[2] = {0, 0};
+    from.z -= o->middle;
+    double shift = -rmap_dot(from, d) / rmap_dot(d, d);
+    struct rmap_vec3 p = rmap_axpy(shift, d, l->origin);
+    double a = o->alpha * (d.x * d.x + d.y * d.y) + o->gamma * d.z * d.z;
+    double b = rmap_dot(half_gradient(o, p), d);
+    double c =
+        o->alpha * (p.x * p.x + p.y * p.y) + (o->gamma * p.z + 2 * o->delta) * p.z + o->epsilon;
+    int n = roots(a, b, c, t);
+    if (n == 0)
+        return false;
+    l->t = shift + t[0];
+    l->point = rmap_axpy(t[0], d, p);
+    if (n == 2 && !(l->t > behind && belongs(o, l->point))) {
+        l->t = shift + t[1];
+        l->point = rmap_axpy(t[1], d, p);
+    }
+    return true;
+}
+
+/* From a point of the quadric itself: the other root. */
+static void cross_quadric(const struct rmap_compact_object *o, struct local *l)
+{
+    struct rmap_vec3 d = l->direction;
+    double a = o->alpha * (d.x * d.x + d.y * d.y) + o->gamma * d.z * d.z;
+    l->t = -2 * rmap_dot(half_gradient(o, l->origin), d) / a;
+    l->point = rmap_axpy(l->t, d, l->origin);
+}
+
+static void quadric_normal(const struct rmap_compact_object *o, struct local *l)
+{
+    struct rmap_vec3 g = half_gradient(o, l->point);
+    if (o->conic)
+        g = rmap_scale(g, -1);
+    double length = rmap_length(g);
+    l->normal = length > 0 ? rmap_scale(g, 1 / length) : rmap_vec3(0, 0, 1);
+}
+
+/* Newton's method on z - sag(x^2 + y^2) along the leg, from the conic's point on. */
+#define ASPHERE_STEPS 8
+
+static void descend_asphere(const struct rmap_shape *shape, struct local *l)
+{
+    double c = shape->curvature, t = l->t, slope = 0;
+    for (int k = 0; k < ASPHERE_STEPS; k++) {
+        struct rmap_vec3 p = rmap_axpy(t, l->direction, l->origin);
+        double s = p.x * p.x + p.y * p.y, rest = 1 - (1 + shape->conic) * c * c * s;
+        double root = sqrt(rest > 0 ? rest : 0), poly = 0, rate = 0;
+        for (int i = shape->n_asphere - 1; i >= 0; i--) {
+            poly = (poly + shape->asphere[i]) * s;
+            rate = rate * s + (i + 1) * shape->asphere[i];
+        }
+        slope = root > 0 ? c / (2 * root) + rate : rate;
+        double g = p.z - (c * s / (1 + root) + poly);
+        double g_rate = l->direction.z - 2 * slope * (p.x * l->direction.x + p.y * l->direction.y);
+        l->point = p;
+        l->t = t;
+        if (k + 1 < ASPHERE_STEPS && g_rate != 0)
+            t -= g / g_rate;
+    }
+    l->normal = rmap_normalize(rmap_vec3(-2 * slope * l->point.x, -2 * slope * l->point.y, 1));
+}
+
+/* The triangle, its corners sheared so that the leg runs along one axis (Woop, Benthin and Wald
+ * 2013, JCGT 2(1), "Watertight ray/triangle intersection"). */
+static bool meet_triangle(const struct rmap_mesh *mesh, int32_t primitive, struct local *l)
+{
+    if (primitive < 0 || (size_t)primitive >= mesh->n_triangle)
+        return false;
+    struct rmap_vec3 corner[3];
+    rmap_mesh_corners(mesh, (size_t)primitive, corner);
+    const double d[3] = {l->direction.x, l->direction.y, l->direction.z};
+    const double from[3] = {l->origin.x, l->origin.y, l->origin.z};
+    int z = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
+    if (fabs(d[2]) > fabs(d[z]))
+        z = 2;
+    int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    double scale = 1 / d[z], shear_x = d[x] * scale, shear_y = d[y] * scale;
+    double p[3][3], area[3];
+    for (int k = 0; k < 3; k++) {
+        const double v[3] = {corner[k].x, corner[k].y, corner[k].z};
+        p[k][2] = v[z] - from[z];
+        p[k][0] = (v[x] - from[x]) - shear_x * p[k][2];
+        p[k][1] = (v[y] - from[y]) - shear_y * p[k][2];
+    }
+    area[0] = p[1][0] * p[2][1] - p[1][1] * p[2][0];
+    area[1] = p[2][0] * p[0][1] - p[2][1] * p[0][0];
+    area[2] = p[0][0] * p[1][1] - p[0][1] * p[1][0];
+    double sum = area[0] + area[1] + area[2];
+    double w0 = area[0] / sum, w1 = area[1] / sum, w2 = area[2] / sum;
+    l->t = (w0 * p[0][2] + w1 * p[1][2] + w2 * p[2][2]) * scale;
+    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
+    l->point = rmap_axpy(w2, e2, rmap_axpy(w1, e1, corner[0]));
+    l->normal = rmap_cross(e1, e2);
+    return true;
+}
+
+bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
+                      int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
+                      struct rmap_facing *facing)
+{
+    if (object < 0 || (size_t)object >= model->n_object)
+        return false;
+    const struct rmap_compact_object *o = &model->object[object];
+    struct local l = {.origin = rmap_affine_point(&o->to_local, origin),
+                      .direction = rmap_affine_vector(&o->to_local, direction)};
+    bool own = from == object;
+    switch (o->kind) {
+    case RMAP_FACING_FLAT:
+        flat(&l);
+        break;
+    case RMAP_FACING_QUADRIC:
+        if (own)
+            cross_quadric(o, &l);
+        else if (!meet_quadric(o, -model->epsilon, &l))
+            return false;
+        quadric_normal(o, &l);
+        break;
+    case RMAP_FACING_ASPHERE:
+        if (own)
+            cross_quadric(o, &l);
+        else if (!meet_quadric(o, -model->epsilon, &l))
+            return false;
+        descend_asphere(o->shape, &l);
+        break;
+    case RMAP_FACING_MESH:
+        if (!meet_triangle(o->mesh, primitive, &l))
+            return false;
+        break;
+    }
+    facing->t = l.t > 0 ? l.t : 0;
+    facing->position = rmap_affine_point(&o->to_world, l.point);
+    facing->normal = rmap_affine_transposed(&o->to_local, l.normal);
+    if (!o->rigid || o->kind == RMAP_FACING_MESH)
+        facing->normal = rmap_normalize(facing->normal);
+    return true;
+}

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+#include "compact/streams.h"
+
+#include "compact/compact.h"
+#include "compact/lane.h"
+
+static const char *const table_path[] = {
+#define PATH(name, path) path,
+    RMAP_COMPACT_TABLES(PATH)
+#undef PATH
+};
+
+static const struct rmap_stream_info stream[] = {
+#define INFO(name, table, path, element, text)                                                     \
+    {RMAP_COMPACT_##table, path, RMAP_##element, 1, RMAP_UNIT_ONE, text},
+    RMAP_COMPACT_STREAMS(INFO)
+#undef INFO
+};
+
+_Static_assert((int)RMAP_COMPACT_TABLE_COUNT <= RMAP_STORED_TABLE_MAX, "tables");
+_Static_assert((int)RMAP_COMPACT_STREAM_COUNT <= RMAP_STREAM_MAX, "streams");
+
+const struct rmap_layout rmap_compact_layout = {
+    .encoding = RMAP_ENCODING_COMPACT,
+    .n_table = RMAP_COMPACT_TABLE_COUNT,
+    .table_path = table_path,
+    .n_stream = RMAP_COMPACT_STREAM_COUNT,
+    .stream = stream,
+    .whole_tables = 1u << RMAP_COMPACT_PATH | 1u << RMAP_COMPACT_PATH_SEGMENT |
+                    1u << RMAP_COMPACT_PATH_REGISTRATION,
+};
+
+#define BIT(name) (UINT64_C(1) << RMAP_STREAM_##name)
+
+/* Columns that a path says by itself. */
+#define PATH_COLUMNS                                                                               \
+    (RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_stop) |                           \
+     RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
+     RMAP_COLUMN_BIT(RMAP_RAY_start_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |               \
+     RMAP_COLUMN_BIT(RMAP_SEGMENT_event))
+
+#define CROSSING_COLUMNS                                                                           \
+    (RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |    \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
+
+uint64_t rmap_compact_streams(rmap_column_set columns)
+{
+    uint64_t streams = BIT(ray_path) | BIT(OWN_source) | BIT(OWN_stop) | BIT(OWN_start_object) |
+                       BIT(OWN_segment_count) | BIT(OWN_registration_count);
+    rmap_column_set lanes = columns & ~(PATH_COLUMNS | CROSSING_COLUMNS);
+    if (lanes ||
+        (columns & (RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event))))
+        streams |= BIT(OWN_object) | BIT(OWN_event);
+    if (lanes || (columns & CROSSING_COLUMNS))
+        streams |= BIT(OWN_segment) | BIT(OWN_detector) | BIT(OWN_registered);
+    if (lanes)
+        streams |= BIT(ray_channel) | BIT(triangle) | BIT(patch_skip) | BIT(patch_value) |
+                   BIT(pool16) | BIT(pool32) | BIT(pool64);
+    return streams;
+}
