@@ -37,18 +37,18 @@ enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 void rmap_path_book_destroy(struct rmap_path_book *book);
 
-/* One per thread; the model is borrowed. seed: that the rays were traced with (a wrong one costs
- * bytes, nothing else). */
+/* One per thread; the model is borrowed. */
 struct rmap_compact_encoder;
-enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model, uint64_t seed,
+enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model,
                                              struct rmap_compact_encoder **encoder_ret,
                                              struct rmap_error *err) RMAP_MUST_USE;
 void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder);
 
 /* Everything but the references to paths; outside every lock. The portion has all columns and the
- * model's channels; it must stand unchanged until rmap_compact_resolve has returned. Any contents
- * are encoded (RMAP_INTERNAL only when the counts do not sum up to the rows). */
-enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder,
+ * model's channels; it may change as soon as this returns. seed: that its rays were traced with (a
+ * wrong one costs bytes, nothing else). Any contents are encoded; RMAP_INTERNAL only when the
+ * counts do not sum up to the rows. */
+enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint64_t seed,
                                      const struct rmap_portion *portion,
                                      struct rmap_error *err) RMAP_MUST_USE;
 

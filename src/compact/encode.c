@@ -10,7 +10,6 @@
 
 struct rmap_compact_encoder {
     const struct rmap_compact_model *model;
-    uint64_t seed;
     struct rmap_lane lane[RMAP_LANE_COUNT];
     struct rmap_lane_store store;
     size_t n_ray;
@@ -31,7 +30,7 @@ struct rmap_compact_encoder {
     struct rmap_path_rows own, entered;
 };
 
-enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model, uint64_t seed,
+enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model,
                                              struct rmap_compact_encoder **encoder_ret,
                                              struct rmap_error *err)
 {
@@ -39,7 +38,6 @@ enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *mo
     if (!encoder)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
     encoder->model = model;
-    encoder->seed = seed;
     rmap_lanes_init(encoder->lane);
     *encoder_ret = encoder;
     return RMAP_OK;
@@ -209,10 +207,11 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
                           encoder->medium);
 }
 
-static void retrace(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
+static void retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
+                    const struct rmap_portion *portion)
 {
     struct rmap_retrace r = {.model = encoder->model,
-                             .seed = encoder->seed,
+                             .seed = seed,
                              .n_ray = encoder->n_ray,
                              .id = portion->ray.id,
                              .source = portion->ray.source,
@@ -232,7 +231,7 @@ static void retrace(struct rmap_compact_encoder *encoder, const struct rmap_port
     rmap_retrace(&r);
 }
 
-enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder,
+enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint64_t seed,
                                      const struct rmap_portion *portion, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -244,9 +243,8 @@ enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder,
     spell_all(encoder, portion);
     list_triangles(encoder, portion);
     offer_simple(encoder, portion);
-    retrace(encoder, portion);
-    RMAP_TRY(
-        rmap_lanes_store(encoder->lane, encoder->seed, portion->first_ray, &encoder->store, err));
+    retrace(encoder, seed, portion);
+    RMAP_TRY(rmap_lanes_store(encoder->lane, seed, portion->first_ray, &encoder->store, err));
 out:
     return st;
 }
