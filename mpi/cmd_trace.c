@@ -52,6 +52,7 @@ static enum rmap_status prepare(const struct rmap_context *context,
                                      .scene = session->scene,
                                      .seed = request->seed,
                                      .n_rank = context->size,
+                                     .encoding = request->encoding,
                                      .isa = rmap_accel_isa(session->accel),
                                      .embree_version = rmap_accel_embree_version()};
     if (!request->map_path)
@@ -82,7 +83,11 @@ static enum rmap_status conclude(const struct rmap_context *context,
         st = rmap_index_write(request->map_path, &session->run, outcome->tally,
                               outcome->n_ray == outcome->n_wanted, err);
     if (st == RMAP_OK && context->rank == 0)
-        st = rmap_trace_summarise(context, plan, outcome, request->map_path, err);
+        st = rmap_trace_summarise(context,
+                                  &(struct rmap_trace_report){.plan = plan,
+                                                              .outcome = outcome,
+                                                              .map_path = request->map_path},
+                                  err);
     if (st == RMAP_OK && outcome->n_ray < outcome->n_wanted)
         st = rmap_error_set(
             err, RMAP_STOPPED, "stopped early by %s: %llu of %llu rays traced%s",

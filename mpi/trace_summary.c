@@ -8,9 +8,7 @@
 
 struct summary {
     const struct rmap_context *context;
-    const struct rmap_trace_plan *plan;
-    const struct rmap_trace_outcome *outcome;
-    const char *map_path;
+    const struct rmap_trace_report *report;
     struct rmap_map_summary map;
     double segments, mean_path, rate;
     double errors;
@@ -19,17 +17,20 @@ struct summary {
 
 static void print_text(const struct summary *summary, FILE *out)
 {
-    const struct rmap_trace_outcome *outcome = summary->outcome;
+    const struct rmap_trace_outcome *outcome = summary->report->outcome;
     char rays[RMAP_GROUPED_LEN], rate[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN];
     fprintf(out, "%s rays in %.2f s: %s rays/s (ranks: %d, threads: %d)\n",
             rmap_grouped(outcome->n_ray, rays), outcome->seconds,
             rmap_grouped((uint64_t)summary->rate, rate), summary->context->size, outcome->n_thread);
+    if (summary->report->n_held > 0)
+        fprintf(out, "and %s rays that the map held already\n",
+                rmap_grouped(summary->report->n_held, rays));
     fprintf(out, "%s segments, %.2f per ray\n", rmap_grouped((uint64_t)summary->segments, segments),
             summary->mean_path);
-    if (summary->map_path) {
+    if (summary->report->map_path) {
         char digest[33];
         rmap_digest_text(summary->map.digest, digest);
-        fprintf(out, "%s: %.1f MB, %.2f bytes per segment, digest %s\n", summary->map_path,
+        fprintf(out, "%s: %.1f MB, %.2f bytes per segment, digest %s\n", summary->report->map_path,
                 1e-6 * (double)summary->map.nbytes,
                 summary->segments > 0 ? (double)summary->map.nbytes / summary->segments : 0.0,
                 digest);
@@ -40,16 +41,18 @@ static void print_text(const struct summary *summary, FILE *out)
 
 static json_t *to_json(const struct summary *summary)
 {
-    const struct rmap_trace_outcome *outcome = summary->outcome;
+    const struct rmap_trace_outcome *outcome = summary->report->outcome;
     char digest[33];
     rmap_digest_text(summary->map.digest, digest);
     json_t *document = json_pack(
-        "{s:s?, s:I, s:I, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map", summary->map_path, "rays",
-        (json_int_t)outcome->n_ray, "segments", (json_int_t)summary->segments, "mean_path",
-        summary->mean_path, "seconds", outcome->seconds, "rays_per_second", summary->rate,
-        "complete", outcome->n_ray == outcome->n_wanted, "ranks", summary->context->size, "threads",
-        outcome->n_thread, "seed", (json_int_t)summary->plan->seed);
-    if (summary->map_path) {
+        "{s:s?, s:I, s:I, s:I, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map",
+        summary->report->map_path, "rays", (json_int_t)(summary->report->n_held + outcome->n_ray),
+        "traced", (json_int_t)outcome->n_ray, "segments", (json_int_t)summary->segments,
+        "mean_path", summary->mean_path, "seconds", outcome->seconds, "rays_per_second",
+        summary->rate, "complete", outcome->n_ray == outcome->n_wanted, "ranks",
+        summary->context->size, "threads", outcome->n_thread, "seed",
+        (json_int_t)summary->report->plan->seed);
+    if (summary->report->map_path) {
         (void)json_object_set_new(document, "bytes", json_integer((json_int_t)summary->map.nbytes));
         (void)json_object_set_new(
             document, "bytes_per_segment",
@@ -68,7 +71,7 @@ static json_t *to_json(const struct summary *summary)
 static enum rmap_status read_map(struct summary *summary, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_map_open(summary->map_path, &map, err);
+    enum rmap_status st = rmap_map_open(summary->report->map_path, &map, err);
     if (st == RMAP_OK)
         rmap_map_summarise(map, &summary->map);
     rmap_map_close(map);
@@ -77,13 +80,14 @@ static enum rmap_status read_map(struct summary *summary, struct rmap_error *err
 
 static void find_errors(struct summary *summary)
 {
-    const struct rmap_tally *tally = summary->outcome->tally;
+    const struct rmap_tally *tally = summary->report->outcome->tally;
     for (size_t s = 0; s < tally->scene->n_source; s++)
         summary->errors += tally->error[s];
     if (summary->errors <= 0.0)
         return;
-    struct rmap_tracer tracer = {
-        .scene = summary->plan->scene, .accel = summary->plan->accel, .seed = summary->plan->seed};
+    struct rmap_tracer tracer = {.scene = summary->report->plan->scene,
+                                 .accel = summary->report->plan->accel,
+                                 .seed = summary->report->plan->seed};
     rmap_mismatch_describe(&tracer, tally->first_error_ray, summary->error_text,
                            sizeof summary->error_text);
     char count[RMAP_GROUPED_LEN];
@@ -93,19 +97,16 @@ static void find_errors(struct summary *summary)
 }
 
 enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
-                                      const struct rmap_trace_plan *plan,
-                                      const struct rmap_trace_outcome *outcome,
-                                      const char *map_path, struct rmap_error *err)
+                                      const struct rmap_trace_report *report,
+                                      struct rmap_error *err)
 {
-    struct summary summary = {.context = context,
-                              .plan = plan,
-                              .outcome = outcome,
-                              .map_path = map_path,
-                              .segments = outcome->tally->segments[0]};
-    double n_ray = (double)outcome->n_ray;
-    summary.mean_path = outcome->n_ray ? summary.segments / n_ray : 0.0;
-    summary.rate = outcome->seconds > 0 ? n_ray / outcome->seconds : 0.0;
-    enum rmap_status st = map_path ? read_map(&summary, err) : RMAP_OK;
+    const struct rmap_trace_outcome *outcome = report->outcome;
+    struct summary summary = {
+        .context = context, .report = report, .segments = outcome->tally->segments[0]};
+    double in_map = (double)(report->n_held + outcome->n_ray);
+    summary.mean_path = in_map > 0.0 ? summary.segments / in_map : 0.0;
+    summary.rate = outcome->seconds > 0 ? (double)outcome->n_ray / outcome->seconds : 0.0;
+    enum rmap_status st = report->map_path ? read_map(&summary, err) : RMAP_OK;
     if (st != RMAP_OK)
         return st;
     find_errors(&summary);

@@ -8,11 +8,17 @@
 #include "io/map_reader.h"
 #include "mpi/trace_run.h"
 
-/* Not collective; rank 0. map_path: NULL when nothing was recorded. Text or, with --json, one
- * document on stdout; nothing with --quiet alone. */
+struct rmap_trace_report {
+    const struct rmap_trace_plan *plan; /* scene, structure and seed of rays that went wrong */
+    const struct rmap_trace_outcome *outcome; /* its tally is of the whole map */
+    const char *map_path;                     /* NULL: nothing was recorded */
+    uint64_t n_held;                          /* rays that the map held before */
+};
+
+/* Not collective; rank 0. Text or, with --json, one document on stdout; nothing with --quiet
+ * alone. */
 enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
-                                      const struct rmap_trace_plan *plan,
-                                      const struct rmap_trace_outcome *outcome,
-                                      const char *map_path, struct rmap_error *err) RMAP_MUST_USE;
+                                      const struct rmap_trace_report *report,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 #endif
