@@ -25,7 +25,7 @@ enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, int strea
     }
     chunk->next = NULL;
     chunk->stream = stream;
-    chunk->ends_piece = is_sign;
+    chunk->sign = RMAP_SIGN_NONE;
     chunk->state = is_sign ? RMAP_CHUNK_ENCODED : RMAP_CHUNK_FILLED;
     chunk->n_row = 0;
     chunk->stored_size = (struct rmap_stream_size){0};

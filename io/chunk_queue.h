@@ -14,11 +14,14 @@ struct rmap_shard_piece; /* what a shard writer knows of a piece in flight */
 
 enum rmap_chunk_state { RMAP_CHUNK_FILLED, RMAP_CHUNK_ENCODING, RMAP_CHUNK_ENCODED };
 
-/* A chunk, or, with `ends_piece`, the sign that its piece is complete. */
+/* What the writing thread is to do when it comes to a sign: every chunk before it is stored. */
+enum rmap_chunk_sign { RMAP_SIGN_NONE, RMAP_SIGN_FLUSH, RMAP_SIGN_END_PIECE };
+
+/* A chunk, or a sign. */
 struct rmap_chunk {
     struct rmap_chunk *next;
     enum rmap_chunk_state state;
-    bool ends_piece;
+    enum rmap_chunk_sign sign;
     struct rmap_shard_piece *piece;
     int stream; /* of the layout; RMAP_STREAM_MAX: a sign */
     uint32_t index;
@@ -39,7 +42,8 @@ struct rmap_chunk_queue {
     size_t nbytes;                                 /* waiting */
 };
 
-/* A spare or new chunk for a stream, or (stream = RMAP_STREAM_MAX) a sign. */
+/* A spare or new chunk for a stream, or (stream = RMAP_STREAM_MAX) a sign, which the caller sets.
+ */
 enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, int stream,
                                        struct rmap_chunk **chunk_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;

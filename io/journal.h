@@ -24,6 +24,7 @@
 #include <stdint.h>
 
 #include "io/map_content.h"
+#include "io/map_directory.h"
 
 #define RMAP_JOURNAL_MAGIC   "rmapjrnl"
 #define RMAP_JOURNAL_VERSION 1
@@ -96,5 +97,13 @@ enum rmap_status rmap_journal_content(const struct rmap_journal *journal, const 
 
 /* Where the piece belongs. */
 void rmap_journal_origin(const struct rmap_journal *journal, struct rmap_piece_origin *origin);
+
+/* All of that for an unfinished piece (rmap_map_list_leftovers), as rmap_piece_read does for a
+ * finished one. *committed_ret says whether it commits anything; the content is unchanged and the
+ * origin not set if not. RMAP_FORMAT also when the journal's .part is missing. */
+enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_leftover *leftover,
+                                      struct rmap_map_content *content,
+                                      struct rmap_piece_origin *origin_ret, bool *committed_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -3,10 +3,12 @@
 #include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/journal.h"
+#include "io/publish.h"
 
 void rmap_journal_origin(const struct rmap_journal *journal, struct rmap_piece_origin *origin)
 {
@@ -109,5 +111,55 @@ out:
     if (fd >= 0)
         (void)close(fd);
     rmap_map_content_fini(&own);
+    return st;
+}
+
+/* The shard that a journal states is a part of its path: files that lie elsewhere were moved. */
+static enum rmap_status check_place(const struct rmap_journal *journal,
+                                    const struct rmap_leftover *leftover, const char *path,
+                                    struct rmap_error *err)
+{
+    if (!leftover->has_part)
+        return rmap_error_set(err, RMAP_FORMAT, "%s: the file that it is for, .part, is missing",
+                              path);
+    if (journal->header.shard != leftover->shard)
+        return rmap_error_set(err, RMAP_FORMAT, "%s belongs to shard %d: it was moved", path,
+                              (int)journal->header.shard);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_leftover *leftover,
+                                      struct rmap_map_content *content,
+                                      struct rmap_piece_origin *origin, bool *committed_ret,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_journal journal = {0};
+    struct stat part;
+    char *part_path = rmap_path_format("%s/%s", map_path, leftover->name);
+    char *path = part_path ? rmap_journal_path(part_path) : NULL;
+    *committed_ret = false;
+    if (!leftover->has_journal)
+        goto out;
+    if (!path) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        goto out;
+    }
+    RMAP_TRY(rmap_journal_read(path, &journal, err));
+    if (journal.n_portion == 0)
+        goto out;
+    RMAP_TRY(check_place(&journal, leftover, path, err));
+    if (stat(part_path, &part) != 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", part_path, strerror(errno));
+        goto out;
+    }
+    RMAP_TRY(
+        rmap_journal_content(&journal, path, leftover->name, (uint64_t)part.st_size, content, err));
+    rmap_journal_origin(&journal, origin);
+    *committed_ret = true;
+out:
+    rmap_journal_fini(&journal);
+    rmap_free(part_path);
+    rmap_free(path);
     return st;
 }

@@ -139,13 +139,108 @@ enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_na
     return RMAP_OK;
 }
 
+/* ---- what unfinished writers left ---- */
+
+static bool ends_with(const char *name, const char *suffix)
+{
+    size_t n = strlen(name), n_suffix = strlen(suffix);
+    return n > n_suffix && strcmp(name + n - n_suffix, suffix) == 0;
+}
+
+static bool is_part(const char *name)
+{
+    return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".part");
+}
+
+static bool is_journal(const char *name)
+{
+    return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".journal");
+}
+
+char *rmap_journal_path(const char *part_path)
+{
+    return rmap_path_format("%.*s.journal", (int)(strlen(part_path) - strlen(".part")), part_path);
+}
+
+struct leftover_list {
+    const char *map_path, *shard_name;
+    struct rmap_leftover *leftover;
+    size_t n, cap;
+};
+
+/* One row per file; the two of a piece are joined later. */
+static enum rmap_status list_leftover(void *context, const char *name, struct rmap_error *err)
+{
+    struct leftover_list *list = context;
+    struct rmap_leftover row = {.shard = shard_number(list->shard_name),
+                                .has_part = is_part(name),
+                                .has_journal = is_journal(name)};
+    if (!row.has_part && !row.has_journal)
+        return RMAP_OK;
+    int stem = (int)(strlen(name) - strlen(row.has_part ? ".part" : ".journal"));
+    if ((size_t)snprintf(row.name, sizeof row.name, "%s/%.*s.part", list->shard_name, stem, name) >=
+        sizeof row.name)
+        return RMAP_OK; /* no name of ours is that long */
+    void *block = list->leftover;
+    enum rmap_status st =
+        rmap_reserve(&block, &list->cap, list->n + 1, sizeof *list->leftover, err);
+    list->leftover = block;
+    if (st == RMAP_OK)
+        list->leftover[list->n++] = row;
+    return st;
+}
+
+static enum rmap_status list_shard_leftovers(void *context, const char *name,
+                                             struct rmap_error *err)
+{
+    struct leftover_list *list = context;
+    if (shard_number(name) < 0)
+        return RMAP_OK;
+    list->shard_name = name;
+    char *path = rmap_path_format("%s/%s", list->map_path, name);
+    enum rmap_status st = path ? visit_directory(path, list_leftover, list, err)
+                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    rmap_free(path);
+    return st;
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(((const struct rmap_leftover *)a)->name, ((const struct rmap_leftover *)b)->name);
+}
+
+enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
+                                         size_t *n_ret, struct rmap_error *err)
+{
+    struct leftover_list list = {.map_path = map_path};
+    size_t kept = 0;
+    enum rmap_status st = visit_directory(map_path, list_shard_leftovers, &list, err);
+    if (st != RMAP_OK) {
+        rmap_free(list.leftover);
+        return st;
+    }
+    if (list.n > 0)
+        qsort(list.leftover, list.n, sizeof *list.leftover, by_name);
+    for (size_t i = 0; i < list.n; i++) {
+        const struct rmap_leftover *row = &list.leftover[i];
+        if (kept > 0 && strcmp(list.leftover[kept - 1].name, row->name) == 0) {
+            list.leftover[kept - 1].has_part |= row->has_part;
+            list.leftover[kept - 1].has_journal |= row->has_journal;
+        } else {
+            list.leftover[kept++] = *row;
+        }
+    }
+    *leftover_ret = list.leftover;
+    *n_ret = kept;
+    return RMAP_OK;
+}
+
 /* ---- making the directory, over an old map if told to ---- */
 
 static bool is_temporary(const char *name)
 {
-    size_t n = strlen(name);
-    return n > 5 && strcmp(name + n - 5, ".part") == 0 &&
-           (strncmp(name, ".piece-", 7) == 0 || strncmp(name, ".map.h5.", 8) == 0);
+    return is_part(name) || is_journal(name) ||
+           (strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part"));
 }
 
 struct clearing {
@@ -223,7 +318,7 @@ enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error
 {
     struct stat info;
     if (mkdir(path, 0777) == 0)
-        return RMAP_OK;
+        return rmap_sync_parent(path, err);
     int reason = errno;
     if (reason != EEXIST)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", path,

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
- * The files of a map in its directory: NAME.raymap/map.h5 and shard-RRRRR/piece-KKKKK.h5.
+ * The files of a map in its directory: NAME.raymap/map.h5, shard-RRRRR/piece-KKKKK.h5, and what
+ * unfinished writers left: shard-RRRRR/.piece-KKKKK.h5.*.part with its .journal.
  */
 #ifndef RMAP_MAP_DIRECTORY_H
 #define RMAP_MAP_DIRECTORY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "base/status.h"
@@ -20,5 +22,19 @@ struct rmap_piece_name {
 /* All published pieces, by shard and number. *name_ret: rmap_free. */
 enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
                                       size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* An unfinished piece: of a dead writer or of one at work. */
+struct rmap_leftover {
+    int shard;
+    char name[288]; /* "shard-00000/.piece-00000.h5.JOB.RESTART.HOST.PID.part" */
+    bool has_part, has_journal;
+};
+
+/* Sorted by name. *leftover_ret: rmap_free. */
+enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
+                                         size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of the journal that goes with a .part file; rmap_free. NULL when memory is short. */
+char *rmap_journal_path(const char *part_path);
 
 #endif

@@ -37,10 +37,25 @@ enum rmap_status rmap_map_create(const char *path, bool force,
 struct rmap_map_content; /* io/map_content.h */
 struct rmap_shard_writer;
 
-/* piece_nbytes: a piece is closed once it holds that much before compression, so that where it
- * ends does not hang on which chunk was encoded when (0: 512 MiB, about 256 MiB stored). */
-enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
-                                          const struct rmap_run *run, size_t piece_nbytes,
+/* Rays are flushed this often unless told otherwise: a kill costs what was traced since. */
+#define RMAP_FLUSH_SECONDS 10.0
+
+struct rmap_shard_options {
+    /* A piece is closed once it holds that much before compression, so that where it ends does not
+     * hang on which chunk was encoded when. 0: 512 MiB, about 256 MiB stored. */
+    size_t piece_nbytes;
+    /* What was appended is made safe when either has passed since the last time; 0: not by this.
+     * With flush_seconds the first time comes after one second at most. */
+    double flush_seconds;
+    uint64_t flush_portions;
+};
+
+/* directory: the map's, or another that exists, say on a disk of the node; shard-RRRRR is made in
+ * it. options: NULL for 512 MiB and RMAP_FLUSH_SECONDS. run is copied, what it points to borrowed.
+ */
+enum rmap_status rmap_shard_writer_create(const char *directory, int shard,
+                                          const struct rmap_run *run,
+                                          const struct rmap_shard_options *options,
                                           struct rmap_shard_writer **writer_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
@@ -53,12 +68,17 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *writer,
 enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *writer, bool *did_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* Stores the chunks encoded so far. The writing thread alone. */
+/* Stores the chunks encoded so far, and flushes when it is time. The writing thread alone. */
 enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *writer,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* Bytes waiting to be encoded or stored: workers help out rather than run ahead. Any thread. */
 size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *writer);
+
+/* Makes safe all that was appended before the call, helping to encode and waiting for the threads
+ * that do. The writing thread alone. */
+enum rmap_status rmap_shard_writer_flush(struct rmap_shard_writer *writer,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* Flushes, publishes the last piece, and closes. The writing thread, after all others are done. */
 enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *writer,
@@ -66,7 +86,9 @@ enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *writer,
 
 /* The pieces published so far, for the index; borrowed. The writing thread alone. */
 const struct rmap_map_content *rmap_shard_writer_content(const struct rmap_shard_writer *writer);
-void rmap_shard_writer_destroy(struct rmap_shard_writer *writer); /* drops what is unfinished */
+
+/* Drops what is unfinished and was never flushed; what was flushed stays for the map's reader. */
+void rmap_shard_writer_destroy(struct rmap_shard_writer *writer);
 
 /* Writes map.h5 from the shards that stand in the map's directory and the merged tally.
  * complete: every ray asked for is there. */

@@ -2,6 +2,7 @@
 #include "io/piece_writer.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -9,6 +10,7 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/map_directory.h"
 #include "io/map_format.h"
 #include "io/provenance.h"
 #include "io/publish.h"
@@ -21,12 +23,16 @@
 struct rmap_piece_writer {
     struct rmap_h5 h5;
     const struct rmap_run *run;
-    char *directory, *temporary, *final;
+    struct rmap_piece_origin origin;
+    char *directory, *temporary, *journal_path;
     const struct rmap_layout *layout;
     int shard, number;
     hid_t set[RMAP_STREAM_MAX];
     struct rmap_chunk_entry *entry;
     size_t n_entry, cap_entry;
+    size_t n_safe;                       /* entries that the journal has */
+    int fd;                              /* of the file, for syncing alone; -1 before */
+    struct rmap_journal_writer *journal; /* NULL before the first flush */
 };
 
 /* Datasets are numbered in the order of their names' list, which the file carries. */
@@ -105,14 +111,13 @@ static enum rmap_status describe_values(struct rmap_piece_writer *self, struct r
     return st;
 }
 
-static enum rmap_status create_file(struct rmap_piece_writer *self,
-                                    const struct rmap_piece_origin *origin, struct rmap_error *err)
+static enum rmap_status create_file(struct rmap_piece_writer *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const int32_t place[2] = {self->shard, self->number};
     const char *encoding = rmap_encoding_name(self->layout->encoding);
     RMAP_TRY(rmap_h5_create(&self->h5, self->temporary, err));
-    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_PIECE, self->run, origin, err));
+    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_PIECE, self->run, &self->origin, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "shard", RMAP_I32, 1, &place[0], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "piece", RMAP_I32, 1, &place[1], err));
     RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "encoding", encoding, err));
@@ -128,6 +133,27 @@ out:
     return st;
 }
 
+/* Names that nothing has yet: in a container the process that was killed may have had our number,
+ * and what it left holds rays. */
+static enum rmap_status choose_names(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    char name[32];
+    struct stat info;
+    for (int attempt = 0;; attempt++) {
+        (void)snprintf(name, sizeof name, attempt ? "piece-%05d.h5.%d" : "piece-%05d.h5",
+                       self->number, attempt);
+        self->temporary = rmap_temporary_path(self->directory, name);
+        self->journal_path = self->temporary ? rmap_journal_path(self->temporary) : NULL;
+        if (!self->journal_path)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+        if (lstat(self->temporary, &info) != 0 && lstat(self->journal_path, &info) != 0)
+            return RMAP_OK;
+        rmap_free(self->temporary);
+        rmap_free(self->journal_path);
+        self->temporary = self->journal_path = NULL;
+    }
+}
+
 enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int number,
                                           const struct rmap_run *run,
                                           const struct rmap_piece_origin *origin,
@@ -135,7 +161,6 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
                                           struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    char name[32];
     struct rmap_piece_writer *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
@@ -146,16 +171,15 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
     self->h5.file = H5I_INVALID_HID;
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         self->set[s] = H5I_INVALID_HID;
-    (void)snprintf(name, sizeof name, "piece-%05d.h5", number);
+    self->origin = *origin;
+    self->fd = -1;
     self->directory = rmap_strdup(shard_path);
-    self->final = rmap_path_format("%s/%s", shard_path, name);
-    self->temporary = rmap_temporary_path(shard_path, name);
-    if (!self->directory || !self->final || !self->temporary) {
+    if (!self->directory) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
         goto out;
     }
-    (void)unlink(self->temporary); /* of a process of the same number that was killed */
-    RMAP_TRY(create_file(self, origin, err));
+    RMAP_TRY(choose_names(self, err));
+    RMAP_TRY(create_file(self, err));
     *writer_ret = self;
     self = NULL;
 out:
@@ -197,6 +221,58 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
     return st;
 }
 
+/* ---- flushing ---- */
+
+static enum rmap_status begin_journal(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    const struct rmap_piece_origin *origin = &self->origin;
+    struct rmap_journal_header header = {.encoding = (uint32_t)origin->encoding,
+                                         .mode = (uint32_t)origin->mode,
+                                         .n_channel = (uint32_t)origin->n_channel,
+                                         .shard = self->shard,
+                                         .number = self->number,
+                                         .seed = origin->seed};
+    (void)snprintf(header.scene_digest, sizeof header.scene_digest, "%s", origin->scene_digest);
+    (void)snprintf(header.space_digest, sizeof header.space_digest, "%s", origin->space_digest);
+    (void)snprintf(header.isa, sizeof header.isa, "%s", self->run->isa ? self->run->isa : "");
+    (void)snprintf(header.embree_version, sizeof header.embree_version, "%s",
+                   self->run->embree_version ? self->run->embree_version : "");
+    return rmap_journal_create(self->journal_path, &header, &self->journal, err);
+}
+
+/* The stored chunks first, then the journal that speaks of them, then, once, the names of both. */
+enum rmap_status rmap_piece_writer_flush(struct rmap_piece_writer *self,
+                                         struct rmap_journal_batch *batch,
+                                         const uint64_t *stored_rows, uint64_t n_portion,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool first = !self->journal;
+    if (self->h5.failed)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->h5.path);
+    if (self->fd < 0)
+        self->fd = open(self->temporary, O_RDWR | O_CLOEXEC);
+    if (self->fd < 0 || fdatasync(self->fd) != 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: syncing to disk: %s", self->temporary,
+                            strerror(errno));
+        goto out;
+    }
+    if (first)
+        RMAP_TRY(begin_journal(self, err));
+    RMAP_TRY(rmap_journal_add_chunks(batch, self->entry + self->n_safe,
+                                     self->n_entry - self->n_safe, err));
+    RMAP_TRY(rmap_journal_commit(self->journal, batch, stored_rows, n_portion, err));
+    self->n_safe = self->n_entry;
+    if (first)
+        RMAP_TRY(rmap_sync_directory(self->directory, err));
+out:
+    if (st != RMAP_OK)
+        self->h5.failed = true; /* what comes later would not be safe */
+    return st;
+}
+
+/* ---- finishing ---- */
+
 static enum rmap_status seal(struct rmap_piece_writer *self, struct rmap_error *err)
 {
     struct rmap_range *range = rmap_alloc(self->n_entry, sizeof *range);
@@ -209,24 +285,51 @@ static enum rmap_status seal(struct rmap_piece_writer *self, struct rmap_error *
     return st;
 }
 
-/* The file is closed and sealed, so its size is final. */
-static enum rmap_status add_to_content(struct rmap_piece_writer *self,
-                                       const struct rmap_portion_info *portion, size_t n_portion,
-                                       const uint64_t *stored_rows,
-                                       struct rmap_map_content *content, struct rmap_error *err)
+/* Under its own number, or the next that is free: a rank of a node that was cut off may have come
+ * first. */
+static enum rmap_status publish(struct rmap_piece_writer *self, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    bool taken = true;
+    while (taken) {
+        char *final = rmap_path_format("%s/piece-%05d.h5", self->directory, self->number);
+        if (!final)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+        st = rmap_publish_new(self->directory, self->temporary, final, &taken, err);
+        rmap_free(final);
+        if (st == RMAP_OK && taken)
+            st = rmap_shard_next_piece(self->directory, &self->number, err);
+        if (st != RMAP_OK)
+            return st;
+    }
+    if (self->journal)
+        (void)unlink(self->journal_path);
+    rmap_free(self->temporary);
+    self->temporary = NULL;
+    return st;
+}
+
+static enum rmap_status close_file(struct rmap_piece_writer *self, uint64_t *nbytes_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
     struct stat file;
-    if (stat(self->temporary, &file) != 0)
-        return rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
-    struct rmap_piece_info info = {.shard = self->shard,
-                                   .number = self->number,
-                                   .nbytes = (uint64_t)file.st_size,
-                                   .encoding = (int32_t)self->layout->encoding,
-                                   .space = self->run->space,
-                                   .n_chunk = self->n_entry};
-    memcpy(info.stored_rows, stored_rows, sizeof info.stored_rows);
-    rmap_piece_name_set(&info);
-    return rmap_map_content_add_piece(content, &info, portion, n_portion, self->entry, err);
+    for (int s = 0; s < self->layout->n_stream; s++) {
+        if (H5Dclose(self->set[s]) < 0) {
+            st = rmap_h5_fail(&self->h5, self->layout->stream[s].path, err);
+            goto out;
+        }
+        self->set[s] = H5I_INVALID_HID;
+    }
+    RMAP_TRY(rmap_h5_close(&self->h5, err));
+    RMAP_TRY(seal(self, err));
+    if (stat(self->temporary, &file) != 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
+        goto out;
+    }
+    *nbytes_ret = (uint64_t)file.st_size;
+out:
+    return st;
 }
 
 enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
@@ -237,6 +340,10 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
     static const int32_t complete = 1;
     enum rmap_status st = RMAP_OK;
     struct rmap_field_table chunks = rmap_chunk_fields(), portions = rmap_portion_fields_piece();
+    struct rmap_piece_info info = {.shard = self->shard,
+                                   .encoding = (int32_t)self->layout->encoding,
+                                   .space = self->run->space,
+                                   .n_chunk = self->n_entry};
     RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, self->entry, self->n_entry,
                                   sizeof *self->entry, err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, portions.field, portions.n, portion, n_portion,
@@ -244,19 +351,12 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX,
                          stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));
-    for (int s = 0; s < self->layout->n_stream; s++) {
-        if (H5Dclose(self->set[s]) < 0) {
-            st = rmap_h5_fail(&self->h5, self->layout->stream[s].path, err);
-            goto out;
-        }
-        self->set[s] = H5I_INVALID_HID;
-    }
-    RMAP_TRY(rmap_h5_close(&self->h5, err));
-    RMAP_TRY(seal(self, err));
-    RMAP_TRY(add_to_content(self, portion, n_portion, stored_rows, content, err));
-    st = rmap_publish_new(self->directory, self->temporary, self->final, err);
-    rmap_free(self->temporary);
-    self->temporary = NULL;
+    RMAP_TRY(close_file(self, &info.nbytes, err));
+    RMAP_TRY(publish(self, err));
+    info.number = self->number;
+    memcpy(info.stored_rows, stored_rows, sizeof info.stored_rows);
+    rmap_piece_name_set(&info);
+    RMAP_TRY(rmap_map_content_add_piece(content, &info, portion, n_portion, self->entry, err));
 out:
     return st;
 }
@@ -269,11 +369,14 @@ void rmap_piece_writer_destroy(struct rmap_piece_writer *self)
         if (self->set[s] >= 0 && !self->h5.failed)
             (void)H5Dclose(self->set[s]);
     rmap_h5_drop(&self->h5);
-    if (self->temporary)
+    if (self->fd >= 0)
+        (void)close(self->fd);
+    if (self->temporary && !self->journal)
         (void)unlink(self->temporary);
+    rmap_journal_writer_destroy(self->journal);
     rmap_free(self->directory);
     rmap_free(self->temporary);
-    rmap_free(self->final);
+    rmap_free(self->journal_path);
     rmap_free(self->entry);
     rmap_free(self);
 }

@@ -67,43 +67,68 @@ static int reserve_and_rename(const char *temporary, const char *final)
     int fd = open(final, O_CREAT | O_EXCL | O_WRONLY | O_CLOEXEC, 0666);
     if (fd < 0 || close(fd) != 0)
         return -1;
-    return rename(temporary, final);
+    if (rename(temporary, final) == 0)
+        return 0;
+    int reason = errno;
+    (void)unlink(final);
+    errno = reason;
+    return -1;
 }
 
 static int link_new(const char *temporary, const char *final)
 {
-    if (link(temporary, final) == 0)
-        return unlink(temporary);
+    if (link(temporary, final) == 0) {
+        (void)unlink(temporary); /* a second name harms nobody */
+        return 0;
+    }
     if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS || errno == EMLINK)
         return reserve_and_rename(temporary, final);
     return -1;
 }
 
-static enum rmap_status publish(const char *directory, const char *temporary, const char *final,
-                                int (*give_name)(const char *, const char *),
-                                struct rmap_error *err)
+enum rmap_status rmap_sync_directory(const char *directory, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(sync_path(temporary, O_RDWR, err));
-    if (give_name(temporary, final) != 0) {
-        st = system_error(err, final, "cannot be published");
-        goto out;
-    }
-    RMAP_TRY(sync_path(directory, O_RDONLY | O_DIRECTORY, err));
-out:
-    if (st != RMAP_OK)
-        (void)unlink(temporary);
+    return sync_path(directory, O_RDONLY | O_DIRECTORY, err);
+}
+
+enum rmap_status rmap_sync_parent(const char *path, struct rmap_error *err)
+{
+    size_t n = strlen(path);
+    while (n > 1 && path[n - 1] == '/')
+        n--;
+    while (n > 0 && path[n - 1] != '/')
+        n--;
+    while (n > 1 && path[n - 1] == '/')
+        n--;
+    char *parent = n > 0 ? rmap_path_format("%.*s", (int)n, path) : rmap_strdup(".");
+    enum rmap_status st = parent ? rmap_sync_directory(parent, err)
+                                 : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    rmap_free(parent);
     return st;
 }
 
 enum rmap_status rmap_publish_new(const char *directory, const char *temporary, const char *final,
-                                  struct rmap_error *err)
+                                  bool *taken_ret, struct rmap_error *err)
 {
-    return publish(directory, temporary, final, link_new, err);
+    *taken_ret = false;
+    enum rmap_status st = sync_path(temporary, O_RDWR, err);
+    if (st != RMAP_OK)
+        return st;
+    if (link_new(temporary, final) != 0) {
+        *taken_ret = errno == EEXIST;
+        return *taken_ret ? RMAP_OK : system_error(err, final, "cannot be published");
+    }
+    return rmap_sync_directory(directory, err);
 }
 
 enum rmap_status rmap_publish_over(const char *directory, const char *temporary, const char *final,
                                    struct rmap_error *err)
 {
-    return publish(directory, temporary, final, rename, err);
+    enum rmap_status st = sync_path(temporary, O_RDWR, err);
+    if (st == RMAP_OK && rename(temporary, final) != 0)
+        st = system_error(err, final, "cannot be published");
+    if (st == RMAP_OK)
+        return rmap_sync_directory(directory, err);
+    (void)unlink(temporary);
+    return st;
 }

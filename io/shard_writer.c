@@ -4,59 +4,22 @@
  *
  * A full buffer goes to a queue that keeps the order of filling, so the file does not depend on
  * which thread encoded what. A piece ends between two portions: its buffers are flushed as they
- * are, and a sign in the queue tells the writing thread to close it.
+ * are, and a sign in the queue tells the writing thread to close it. A flush is such a sign too:
+ * when it comes out, all that was appended before it is stored or in the sign's batch.
  */
 #include <errno.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 
 #include "base/alloc.h"
-#include "io/chunk_queue.h"
-#include "io/codec.h"
 #include "io/map_directory.h"
-#include "io/piece_writer.h"
 #include "io/provenance.h"
 #include "io/publish.h"
+#include "io/shard_internal.h"
 
-#define PIECE_NBYTES_DEFAULT (UINT64_C(512) << 20)
-
-/* A piece in flight: begun by append, ended by store. */
-struct rmap_shard_piece {
-    int number;
-    uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
-    uint64_t raw_nbytes;
-    struct rmap_portion_info *portion;
-    size_t n_portion, cap_portion;
-};
-
-struct encoder_slot {
-    struct encoder_slot *next;
-    struct rmap_encoder *encoder;
-};
-
-struct rmap_shard_writer {
-    char *path;
-    int shard;
-    struct rmap_run run;
-    struct rmap_piece_origin origin;
-    uint64_t piece_nbytes;
-
-    pthread_mutex_t lock;
-    /* Under the lock. */
-    enum rmap_status failed; /* RMAP_OK, or why the shard is unusable */
-    int next_number;
-    struct rmap_shard_piece *piece; /* being filled, or NULL */
-    struct rmap_chunk *open[RMAP_STREAM_MAX];
-    struct rmap_chunk_queue queue;
-    struct encoder_slot *idle;
-    _Atomic size_t backlog;
-
-    /* The writing thread's own. */
-    struct rmap_piece_writer *file; /* of the piece being stored, or NULL */
-    struct rmap_map_content content;
-};
+static const struct rmap_shard_options defaults = {.piece_nbytes = (size_t)512 << 20,
+                                                   .flush_seconds = RMAP_FLUSH_SECONDS};
 
 static void piece_destroy(struct rmap_shard_piece *piece)
 {
@@ -66,8 +29,9 @@ static void piece_destroy(struct rmap_shard_piece *piece)
     rmap_free(piece);
 }
 
-enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
-                                          const struct rmap_run *run, size_t piece_nbytes,
+enum rmap_status rmap_shard_writer_create(const char *directory, int shard,
+                                          const struct rmap_run *run,
+                                          const struct rmap_shard_options *options,
                                           struct rmap_shard_writer **writer_ret,
                                           struct rmap_error *err)
 {
@@ -78,10 +42,12 @@ enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
     (void)pthread_mutex_init(&self->lock, NULL);
     self->shard = shard;
     self->run = *run;
-    self->piece_nbytes = piece_nbytes ? piece_nbytes : PIECE_NBYTES_DEFAULT;
+    self->options = options ? *options : defaults;
+    if (self->options.piece_nbytes == 0)
+        self->options.piece_nbytes = defaults.piece_nbytes;
     self->queue.n_channel = run->scene->channels.n;
     self->queue.layout = rmap_layout_of(run->encoding, run->scene->channels.mode);
-    self->path = rmap_path_format("%s/shard-%05d", map_path, shard);
+    self->path = rmap_path_format("%s/shard-%05d", directory, shard);
     if (!self->path) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a shard");
         goto out;
@@ -96,8 +62,10 @@ enum rmap_status rmap_shard_writer_create(const char *map_path, int shard,
                             strerror(errno));
         goto out;
     }
+    RMAP_TRY(rmap_sync_directory(directory, err));
     RMAP_TRY(rmap_piece_origin_of(run, &self->origin, err));
     RMAP_TRY(rmap_shard_next_piece(self->path, &self->next_number, err));
+    rmap_shard_flush_schedule(self);
     *writer_ret = self;
     self = NULL;
 out:
@@ -165,6 +133,7 @@ static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_er
         rmap_chunk_queue_push(&self->queue, chunk);
         self->open[s] = NULL;
     }
+    sign->sign = RMAP_SIGN_END_PIECE;
     sign->piece = self->piece;
     self->piece = NULL;
     rmap_chunk_queue_push(&self->queue, sign);
@@ -193,7 +162,7 @@ static enum rmap_status append_locked(struct rmap_shard_writer *self, const stru
         piece->stored_rows[t] += rows->n_row[t];
     }
     piece->portion[piece->n_portion++] = *info;
-    if (piece->raw_nbytes >= self->piece_nbytes)
+    if (piece->raw_nbytes >= self->options.piece_nbytes)
         RMAP_TRY(end_piece(self, err));
 out:
     return st;
@@ -243,11 +212,11 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
 }
 
 /* An idle encoder or a new one; called under the lock. */
-static enum rmap_status take_encoder(struct rmap_shard_writer *self, struct encoder_slot **slot_ret,
-                                     struct rmap_error *err)
+static enum rmap_status take_encoder(struct rmap_shard_writer *self,
+                                     struct rmap_encoder_slot **slot_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct encoder_slot *slot = self->idle;
+    struct rmap_encoder_slot *slot = self->idle;
     if (slot) {
         self->idle = slot->next;
     } else {
@@ -280,7 +249,7 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout, struct rm
 enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *did_ret,
                                           struct rmap_error *err)
 {
-    struct encoder_slot *slot = NULL;
+    struct rmap_encoder_slot *slot = NULL;
     struct rmap_chunk *chunk = NULL;
     *did_ret = false;
     enum rmap_status st = enter(self, err);
@@ -304,25 +273,47 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
     return leave(self, st);
 }
 
+static enum rmap_status finish_piece(struct rmap_shard_writer *self,
+                                     const struct rmap_shard_piece *piece, struct rmap_error *err)
+{
+    enum rmap_status st = rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion,
+                                                   piece->stored_rows, &self->content, err);
+    if (st != RMAP_OK)
+        return st;
+    rmap_piece_writer_destroy(self->file);
+    self->file = NULL;
+    return st;
+}
+
 static enum rmap_status store_chunk(struct rmap_shard_writer *self, const struct rmap_chunk *chunk,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_shard_piece *piece = chunk->piece;
     if (!self->file)
-        RMAP_TRY(rmap_piece_writer_create(self->path, self->shard, piece->number, &self->run,
+        RMAP_TRY(rmap_piece_writer_create(self->path, self->shard, chunk->piece->number, &self->run,
                                           &self->origin, &self->file, err));
-    if (chunk->ends_piece) {
-        RMAP_TRY(rmap_piece_writer_finish(self->file, piece->portion, piece->n_portion,
-                                          piece->stored_rows, &self->content, err));
-        rmap_piece_writer_destroy(self->file);
-        self->file = NULL;
-    } else {
-        RMAP_TRY(rmap_piece_writer_put(self->file, chunk->stream, chunk->index, chunk->n_row_end,
-                                       chunk->stored, &chunk->stored_size, err));
+    switch (chunk->sign) {
+    case RMAP_SIGN_END_PIECE:
+        return finish_piece(self, chunk->piece, err);
+    case RMAP_SIGN_FLUSH:
+        return rmap_piece_writer_flush(self->file, &self->flush.batch, self->flush.stored_rows,
+                                       self->flush.n_portion, err);
+    case RMAP_SIGN_NONE:
+        return rmap_piece_writer_put(self->file, chunk->stream, chunk->index, chunk->n_row_end,
+                                     chunk->stored, &chunk->stored_size, err);
     }
 out:
     return st;
+}
+
+/* Under the lock. */
+static void release_chunk(struct rmap_shard_writer *self, struct rmap_chunk *chunk)
+{
+    if (chunk->sign == RMAP_SIGN_END_PIECE)
+        piece_destroy(chunk->piece);
+    if (chunk->sign == RMAP_SIGN_FLUSH)
+        self->flush.pending = false;
+    rmap_chunk_queue_give_back(&self->queue, chunk);
 }
 
 enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct rmap_error *err)
@@ -331,15 +322,56 @@ enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct 
     if (st != RMAP_OK)
         return st;
     struct rmap_chunk *chunk;
+    st = rmap_shard_flush_when_due(self, err);
     while (st == RMAP_OK && (chunk = rmap_chunk_queue_pop(&self->queue))) {
         (void)pthread_mutex_unlock(&self->lock);
         st = store_chunk(self, chunk, err);
         (void)pthread_mutex_lock(&self->lock);
-        if (chunk->ends_piece)
-            piece_destroy(chunk->piece);
-        rmap_chunk_queue_give_back(&self->queue, chunk);
+        release_chunk(self, chunk);
     }
     return leave(self, st);
+}
+
+/* Asks for a flush unless one is pending, whose rows are older than the call; *asked_ret is true
+ * once it is asked for or nothing is left to flush. */
+static enum rmap_status ask_flush(struct rmap_shard_writer *self, bool *asked_ret,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = enter(self, err);
+    if (st != RMAP_OK)
+        return st;
+    *asked_ret = !self->flush.pending;
+    if (*asked_ret)
+        st = rmap_shard_flush_begin(self, err);
+    return leave(self, st);
+}
+
+/* A flush, or a piece that is to be published. */
+static bool flush_pending(struct rmap_shard_writer *self)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    bool pending = self->flush.pending;
+    for (const struct rmap_chunk *chunk = self->queue.head; chunk; chunk = chunk->next)
+        pending |= chunk->sign == RMAP_SIGN_END_PIECE;
+    (void)pthread_mutex_unlock(&self->lock);
+    return pending;
+}
+
+enum rmap_status rmap_shard_writer_flush(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    const struct timespec nap = {.tv_nsec = 1000000};
+    enum rmap_status st = RMAP_OK;
+    bool asked = false, did;
+    while (!asked || flush_pending(self)) {
+        if (!asked)
+            RMAP_TRY(ask_flush(self, &asked, err));
+        RMAP_TRY(rmap_shard_writer_encode(self, &did, err));
+        RMAP_TRY(rmap_shard_writer_store(self, err));
+        if (!did && flush_pending(self))
+            (void)nanosleep(&nap, NULL); /* others encode the rest */
+    }
+out:
+    return st;
 }
 
 size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *self)
@@ -374,14 +406,15 @@ void rmap_shard_writer_destroy(struct rmap_shard_writer *self)
         return;
     rmap_piece_writer_destroy(self->file);
     for (struct rmap_chunk *chunk = self->queue.head; chunk; chunk = chunk->next)
-        if (chunk->ends_piece)
+        if (chunk->sign == RMAP_SIGN_END_PIECE)
             piece_destroy(chunk->piece);
     piece_destroy(self->piece);
+    rmap_journal_batch_fini(&self->flush.batch);
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_chunk_destroy(self->open[s]);
     rmap_map_content_fini(&self->content);
     rmap_chunk_queue_fini(&self->queue);
-    for (struct encoder_slot *slot = self->idle, *next; slot; slot = next) {
+    for (struct rmap_encoder_slot *slot = self->idle, *next; slot; slot = next) {
         next = slot->next;
         rmap_encoder_destroy(slot->encoder);
         rmap_free(slot);

@@ -106,8 +106,9 @@ static enum rmap_status prepare(const struct rmap_context *context, const struct
     if (st == RMAP_OK && context->rank == 0)
         st = rmap_map_create(request->to, request->force, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    st = rmap_shard_writer_create(request->to, context->rank, &self->run, request->piece_nbytes,
-                                  &self->writer, err);
+    const struct rmap_shard_options shard = {.piece_nbytes = request->piece_nbytes};
+    st = rmap_shard_writer_create(request->to, context->rank, &self->run, &shard, &self->writer,
+                                  err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

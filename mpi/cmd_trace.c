@@ -48,6 +48,8 @@ static enum rmap_status prepare(const struct rmap_context *context,
         rmap_accel_create(session->scene, context->n_thread, &session->accel, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(check_isa(context, rmap_accel_isa(session->accel), err));
+    const struct rmap_shard_options shard = {.piece_nbytes = request->piece_nbytes,
+                                             .flush_seconds = RMAP_FLUSH_SECONDS};
     session->run = (struct rmap_run){.bundle = session->bundle,
                                      .scene = session->scene,
                                      .seed = request->seed,
@@ -62,8 +64,8 @@ static enum rmap_status prepare(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_forward_create(context, request->shards_per_node, &session->forward, err));
     if (rmap_forward_writes(session->forward))
-        st = rmap_shard_writer_create(request->map_path, context->rank, &session->run,
-                                      request->piece_nbytes, &session->writer, err);
+        st = rmap_shard_writer_create(request->map_path, context->rank, &session->run, &shard,
+                                      &session->writer, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

@@ -145,10 +145,10 @@ static inline enum rmap_status fixture_write_shard(struct fixture *f, int shard,
                                                    uint64_t last, uint64_t rays,
                                                    size_t piece_nbytes, struct rmap_error *err)
 {
+    const struct rmap_shard_options options = {.piece_nbytes = piece_nbytes};
     struct rmap_shard_writer *writer = NULL;
     bool did;
-    enum rmap_status st =
-        rmap_shard_writer_create(f->map, shard, &f->run, piece_nbytes, &writer, err);
+    enum rmap_status st = rmap_shard_writer_create(f->map, shard, &f->run, &options, &writer, err);
     for (uint64_t block = first; st == RMAP_OK && block < last; block++) {
         struct rmap_portion *portion = fixture_portion(f, block * rays, rays, f->tally);
         st = rmap_shard_writer_append(writer, portion, err);

@@ -142,7 +142,10 @@ static void test_many_threads(void **state)
     fixture_init(&f);
     fixture_must(rmap_map_create(f.map, false, &err), &err);
     struct crowd crowd = {.f = &f};
-    fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, 4 << 20, &crowd.writer, &err), &err);
+    fixture_must(rmap_shard_writer_create(f.map, 0, &f.run,
+                                          &(struct rmap_shard_options){.piece_nbytes = 4 << 20},
+                                          &crowd.writer, &err),
+                 &err);
     fixture_must(rmap_workers_start(4, crowd_work, &crowd, &workers, &err), &err);
     while (!rmap_workers_done(workers)) {
         fixture_must(rmap_shard_writer_store(crowd.writer, &err), &err);
