@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT
  *
- * map.h5: everything about a map but its columns. Made from the pieces on disk, so it can be made
- * again; replaced whole by rename, so a map has an index at every moment once it had one.
+ * map.h5: everything about a map but its columns. Replaced whole by rename, so a map has an index
+ * at every moment once it had one.
  */
 #include <string.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/map_format.h"
+#include "io/map_internal.h"
 #include "io/map_scan.h"
 #include "io/map_tally.h"
 #include "io/map_view.h"
@@ -20,7 +21,12 @@ struct index {
     struct rmap_h5 h5;
     const struct rmap_run *run;
     const struct rmap_tally *tally;
+    struct rmap_tally *zeros; /* owned; used where no tally was given */
+    struct rmap_piece_origin origin;
     struct rmap_map_content content;
+    struct rmap_map_spaces spaces;
+    struct rmap_run_row *row;
+    size_t n_row;
 };
 
 static const struct rmap_h5_unit one = {"1", 1.0, {0}};
@@ -180,28 +186,126 @@ static enum rmap_status write_content(struct index *self, struct rmap_error *err
     RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, content->chunk,
                                   content->n_chunk, sizeof *content->chunk, err));
-    RMAP_TRY(
-        rmap_map_view_write(&self->h5, self->run->scene, content->piece, content->n_piece, err));
+    RMAP_TRY(rmap_map_view_write(&self->h5, self->run->scene, &self->spaces, content, err));
 out:
     return st;
 }
 
-static enum rmap_status write_file(struct index *self, const char *temporary,
-                                   const struct rmap_piece_origin *origin, bool complete,
+static enum rmap_status write_runs(struct index *self, struct rmap_error *err)
+{
+    struct rmap_field_table runs = rmap_run_fields();
+    enum rmap_status st = rmap_h5_group(&self->h5, "/run", err);
+    return st != RMAP_OK ? st
+                         : rmap_h5_write_fields(&self->h5, runs.field, runs.n, self->row,
+                                                self->n_row, sizeof *self->row, err);
+}
+
+static enum rmap_status write_file(struct index *self, const char *temporary, bool complete,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_h5_create(&self->h5, temporary, err));
-    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, self->run, origin, err));
+    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, self->run, &self->origin, err));
     RMAP_TRY(put_totals(self, complete, err));
     RMAP_TRY(write_bundle(self, err));
     RMAP_TRY(write_names(self, err));
     RMAP_TRY(write_light(self, err));
+    RMAP_TRY(rmap_map_spaces_write(&self->h5, &self->spaces, err));
+    RMAP_TRY(write_runs(self, err));
     RMAP_TRY(write_content(self, err));
     RMAP_TRY(rmap_map_tally_write(&self->h5, self->tally, err));
     RMAP_TRY(rmap_h5_close(&self->h5, err));
     RMAP_TRY(rmap_seal_write(temporary, NULL, 0, err));
 out:
+    return st;
+}
+
+/* The spaces and runs of the map as it was, and this run's. */
+static enum rmap_status gather_history(struct index *self, const struct rmap_index *given,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_map *before = given->before;
+    size_t n = before ? before->n_run : 0;
+    RMAP_TRY(rmap_piece_origin_of(given->run, &self->origin, err));
+    if (before)
+        RMAP_TRY(rmap_map_spaces_copy(&self->spaces, &before->spaces, err));
+    if (rmap_map_spaces_find(&self->spaces, self->origin.space_digest) < 0)
+        RMAP_TRY(rmap_map_spaces_add(&self->spaces, given->run->bundle, given->run->scene,
+                                     self->origin.space_digest, err));
+    self->row = rmap_alloc(n + 1, sizeof *self->row);
+    if (!self->row) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the index");
+        goto out;
+    }
+    if (n > 0)
+        memcpy(self->row, before->run, n * sizeof *self->row);
+    if (given->row)
+        self->row[n++] = *given->row;
+    self->n_row = n;
+out:
+    return st;
+}
+
+static enum rmap_status gather_content(struct index *self, const char *map_path,
+                                       const struct rmap_index *given, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (given->content)
+        RMAP_TRY(rmap_map_content_add(&self->content, given->content, err));
+    RMAP_TRY(rmap_map_content_drop_open(&self->content, err));
+    RMAP_TRY(rmap_map_content_sort(&self->content, err));
+    RMAP_TRY(rmap_map_content_check(&self->content, map_path, err));
+    self->tally = given->tally;
+    if (!self->tally) {
+        RMAP_TRY(rmap_tally_create(given->run->scene, &self->zeros, err));
+        self->tally = self->zeros;
+    }
+out:
+    return st;
+}
+
+static enum rmap_status publish(struct index *self, const char *map_path, bool complete,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char *final = rmap_path_format("%s/map.h5", map_path);
+    char *temporary = rmap_temporary_path(map_path, "map.h5");
+    if (!final || !temporary) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the index");
+        goto out;
+    }
+    (void)unlink(temporary);
+    st = write_file(self, temporary, complete, err);
+    if (st == RMAP_OK)
+        st = rmap_publish_over(map_path, temporary, final, err);
+    else
+        (void)unlink(temporary);
+out:
+    rmap_free(temporary);
+    rmap_free(final);
+    return st;
+}
+
+static void index_fini(struct index *self)
+{
+    rmap_h5_drop(&self->h5);
+    rmap_map_content_fini(&self->content);
+    rmap_map_spaces_fini(&self->spaces);
+    rmap_tally_destroy(self->zeros);
+    rmap_free(self->row);
+}
+
+enum rmap_status rmap_index_write_content(const char *map_path, const struct rmap_index *given,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct index self = {.h5 = {.file = H5I_INVALID_HID}, .run = given->run};
+    RMAP_TRY(gather_history(&self, given, err));
+    RMAP_TRY(gather_content(&self, map_path, given, err));
+    RMAP_TRY(publish(&self, map_path, given->complete, err));
+out:
+    index_fini(&self);
     return st;
 }
 
@@ -211,25 +315,41 @@ enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *r
 {
     enum rmap_status st = RMAP_OK;
     struct index self = {.h5 = {.file = H5I_INVALID_HID}, .run = run, .tally = tally};
-    struct rmap_piece_origin origin;
-    char *final = rmap_path_format("%s/map.h5", map_path);
-    char *temporary = rmap_temporary_path(map_path, "map.h5");
-    if (!final || !temporary) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the index");
-        goto out;
-    }
-    (void)unlink(temporary);
-    RMAP_TRY(rmap_piece_origin_of(run, &origin, err));
-    RMAP_TRY(rmap_map_scan(map_path, run->seed, origin.scene_digest, &self.content, err));
-    st = write_file(&self, temporary, &origin, complete, err);
-    if (st == RMAP_OK)
-        st = rmap_publish_over(map_path, temporary, final, err);
-    else
-        (void)unlink(temporary);
+    struct rmap_run_row row = {.seed = run->seed, .n_rank = run->n_rank};
+    struct rmap_index given = {.run = run, .row = &row};
+    RMAP_TRY(gather_history(&self, &given, err));
+    RMAP_TRY(rmap_map_scan(map_path, self.origin.seed, self.origin.scene_digest, &self.spaces,
+                           &self.content, err));
+    if (self.content.n_portion > 0)
+        self.row->first_ray = self.content.portion[0].first_ray;
+    self.row->n_ray = self.content.n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(publish(&self, map_path, complete, err));
 out:
-    rmap_h5_drop(&self.h5);
-    rmap_map_content_fini(&self.content);
-    rmap_free(temporary);
-    rmap_free(final);
+    index_fini(&self);
     return st;
+}
+
+enum rmap_status rmap_map_admit(const struct rmap_map *map, const struct rmap_run *run,
+                                int32_t *space_ret, struct rmap_error *err)
+{
+    struct rmap_piece_origin origin;
+    enum rmap_status st = rmap_piece_origin_of(run, &origin, err);
+    if (st != RMAP_OK)
+        return st;
+    if (strcmp(origin.scene_digest, map->scene_digest) != 0)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s holds rays of another scene: its text, its meshes or what was "
+                              "chosen of it differ (only the colour space may)",
+                              map->path);
+    if (run->seed != map->summary.seed)
+        return rmap_error_set(err, RMAP_INPUT, "%s was traced with seed %llu, not %llu", map->path,
+                              (unsigned long long)map->summary.seed, (unsigned long long)run->seed);
+    if (run->isa && strcmp(run->isa, map->summary.isa) != 0)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s was traced with the instruction set %s, this machine uses %s: "
+                              "rays are the same only on one kind",
+                              map->path, map->summary.isa, run->isa);
+    int32_t space = rmap_map_spaces_find(&map->spaces, origin.space_digest);
+    *space_ret = space >= 0 ? space : (int32_t)map->spaces.n;
+    return RMAP_OK;
 }

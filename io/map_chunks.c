@@ -20,13 +20,14 @@ char *rmap_map_piece_path(const struct rmap_map *map, size_t piece)
 
 const struct rmap_layout *rmap_map_piece_layout(const struct rmap_map *map, size_t piece)
 {
-    return rmap_piece_layout(&map->content.piece[piece], map->scene->channels.mode);
+    return rmap_piece_layout(
+        &map->content.piece[piece],
+        (enum rmap_colour_mode)map->spaces.space[map->content.piece[piece].space].mode);
 }
 
 int rmap_map_piece_n_channel(const struct rmap_map *map, size_t piece)
 {
-    (void)piece;
-    return map->scene->channels.n;
+    return map->spaces.space[map->content.piece[piece].space].n_channel;
 }
 
 /* A sealed piece has one size for ever; an open one has at least what its journal saw. */

@@ -142,6 +142,10 @@ static int by_first_ray(const void *a, const void *b)
     const struct rmap_portion_info *x = a, *y = b;
     if (x->first_ray != y->first_ray)
         return x->first_ray < y->first_ray ? -1 : 1;
+    if (x->is_added != y->is_added)
+        return x->is_added < y->is_added ? -1 : 1;
+    if (x->n_row[RMAP_TABLE_RAY] != y->n_row[RMAP_TABLE_RAY])
+        return x->n_row[RMAP_TABLE_RAY] > y->n_row[RMAP_TABLE_RAY] ? -1 : 1;
     if (x->piece != y->piece)
         return x->piece < y->piece ? -1 : 1;
     return (x->stored_first[0] > y->stored_first[0]) - (x->stored_first[0] < y->stored_first[0]);
@@ -190,6 +194,69 @@ enum rmap_status rmap_map_content_sort(struct rmap_map_content *content, struct 
     if (content->n_tail > 0)
         qsort(content->tail, content->n_tail, sizeof *content->tail, by_stream);
     rmap_free(place);
+    rmap_free(now);
+    return RMAP_OK;
+}
+
+/* Rays [first_ray, end_of). */
+static uint64_t end_of(const struct rmap_portion_info *portion)
+{
+    uint64_t n = portion->n_row[RMAP_TABLE_RAY];
+    return n > UINT64_MAX - portion->first_ray ? UINT64_MAX : portion->first_ray + n;
+}
+
+/* Of two portions of just the same rays, whether the second is the better one to keep. */
+static bool is_better(const struct rmap_map_content *content, const struct rmap_portion_info *kept,
+                      const struct rmap_portion_info *other)
+{
+    return kept->is_added && content->piece[kept->piece].is_open &&
+           !content->piece[other->piece].is_open && kept->first_ray == other->first_ray &&
+           end_of(kept) == end_of(other);
+}
+
+void rmap_map_content_drop_covered(struct rmap_map_content *content, size_t *n_dropped_ret)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        struct rmap_portion_info *last = n > 0 ? &content->portion[n - 1] : NULL;
+        if (!last || end_of(portion) > end_of(last))
+            content->portion[n++] = *portion;
+        else if (is_better(content, last, portion))
+            *last = *portion;
+    }
+    *n_dropped_ret = content->n_portion - n;
+    content->n_portion = n;
+    for (size_t i = 0; i < content->n_piece; i++)
+        memset(content->piece[i].n_row, 0, sizeof content->piece[i].n_row);
+    for (size_t i = 0; i < n; i++)
+        for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+            content->piece[content->portion[i].piece].n_row[t] += content->portion[i].n_row[t];
+}
+
+enum rmap_status rmap_map_content_drop_open(struct rmap_map_content *content,
+                                            struct rmap_error *err)
+{
+    size_t n_piece = 0, n = 0;
+    int32_t *now = rmap_alloc(content->n_piece, sizeof *now);
+    if (!now)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+    for (size_t i = 0; i < content->n_piece; i++) {
+        now[i] = content->piece[i].is_open ? -1 : (int32_t)n_piece;
+        if (!content->piece[i].is_open)
+            content->piece[n_piece++] = content->piece[i];
+    }
+    content->n_piece = n_piece;
+    for (size_t i = 0; i < content->n_portion; i++) {
+        int32_t piece = now[content->portion[i].piece];
+        if (piece < 0)
+            continue;
+        content->portion[n] = content->portion[i];
+        content->portion[n++].piece = piece;
+    }
+    content->n_portion = n;
+    while (content->n_tail > 0)
+        rmap_free(content->tail[--content->n_tail].data);
     rmap_free(now);
     return RMAP_OK;
 }
@@ -255,10 +322,12 @@ static enum rmap_status check_order(const struct rmap_map_content *content, cons
         if (p->first_ray > q->first_ray)
             return rmap_error_set(err, RMAP_FORMAT, "%s: /portion is not in the order of ray ids",
                                   path);
-        if (q->first_ray - p->first_ray < p->n_row[RMAP_TABLE_RAY])
-            return rmap_error_set(err, RMAP_FORMAT, "%s: %s and %s both hold the rays from %llu on",
-                                  path, content->piece[p->piece].name,
-                                  content->piece[q->piece].name, (unsigned long long)q->first_ray);
+        if (q->first_ray < end_of(p))
+            return rmap_error_set(
+                err, RMAP_FORMAT, "%s: %s and %s both hold the rays from %llu to %llu", path,
+                content->piece[p->piece].name, content->piece[q->piece].name,
+                (unsigned long long)q->first_ray,
+                (unsigned long long)(end_of(p) < end_of(q) ? end_of(p) : end_of(q)) - 1);
     }
     return RMAP_OK;
 }

@@ -75,6 +75,24 @@ enum rmap_status rmap_map_content_add(struct rmap_map_content *into,
 enum rmap_status rmap_map_content_sort(struct rmap_map_content *content,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* Of a sorted content: drops portions all of whose rays another portion holds, which is what ghosts
+ * and half-done salvages leave. A portion of the index stays before others, one of a sealed piece
+ * before one of an open piece. n_dropped_ret: how many. */
+void rmap_map_content_drop_covered(struct rmap_map_content *content, size_t *n_dropped_ret);
+
+/* Takes open pieces out, with what is theirs: an index lists sealed ones. */
+enum rmap_status rmap_map_content_drop_open(struct rmap_map_content *content,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* The content as one block of bytes for another rank of this program, and back, appended to
+ * `into`. Sizes and row numbers are checked: RMAP_FORMAT. *blob_ret: rmap_free. Tails are left
+ * out: an open piece is nothing to hand over. */
+enum rmap_status rmap_map_content_pack(const struct rmap_map_content *content, uint8_t **blob_ret,
+                                       size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_map_content_unpack(const uint8_t *blob, size_t nbytes,
+                                         struct rmap_map_content *into,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 /* The tail of a piece's stream in a sorted content, or NULL. */
 const struct rmap_stream_tail *rmap_map_content_tail(const struct rmap_map_content *content,
                                                      size_t piece, int stream);

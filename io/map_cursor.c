@@ -10,7 +10,8 @@ struct rmap_cursor {
     const struct rmap_map *map;
     rmap_column_set columns;
     struct rmap_chunk_reader *reader;
-    struct rmap_portion *portion;
+    struct rmap_portion **space;  /* [n_space], one per colour space; made when first needed */
+    struct rmap_portion *portion; /* of the space in hand; borrowed from there */
 };
 
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
@@ -22,12 +23,11 @@ enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set 
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     self->map = map;
     self->columns = columns;
-    self->portion = rmap_alloc(1, sizeof *self->portion);
-    if (!self->portion) {
+    self->space = rmap_alloc(map->spaces.n, sizeof *self->space);
+    if (!self->space) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
         goto out;
     }
-    self->portion->n_channel = map->scene->channels.n;
     RMAP_TRY(rmap_chunk_reader_create(map, &self->reader, err));
     *cursor_ret = self;
     self = NULL;
@@ -40,8 +40,10 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
 {
     if (!self)
         return;
+    for (size_t i = 0; self->space && i < self->map->spaces.n; i++)
+        rmap_portion_destroy(self->space[i]);
     rmap_chunk_reader_destroy(self->reader);
-    rmap_portion_destroy(self->portion);
+    rmap_free(self->space);
     rmap_free(self);
 }
 
@@ -108,7 +110,7 @@ static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_c
 {
     int64_t low, high;
     const struct rmap_column_info *what = rmap_column_info(column);
-    if (!column_limits(self->map->scene, column, &low, &high) ||
+    if (!column_limits(self->map->scene[0], column, &low, &high) ||
         all_within(what->element, rmap_portion_column(self->portion, column),
                    self->portion->n_row[what->table], low, high))
         return RMAP_OK;
@@ -117,6 +119,21 @@ static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_c
                           "nothing in the map's scene",
                           self->map->content.piece[info->piece].name, what->path,
                           (unsigned long long)info->first_ray);
+}
+
+/* Takes the portion of a colour space in hand, empty. */
+static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, struct rmap_error *err)
+{
+    struct rmap_portion **portion = &self->space[space];
+    if (!*portion) {
+        *portion = rmap_alloc(1, sizeof **portion);
+        if (!*portion)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
+        (*portion)->n_channel = self->map->spaces.space[space].n_channel;
+    }
+    self->portion = *portion;
+    rmap_portion_clear(self->portion);
+    return RMAP_OK;
 }
 
 /* The streams are the columns. */
@@ -161,7 +178,7 @@ static enum rmap_status check_cells(const struct rmap_cursor *self, size_t porti
                                     struct rmap_error *err)
 {
     const struct rmap_registration_columns *hit = &self->portion->registration;
-    const struct rmap_detector *detector = self->map->scene->detector;
+    const struct rmap_detector *detector = self->map->scene[0]->detector;
     bool outside = false;
     if (!hit->cell || !hit->detector)
         return RMAP_OK;
@@ -181,8 +198,9 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[portion];
     const struct rmap_piece_chunks *chunks;
-    struct rmap_portion *rows = self->portion;
-    rmap_portion_clear(rows);
+    struct rmap_portion *rows;
+    RMAP_TRY(enter_space(self, (size_t)info->space, err));
+    rows = self->portion;
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
     RMAP_TRY(read_plain(self, info, err));

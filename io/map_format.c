@@ -69,6 +69,24 @@ static const struct rmap_h5_field piece_field[] = {
     PIECE("n_chunk", n_chunk, U64, 1, "number of its rows in /chunk"),
 };
 
+#define RUN(name, member, element, text)                                                           \
+    {                                                                                              \
+        "/run/" name, RMAP_##element, 1, offsetof(struct rmap_run_row, member), text               \
+    }
+
+static const struct rmap_h5_field run_field[] = {
+    RUN("first_ray", first_ray, U64, "smallest ray id that the run was asked for"),
+    RUN("n_ray", n_ray, U64, "number of ray ids that the run was asked for"),
+    RUN("seed", seed, U64, "seed of its rays"),
+    RUN("space", space, I32, "colour space of its rays, as a row of /space"),
+    RUN("ranks", n_rank, I32, "ranks that traced them"),
+};
+
+struct rmap_field_table rmap_run_fields(void)
+{
+    return (struct rmap_field_table){run_field, COUNT(run_field)};
+}
+
 struct rmap_field_table rmap_chunk_fields(void)
 {
     return (struct rmap_field_table){chunk_field, COUNT(chunk_field)};

@@ -30,5 +30,6 @@ struct rmap_field_table rmap_chunk_fields(void);
 struct rmap_field_table rmap_portion_fields_piece(void);
 struct rmap_field_table rmap_portion_fields_index(void);
 struct rmap_field_table rmap_piece_fields(void);
+struct rmap_field_table rmap_run_fields(void); /* of struct rmap_run_row */
 
 #endif

@@ -20,9 +20,16 @@ struct rmap_map {
     char *path;
     struct rmap_map_content content;
     struct rmap_map_summary summary;
+    uint64_t index_nbytes;
     struct rmap_bundle *bundle;
-    struct rmap_scene *scene;
-    int n_channel_max; /* of all colour spaces */
+    char scene_digest[33];
+    struct rmap_map_spaces spaces;
+    struct rmap_scene **scene; /* [spaces.n] */
+    int n_channel_max;         /* of all colour spaces */
+    struct rmap_run_row *run;  /* [n_run] */
+    size_t n_run;
+    char **trouble; /* [n_trouble] */
+    size_t n_trouble, cap_trouble;
     struct rmap_tally *tally;
     double *flux_per_weight; /* [n_source] */
     uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
@@ -30,6 +37,14 @@ struct rmap_map {
     pthread_mutex_t lock;             /* of chunks */
     struct rmap_piece_chunks *chunks; /* [n_piece] */
 };
+
+/* Takes note of what rmap_map_trouble tells. */
+enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds to the content of an incomplete map what stands beside its index. Nothing of that is fatal
+ * but RMAP_SYSTEM, and pieces that share some rays. */
+enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
 
 /* "MAP/shard-00000/piece-00000.h5"; rmap_free. NULL when memory is short. */
 char *rmap_map_piece_path(const struct rmap_map *map, size_t piece);

@@ -30,7 +30,7 @@ static enum rmap_status check_path(const char *path, const char *index, struct r
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be read: %s", index, strerror(errno));
     if (!S_ISREG(info.st_mode))
         return rmap_error_set(err, RMAP_FORMAT, "%s is not a regular file", index);
-    map->summary.nbytes = (uint64_t)info.st_size;
+    map->index_nbytes = (uint64_t)info.st_size;
     return RMAP_OK;
 }
 
@@ -41,6 +41,8 @@ static enum rmap_status read_summary(struct rmap_map *map, struct rmap_h5 *h5,
     struct rmap_map_summary *s = &map->summary;
     int32_t ranks = 0, complete = 0;
     RMAP_TRY(rmap_h5_get(h5, "/", "seed", RMAP_U64, 1, &s->seed, err));
+    RMAP_TRY(rmap_h5_get_text(h5, "/", "scene_digest", map->scene_digest, sizeof map->scene_digest,
+                              err));
     RMAP_TRY(rmap_h5_get(h5, "/", "ranks", RMAP_I32, 1, &ranks, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "complete", RMAP_I32, 1, &complete, err));
     s->n_rank = ranks;
@@ -65,10 +67,10 @@ static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_content *content = &map->content;
-    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
-                            chunks = rmap_chunk_fields();
+    struct rmap_field_table runs = rmap_run_fields(), pieces = rmap_piece_fields(),
+                            portions = rmap_portion_fields_index(), chunks = rmap_chunk_fields();
     uint64_t digest[2];
-    void *piece = NULL, *portion = NULL, *chunk = NULL;
+    void *piece = NULL, *portion = NULL, *chunk = NULL, *run = NULL;
     RMAP_TRY(rmap_h5_read_fields(h5, pieces.field, pieces.n, sizeof *content->piece, &piece,
                                  &content->n_piece, err));
     content->piece = piece;
@@ -78,69 +80,108 @@ static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
     RMAP_TRY(rmap_h5_read_fields(h5, chunks.field, chunks.n, sizeof *content->chunk, &chunk,
                                  &content->n_chunk, err));
     content->chunk = chunk;
+    content->cap_piece = content->n_piece;
+    content->cap_portion = content->n_portion;
+    content->cap_chunk = content->n_chunk;
+    RMAP_TRY(rmap_h5_read_fields(h5, runs.field, runs.n, sizeof *map->run, &run, &map->n_run, err));
+    map->run = run;
     for (size_t i = 0; i < content->n_piece; i++) {
         struct rmap_piece_info *info = &content->piece[i];
-        if (info->shard < 0 || info->shard > 99999 || info->number < 0 || info->number > 99999) {
+        if (info->shard < 0 || info->shard > 99999 || info->number < 0 || info->number > 99999 ||
+            info->space < 0 || (size_t)info->space >= map->spaces.n) {
             st = rmap_error_set(err, RMAP_FORMAT, "%s: /piece names no piece", h5->path);
             goto out;
         }
         rmap_piece_name_set(info);
-        map->summary.nbytes += info->nbytes;
-        map->summary.n_shard += i == 0 || info->shard != info[-1].shard;
     }
     RMAP_TRY(rmap_map_content_check(content, h5->path, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "digest_words", RMAP_U64, 2, digest, err));
     if (digest[0] != content->digest.low || digest[1] != content->digest.high)
         st = rmap_error_set(err, RMAP_FORMAT, "%s: its digest is not that of its portions",
                             h5->path);
-    memcpy(map->summary.n_row, content->n_row, sizeof content->n_row);
-    map->summary.digest = content->digest;
 out:
     return st;
 }
 
-static enum rmap_status read_scene(struct rmap_map *map, struct rmap_h5 *h5, struct rmap_error *err)
+/* One scene per colour space. */
+static enum rmap_status read_scenes(struct rmap_map *map, struct rmap_h5 *h5,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_diagnostics diagnostics;
     hsize_t n = 0;
     void *blob = NULL;
-    rmap_diagnostics_init(&diagnostics, h5->path);
     RMAP_TRY(rmap_h5_read(h5, "/scene/bundle", RMAP_U8, 1, &n, &blob, err));
     RMAP_TRY(rmap_bundle_unpack(blob, (size_t)n, &map->bundle, err));
-    st = rmap_scene_read(map->bundle, &map->scene, &diagnostics, err);
-    if (st != RMAP_OK && st != RMAP_SYSTEM)
-        st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s: the scene inside cannot be read (%s%s%zu mistakes); a program of "
-                            "the version that wrote the map can",
-                            h5->path, diagnostics.n ? diagnostics.item[0].text : "",
-                            diagnostics.n ? "; " : "", diagnostics.n_error);
+    map->scene = rmap_alloc(map->spaces.n, sizeof *map->scene);
+    if (!map->scene) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's scenes");
+        goto out;
+    }
+    for (size_t i = 0; i < map->spaces.n; i++) {
+        const struct rmap_map_space *space = &map->spaces.space[i];
+        RMAP_TRY(
+            rmap_map_space_scene(space, map->bundle, map->scene[0], h5->path, &map->scene[i], err));
+        if (space->n_channel > map->n_channel_max)
+            map->n_channel_max = space->n_channel;
+    }
 out:
-    rmap_diagnostics_fini(&diagnostics);
     rmap_free(blob);
     return st;
 }
 
-/* What is derived: fluxes per weight, the running sum of work, room for chunk tables. */
-static enum rmap_status derive(struct rmap_map *map, struct rmap_error *err)
+/* Sums over the content, once it is whole. */
+static enum rmap_status sum_up(struct rmap_map *map, struct rmap_error *err)
 {
     const struct rmap_map_content *content = &map->content;
-    map->n_channel_max = map->scene->channels.n;
-    map->flux_per_weight = rmap_alloc(map->scene->n_source, sizeof *map->flux_per_weight);
+    struct rmap_map_summary *summary = &map->summary;
+    rmap_free(map->work);
+    rmap_free(map->chunks);
     map->work = rmap_alloc(content->n_portion + 1, sizeof *map->work);
     map->chunks = rmap_alloc(content->n_piece, sizeof *map->chunks);
-    if (!map->flux_per_weight || !map->work || !map->chunks)
+    if (!map->work || !map->chunks)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
-    for (size_t s = 0; s < map->scene->n_source; s++)
-        if (map->tally->emitted[s] > 0.0)
-            map->flux_per_weight[s] = map->scene->source[s].flux / map->tally->emitted[s];
     for (size_t i = 0; i < content->n_portion; i++)
         map->work[i + 1] = map->work[i] + content->portion[i].n_row[RMAP_TABLE_RAY] +
                            content->portion[i].n_row[RMAP_TABLE_SEGMENT];
+    summary->nbytes = map->index_nbytes;
+    summary->n_shard = 0;
+    for (size_t i = 0; i < content->n_piece; i++) {
+        const struct rmap_piece_info *piece = &content->piece[i];
+        summary->nbytes += piece->nbytes;
+        summary->n_shard += i == 0 || piece->shard != piece[-1].shard;
+    }
+    memcpy(summary->n_row, content->n_row, sizeof content->n_row);
+    summary->digest = content->digest;
     return RMAP_OK;
 }
 
-enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret, struct rmap_error *err)
+static enum rmap_status read_index(struct rmap_map *map, struct rmap_h5 *h5, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_provenance_check(h5, RMAP_FILETYPE_MAP, err));
+    RMAP_TRY(read_summary(map, h5, err));
+    RMAP_TRY(rmap_map_spaces_read(h5, &map->spaces, err));
+    if (map->spaces.n == 0) {
+        st = rmap_error_set(err, RMAP_FORMAT, "%s: /space is empty", h5->path);
+        goto out;
+    }
+    RMAP_TRY(read_content(map, h5, err));
+    RMAP_TRY(read_scenes(map, h5, err));
+    RMAP_TRY(rmap_map_tally_read(h5, map->scene[0], &map->tally, err));
+out:
+    return st;
+}
+
+static void derive_flux(struct rmap_map *map)
+{
+    const struct rmap_scene *scene = map->scene[0];
+    for (size_t s = 0; s < scene->n_source; s++)
+        map->flux_per_weight[s] =
+            map->tally->emitted[s] > 0.0 ? scene->source[s].flux / map->tally->emitted[s] : 0.0;
+}
+
+enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
+                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
@@ -156,12 +197,16 @@ enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret, stru
     }
     RMAP_TRY(check_path(path, index, map, err));
     RMAP_TRY(rmap_h5_open(&h5, index, err));
-    RMAP_TRY(rmap_provenance_check(&h5, RMAP_FILETYPE_MAP, err));
-    RMAP_TRY(read_summary(map, &h5, err));
-    RMAP_TRY(read_content(map, &h5, err));
-    RMAP_TRY(read_scene(map, &h5, err));
-    RMAP_TRY(rmap_map_tally_read(&h5, map->scene, &map->tally, err));
-    RMAP_TRY(derive(map, err));
+    RMAP_TRY(read_index(map, &h5, err));
+    if (!map->summary.complete)
+        RMAP_TRY(rmap_map_add_found(map, err));
+    map->flux_per_weight = rmap_alloc(map->scene[0]->n_source, sizeof *map->flux_per_weight);
+    if (!map->flux_per_weight) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
+        goto out;
+    }
+    derive_flux(map);
+    RMAP_TRY(sum_up(map, err));
     *map_ret = map;
     map = NULL;
 out:
@@ -171,13 +216,98 @@ out:
     return st;
 }
 
+/* Reads an added portion into the tally. */
+static enum rmap_status tally_portion(struct rmap_map *map, struct rmap_cursor *cursor,
+                                      size_t portion, struct rmap_error *err)
+{
+    const struct rmap_portion *rows = NULL;
+    enum rmap_status st = rmap_cursor_read(cursor, portion, &rows, err);
+    return st == RMAP_OK ? rmap_tally_add_portion(map->tally, rows, err) : st;
+}
+
+/* Adds the added portions to the tally. bad[i] says of one that it cannot be read: it is left out,
+ * as if its writer had died a little earlier. */
+static enum rmap_status tally_portions(struct rmap_map *map, bool *bad, size_t *n_bad,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_cursor *cursor = NULL;
+    int32_t told = -1;
+    RMAP_TRY(rmap_cursor_create(map, RMAP_TALLY_COLUMNS, &cursor, err));
+    for (size_t i = 0; i < map->content.n_portion; i++) {
+        const struct rmap_portion_info *info = &map->content.portion[i];
+        struct rmap_error why = {0};
+        st = info->is_added ? tally_portion(map, cursor, i, &why) : RMAP_OK;
+        if (st == RMAP_SYSTEM && err)
+            *err = why;
+        if (st == RMAP_SYSTEM)
+            goto out;
+        bad[i] = st != RMAP_OK;
+        *n_bad += bad[i];
+        if (bad[i] && info->piece != told)
+            RMAP_TRY(rmap_map_note_trouble(map, why.text, err));
+        if (bad[i])
+            told = info->piece;
+        st = RMAP_OK;
+    }
+out:
+    rmap_cursor_destroy(cursor);
+    return st;
+}
+
+static enum rmap_status complete_tally(struct rmap_map *map, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_content *content = &map->content;
+    size_t n_bad = 0, n = 0, n_dropped;
+    bool *bad = rmap_alloc(content->n_portion, sizeof *bad);
+    if (!bad) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
+        goto out;
+    }
+    RMAP_TRY(tally_portions(map, bad, &n_bad, err));
+    derive_flux(map);
+    if (n_bad == 0)
+        goto out;
+    for (size_t i = 0; i < content->n_portion; i++)
+        if (!bad[i])
+            content->portion[n++] = content->portion[i];
+    content->n_portion = n;
+    rmap_map_content_drop_covered(content, &n_dropped); /* recounts rows of pieces */
+    RMAP_TRY(rmap_map_content_check(content, map->path, err));
+    RMAP_TRY(sum_up(map, err));
+out:
+    rmap_free(bad);
+    return st;
+}
+
+enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    enum rmap_status st = rmap_map_open_untallied(path, &map, err);
+    if (st == RMAP_OK && !map->summary.complete)
+        st = complete_tally(map, err);
+    if (st == RMAP_OK)
+        *map_ret = map;
+    else
+        rmap_map_close(map);
+    return st;
+}
+
 void rmap_map_close(struct rmap_map *map)
 {
     if (!map)
         return;
     (void)pthread_mutex_destroy(&map->lock);
     rmap_tally_destroy(map->tally);
-    rmap_scene_destroy(map->scene);
+    for (size_t i = 0; map->scene && i < map->spaces.n; i++)
+        rmap_scene_destroy(map->scene[i]);
+    rmap_free(map->scene);
+    rmap_map_spaces_fini(&map->spaces);
+    for (size_t i = 0; i < map->n_trouble; i++)
+        rmap_free(map->trouble[i]);
+    rmap_free(map->trouble);
+    rmap_free(map->run);
     rmap_bundle_destroy(map->bundle);
     rmap_map_content_fini(&map->content);
     rmap_free(map->flux_per_weight);
@@ -189,7 +319,42 @@ void rmap_map_close(struct rmap_map *map)
 
 const struct rmap_scene *rmap_map_scene(const struct rmap_map *map)
 {
-    return map->scene;
+    return map->scene[0];
+}
+
+size_t rmap_map_n_space(const struct rmap_map *map)
+{
+    return map->spaces.n;
+}
+
+const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space)
+{
+    return map->scene[space];
+}
+
+size_t rmap_map_n_run(const struct rmap_map *map)
+{
+    return map->n_run;
+}
+
+const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run)
+{
+    return &map->run[run];
+}
+
+const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map)
+{
+    return &map->content;
+}
+
+size_t rmap_map_n_trouble(const struct rmap_map *map)
+{
+    return map->n_trouble;
+}
+
+const char *rmap_map_trouble(const struct rmap_map *map, size_t i)
+{
+    return map->trouble[i];
 }
 
 const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map)

@@ -15,10 +15,12 @@
 #include "trace/portion.h"
 
 struct rmap_map;
+struct rmap_map_content; /* io/map_content.h */
 
 struct rmap_portion_info {
     int32_t shard, piece; /* piece: index in rmap_map_piece */
     int32_t space;        /* colour space, as its piece has it */
+    int32_t is_added;     /* 1: not in the index, found beside it; not in its tally either */
     uint64_t first_ray;
     uint64_t n_row[RMAP_TABLE_COUNT]; /* of the columns */
     /* Where it stands in the stored tables of the piece's layout; 0 behind the last of them. */
@@ -40,14 +42,46 @@ struct rmap_piece_info {
     uint64_t first_chunk, n_chunk;               /* rows of the map's chunks */
 };
 
-/* RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
+/* A trace that wrote to the map: which rays it was asked for. */
+struct rmap_run_row {
+    uint64_t first_ray, n_ray;
+    uint64_t seed;
+    int32_t space; /* colour space */
+    int32_t n_rank;
+};
+
+/* Of a map whose index says that it is complete, the index alone is believed. Otherwise pieces on
+ * disk that the index does not list, and what the journals of unfinished pieces commit, are part of
+ * the map, too (their portions have is_added set): a killed or running trace. Portions that hold
+ * the same rays count once. Of the added ones the tally is made from their columns, which reads
+ * them: rmap_map_open_untallied leaves that to the caller, so that its tally and flux per weight
+ * are those of the index. What cannot be used of them is left out and told by rmap_map_trouble.
+ *
+ * RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
  * what to do); RMAP_SYSTEM: no permission, no memory. */
 enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
                                struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_close(struct rmap_map *map);
 
+/* What was wrong with pieces and journals beside an incomplete index: one line each. Borrowed. */
+size_t rmap_map_n_trouble(const struct rmap_map *map);
+const char *rmap_map_trouble(const struct rmap_map *map, size_t i);
+
+/* Compares a map with its directory, and adds a line of trouble for every piece that is missing,
+ * has not its size, or is not in the index. Opens none of them. RMAP_SYSTEM. */
+enum rmap_status rmap_map_compare_directory(struct rmap_map *map,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
 /* All borrowed until close. */
-const struct rmap_scene *rmap_map_scene(const struct rmap_map *map);
+const struct rmap_scene *rmap_map_scene(const struct rmap_map *map); /* in colour space 0 */
+size_t rmap_map_n_space(const struct rmap_map *map);
+/* In another colour space: objects, media, sources and detectors are the same. */
+const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space);
+size_t rmap_map_n_run(const struct rmap_map *map);
+const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run); /* oldest first */
+const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map);
 const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map);
 const struct rmap_tally *rmap_map_tally(const struct rmap_map *map); /* balance and images */
 size_t rmap_map_n_portion(const struct rmap_map *map);

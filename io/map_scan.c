@@ -118,7 +118,8 @@ enum rmap_status rmap_piece_read(const char *map_path, int shard, int number,
         goto out;
     }
     if (stat(path, &file) != 0) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
+        st = rmap_error_set(err, errno == ENOENT ? RMAP_FORMAT : RMAP_SYSTEM, "%s: %s", path,
+                            strerror(errno));
         goto out;
     }
     info.nbytes = (uint64_t)file.st_size;
@@ -138,25 +139,47 @@ out:
     return st;
 }
 
+enum rmap_status rmap_piece_place(struct rmap_map_content *content,
+                                  const struct rmap_piece_origin *origin, uint64_t seed,
+                                  const char *scene_digest, const struct rmap_map_spaces *spaces,
+                                  struct rmap_error *err)
+{
+    struct rmap_piece_info *piece = &content->piece[content->n_piece - 1];
+    int32_t space = rmap_map_spaces_find(spaces, origin->space_digest);
+    if (origin->seed != seed || strcmp(origin->scene_digest, scene_digest) != 0)
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "%s belongs to another scene or seed than this map: move it away",
+                              piece->name);
+    if (space < 0 || spaces->space[space].n_channel != origin->n_channel ||
+        spaces->space[space].mode != origin->mode)
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "%s is in a colour space that this map's index does not know",
+                              piece->name);
+    piece->space = space;
+    for (size_t i = content->n_portion; i > 0; i--) {
+        if (content->portion[i - 1].piece != (int32_t)content->n_piece - 1)
+            break;
+        content->portion[i - 1].space = space;
+    }
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, const char *scene_digest,
+                               const struct rmap_map_spaces *spaces,
                                struct rmap_map_content *content, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_piece_name *name = NULL;
     struct rmap_piece_origin origin;
-    size_t n = 0;
+    size_t n = 0, n_dropped = 0;
     *content = (struct rmap_map_content){0};
     RMAP_TRY(rmap_map_list_pieces(map_path, &name, &n, err));
     for (size_t i = 0; i < n; i++) {
         RMAP_TRY(rmap_piece_read(map_path, name[i].shard, name[i].number, content, &origin, err));
-        if (origin.seed == seed && strcmp(origin.scene_digest, scene_digest) == 0)
-            continue;
-        st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s/%s belongs to another scene or seed than this map: move it away",
-                            map_path, content->piece[i].name);
-        goto out;
+        RMAP_TRY(rmap_piece_place(content, &origin, seed, scene_digest, spaces, err));
     }
     RMAP_TRY(rmap_map_content_sort(content, err));
+    rmap_map_content_drop_covered(content, &n_dropped);
     RMAP_TRY(rmap_map_content_check(content, map_path, err));
 out:
     rmap_free(name);

@@ -13,6 +13,7 @@
 
 #include "base/status.h"
 #include "io/bundle.h"
+#include "io/map_reader.h"
 #include "trace/layout.h"
 #include "trace/portion.h"
 #include "trace/tally.h"
@@ -34,7 +35,6 @@ struct rmap_run {
 enum rmap_status rmap_map_create(const char *path, bool force,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
-struct rmap_map_content; /* io/map_content.h */
 struct rmap_shard_writer;
 
 /* Rays are flushed this often unless told otherwise: a kill costs what was traced since. */
@@ -90,10 +90,35 @@ const struct rmap_map_content *rmap_shard_writer_content(const struct rmap_shard
 /* Drops what is unfinished and was never flushed; what was flushed stays for the map's reader. */
 void rmap_shard_writer_destroy(struct rmap_shard_writer *writer);
 
-/* Writes map.h5 from the shards that stand in the map's directory and the merged tally.
- * complete: every ray asked for is there. */
+/* What map.h5 is made of; all borrowed. */
+struct rmap_index {
+    const struct rmap_run *run;     /* that writes it */
+    const struct rmap_map *before;  /* the map as it was, whose spaces and rows of /run stay; NULL:
+                                       a new map */
+    const struct rmap_run_row *row; /* this run's, to be added to /run; NULL: none */
+    const struct rmap_map_content *content; /* of the map, in any order (open pieces are left out);
+                                               NULL: none yet */
+    const struct rmap_tally *tally;         /* of the content's rays; NULL: of none */
+    bool complete;                          /* every ray asked for is there */
+};
+
+/* Writes map.h5, over an old one if there is one: at the start of a trace (incomplete, without
+ * pieces), so that what a killed trace leaves is a map, and at its end. run->space must be the
+ * number that rmap_map_admit gave (0 in a new map). RMAP_FORMAT: pieces share some rays. */
+enum rmap_status rmap_index_write_content(const char *map_path, const struct rmap_index *index,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same for a map of one run, from the shards that stand in the map's directory and the merged
+ * tally: for those who have no content at hand. Reads every piece's tables. RMAP_FORMAT also when
+ * one is damaged or foreign. */
 enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *run,
                                   const struct rmap_tally *tally, bool complete,
                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether a run may add rays to a map: same scene, seed and instruction set. RMAP_INPUT says what
+ * differs. *space_ret: number of the run's colour space in the map, for run->space; one more than
+ * the map has if it is new. */
+enum rmap_status rmap_map_admit(const struct rmap_map *map, const struct rmap_run *run,
+                                int32_t *space_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

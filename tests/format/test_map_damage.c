@@ -245,8 +245,13 @@ static void test_same_rays_twice(void **state)
     struct rmap_error err = {0};
     write_map(&f, 0);
     fixture_must(fixture_write_shard(&f, 1, 3, 5, BLOCK, 0, &err), &err);
+    fixture_must(rmap_index_write(f.map, &f.run, f.tally, true, &err), &err);
+    expect(&f, RMAP_OK, NULL); /* a ghost's: each ray counts once */
+    fixture_must(fixture_write_shard(&f, 2, 1, 2, BLOCK + BLOCK / 2, 0, &err), &err);
     assert_int_equal(rmap_index_write(f.map, &f.run, f.tally, true, &err), RMAP_FORMAT);
     assert_non_null(strstr(err.text, "both hold"));
+    assert_non_null(strstr(err.text, "shard-00000/piece-00000.h5"));
+    assert_non_null(strstr(err.text, "shard-00002/piece-00000.h5"));
     struct rmap_run other = f.run;
     other.seed = 43;
     assert_int_equal(rmap_index_write(f.map, &other, f.tally, true, &err), RMAP_FORMAT);

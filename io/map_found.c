@@ -1,0 +1,139 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What stands beside the index of a map: pieces and journals of a killed or running trace.
+ */
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/alloc.h"
+#include "io/map_directory.h"
+#include "io/map_internal.h"
+#include "io/publish.h"
+
+enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
+                                       struct rmap_error *err)
+{
+    void *block = map->trouble;
+    enum rmap_status st =
+        rmap_reserve(&block, &map->cap_trouble, map->n_trouble + 1, sizeof *map->trouble, err);
+    map->trouble = block;
+    if (st != RMAP_OK)
+        return st;
+    map->trouble[map->n_trouble] = rmap_strdup(text);
+    if (!map->trouble[map->n_trouble])
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a message");
+    map->n_trouble++;
+    return RMAP_OK;
+}
+
+/* Whether the index lists a piece; its pieces are in order, and n_piece of the index come first. */
+static bool is_listed(const struct rmap_map_content *content, size_t n_piece,
+                      const struct rmap_piece_name *name)
+{
+    size_t low = 0, high = n_piece;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        const struct rmap_piece_info *piece = &content->piece[middle];
+        if (piece->shard < name->shard ||
+            (piece->shard == name->shard && piece->number < name->number))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low < n_piece && content->piece[low].shard == name->shard &&
+           content->piece[low].number == name->number;
+}
+
+/* Appends what `found` has, once it is in a space of the map; trouble otherwise. */
+static enum rmap_status take(struct rmap_map *map, enum rmap_status read,
+                             struct rmap_map_content *found, const struct rmap_piece_origin *origin,
+                             struct rmap_error *why, struct rmap_error *err)
+{
+    if (read == RMAP_OK && found->n_piece > 0)
+        read = rmap_piece_place(found, origin, map->summary.seed, map->scene_digest, &map->spaces,
+                                why);
+    for (size_t i = 0; i < found->n_portion; i++)
+        found->portion[i].is_added = 1;
+    if (read == RMAP_OK)
+        return rmap_map_content_add(&map->content, found, err);
+    if (read != RMAP_FORMAT)
+        return rmap_error_set(err, read, "%s", why->text);
+    return rmap_map_note_trouble(map, why->text, err);
+}
+
+static enum rmap_status add_piece(struct rmap_map *map, const struct rmap_piece_name *name,
+                                  struct rmap_error *err)
+{
+    struct rmap_map_content found = {0};
+    struct rmap_piece_origin origin;
+    struct rmap_error why = {0};
+    enum rmap_status st =
+        rmap_piece_read(map->path, name->shard, name->number, &found, &origin, &why);
+    st = take(map, st, &found, &origin, &why, err);
+    rmap_map_content_fini(&found);
+    return st;
+}
+
+/* Journals are read before pieces are listed: one that is finished meanwhile is found as a piece,
+ * at worst as both. */
+enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0, n_piece = map->content.n_piece, n_dropped = 0;
+    RMAP_TRY(rmap_map_list_pieces(map->path, &name, &n, err));
+    for (size_t i = 0; i < n; i++)
+        if (!is_listed(&map->content, n_piece, &name[i]))
+            RMAP_TRY(add_piece(map, &name[i], err));
+    RMAP_TRY(rmap_map_content_sort(&map->content, err));
+    rmap_map_content_drop_covered(&map->content, &n_dropped);
+    RMAP_TRY(rmap_map_content_check(&map->content, map->path, err));
+out:
+    rmap_free(name);
+    return st;
+}
+
+static enum rmap_status compare_piece(struct rmap_map *map, const struct rmap_piece_info *piece,
+                                      struct rmap_error *err)
+{
+    struct stat file;
+    struct rmap_error text = {0};
+    char *path = rmap_path_format("%s/%s", map->path, piece->name);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (stat(path, &file) != 0)
+        (void)rmap_error_set(&text, RMAP_FORMAT, "%s %s (%s)", path,
+                             errno == ENOENT ? "is missing" : "cannot be examined",
+                             strerror(errno));
+    else if (!piece->is_open && (uint64_t)file.st_size != piece->nbytes)
+        (void)rmap_error_set(&text, RMAP_FORMAT,
+                             "%s has %lld bytes, not %llu: it was cut off or replaced", path,
+                             (long long)file.st_size, (unsigned long long)piece->nbytes);
+    rmap_free(path);
+    return text.text[0] ? rmap_map_note_trouble(map, text.text, err) : RMAP_OK;
+}
+
+enum rmap_status rmap_map_compare_directory(struct rmap_map *map, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0;
+    for (size_t i = 0; i < map->content.n_piece; i++)
+        RMAP_TRY(compare_piece(map, &map->content.piece[i], err));
+    RMAP_TRY(rmap_map_list_pieces(map->path, &name, &n, err));
+    for (size_t i = 0; i < n; i++) {
+        struct rmap_error text = {0};
+        if (is_listed(&map->content, map->content.n_piece, &name[i]))
+            continue;
+        (void)rmap_error_set(&text, RMAP_FORMAT,
+                             "%s/shard-%05d/piece-%05d.h5 is not in the index: its rays do not "
+                             "count",
+                             map->path, name[i].shard, name[i].number);
+        RMAP_TRY(rmap_map_note_trouble(map, text.text, err));
+    }
+out:
+    rmap_free(name);
+    return st;
+}
