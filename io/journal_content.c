@@ -114,18 +114,10 @@ out:
     return st;
 }
 
-/* The shard that a journal states is a part of its path: files that lie elsewhere were moved. */
-static enum rmap_status check_place(const struct rmap_journal *journal,
-                                    const struct rmap_leftover *leftover, const char *path,
-                                    struct rmap_error *err)
+static bool exists(const char *path)
 {
-    if (!leftover->has_part)
-        return rmap_error_set(err, RMAP_FORMAT, "%s: the file that it is for, .part, is missing",
-                              path);
-    if (journal->header.shard != leftover->shard)
-        return rmap_error_set(err, RMAP_FORMAT, "%s belongs to shard %d: it was moved", path,
-                              (int)journal->header.shard);
-    return RMAP_OK;
+    struct stat info;
+    return stat(path, &info) == 0 || errno != ENOENT;
 }
 
 enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_leftover *leftover,
@@ -139,7 +131,7 @@ enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_le
     char *part_path = rmap_path_format("%s/%s", map_path, leftover->name);
     char *path = part_path ? rmap_journal_path(part_path) : NULL;
     *committed_ret = false;
-    if (!leftover->has_journal)
+    if (!leftover->has_journal || !leftover->has_part)
         goto out;
     if (!path) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -148,7 +140,11 @@ enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_le
     RMAP_TRY(rmap_journal_read(path, &journal, err));
     if (journal.n_portion == 0)
         goto out;
-    RMAP_TRY(check_place(&journal, leftover, path, err));
+    if (journal.header.shard != leftover->shard) {
+        st = rmap_error_set(err, RMAP_FORMAT, "%s belongs to shard %d: it was moved", path,
+                            (int)journal.header.shard);
+        goto out;
+    }
     if (stat(part_path, &part) != 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", part_path, strerror(errno));
         goto out;
@@ -158,6 +154,8 @@ enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_le
     rmap_journal_origin(&journal, origin);
     *committed_ret = true;
 out:
+    if (st == RMAP_SYSTEM && path && (!exists(part_path) || !exists(path)))
+        st = RMAP_OK; /* published meanwhile: a piece has its rays */
     rmap_journal_fini(&journal);
     rmap_free(part_path);
     rmap_free(path);

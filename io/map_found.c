@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "io/journal.h"
 #include "io/map_directory.h"
 #include "io/map_internal.h"
 #include "io/publish.h"
@@ -76,13 +77,31 @@ static enum rmap_status add_piece(struct rmap_map *map, const struct rmap_piece_
     return st;
 }
 
+static enum rmap_status add_leftover(struct rmap_map *map, const struct rmap_leftover *leftover,
+                                     struct rmap_error *err)
+{
+    struct rmap_map_content found = {0};
+    struct rmap_piece_origin origin;
+    struct rmap_error why = {0};
+    bool committed = false;
+    enum rmap_status st =
+        rmap_open_piece_read(map->path, leftover, &found, &origin, &committed, &why);
+    st = take(map, st, &found, &origin, &why, err);
+    rmap_map_content_fini(&found);
+    return st;
+}
+
 /* Journals are read before pieces are listed: one that is finished meanwhile is found as a piece,
  * at worst as both. */
 enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_piece_name *name = NULL;
-    size_t n = 0, n_piece = map->content.n_piece, n_dropped = 0;
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0, n_leftover = 0, n_piece = map->content.n_piece, n_dropped = 0;
+    RMAP_TRY(rmap_map_list_leftovers(map->path, &leftover, &n_leftover, err));
+    for (size_t i = 0; i < n_leftover; i++)
+        RMAP_TRY(add_leftover(map, &leftover[i], err));
     RMAP_TRY(rmap_map_list_pieces(map->path, &name, &n, err));
     for (size_t i = 0; i < n; i++)
         if (!is_listed(&map->content, n_piece, &name[i]))
@@ -91,6 +110,7 @@ enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err
     rmap_map_content_drop_covered(&map->content, &n_dropped);
     RMAP_TRY(rmap_map_content_check(&map->content, map->path, err));
 out:
+    rmap_free(leftover);
     rmap_free(name);
     return st;
 }

@@ -77,10 +77,8 @@ static int reserve_and_rename(const char *temporary, const char *final)
 
 static int link_new(const char *temporary, const char *final)
 {
-    if (link(temporary, final) == 0) {
-        (void)unlink(temporary); /* a second name harms nobody */
+    if (link(temporary, final) == 0)
         return 0;
-    }
     if (errno == EPERM || errno == EOPNOTSUPP || errno == ENOSYS || errno == EMLINK)
         return reserve_and_rename(temporary, final);
     return -1;
@@ -118,7 +116,10 @@ enum rmap_status rmap_publish_new(const char *directory, const char *temporary, 
         *taken_ret = errno == EEXIST;
         return *taken_ret ? RMAP_OK : system_error(err, final, "cannot be published");
     }
-    return rmap_sync_directory(directory, err);
+    st = rmap_sync_directory(directory, err);
+    if (st == RMAP_OK)
+        (void)unlink(temporary); /* a second name harms nobody */
+    return st;
 }
 
 enum rmap_status rmap_publish_over(const char *directory, const char *temporary, const char *final,

@@ -1,0 +1,247 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a shard flushed outlives its writer, whenever that one is killed.
+ */
+#include "map_fixture.h"
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <time.h>
+
+#include "io/map_directory.h"
+
+enum { BLOCK = 400 };
+
+static size_t n_leftover(const struct fixture *f)
+{
+    struct rmap_error err = {0};
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0;
+    fixture_must(rmap_map_list_leftovers(f->map, &leftover, &n, &err), &err);
+    rmap_free(leftover);
+    return n;
+}
+
+/* An index of a map that holds nothing yet, as a trace writes it at its start. */
+static void begin_map(struct fixture *f)
+{
+    struct rmap_error err = {0};
+    const struct rmap_index index = {.run = &f->run};
+    fixture_init(f);
+    fixture_must(rmap_map_create(f->map, false, &err), &err);
+    fixture_must(rmap_index_write_content(f->map, &index, &err), &err);
+}
+
+/* Opens the map as it stands, and compares every row with the history that it must be. Returns its
+ * rays. */
+static uint64_t read_back(const struct fixture *f)
+{
+    struct rmap_error err = {0};
+    struct rmap_map *map = NULL;
+    struct rmap_cursor *cursor = NULL;
+    uint64_t n_ray = 0;
+    fixture_must(rmap_map_open(f->map, &map, &err), &err);
+    fixture_must(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, &err), &err);
+    for (size_t i = 0; i < rmap_map_n_portion(map); i++) {
+        const struct rmap_portion *read = NULL;
+        fixture_must(rmap_cursor_read(cursor, i, &read, &err), &err);
+        struct rmap_portion *want = fixture_portion(f, read->first_ray, BLOCK, NULL);
+        fixture_compare(read, want);
+        n_ray += read->n_row[RMAP_TABLE_RAY];
+        rmap_portion_destroy(want);
+    }
+    rmap_cursor_destroy(cursor);
+    rmap_map_close(map);
+    return n_ray;
+}
+
+static void append(struct fixture *f, struct rmap_shard_writer *writer, uint64_t block)
+{
+    struct rmap_error err = {0};
+    struct rmap_portion *portion = fixture_portion(f, block * BLOCK, BLOCK, NULL);
+    fixture_must(rmap_shard_writer_append(writer, portion, &err), &err);
+    rmap_portion_destroy(portion);
+}
+
+/* Flushed by hand: all of it is there, in buffers, in stored chunks and in published pieces. */
+static void test_flush(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct rmap_error err = {0};
+    struct rmap_shard_writer *writer = NULL;
+    const struct rmap_shard_options options = {.piece_nbytes = 24 << 20};
+    begin_map(&f);
+    fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, &options, &writer, &err), &err);
+    fixture_must(rmap_shard_writer_flush(writer, &err), &err); /* of nothing */
+    assert_int_equal(n_leftover(&f), 0);
+    uint64_t last = 0;
+    static const uint64_t stop[] = {1, 2, 7, 30, 31, 120, 121, 150};
+    for (size_t k = 0; k < sizeof stop / sizeof *stop; k++) {
+        for (; last < stop[k]; last++)
+            append(&f, writer, last);
+        fixture_must(rmap_shard_writer_flush(writer, &err), &err);
+        assert_int_equal(read_back(&f), last * BLOCK);
+    }
+    assert_true(n_leftover(&f) == 1);
+    append(&f, writer, last);
+    assert_int_equal(read_back(&f), last * BLOCK); /* not flushed, not there */
+    fixture_must(rmap_shard_writer_finish(writer, &err), &err);
+    assert_int_equal(n_leftover(&f), 0);
+    assert_int_equal(read_back(&f), (last + 1) * BLOCK);
+    rmap_shard_writer_destroy(writer);
+    fixture_fini(&f);
+}
+
+/* By number of portions, and what was flushed stays when the writer goes without finishing. */
+static void test_portions(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct rmap_error err = {0};
+    struct rmap_shard_writer *writer = NULL;
+    const struct rmap_shard_options options = {.flush_portions = 4};
+    begin_map(&f);
+    fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, &options, &writer, &err), &err);
+    for (uint64_t block = 0; block < 11; block++) {
+        append(&f, writer, block);
+        fixture_must(rmap_shard_writer_store(writer, &err), &err);
+        assert_int_equal(read_back(&f), (block + 1) / 4 * 4 * BLOCK);
+    }
+    rmap_shard_writer_destroy(writer);
+    assert_int_equal(n_leftover(&f), 1);
+    assert_int_equal(read_back(&f), 8 * BLOCK);
+    fixture_must(rmap_map_create(f.map, true, &err), &err); /* as --force does */
+    assert_int_equal(n_leftover(&f), 0);
+    fixture_fini(&f);
+}
+
+/* Without a flush nothing stays. */
+static void test_no_flush(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct rmap_error err = {0};
+    struct rmap_shard_writer *writer = NULL;
+    const struct rmap_shard_options options = {0};
+    begin_map(&f);
+    fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, &options, &writer, &err), &err);
+    for (uint64_t block = 0; block < 30; block++)
+        append(&f, writer, block);
+    for (bool did = true; did;)
+        fixture_must(rmap_shard_writer_encode(writer, &did, &err), &err);
+    fixture_must(rmap_shard_writer_store(writer, &err), &err);
+    rmap_shard_writer_destroy(writer);
+    assert_int_equal(n_leftover(&f), 0);
+    assert_int_equal(read_back(&f), 0);
+    fixture_fini(&f);
+}
+
+/* The names that two writers choose do not meet: neither those of finished pieces nor, with the
+ * same process number, those of unfinished ones. */
+static void test_names(void **state)
+{
+    (void)state;
+    struct fixture f;
+    struct rmap_error err = {0};
+    struct rmap_shard_writer *writer[2] = {NULL, NULL};
+    const struct rmap_shard_options options = {.flush_portions = 1};
+    begin_map(&f);
+    for (int k = 0; k < 2; k++)
+        fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, &options, &writer[k], &err), &err);
+    for (uint64_t k = 0; k < 2; k++) {
+        append(&f, writer[k], k);
+        fixture_must(rmap_shard_writer_flush(writer[k], &err), &err);
+    }
+    assert_int_equal(n_leftover(&f), 2);
+    assert_int_equal(read_back(&f), 2 * BLOCK);
+    for (int k = 0; k < 2; k++) {
+        fixture_must(rmap_shard_writer_finish(writer[k], &err), &err);
+        rmap_shard_writer_destroy(writer[k]);
+    }
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0;
+    fixture_must(rmap_map_list_pieces(f.map, &name, &n, &err), &err);
+    assert_int_equal(n, 2);
+    assert_int_equal(name[1].number, 1);
+    rmap_free(name);
+    assert_int_equal(n_leftover(&f), 0);
+    assert_int_equal(read_back(&f), 2 * BLOCK);
+    fixture_fini(&f);
+}
+
+/* The child writes, and tells after every flush how many rays are safe. */
+static void write_until_killed(struct fixture *f, int fd)
+{
+    struct rmap_shard_writer *writer = NULL;
+    const struct rmap_shard_options options = {.piece_nbytes = 6 << 20};
+    bool did = true;
+    enum rmap_status st = rmap_shard_writer_create(f->map, 0, &f->run, &options, &writer, NULL);
+    for (uint64_t block = 0; st == RMAP_OK; block++) {
+        struct rmap_portion *portion = fixture_portion(f, block * BLOCK, BLOCK, NULL);
+        st = rmap_shard_writer_append(writer, portion, NULL);
+        rmap_portion_destroy(portion);
+        for (did = true; did && st == RMAP_OK;)
+            st = rmap_shard_writer_encode(writer, &did, NULL);
+        if (st == RMAP_OK)
+            st = rmap_shard_writer_store(writer, NULL);
+        if (st == RMAP_OK && block % 3 == 0) {
+            uint64_t n_ray = (block + 1) * BLOCK;
+            st = rmap_shard_writer_flush(writer, NULL);
+            if (write(fd, &n_ray, sizeof n_ray) != (ssize_t)sizeof n_ray)
+                break;
+        }
+    }
+    _exit(1);
+}
+
+static uint64_t last_told(int fd)
+{
+    uint64_t n_ray = 0, told = 0;
+    while (read(fd, &n_ray, sizeof n_ray) == (ssize_t)sizeof n_ray)
+        told = n_ray;
+    return told;
+}
+
+static void test_kill(void **state)
+{
+    (void)state;
+    enum { N_KILL = 40 };
+    uint64_t most = 0;
+    for (int k = 0; k < N_KILL; k++) {
+        struct fixture f;
+        int pipe_fd[2], status = 0;
+        begin_map(&f);
+        assert_int_equal(pipe(pipe_fd), 0);
+        pid_t child = fork();
+        assert_true(child >= 0);
+        if (child == 0)
+            write_until_killed(&f, pipe_fd[1]);
+        (void)close(pipe_fd[1]);
+        const struct timespec wait = {.tv_nsec = (long)(fixture_hash((uint64_t)k, 9) % 600000000)};
+        (void)nanosleep(&wait, NULL);
+        assert_int_equal(kill(child, SIGKILL), 0);
+        assert_int_equal(waitpid(child, &status, 0), child);
+        assert_true(WIFSIGNALED(status));
+        uint64_t told = last_told(pipe_fd[0]), n_ray = read_back(&f);
+        (void)close(pipe_fd[0]);
+        if (n_ray < told)
+            fail_msg("kill %d: %llu rays were safe, %llu are there", k, (unsigned long long)told,
+                     (unsigned long long)n_ray);
+        most = n_ray > most ? n_ray : most;
+        fixture_fini(&f);
+    }
+    assert_true(most > 3 * BLOCK);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_flush),    cmocka_unit_test(test_portions),
+        cmocka_unit_test(test_no_flush), cmocka_unit_test(test_names),
+        cmocka_unit_test(test_kill),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
