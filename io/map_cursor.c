@@ -4,14 +4,29 @@
 #include "base/alloc.h"
 #include "io/chunk_reader.h"
 #include "io/map_internal.h"
+#include "io/map_paths.h"
 #include "trace/event.h"
+
+/* What a colour space takes; made when first needed. */
+struct cursor_space {
+    struct rmap_portion *portion;
+    struct rmap_compact_decoder *decoder;
+};
+
+/* A stream's rows of the portion in hand, for the decoder. */
+struct row_buffer {
+    void *data;
+    size_t cap; /* bytes */
+};
 
 struct rmap_cursor {
     const struct rmap_map *map;
     rmap_column_set columns;
     struct rmap_chunk_reader *reader;
-    struct rmap_portion **space;  /* [n_space], one per colour space; made when first needed */
+    struct cursor_space *space;   /* [n_space] */
     struct rmap_portion *portion; /* of the space in hand; borrowed from there */
+    struct rmap_portion shown;    /* that, without columns that only decoding needed */
+    struct row_buffer buffer[RMAP_STREAM_MAX];
 };
 
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
@@ -40,8 +55,12 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
 {
     if (!self)
         return;
-    for (size_t i = 0; self->space && i < self->map->spaces.n; i++)
-        rmap_portion_destroy(self->space[i]);
+    for (size_t i = 0; self->space && i < self->map->spaces.n; i++) {
+        rmap_portion_destroy(self->space[i].portion);
+        rmap_compact_decoder_destroy(self->space[i].decoder);
+    }
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        rmap_free(self->buffer[s].data);
     rmap_chunk_reader_destroy(self->reader);
     rmap_free(self->space);
     rmap_free(self);
@@ -124,7 +143,7 @@ static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_c
 /* Takes the portion of a colour space in hand, empty. */
 static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, struct rmap_error *err)
 {
-    struct rmap_portion **portion = &self->space[space];
+    struct rmap_portion **portion = &self->space[space].portion;
     if (!*portion) {
         *portion = rmap_alloc(1, sizeof **portion);
         if (!*portion)
@@ -158,13 +177,76 @@ out:
     return st;
 }
 
+/* Rows of the streams that the cursor's columns take, into its own buffers. */
+static enum rmap_status read_rows(struct rmap_cursor *self, const struct rmap_portion_info *info,
+                                  struct rmap_rows *rows, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint64_t wanted = rmap_compact_streams(self->columns);
+    for (int t = 0; t < rows->layout->n_table; t++)
+        rows->n_row[t] = (size_t)info->stored_rows[t];
+    for (int s = 0; st == RMAP_OK && s < rows->layout->n_stream; s++) {
+        const struct rmap_stream_info *stream = &rows->layout->stream[s];
+        struct row_buffer *buffer = &self->buffer[s];
+        if (!(wanted & (UINT64_C(1) << s)))
+            continue;
+        size_t row = rmap_stream_row_nbytes(stream, rows->n_channel);
+        if (rows->n_row[stream->table] > SIZE_MAX / 2 / row)
+            return rmap_error_set(err, RMAP_FORMAT, "%s: a portion has too many rows",
+                                  self->map->path);
+        st =
+            rmap_reserve(&buffer->data, &buffer->cap, rows->n_row[stream->table] * row + 1, 1, err);
+        if (st == RMAP_OK)
+            st = rmap_chunk_reader_rows(self->reader, (size_t)info->piece, s,
+                                        info->stored_first[stream->table],
+                                        rows->n_row[stream->table], buffer->data, err);
+        rows->data[s] = buffer->data;
+    }
+    return st;
+}
+
+static enum rmap_status read_compact(struct rmap_cursor *self, const struct rmap_portion_info *info,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct cursor_space *space = &self->space[info->space];
+    const struct rmap_compact_model *model;
+    const struct rmap_path_table *paths;
+    size_t n_row[RMAP_TABLE_COUNT];
+    struct rmap_rows rows = {.layout = rmap_map_piece_layout(self->map, (size_t)info->piece),
+                             .n_channel = self->portion->n_channel};
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        n_row[t] = (size_t)info->n_row[t];
+    RMAP_TRY(rmap_map_model(self->map, (size_t)info->space, &model, err));
+    RMAP_TRY(rmap_map_paths(self->map, (size_t)info->piece, self->reader, &paths, err));
+    if (!space->decoder)
+        RMAP_TRY(rmap_compact_decoder_create(model, &space->decoder, err));
+    RMAP_TRY(read_rows(self, info, &rows, err));
+    st =
+        rmap_compact_decode(space->decoder, paths, &rows, n_row, self->columns, self->portion, err);
+    if (st != RMAP_OK)
+        rmap_error_context(err, "%s: block from ray %llu on",
+                           self->map->content.piece[info->piece].name,
+                           (unsigned long long)info->first_ray);
+out:
+    return st;
+}
+
+/* A column of the portion in hand, or NULL when it was not asked for. */
+static const void *asked(const struct rmap_cursor *self, enum rmap_column column)
+{
+    return self->columns & RMAP_COLUMN_BIT(column) ? rmap_portion_column(self->portion, column)
+                                                   : NULL;
+}
+
 /* Counts must add up, or whoever walks the tables walks past their ends. */
-static enum rmap_status check_counts(const struct rmap_cursor *self, const uint32_t *count,
+static enum rmap_status check_counts(const struct rmap_cursor *self, enum rmap_column column,
                                      enum rmap_table table, size_t portion, struct rmap_error *err)
 {
     static const char *const table_name[] = {"/ray", "/segment", "/registration"};
     uint64_t sum = 0;
     const struct rmap_portion *rows = self->portion;
+    const uint32_t *count = asked(self, column);
     for (size_t i = 0; count && i < rows->n_row[RMAP_TABLE_RAY]; i++)
         sum += count[i];
     if (!count || sum == rows->n_row[table])
@@ -180,7 +262,7 @@ static enum rmap_status check_cells(const struct rmap_cursor *self, size_t porti
     const struct rmap_registration_columns *hit = &self->portion->registration;
     const struct rmap_detector *detector = self->map->scene[0]->detector;
     bool outside = false;
-    if (!hit->cell || !hit->detector)
+    if (!asked(self, RMAP_REGISTRATION_cell) || !asked(self, RMAP_REGISTRATION_detector))
         return RMAP_OK;
     for (size_t i = 0; i < self->portion->n_row[RMAP_TABLE_REGISTRATION]; i++) {
         const uint32_t *cells = detector[hit->detector[i]].cells;
@@ -203,16 +285,23 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
     rows = self->portion;
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
-    RMAP_TRY(read_plain(self, info, err));
+    if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN)
+        RMAP_TRY(read_plain(self, info, err));
+    else
+        RMAP_TRY(read_compact(self, info, err));
     rows->first_ray = info->first_ray;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (self->columns & RMAP_COLUMN_BIT(c))
             RMAP_TRY(check_limits(self, (enum rmap_column)c, info, err));
-    RMAP_TRY(check_counts(self, rows->ray.segment_count, RMAP_TABLE_SEGMENT, portion, err));
+    RMAP_TRY(check_counts(self, RMAP_RAY_segment_count, RMAP_TABLE_SEGMENT, portion, err));
     RMAP_TRY(
-        check_counts(self, rows->ray.registration_count, RMAP_TABLE_REGISTRATION, portion, err));
+        check_counts(self, RMAP_RAY_registration_count, RMAP_TABLE_REGISTRATION, portion, err));
     RMAP_TRY(check_cells(self, portion, err));
-    *portion_ret = rows;
+    self->shown = *rows;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (!(self->columns & RMAP_COLUMN_BIT(c)))
+            *rmap_portion_column_address(&self->shown, (enum rmap_column)c) = NULL;
+    *portion_ret = &self->shown;
 out:
     return st;
 }

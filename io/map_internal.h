@@ -7,6 +7,7 @@
 
 #include <pthread.h>
 
+#include "compact/compact.h"
 #include "io/map_scan.h"
 
 /* Chunks of one piece per stream, in order; put in order and checked when first needed. */
@@ -34,8 +35,11 @@ struct rmap_map {
     double *flux_per_weight; /* [n_source] */
     uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
 
-    pthread_mutex_t lock;             /* of chunks */
-    struct rmap_piece_chunks *chunks; /* [n_piece] */
+    pthread_mutex_t lock;              /* of chunks and models */
+    struct rmap_piece_chunks *chunks;  /* [n_piece] */
+    struct rmap_compact_model **model; /* [spaces.n] */
+    pthread_mutex_t paths_lock;        /* taken before `lock` */
+    struct rmap_path_table **paths;    /* [n_piece] */
 };
 
 /* Takes note of what rmap_map_trouble tells. */

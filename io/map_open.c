@@ -113,7 +113,8 @@ static enum rmap_status read_scenes(struct rmap_map *map, struct rmap_h5 *h5,
     RMAP_TRY(rmap_h5_read(h5, "/scene/bundle", RMAP_U8, 1, &n, &blob, err));
     RMAP_TRY(rmap_bundle_unpack(blob, (size_t)n, &map->bundle, err));
     map->scene = rmap_alloc(map->spaces.n, sizeof *map->scene);
-    if (!map->scene) {
+    map->model = rmap_alloc(map->spaces.n, sizeof *map->model);
+    if (!map->scene || !map->model) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's scenes");
         goto out;
     }
@@ -138,7 +139,9 @@ static enum rmap_status sum_up(struct rmap_map *map, struct rmap_error *err)
     rmap_free(map->chunks);
     map->work = rmap_alloc(content->n_portion + 1, sizeof *map->work);
     map->chunks = rmap_alloc(content->n_piece, sizeof *map->chunks);
-    if (!map->work || !map->chunks)
+    if (!map->paths)
+        map->paths = rmap_alloc(content->n_piece, sizeof *map->paths);
+    if (!map->work || !map->chunks || !map->paths)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
     for (size_t i = 0; i < content->n_portion; i++)
         map->work[i + 1] = map->work[i] + content->portion[i].n_row[RMAP_TABLE_RAY] +
@@ -187,8 +190,10 @@ enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
     struct rmap_map *map = rmap_alloc(1, sizeof *map);
     char *index = rmap_path_format("%s/map.h5", path);
-    if (map)
+    if (map) {
         (void)pthread_mutex_init(&map->lock, NULL);
+        (void)pthread_mutex_init(&map->paths_lock, NULL);
+    }
     if (map)
         map->path = rmap_strdup(path);
     if (!map || !index || !map->path) {
@@ -300,6 +305,13 @@ void rmap_map_close(struct rmap_map *map)
         return;
     (void)pthread_mutex_destroy(&map->lock);
     rmap_tally_destroy(map->tally);
+    (void)pthread_mutex_destroy(&map->paths_lock);
+    for (size_t i = 0; map->paths && i < map->content.n_piece; i++)
+        rmap_path_table_destroy(map->paths[i]);
+    rmap_free(map->paths);
+    for (size_t i = 0; map->model && i < map->spaces.n; i++)
+        rmap_compact_model_destroy(map->model[i]);
+    rmap_free(map->model);
     for (size_t i = 0; map->scene && i < map->spaces.n; i++)
         rmap_scene_destroy(map->scene[i]);
     rmap_free(map->scene);

@@ -10,10 +10,12 @@
 
 #include "io/chunk_queue.h"
 #include "io/piece_writer.h"
+#include "io/row_encoder.h"
 
 /* A piece in flight: begun by append, ended by store. */
 struct rmap_shard_piece {
     int number;
+    struct rmap_path_book *book; /* NULL: the encoding has none */
     uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
     uint64_t raw_nbytes;
     struct rmap_portion_info *portion;
@@ -43,6 +45,7 @@ struct rmap_shard_writer {
     struct rmap_run run;
     struct rmap_piece_origin origin;
     struct rmap_shard_options options;
+    struct rmap_row_pool *rows;
 
     pthread_mutex_t lock;
     /* Under the lock. */

@@ -25,6 +25,7 @@ static void piece_destroy(struct rmap_shard_piece *piece)
 {
     if (!piece)
         return;
+    rmap_path_book_destroy(piece->book);
     rmap_free(piece->portion);
     rmap_free(piece);
 }
@@ -52,11 +53,7 @@ enum rmap_status rmap_shard_writer_create(const char *directory, int shard,
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a shard");
         goto out;
     }
-    if (!self->queue.layout) {
-        st = rmap_error_set(err, RMAP_USAGE, "this program does not write the encoding '%s'",
-                            rmap_encoding_name(run->encoding));
-        goto out;
-    }
+    RMAP_TRY(rmap_row_pool_create(run, &self->rows, err));
     if (mkdir(self->path, 0777) != 0 && errno != EEXIST) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", self->path,
                             strerror(errno));
@@ -80,8 +77,10 @@ static enum rmap_status begin_piece(struct rmap_shard_writer *self, struct rmap_
     self->piece = rmap_alloc(1, sizeof *self->piece);
     if (!self->piece)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
-    self->piece->number = self->next_number++;
-    return RMAP_OK;
+    enum rmap_status st = rmap_row_pool_book(self->rows, &self->piece->book, err);
+    if (st == RMAP_OK)
+        self->piece->number = self->next_number++;
+    return st;
 }
 
 /* Copies a block's rows of one stream, handing over buffers as they fill. */
@@ -140,12 +139,15 @@ static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_er
     return RMAP_OK;
 }
 
-static enum rmap_status append_locked(struct rmap_shard_writer *self, const struct rmap_rows *rows,
+static enum rmap_status append_locked(struct rmap_shard_writer *self, struct rmap_row_slot *slot,
                                       struct rmap_portion_info *info, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_rows made;
+    const struct rmap_rows *rows = &made;
     RMAP_TRY(begin_piece(self, err));
     struct rmap_shard_piece *piece = self->piece;
+    RMAP_TRY(rmap_row_slot_rows(slot, piece->book, &made, err));
     void *block = piece->portion;
     st = rmap_reserve(&block, &piece->cap_portion, piece->n_portion + 1, sizeof *piece->portion,
                       err);
@@ -192,7 +194,7 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
                                           const struct rmap_portion *portion,
                                           struct rmap_error *err)
 {
-    struct rmap_rows rows;
+    struct rmap_row_slot *slot = NULL;
     struct rmap_portion_info info = {
         .shard = self->shard, .space = self->run.space, .first_ray = portion->first_ray};
     if (portion->n_row[RMAP_TABLE_RAY] == 0)
@@ -204,11 +206,14 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
     rmap_portion_summarise(portion, &info.summary);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         info.n_row[t] = portion->n_row[t];
-    rmap_rows_of_portion(portion, self->run.scene->channels.mode, &rows);
-    enum rmap_status st = enter(self, err);
+    enum rmap_status st = rmap_row_pool_encode(self->rows, portion, &slot, err);
     if (st != RMAP_OK)
         return st;
-    return leave(self, append_locked(self, &rows, &info, err));
+    st = enter(self, err);
+    if (st == RMAP_OK)
+        st = leave(self, append_locked(self, slot, &info, err));
+    rmap_row_slot_give_back(slot);
+    return st;
 }
 
 /* An idle encoder or a new one; called under the lock. */
@@ -413,6 +418,7 @@ void rmap_shard_writer_destroy(struct rmap_shard_writer *self)
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_chunk_destroy(self->open[s]);
     rmap_map_content_fini(&self->content);
+    rmap_row_pool_destroy(self->rows);
     rmap_chunk_queue_fini(&self->queue);
     for (struct rmap_encoder_slot *slot = self->idle, *next; slot; slot = next) {
         next = slot->next;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "trace/layout.h"
 
+#include "compact/compact.h"
+
 /* clang-format off */
 #define RAY(field, path, type, element, width, unit, text)                                         \
     {RMAP_TABLE_RAY, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
@@ -35,7 +37,14 @@ static const struct rmap_layout plain[] = {
 
 const struct rmap_layout *rmap_layout_of(enum rmap_encoding encoding, enum rmap_colour_mode mode)
 {
-    return encoding == RMAP_ENCODING_PLAIN ? &plain[mode == RMAP_COLOUR_RGB] : NULL;
+    switch (encoding) {
+    case RMAP_ENCODING_PLAIN:
+        return &plain[mode == RMAP_COLOUR_RGB];
+    case RMAP_ENCODING_COMPACT:
+        return &rmap_compact_layout;
+    default:
+        return NULL;
+    }
 }
 
 const char *rmap_encoding_name(enum rmap_encoding encoding)

@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map_paths.h"
+
+#include "base/alloc.h"
+#include "compact/streams.h"
+#include "io/map_internal.h"
+
+/* What is kept is a cache inside an otherwise constant map. */
+static struct rmap_map *inside(const struct rmap_map *map)
+{
+    return (struct rmap_map *)(uintptr_t)map;
+}
+
+enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
+                                const struct rmap_compact_model **model_ret, struct rmap_error *err)
+{
+    struct rmap_map *self = inside(map);
+    enum rmap_status st = RMAP_OK;
+    (void)pthread_mutex_lock(&self->lock);
+    if (!self->model[space])
+        st = rmap_compact_model_create(self->scene[space], &self->model[space], err);
+    (void)pthread_mutex_unlock(&self->lock);
+    *model_ret = self->model[space];
+    return st;
+}
+
+static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
+                                   struct rmap_chunk_reader *reader, struct rmap_rows *rows,
+                                   struct rmap_error *err)
+{
+    const struct rmap_piece_info *info = &map->content.piece[piece];
+    for (int s = 0; s < rows->layout->n_stream; s++) {
+        const struct rmap_stream_info *stream = &rows->layout->stream[s];
+        if (!(rows->layout->whole_tables & (UINT32_C(1) << stream->table)))
+            continue;
+        uint64_t n = info->stored_rows[stream->table];
+        if (n > RMAP_PATH_ROW_MAX)
+            return rmap_error_set(err, RMAP_FORMAT, "%s: %s has %llu rows, more than any piece has",
+                                  info->name, stream->path, (unsigned long long)n);
+        rows->n_row[stream->table] = (size_t)n;
+        rows->data[s] = rmap_alloc((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
+        if (!rows->data[s])
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a piece");
+        enum rmap_status st =
+            rmap_chunk_reader_rows(reader, piece, s, 0, (size_t)n, rows->data[s], err);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return RMAP_OK;
+}
+
+static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chunk_reader *reader,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_piece_info *info = &map->content.piece[piece];
+    const struct rmap_compact_model *model;
+    const struct rmap_piece_chunks *chunks;
+    struct rmap_rows rows = {.layout = rmap_map_piece_layout(map, piece),
+                             .n_channel = rmap_map_piece_n_channel(map, piece)};
+    RMAP_TRY(rmap_map_model(map, (size_t)info->space, &model, err));
+    /* The piece's chunks vouch for its rows before memory is taken for them. */
+    RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
+    RMAP_TRY(read_whole(map, piece, reader, &rows, err));
+    st = rmap_path_table_create(model, &rows, &map->paths[piece], err);
+    if (st != RMAP_OK)
+        rmap_error_context(err, "%s", info->name);
+out:
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        rmap_free(rows.data[s]);
+    return st;
+}
+
+enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
+                                struct rmap_chunk_reader *reader,
+                                const struct rmap_path_table **paths_ret, struct rmap_error *err)
+{
+    struct rmap_map *self = inside(map);
+    enum rmap_status st = RMAP_OK;
+    (void)pthread_mutex_lock(&self->paths_lock);
+    if (!self->paths[piece])
+        st = load(self, piece, reader, err);
+    (void)pthread_mutex_unlock(&self->paths_lock);
+    *paths_ret = self->paths[piece];
+    return st;
+}
