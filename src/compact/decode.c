@@ -3,10 +3,12 @@
 
 #include "base/alloc.h"
 #include "compact/paths.h"
+#include "compact/settle.h"
 
 struct rmap_compact_decoder {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT];
+    struct rmap_wave wave;
 };
 
 enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *model,
@@ -24,6 +26,8 @@ enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *mo
 
 void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 {
+    if (decoder)
+        rmap_wave_fini(&decoder->wave);
     rmap_free(decoder);
 }
 
@@ -296,12 +300,13 @@ static void correct_media(struct rmap_lane *lane, struct rmap_portion *out)
     (void)rmap_lane_offer(lane, 0, n, sizeof *medium, medium);
 }
 
-static void retrace(struct rmap_compact_decoder *decoder, const struct rmap_rows *rows,
-                    uint64_t seed, rmap_column_set columns, const struct rmap_portion *out)
+static enum rmap_status retrace(struct rmap_compact_decoder *decoder, const struct rmap_rows *rows,
+                                const uint64_t *header, rmap_column_set columns,
+                                struct rmap_portion *out, struct rmap_error *err)
 {
     bool crossings = columns & CROSSING_LANES;
     struct rmap_retrace r = {.model = decoder->model,
-                             .seed = seed,
+                             .seed = header[RMAP_HEADER_SEED],
                              .n_ray = out->n_row[RMAP_TABLE_RAY],
                              .id = out->ray.id,
                              .source = out->ray.source,
@@ -318,7 +323,8 @@ static void retrace(struct rmap_compact_decoder *decoder, const struct rmap_rows
                              .crossing_detector = out->registration.detector,
                              .colour = (columns & COLOUR_COLUMNS) || decoder->model->absorbing,
                              .lane = decoder->lane};
-    rmap_retrace(&r);
+    bool one_by_one = header[RMAP_HEADER_MODES] & RMAP_HEADER_ONE_BY_ONE;
+    return rmap_settle_decode(&decoder->wave, &r, one_by_one, out, err);
 }
 
 static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
@@ -345,7 +351,7 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
     if (columns & BIT(RMAP_SEGMENT_medium))
         correct_media(&lane[RMAP_LANE_RMAP_SEGMENT_medium], out);
     if (columns & LEG_COLUMNS)
-        retrace(decoder, rows, store.pool64[RMAP_HEADER_SEED], columns, out);
+        RMAP_TRY(retrace(decoder, rows, store.pool64, columns, out, err));
 out:
     return st;
 }

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "compact/paths.h"
+#include "compact/settle.h"
 
 struct rmap_compact_encoder {
     const struct rmap_compact_model *model;
@@ -28,6 +29,8 @@ struct rmap_compact_encoder {
     int16_t *medium; /* expected, [legs] */
     size_t cap_medium;
     struct rmap_path_rows own, entered;
+    struct rmap_wave wave;
+    struct rmap_portion *predicted;
 };
 
 enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model,
@@ -39,8 +42,12 @@ enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *mo
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
     encoder->model = model;
     rmap_lanes_init(encoder->lane);
-    *encoder_ret = encoder;
-    return RMAP_OK;
+    enum rmap_status st = rmap_portion_create(1, model->n_channel, &encoder->predicted, err);
+    if (st == RMAP_OK)
+        *encoder_ret = encoder;
+    else
+        rmap_compact_encoder_destroy(encoder);
+    return st;
 }
 
 void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
@@ -49,6 +56,8 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
         return;
     rmap_lanes_fini(encoder->lane);
     rmap_lane_store_fini(&encoder->store);
+    rmap_wave_fini(&encoder->wave);
+    rmap_portion_destroy(encoder->predicted);
     rmap_path_rows_fini(&encoder->own);
     rmap_path_rows_fini(&encoder->entered);
     rmap_free(encoder->path);
@@ -207,9 +216,12 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
                           encoder->medium);
 }
 
-static void retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
-                    const struct rmap_portion *portion)
+static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
+                                const struct rmap_portion *portion, bool *one_by_one_ret,
+                                struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    struct rmap_portion *predicted = encoder->predicted;
     struct rmap_retrace r = {.model = encoder->model,
                              .seed = seed,
                              .n_ray = encoder->n_ray,
@@ -228,13 +240,21 @@ static void retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
                              .crossing_detector = portion->registration.detector,
                              .colour = true,
                              .lane = encoder->lane};
-    rmap_retrace(&r);
+    rmap_portion_clear(predicted);
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        RMAP_TRY(rmap_portion_reserve(predicted, (enum rmap_table)t, portion->n_row[t],
+                                      RMAP_COLUMNS_ALL, err));
+    memcpy(predicted->n_row, portion->n_row, sizeof predicted->n_row);
+    RMAP_TRY(rmap_settle_encode(&encoder->wave, &r, predicted, one_by_one_ret, err));
+out:
+    return st;
 }
 
 enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint64_t seed,
                                      const struct rmap_portion *portion, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    bool one_by_one = false;
     encoder->n_ray = 0;
     RMAP_TRY(check(encoder, portion, err));
     RMAP_TRY(make_room(encoder, portion, err));
@@ -243,8 +263,12 @@ enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint6
     spell_all(encoder, portion);
     list_triangles(encoder, portion);
     offer_simple(encoder, portion);
-    retrace(encoder, seed, portion);
-    RMAP_TRY(rmap_lanes_store(encoder->lane, seed, portion->first_ray, &encoder->store, err));
+    RMAP_TRY(retrace(encoder, seed, portion, &one_by_one, err));
+    const uint64_t start[RMAP_HEADER_COUNT] = {[RMAP_HEADER_MODES] =
+                                                   one_by_one ? RMAP_HEADER_ONE_BY_ONE : 0,
+                                               [RMAP_HEADER_SEED] = seed,
+                                               [RMAP_HEADER_FIRST] = portion->first_ray};
+    RMAP_TRY(rmap_lanes_store(encoder->lane, start, &encoder->store, err));
 out:
     return st;
 }

@@ -131,6 +131,36 @@ void rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void 
         memcpy(lane->to + first * nbytes, number, count * nbytes);
 }
 
+bool rmap_lane_match(struct rmap_lane *lane, size_t first, size_t count, const void *predicted)
+{
+    const uint8_t *number = predicted;
+    size_t nbytes = lane->element_nbytes;
+    if (memcmp(lane->from + first * nbytes, number, count * nbytes) == 0)
+        return true;
+    for (size_t i = 0; i < count; i++) {
+        uint8_t one[8];
+        memcpy(one, number + i * nbytes, nbytes);
+        if (memcmp(lane->from + (first + i) * nbytes, one, nbytes) != 0)
+            rmap_lane_note(lane, first + i, 1, one);
+    }
+    return false;
+}
+
+void rmap_lane_amend(struct rmap_lane *lane, size_t first, size_t end)
+{
+    size_t nbytes = lane->element_nbytes;
+    bool dense = lane->mode == RMAP_LANE_RESIDUAL || lane->mode == RMAP_LANE_VERBATIM;
+    for (size_t i = first; i < end; i++) {
+        uint8_t one[8] = {0};
+        if (!dense && lane->next >= end)
+            return;
+        i = dense || lane->next < i ? i : lane->next;
+        if (lane->to)
+            memcpy(one, lane->to + i * nbytes, nbytes);
+        rmap_lane_correct(lane, i, 1, one);
+    }
+}
+
 void rmap_lanes_init(struct rmap_lane *lane)
 {
     memset(lane, 0, RMAP_LANE_COUNT * sizeof *lane);
@@ -275,14 +305,15 @@ out:
     return st;
 }
 
-enum rmap_status rmap_lanes_store(const struct rmap_lane *lane, uint64_t seed, uint64_t first,
+enum rmap_status rmap_lanes_store(const struct rmap_lane *lane,
+                                  const uint64_t start[RMAP_HEADER_COUNT],
                                   struct rmap_lane_store *store, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     enum rmap_lane_mode mode = RMAP_LANE_PREDICTED;
-    uint64_t header[RMAP_HEADER_COUNT + RMAP_LANE_COUNT] = {
-        [RMAP_HEADER_SEED] = seed, [RMAP_HEADER_FIRST] = first};
+    uint64_t header[RMAP_HEADER_COUNT + RMAP_LANE_COUNT];
     size_t n_header = RMAP_HEADER_COUNT;
+    memcpy(header, start, RMAP_HEADER_COUNT * sizeof *header);
     store->n16 = store->n32 = store->n_patch = 0;
     store->n64 = RMAP_HEADER_COUNT + RMAP_LANE_COUNT; /* the most it can take; closed up below */
     RMAP_TRY(rmap_reserve((void **)&store->pool64, &store->cap64, store->n64, 8, err));
@@ -373,7 +404,7 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
     if (store->n64 < RMAP_HEADER_COUNT)
         return damaged("it has no header", err);
     uint64_t modes = store->pool64[RMAP_HEADER_MODES];
-    if (modes >> (2 * RMAP_LANE_COUNT))
+    if (modes >= RMAP_HEADER_ONE_BY_ONE << 1)
         return damaged("its header has unknown lanes", err);
     for (int i = 0; i < RMAP_LANE_COUNT; i++)
         taken.n64 += (modes >> (2 * i) & 3) == RMAP_LANE_PATCHED;

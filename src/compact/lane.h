@@ -80,6 +80,12 @@ struct rmap_lane {
 void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *value);
 void rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void *value);
 
+/* Encoding: as rmap_lane_offer, but the predictions stay. */
+bool rmap_lane_match(struct rmap_lane *lane, size_t first, size_t count, const void *predicted);
+
+/* Decoding: corrects numbers [first, end) of the column in place. */
+void rmap_lane_amend(struct rmap_lane *lane, size_t first, size_t end);
+
 /* Offers predictions for `count` numbers from `first` on; *value becomes the truth. True when
  * they are right. Numbers must be offered in order, each once. */
 static inline bool rmap_lane_offer(struct rmap_lane *lane, size_t first, size_t count,
@@ -100,6 +106,17 @@ static inline bool rmap_lane_offer(struct rmap_lane *lane, size_t first, size_t 
     return false;
 }
 
+/* Decoding: numbers [first, end) stand in the column as predicted (or it is not asked for); makes
+ * them the truth. Encoding: offers predictions for them. */
+static inline void rmap_lane_settle(struct rmap_lane *lane, size_t first, size_t end,
+                                    const void *predicted)
+{
+    if (lane->from)
+        (void)rmap_lane_match(lane, first, end - first, predicted);
+    else if (end > lane->next)
+        rmap_lane_amend(lane, first, end);
+}
+
 /* Numbers of each width that the streams of a portion take. */
 struct rmap_lane_store {
     uint16_t *pool16;
@@ -113,6 +130,7 @@ struct rmap_lane_store {
 
 /* Rows of pool64 before the lanes: modes, seed, first id, then the patches of each lane that is
  * patched. */
+#define RMAP_HEADER_ONE_BY_ONE (UINT64_C(1) << (2 * RMAP_LANE_COUNT)) /* in the modes */
 enum { RMAP_HEADER_MODES, RMAP_HEADER_SEED, RMAP_HEADER_FIRST, RMAP_HEADER_COUNT };
 
 void rmap_lanes_init(struct rmap_lane *lane);
@@ -121,9 +139,10 @@ void rmap_lanes_fini(struct rmap_lane *lane);
 /* Encoding: lanes over the portion's columns, none of them with a difference yet. */
 void rmap_lanes_begin(struct rmap_lane *lane, const struct rmap_portion *portion);
 
-/* Encoding: empties the store and writes header and lanes into it. RMAP_SYSTEM when memory is, or
- * was, short. */
-enum rmap_status rmap_lanes_store(const struct rmap_lane *lane, uint64_t seed, uint64_t first,
+/* Encoding: empties the store and writes header and lanes into it. start: of the header, the modes
+ * with flags alone. RMAP_SYSTEM when memory is, or was, short. */
+enum rmap_status rmap_lanes_store(const struct rmap_lane *lane,
+                                  const uint64_t start[RMAP_HEADER_COUNT],
                                   struct rmap_lane_store *store,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_lane_store_fini(struct rmap_lane_store *store);

@@ -64,6 +64,9 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
                       int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
                       struct rmap_facing *facing);
 
+/* How a leg's event turns the ray. */
+enum rmap_turn { RMAP_TURN_NONE, RMAP_TURN_REFLECT, RMAP_TURN_REFRACT, RMAP_TURN_DIFFUSE };
+
 /* The light of the ray in hand. */
 struct rmap_compact_light {
     int begin, end;                       /* live channels */
@@ -98,9 +101,10 @@ struct rmap_encounter {
 };
 void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact_light *light);
 
-/* The leg through an absorbing medium: how far the light came, at most `length`. */
+/* A leg of this length through an absorbing medium: how far the light came on it. */
 double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
-                         uint32_t step, double length, struct rmap_compact_light *light);
+                         uint32_t step, double length, bool absorbed,
+                         struct rmap_compact_light *light);
 
 /* retrace_detect.c: what a leg says of a registration on it. */
 struct rmap_compact_leg {
@@ -137,8 +141,9 @@ struct rmap_retrace {
     struct rmap_lane *lane;
 };
 
-/* Every ray of a portion, in order. */
-void rmap_retrace(const struct rmap_retrace *retrace);
+/* One ray, whose rows begin at those given. Rays must come in order. */
+void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
+                  size_t first_registration);
 
 /* Medium of each leg as the path says; media of a path with unknown parts are guesses too. */
 void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,

@@ -3,10 +3,7 @@
  * One ray after the other traced again, each along its path. Predictions and truth meet at every
  * number: what differs leads the ray on from the truth.
  */
-#include "base/rng.h"
-#include "compact/model.h"
-#include "trace/azimuth.h"
-#include "trace/event.h"
+#include "compact/step.h"
 
 struct walk {
     const struct rmap_retrace *r;
@@ -18,40 +15,16 @@ struct walk {
     struct rmap_compact_light light;
 };
 
-static float to_float(double x)
-{
-    return x == x ? (float)x + 0.0f : (float)NAN;
-}
-
-static double to_double(double x)
-{
-    return x == x ? x + 0.0 : (double)NAN;
-}
-
-static void to_float3(struct rmap_vec3 v, float out[3])
-{
-    out[0] = to_float(v.x);
-    out[1] = to_float(v.y);
-    out[2] = to_float(v.z);
-}
-
-static int16_t quantise_cosine(double x)
-{
-    double bounded = x > -1.0 ? x < 1.0 ? x : 1.0 : -1.0; /* NaN: -1 */
-    double scaled = 32767.0 * bounded;
-    return (int16_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
-}
-
 static void offer_normal(struct rmap_lane *lane, size_t row, struct rmap_vec3 normal)
 {
-    int16_t value[3] = {quantise_cosine(normal.x), quantise_cosine(normal.y),
-                        quantise_cosine(normal.z)};
+    int16_t value[3];
+    rmap_step_normal(normal, value);
     (void)rmap_lane_offer(lane, 3 * row, 3, sizeof *value, value);
 }
 
 static void offer_double(struct rmap_lane *lane, size_t row, double predicted)
 {
-    double value = to_double(predicted);
+    double value = rmap_step_double(predicted);
     (void)rmap_lane_offer(lane, row, 1, sizeof value, &value);
 }
 
@@ -61,7 +34,7 @@ static double between(double x, float f)
     uint32_t bits;
     float beside;
     memcpy(&bits, &f, sizeof bits);
-    if (to_float(x) == f || f == 0.0f)
+    if (rmap_step_float(x) == f || f == 0.0f)
         return f == 0.0f ? 0.0 : x;
     bits += (x > (double)f) == (f > 0.0f) ? 1 : UINT32_MAX; /* the next float towards x */
     memcpy(&beside, &bits, sizeof beside);
@@ -78,7 +51,7 @@ static enum verdict offer_point(const struct rmap_retrace *r, struct rmap_lane *
                                 struct rmap_vec3 *point)
 {
     float value[3];
-    to_float3(*point, value);
+    rmap_step_float3(*point, value);
     if (rmap_lane_offer(lane, 3 * row, 3, sizeof *value, value))
         return RIGHT;
     struct rmap_vec3 truth = rmap_vec3((double)value[0], (double)value[1], (double)value[2]);
@@ -95,24 +68,6 @@ static enum verdict offer_point(const struct rmap_retrace *r, struct rmap_lane *
     return NEAR;
 }
 
-static double distance_out(const struct walk *walk)
-{
-    const struct rmap_scene *scene = walk->r->model->scene;
-    struct rmap_vec3 from = rmap_sub(walk->position, scene->centre);
-    double along = rmap_dot(from, walk->direction);
-    double gap = scene->radius * scene->radius - rmap_dot(from, from);
-    if (!(gap > 0.0))
-        return 0.0;
-    double root = sqrt(along * along + gap);
-    return along > 0.0 ? gap / (root + along) : root - along;
-}
-
-static const struct rmap_medium *medium_of(const struct rmap_retrace *r, int32_t medium)
-{
-    bool known = medium >= 0 && (size_t)medium < r->model->n_medium;
-    return known ? &r->model->scene->medium[medium] : NULL;
-}
-
 /* Registrations up to leg `segment` (from 0 within the ray). */
 static void offer_crossings(struct walk *walk, uint32_t segment, const struct rmap_compact_leg *leg)
 {
@@ -125,7 +80,7 @@ static void offer_crossings(struct walk *walk, uint32_t segment, const struct rm
         struct rmap_crossing crossing = {.optical_path = 0.0};
         if (detector >= 0 && (size_t)detector < r->model->n_detector)
             rmap_crossing_find(&r->model->scene->detector[detector], leg, &crossing);
-        to_float3(leg->direction, crossing.direction);
+        rmap_step_float3(leg->direction, crossing.direction);
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_REGISTRATION_cell], 2 * row, 2,
                               sizeof *crossing.cell, crossing.cell);
         (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_REGISTRATION_relative], 2 * row, 2,
@@ -148,59 +103,27 @@ static void offer_colour(struct walk *walk, size_t row)
         rmap_light_set(walk->light.quantised, r->model->n_channel, &walk->light);
 }
 
-static struct rmap_vec3 diffused(struct rmap_vec3 normal, double u, double v)
-{
-    struct rmap_vec3 x, y;
-    rmap_basis(normal, &x, &y);
-    double r = sqrt(u), cosine, sine;
-    rmap_azimuth(v, &cosine, &sine);
-    struct rmap_vec3 plane = rmap_axpy(r * cosine, x, rmap_scale(y, r * sine));
-    return rmap_axpy(sqrt(1.0 - u), normal, plane);
-}
-
-static struct rmap_vec3 reflected(struct rmap_vec3 direction, struct rmap_vec3 normal)
-{
-    double cosine = rmap_dot(direction, normal);
-    return rmap_normalize(rmap_axpy(-2.0 * cosine, normal, direction));
-}
-
-static struct rmap_vec3 refracted(struct rmap_vec3 direction, struct rmap_vec3 normal, double n1,
-                                  double n2)
-{
-    if (n1 == n2)
-        return direction;
-    double cosine = rmap_dot(direction, normal);
-    struct rmap_vec3 tangent = rmap_scale(rmap_axpy(-cosine, normal, direction), n1 / n2);
-    double cos2_t = 1.0 - rmap_dot(tangent, tangent);
-    if (cos2_t <= 0.0)
-        return reflected(direction, normal);
-    return rmap_axpy(-sqrt(cos2_t), normal, tangent);
-}
-
 /* Direction and colour behind the surface at the end of leg `segment`. */
 static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_vec3 normal)
 {
     const struct rmap_retrace *r = walk->r;
     const struct rmap_compact_object *object = &r->model->object[r->object[row]];
-    const struct rmap_medium *near = medium_of(r, r->medium[row]),
-                             *far = medium_of(r, r->medium[row + 1]);
+    const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]),
+                             *far = rmap_step_medium(r->model, r->medium[row + 1]);
     uint32_t event = r->event[row];
     double cosine = rmap_dot(walk->direction, normal);
     bool front = cosine < 0.0;
     if (!front)
         normal = rmap_scale(normal, -1.0);
-    if (event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE)) {
-        double u[4];
-        rmap_rng(r->seed, r->id[walk->ray], segment + 1, RMAP_RNG_SURFACE, u);
-        bool through = event & RMAP_EVENT_TRANSMIT_DIFFUSE;
-        walk->direction = diffused(through ? rmap_scale(normal, -1.0) : normal, u[2], u[3]);
-    } else if (event & (RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_TOTAL_REFLECTION)) {
-        walk->direction = reflected(walk->direction, normal);
-    } else if ((event & RMAP_EVENT_TRANSMIT_SPECULAR) && near && far) {
-        int channel = walk->channel > 0 ? walk->channel : 0;
-        walk->direction = refracted(walk->direction, normal, near->n[channel], far->n[channel]);
-    }
-    if (!r->colour || !near || !far)
+    const struct rmap_turning turning = {.seed = r->seed,
+                                         .ray = r->id[walk->ray],
+                                         .step = segment + 1,
+                                         .event = event,
+                                         .near = near,
+                                         .far = far,
+                                         .channel = walk->channel > 0 ? walk->channel : 0};
+    walk->direction = rmap_step_turned(&turning, walk->direction, normal);
+    if (!r->colour || !near || !far || !(cosine == cosine))
         return;
     struct rmap_encounter encounter = {.surface = front ? object->front : object->back,
                                        .near = near,
@@ -218,7 +141,7 @@ static void advance(struct walk *walk, size_t row, uint32_t segment, bool last)
 {
     const struct rmap_retrace *r = walk->r;
     struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
-    const struct rmap_medium *medium = medium_of(r, r->medium[row]);
+    const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
     bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], walk->object,
                                 walk->position, walk->direction, &facing);
     struct rmap_compact_leg leg = {.from = walk->position,
@@ -227,19 +150,20 @@ static void advance(struct walk *walk, size_t row, uint32_t segment, bool last)
                                    .optical_from = walk->optical_path,
                                    .index = 1.0,
                                    .left = (r->event[row] & RMAP_EVENT_LEFT) != 0};
+    bool absorbed = !met && (r->event[row] & RMAP_EVENT_ABSORB);
     if (!met)
-        leg.length = distance_out(walk);
+        leg.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour)
         leg.index = medium->dispersive ? rmap_light_mean(&walk->light, medium->n)
                                        : medium->n[walk->light.begin];
-    if (medium && medium->absorbing && leg.length > 0.0)
-        leg.length = rmap_light_absorb(medium, r->seed, r->id[walk->ray], segment + 1, leg.length,
-                                       &walk->light);
-    if (!met) {
-        facing.position = rmap_axpy(leg.length, walk->direction, walk->position);
-    } else if (leg.length < facing.t) {
-        leg.length = facing.t; /* the path says that it got through */
+    bool single = walk->light.end - walk->light.begin == 1;
+    if (medium && medium->absorbing && leg.length > 0.0 && (absorbed || !single)) {
+        double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], segment + 1,
+                                             leg.length, absorbed, &walk->light);
+        leg.length = absorbed ? travelled : leg.length;
     }
+    if (!met)
+        facing.position = rmap_axpy(leg.length, walk->direction, walk->position);
     if (offer_point(r, &r->lane[RMAP_LANE_RMAP_SEGMENT_position], row, &facing.position) == WRONG) {
         struct rmap_vec3 way = rmap_sub(facing.position, walk->position);
         leg.length = rmap_length(way);
@@ -292,24 +216,22 @@ static void end(struct walk *walk)
     offer_double(&r->lane[RMAP_LANE_RMAP_RAY_optical_path], walk->ray, walk->optical_path);
     if (r->stop[walk->ray] == RMAP_STOP_LEFT)
         way = walk->direction;
-    to_float3(way, value);
+    rmap_step_float3(way, value);
     (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_RAY_end_direction], 3 * walk->ray, 3,
                           sizeof *value, value);
 }
 
-void rmap_retrace(const struct rmap_retrace *retrace)
+void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
+                  size_t first_registration)
 {
     struct walk walk;
-    size_t row = 0;
+    uint32_t n = retrace->segment_count[ray];
     walk.r = retrace;
-    walk.crossing = walk.crossing_end = 0;
-    for (size_t i = 0; i < retrace->n_ray; i++) {
-        uint32_t n = retrace->segment_count[i];
-        walk.ray = i;
-        walk.crossing_end += retrace->registration_count[i];
-        begin(&walk);
-        for (uint32_t k = 0; k < n; k++)
-            advance(&walk, row++, k, k + 1 == n);
-        end(&walk);
-    }
+    walk.ray = ray;
+    walk.crossing = first_registration;
+    walk.crossing_end = first_registration + retrace->registration_count[ray];
+    begin(&walk);
+    for (uint32_t k = 0; k < n; k++)
+        advance(&walk, first_segment + k, k, k + 1 == n);
+    end(&walk);
 }

@@ -206,16 +206,18 @@ static int pick(const struct rmap_compact_light *light, double u)
 }
 
 double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
-                         uint32_t step, double length, struct rmap_compact_light *light)
+                         uint32_t step, double length, bool absorbed,
+                         struct rmap_compact_light *light)
 {
-    double u[4], p[RMAP_CHANNEL_MAX];
+    double u[4], p[RMAP_CHANNEL_MAX], travelled = length;
     bool single = light->end - light->begin == 1;
-    rmap_rng(seed, ray, step, RMAP_RNG_MEDIUM, u);
-    double mu = medium->absorption[single ? light->begin : pick(light, u[0])];
-    double travelled = -rmap_portable_log(u[1]) / mu;
-    bool absorbed = travelled < length;
-    if (!absorbed)
-        travelled = length;
+    if (absorbed) {
+        rmap_rng(seed, ray, step, RMAP_RNG_MEDIUM, u);
+        double mu = medium->absorption[single ? light->begin : pick(light, u[0])];
+        travelled = -rmap_portable_log(u[1]) / mu;
+        if (!(travelled < length))
+            travelled = length;
+    }
     if (single)
         return travelled;
     for (int i = light->begin; i < light->end; i++) {

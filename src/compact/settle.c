@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Most rays are predicted well from beginning to end: all of a portion are traced again side by
+ * side, and those with a wrong number on which later ones depend (a point, a colour) once more by
+ * themselves, with the truth put in where they went wrong.
+ */
+#include "compact/settle.h"
+
+/* A lane of the legs, with the rows of a ray in its table. */
+enum span { SPAN_RAY, SPAN_SEGMENT, SPAN_REGISTRATION };
+
+struct leg_lane {
+    enum rmap_lane_id id;
+    enum span span;
+    bool leads; /* later predictions depend on it */
+};
+
+static const struct leg_lane leg_lane[] = {
+    {RMAP_LANE_RMAP_RAY_start, SPAN_RAY, true},
+    {RMAP_LANE_RMAP_SEGMENT_position, SPAN_SEGMENT, true},
+    {RMAP_LANE_RMAP_SEGMENT_colour, SPAN_SEGMENT, true},
+    {RMAP_LANE_RMAP_SEGMENT_normal, SPAN_SEGMENT, false},
+    {RMAP_LANE_RMAP_RAY_path_length, SPAN_RAY, false},
+    {RMAP_LANE_RMAP_RAY_optical_path, SPAN_RAY, false},
+    {RMAP_LANE_RMAP_RAY_start_normal, SPAN_RAY, false},
+    {RMAP_LANE_RMAP_RAY_end_direction, SPAN_RAY, false},
+    {RMAP_LANE_RMAP_REGISTRATION_cell, SPAN_REGISTRATION, false},
+    {RMAP_LANE_RMAP_REGISTRATION_relative, SPAN_REGISTRATION, false},
+    {RMAP_LANE_RMAP_REGISTRATION_direction, SPAN_REGISTRATION, false},
+    {RMAP_LANE_RMAP_REGISTRATION_optical_path, SPAN_REGISTRATION, false},
+};
+#define LEG_LANES (sizeof leg_lane / sizeof *leg_lane)
+
+/* Numbers of a ray in each table's lanes, per row. */
+struct strip {
+    struct rmap_lane *lane;
+    size_t width; /* numbers per row */
+    const uint8_t *predicted;
+    enum span span;
+    bool leads;
+};
+
+/* Rows [first, end) of a ray by span. */
+struct rows {
+    size_t first[3], end[3];
+};
+
+static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *predicted,
+                     struct strip strip[LEG_LANES])
+{
+    int n = 0;
+    for (size_t i = 0; i < LEG_LANES; i++) {
+        struct rmap_lane *lane = &r->lane[leg_lane[i].id];
+        if ((leg_lane[i].id == RMAP_LANE_RMAP_SEGMENT_colour && !r->colour) ||
+            (leg_lane[i].span == SPAN_REGISTRATION && !r->crossing_segment))
+            continue;
+        strip[n++] = (struct strip){
+            .lane = lane,
+            .width = rmap_portion_row_nbytes(predicted, lane->column) / lane->element_nbytes,
+            .predicted = rmap_portion_column(predicted, lane->column),
+            .span = leg_lane[i].span,
+            .leads = leg_lane[i].leads,
+        };
+    }
+    return n;
+}
+
+static void next_rows(const struct rmap_retrace *r, size_t i, struct rows *rows)
+{
+    rows->first[SPAN_RAY] = i;
+    rows->first[SPAN_SEGMENT] = rows->end[SPAN_SEGMENT];
+    rows->first[SPAN_REGISTRATION] = rows->end[SPAN_REGISTRATION];
+    rows->end[SPAN_RAY] = i + 1;
+    rows->end[SPAN_SEGMENT] += r->segment_count[i];
+    rows->end[SPAN_REGISTRATION] += r->registration_count[i];
+}
+
+static void settle_ray(const struct strip *strip, int n, const struct rows *rows)
+{
+    for (int k = 0; k < n; k++) {
+        size_t first = rows->first[strip[k].span] * strip[k].width,
+               end = rows->end[strip[k].span] * strip[k].width;
+        if (first < end)
+            rmap_lane_settle(strip[k].lane, first, end,
+                             strip[k].predicted + first * strip[k].lane->element_nbytes);
+    }
+}
+
+/* Decoding: is any number of the ray that leads others wrong? */
+static bool misled(const struct strip *strip, int n, const struct rows *rows)
+{
+    for (int k = 0; k < n && strip[k].leads; k++)
+        if (strip[k].lane->next < rows->end[strip[k].span] * strip[k].width)
+            return true;
+    return false;
+}
+
+/* Encoding: the same. */
+static bool misleads(const struct strip *strip, int n, const struct rows *rows)
+{
+    for (int k = 0; k < n && strip[k].leads; k++) {
+        const struct strip *s = &strip[k];
+        size_t nbytes = s->width * s->lane->element_nbytes, first = rows->first[s->span] * nbytes,
+               end = rows->end[s->span] * nbytes;
+        if (first < end && memcmp(s->lane->from + first, s->predicted + first, end - first) != 0)
+            return true;
+    }
+    return false;
+}
+
+static size_t leading_patches(const struct strip *strip, int n)
+{
+    size_t sum = 0;
+    for (int k = 0; k < n && strip[k].leads; k++)
+        sum += strip[k].lane->n_patch;
+    return sum;
+}
+
+enum rmap_status rmap_settle_decode(struct rmap_wave *wave, const struct rmap_retrace *r,
+                                    bool one_by_one, struct rmap_portion *out,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct strip strip[LEG_LANES];
+    struct rows rows = {{0}, {0}};
+    int n = strips_of(r, out, strip);
+    for (int k = 0; k < n && strip[k].leads; k++)
+        one_by_one = one_by_one || strip[k].lane->mode == RMAP_LANE_RESIDUAL ||
+                     strip[k].lane->mode == RMAP_LANE_VERBATIM;
+    if (!one_by_one)
+        RMAP_TRY(rmap_wave_run(wave, r, out, err));
+    for (size_t i = 0; i < r->n_ray; i++) {
+        next_rows(r, i, &rows);
+        if (one_by_one || wave->careful[i] || misled(strip, n, &rows))
+            rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+        else
+            settle_ray(strip, n, &rows);
+    }
+out:
+    return st;
+}
+
+/* False when a ray that the wave got wrong came out right by itself: a decoder could not know. */
+static bool encode_side_by_side(const struct rmap_wave *wave, const struct rmap_retrace *r,
+                                const struct strip *strip, int n)
+{
+    struct rows rows = {{0}, {0}};
+    for (size_t i = 0; i < r->n_ray; i++) {
+        next_rows(r, i, &rows);
+        bool careful = wave->careful[i];
+        if (!careful && !misleads(strip, n, &rows)) {
+            settle_ray(strip, n, &rows);
+            continue;
+        }
+        size_t before = leading_patches(strip, n);
+        rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+        if (!careful && leading_patches(strip, n) == before)
+            return false;
+    }
+    return true;
+}
+
+enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_retrace *r,
+                                    struct rmap_portion *predicted, bool *one_by_one_ret,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct strip strip[LEG_LANES];
+    struct rows rows = {{0}, {0}};
+    int n = strips_of(r, predicted, strip);
+    RMAP_TRY(rmap_wave_run(wave, r, predicted, err));
+    *one_by_one_ret = !encode_side_by_side(wave, r, strip, n);
+    if (!*one_by_one_ret)
+        return RMAP_OK;
+    for (int k = 0; k < n; k++)
+        strip[k].lane->n_patch = strip[k].lane->last = 0;
+    for (size_t i = 0; i < r->n_ray; i++) {
+        next_rows(r, i, &rows);
+        rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+    }
+out:
+    return st;
+}

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The steps of a leg that both ways of tracing again share: one ray at a time (retrace.c) and
+ * many side by side (wave.c).
+ */
+#ifndef RMAP_COMPACT_STEP_H
+#define RMAP_COMPACT_STEP_H
+
+#include "base/rng.h"
+#include "compact/model.h"
+#include "trace/azimuth.h"
+#include "trace/event.h"
+
+static inline float rmap_step_float(double x)
+{
+    return x == x ? (float)x + 0.0f : (float)NAN;
+}
+
+static inline double rmap_step_double(double x)
+{
+    return x == x ? x + 0.0 : (double)NAN;
+}
+
+static inline void rmap_step_float3(struct rmap_vec3 v, float out[3])
+{
+    out[0] = rmap_step_float(v.x);
+    out[1] = rmap_step_float(v.y);
+    out[2] = rmap_step_float(v.z);
+}
+
+static inline int16_t rmap_step_cosine(double x)
+{
+    double bounded = x > -1.0 ? x < 1.0 ? x : 1.0 : -1.0; /* NaN: -1 */
+    double scaled = 32767.0 * bounded;
+    return (int16_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+}
+
+static inline void rmap_step_normal(struct rmap_vec3 normal, int16_t out[3])
+{
+    out[0] = rmap_step_cosine(normal.x);
+    out[1] = rmap_step_cosine(normal.y);
+    out[2] = rmap_step_cosine(normal.z);
+}
+
+static inline double rmap_step_distance_out(const struct rmap_scene *scene,
+                                            struct rmap_vec3 position, struct rmap_vec3 direction)
+{
+    struct rmap_vec3 from = rmap_sub(position, scene->centre);
+    double along = rmap_dot(from, direction);
+    double gap = scene->radius * scene->radius - rmap_dot(from, from);
+    if (!(gap > 0.0))
+        return 0.0;
+    double root = sqrt(along * along + gap);
+    return along > 0.0 ? gap / (root + along) : root - along;
+}
+
+static inline const struct rmap_medium *rmap_step_medium(const struct rmap_compact_model *model,
+                                                         int32_t medium)
+{
+    bool known = medium >= 0 && (size_t)medium < model->n_medium;
+    return known ? &model->scene->medium[medium] : NULL;
+}
+
+static inline struct rmap_vec3 rmap_step_diffused(struct rmap_vec3 normal, double u, double v)
+{
+    struct rmap_vec3 x, y;
+    rmap_basis(normal, &x, &y);
+    double r = sqrt(u), cosine, sine;
+    rmap_azimuth(v, &cosine, &sine);
+    struct rmap_vec3 plane = rmap_axpy(r * cosine, x, rmap_scale(y, r * sine));
+    return rmap_axpy(sqrt(1.0 - u), normal, plane);
+}
+
+static inline struct rmap_vec3 rmap_step_reflected(struct rmap_vec3 direction,
+                                                   struct rmap_vec3 normal)
+{
+    double cosine = rmap_dot(direction, normal);
+    return rmap_normalize(rmap_axpy(-2.0 * cosine, normal, direction));
+}
+
+static inline struct rmap_vec3 rmap_step_refracted(struct rmap_vec3 direction,
+                                                   struct rmap_vec3 normal, double n1, double n2)
+{
+    if (n1 == n2)
+        return direction;
+    double cosine = rmap_dot(direction, normal);
+    struct rmap_vec3 tangent = rmap_scale(rmap_axpy(-cosine, normal, direction), n1 / n2);
+    double cos2_t = 1.0 - rmap_dot(tangent, tangent);
+    if (cos2_t <= 0.0)
+        return rmap_step_reflected(direction, normal);
+    return rmap_axpy(-sqrt(cos2_t), normal, tangent);
+}
+
+static inline enum rmap_turn rmap_step_turn(uint32_t event)
+{
+    if (event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE))
+        return RMAP_TURN_DIFFUSE;
+    if (event & (RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_TOTAL_REFLECTION))
+        return RMAP_TURN_REFLECT;
+    return event & RMAP_EVENT_TRANSMIT_SPECULAR ? RMAP_TURN_REFRACT : RMAP_TURN_NONE;
+}
+
+/* What a turn depends on beside direction and normal. */
+struct rmap_turning {
+    uint64_t seed, ray;
+    uint32_t step; /* of the random numbers: the leg's number from 1 */
+    uint32_t event;
+    const struct rmap_medium *near, *far; /* or NULL */
+    int channel;                          /* that refracts */
+};
+
+/* Direction after a surface, whose normal points to the light. */
+static inline struct rmap_vec3 rmap_step_turned(const struct rmap_turning *turning,
+                                                struct rmap_vec3 direction, struct rmap_vec3 normal)
+{
+    double u[4];
+    switch (rmap_step_turn(turning->event)) {
+    case RMAP_TURN_DIFFUSE:
+        rmap_rng(turning->seed, turning->ray, turning->step, RMAP_RNG_SURFACE, u);
+        if (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE)
+            normal = rmap_scale(normal, -1.0);
+        return rmap_step_diffused(normal, u[2], u[3]);
+    case RMAP_TURN_REFLECT:
+        return rmap_step_reflected(direction, normal);
+    case RMAP_TURN_REFRACT:
+        if (!turning->near || !turning->far)
+            return direction;
+        return rmap_step_refracted(direction, normal, turning->near->n[turning->channel],
+                                   turning->far->n[turning->channel]);
+    case RMAP_TURN_NONE:
+        break;
+    }
+    return direction;
+}
+
+#endif

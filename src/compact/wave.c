@@ -1,0 +1,418 @@
+/* SPDX-License-Identifier: MIT */
+#include "compact/wave.h"
+
+#include "base/alloc.h"
+#include "compact/step.h"
+
+struct rmap_wave_ray {
+    struct rmap_vec3 position, direction;
+    size_t first, row, end; /* legs */
+    size_t crossing, crossing_end;
+    int32_t object; /* the leg starts on, or -1 */
+    int channel;    /* that refracts */
+    int departs;    /* channel that it starts with; -1: the source's colour */
+};
+
+/* Rays that meet the same object and turn alike are found by a key of so many bits. */
+#define KEY_BITS 11
+#define KEYS     (1u << KEY_BITS)
+
+/* So few in a run, or at all, are followed one by one, unsorted. */
+#define FEW 3
+
+void rmap_wave_fini(struct rmap_wave *wave)
+{
+    rmap_free(wave->ray);
+    rmap_free(wave->alive);
+    rmap_free(wave->sorted);
+    rmap_free(wave->key);
+    rmap_free(wave->length);
+    rmap_free(wave->cosine);
+    rmap_free(wave->careful);
+    *wave = (struct rmap_wave){0};
+}
+
+static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, size_t n_leg,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+#define ROOM(field, n)                                                                             \
+    RMAP_TRY(rmap_reserve((void **)&wave->field, &wave->cap_##field, n, sizeof *wave->field, err))
+    ROOM(ray, n_ray);
+    ROOM(alive, n_ray);
+    ROOM(sorted, n_ray);
+    ROOM(key, n_ray);
+    ROOM(careful, n_ray);
+    ROOM(length, n_leg);
+    ROOM(cosine, n_leg);
+#undef ROOM
+out:
+    return st;
+}
+
+static void begin(struct rmap_wave *wave, const struct rmap_retrace *r, struct rmap_portion *out)
+{
+    size_t row = 0, crossing = 0;
+    for (size_t i = 0; i < r->n_ray; i++) {
+        struct rmap_wave_ray *ray = &wave->ray[i];
+        struct rmap_departure departure;
+        rmap_departure_find(r->model, r->seed, r->id[i], r->source[i], &departure);
+        wave->careful[i] = 0;
+        if (out->ray.start)
+            rmap_step_float3(departure.position, out->ray.start + 3 * i);
+        if (out->ray.start_normal)
+            rmap_step_normal(departure.normal, out->ray.start_normal + 3 * i);
+        *ray = (struct rmap_wave_ray){.position = departure.position,
+                                      .direction = departure.direction,
+                                      .first = row,
+                                      .row = row,
+                                      .end = row + r->segment_count[i],
+                                      .crossing = crossing,
+                                      .crossing_end = crossing + r->registration_count[i],
+                                      .object = r->start_object[i],
+                                      .departs = departure.channel,
+                                      .channel = r->channel[i] > 0 ? r->channel[i] - 1 : 0};
+        if (ray->channel >= r->model->n_channel)
+            ray->channel = 0;
+        row = ray->end;
+        crossing = ray->crossing_end;
+    }
+}
+
+/* Registrations on the leg in hand; their optical paths are distances yet. */
+static void cross(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
+                  struct rmap_vec3 to, double length, struct rmap_portion *out)
+{
+    struct rmap_wave_ray *ray = &wave->ray[index];
+    const struct rmap_compact_leg leg = {.from = ray->position,
+                                         .to = to,
+                                         .direction = ray->direction,
+                                         .length = length,
+                                         .index = 1.0};
+    while (ray->crossing < ray->crossing_end &&
+           r->crossing_segment[ray->crossing] <= ray->row - ray->first) {
+        size_t row = ray->crossing++;
+        int32_t detector = r->crossing_detector[row];
+        struct rmap_crossing crossing = {.optical_path = 0.0};
+        if (detector < 0 || (size_t)detector >= r->model->n_detector)
+            wave->careful[index] = 1;
+        else
+            rmap_crossing_find(&r->model->scene->detector[detector], &leg, &crossing);
+        rmap_step_float3(ray->direction, crossing.direction);
+        if (out->registration.cell)
+            memcpy(out->registration.cell + 2 * row, crossing.cell, sizeof crossing.cell);
+        if (out->registration.relative)
+            memcpy(out->registration.relative + 2 * row, crossing.relative,
+                   sizeof crossing.relative);
+        if (out->registration.direction)
+            memcpy(out->registration.direction + 3 * row, crossing.direction,
+                   sizeof crossing.direction);
+        if (out->registration.optical_path)
+            out->registration.optical_path[row] = crossing.optical_path;
+    }
+}
+
+/* Notes the end of the leg in hand. */
+static void note(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
+                 const struct rmap_facing *facing, struct rmap_portion *out)
+{
+    size_t row = wave->ray[index].row;
+    wave->length[row] = facing->t;
+    if (out->segment.position)
+        rmap_step_float3(facing->position, out->segment.position + 3 * row);
+    if (out->segment.normal)
+        rmap_step_normal(facing->normal, out->segment.normal + 3 * row);
+    if (r->crossing_segment)
+        cross(wave, r, index, facing->position, facing->t, out);
+}
+
+static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray,
+                                      uint32_t index)
+{
+    size_t row = ray->row;
+    return (struct rmap_turning){.seed = r->seed,
+                                 .ray = r->id[index],
+                                 .step = (uint32_t)(row - ray->first) + 1,
+                                 .event = r->event[row],
+                                 .near = rmap_step_medium(r->model, r->medium[row]),
+                                 .far = rmap_step_medium(r->model, r->medium[row + 1]),
+                                 .channel = ray->channel};
+}
+
+/* One leg of one ray. */
+static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
+                        struct rmap_portion *out)
+{
+    struct rmap_wave_ray *ray = &wave->ray[index];
+    struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
+    size_t row = ray->row;
+    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], ray->object,
+                                ray->position, ray->direction, &facing);
+    if (!met) {
+        const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
+        if (medium && medium->absorbing && (r->event[row] & RMAP_EVENT_ABSORB))
+            wave->careful[index] = 1;
+        facing.t = rmap_step_distance_out(r->model->scene, ray->position, ray->direction);
+        facing.position = rmap_axpy(facing.t, ray->direction, ray->position);
+    }
+    note(wave, r, index, &facing, out);
+    double cosine = rmap_dot(ray->direction, facing.normal);
+    wave->cosine[row] = met ? cosine : (double)NAN;
+    if (met && row + 1 < ray->end) {
+        const struct rmap_turning turning = turning_of(r, ray, index);
+        ray->direction =
+            rmap_step_turned(&turning, ray->direction,
+                             cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
+    }
+    ray->position = facing.position;
+    ray->object = met ? r->object[row] : -1;
+    ray->row++;
+}
+
+static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
+                 size_t n, enum rmap_turn turn, struct rmap_wave_pack *pack)
+{
+    for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++) {
+        uint32_t at = index[i < n ? i : 0];
+        const struct rmap_wave_ray *ray = &wave->ray[at];
+        pack->px[i] = ray->position.x;
+        pack->py[i] = ray->position.y;
+        pack->pz[i] = ray->position.z;
+        pack->dx[i] = ray->direction.x;
+        pack->dy[i] = ray->direction.y;
+        pack->dz[i] = ray->direction.z;
+        pack->triangle[i] = r->primitive[ray->row];
+        if (turn == RMAP_TURN_NONE || turn == RMAP_TURN_REFLECT)
+            continue;
+        const struct rmap_turning turning = turning_of(r, ray, at);
+        if (turn == RMAP_TURN_REFRACT) {
+            bool known = turning.near && turning.far;
+            pack->n1[i] = known ? turning.near->n[turning.channel] : 1.0;
+            pack->n2[i] = known ? turning.far->n[turning.channel] : 1.0;
+        } else {
+            double u[4];
+            rmap_rng(turning.seed, turning.ray, turning.step, RMAP_RNG_SURFACE, u);
+            pack->u[i] = u[2];
+            pack->v[i] = u[3];
+            pack->through[i] = turning.event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
+        }
+    }
+}
+
+/* One leg of up to RMAP_WAVE_WIDTH rays that meet one object, from one, and turn alike. */
+static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
+                         const uint32_t *index, size_t n, enum rmap_turn turn,
+                         struct rmap_portion *out)
+{
+    struct rmap_wave_pack pack;
+    const struct rmap_wave_ray *one = &wave->ray[index[0]];
+    int32_t object = r->object[one->row];
+    load(wave, r, index, n, turn, &pack);
+    rmap_wave_meet(&r->model->object[object], one->object == object, -r->model->epsilon, &pack);
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_facing facing = {
+            .t = pack.t[i],
+            .position = {pack.px[i], pack.py[i], pack.pz[i]},
+            .normal = {pack.nx[i], pack.ny[i], pack.nz[i]},
+        };
+        note(wave, r, index[i], &facing, out);
+        wave->cosine[wave->ray[index[i]].row] = pack.cosine[i];
+    }
+    if (turn != RMAP_TURN_NONE)
+        rmap_wave_turn(turn, &pack);
+    for (size_t i = 0; i < n; i++) {
+        struct rmap_wave_ray *ray = &wave->ray[index[i]];
+        ray->position = rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]);
+        ray->direction = rmap_vec3(pack.dx[i], pack.dy[i], pack.dz[i]);
+        ray->object = object;
+        ray->row++;
+        if (pack.odd[i] != 0.0)
+            wave->careful[index[i]] = 1;
+    }
+}
+
+/* May this leg be in a pack? */
+static bool packs(const struct rmap_compact_model *model, int32_t object, int32_t primitive)
+{
+    if (object < 0 || (size_t)object >= model->n_object)
+        return false;
+    const struct rmap_compact_object *o = &model->object[object];
+    if (o->kind == RMAP_FACING_MESH)
+        return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle;
+    return o->kind != RMAP_FACING_ASPHERE;
+}
+
+static enum rmap_turn turn_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
+{
+    return ray->row + 1 < ray->end ? rmap_step_turn(r->event[ray->row]) : RMAP_TURN_NONE;
+}
+
+/* Rays whose legs may go together have the same key; few others have. */
+static uint32_t key_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
+{
+    int32_t object = r->object[ray->row];
+    uint32_t own = object == ray->object;
+    return (((uint32_t)object + 1) << 3 | (uint32_t)turn_of(r, ray) << 1 | own) & (KEYS - 1);
+}
+
+static bool alike(const struct rmap_retrace *r, const struct rmap_wave_ray *a,
+                  const struct rmap_wave_ray *b)
+{
+    int32_t object = r->object[a->row];
+    return object == r->object[b->row] && (object == a->object) == (object == b->object) &&
+           turn_of(r, a) == turn_of(r, b) && packs(r->model, object, r->primitive[b->row]);
+}
+
+/* Brings rays of one key together. Stable, so that all is a function of the portion alone. */
+static void sort(struct rmap_wave *wave, const struct rmap_retrace *r, size_t n)
+{
+    uint32_t first[KEYS + 1] = {0};
+    for (size_t i = 0; i < n; i++) {
+        wave->key[i] = key_of(r, &wave->ray[wave->alive[i]]);
+        first[wave->key[i] + 1]++;
+    }
+    for (uint32_t k = 0; k < KEYS; k++)
+        first[k + 1] += first[k];
+    for (size_t i = 0; i < n; i++)
+        wave->sorted[first[wave->key[i]]++] = wave->alive[i];
+}
+
+static void advance_all(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
+                        size_t n, struct rmap_portion *out)
+{
+    for (size_t i = 0; i < n;) {
+        const struct rmap_wave_ray *one = &wave->ray[index[i]];
+        size_t run = 1;
+        if (packs(r->model, r->object[one->row], r->primitive[one->row]))
+            while (run < RMAP_WAVE_WIDTH && i + run < n &&
+                   alike(r, one, &wave->ray[index[i + run]]))
+                run++;
+        if (run >= FEW)
+            advance_pack(wave, r, index + i, run, turn_of(r, one), out);
+        else
+            for (size_t k = 0; k < run; k++)
+                advance_one(wave, r, index[i + k], out);
+        i += run;
+    }
+}
+
+static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, struct rmap_portion *out)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < r->n_ray; i++)
+        if (r->segment_count[i] > 0)
+            wave->alive[n++] = (uint32_t)i;
+    while (n > 0) {
+        size_t left = 0;
+        bool many = n > 8 * FEW;
+        if (many)
+            sort(wave, r, n);
+        advance_all(wave, r, many ? wave->sorted : wave->alive, n, out);
+        for (size_t i = 0; i < n; i++) {
+            uint32_t index = wave->alive[i];
+            if (wave->ray[index].row < wave->ray[index].end)
+                wave->alive[left++] = index;
+        }
+        n = left;
+    }
+}
+
+/* ---- light and lengths, along each ray ---- */
+
+static void weigh_leg(const struct rmap_wave *wave, const struct rmap_retrace *r, size_t i,
+                      size_t row, struct rmap_compact_light *light)
+{
+    int32_t object = r->object[row];
+    const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]),
+                             *far = rmap_step_medium(r->model, r->medium[row + 1]);
+    double cosine = wave->cosine[row], size = cosine < 0.0 ? -cosine : cosine;
+    if (!near || !far || !(size >= 0.0)) /* nothing met */
+        return;
+    const struct rmap_compact_object *o = &r->model->object[object];
+    const struct rmap_encounter encounter = {.surface = cosine < 0.0 ? o->front : o->back,
+                                             .near = near,
+                                             .far = far,
+                                             .cosine = size <= 1.0 ? size : 1.0,
+                                             .event = r->event[row],
+                                             .channel = (int)r->channel[i] - 1};
+    rmap_light_meet(&encounter, light);
+}
+
+static double index_of(const struct rmap_compact_light *light, const struct rmap_medium *medium)
+{
+    if (!medium)
+        return 1.0;
+    return medium->dispersive ? rmap_light_mean(light, medium->n) : medium->n[light->begin];
+}
+
+/* Colours and lengths of ray i. light: its beginning. */
+static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t i, size_t crossing,
+                   struct rmap_compact_light *light, struct rmap_portion *out)
+{
+    const struct rmap_wave_ray *ray = &wave->ray[i];
+    size_t n = (size_t)r->model->n_channel;
+    double path_length = 0.0, optical_path = 0.0;
+    for (size_t row = ray->first; row < ray->end; row++) {
+        double index = 1.0;
+        if (r->colour) {
+            const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
+            index = index_of(light, medium);
+            if (medium && medium->absorbing && wave->length[row] > 0.0 &&
+                light->end - light->begin > 1)
+                (void)rmap_light_absorb(medium, r->seed, r->id[i], 0, wave->length[row], false,
+                                        light);
+            if (light->changed)
+                rmap_light_quantise(r->model->n_channel, light);
+            if (out->colour)
+                memcpy(out->colour + row * n, light->quantised, n * sizeof *out->colour);
+        }
+        for (; out->registration.optical_path && r->crossing_segment && crossing < ray->crossing &&
+               r->crossing_segment[crossing] <= row - ray->first;
+             crossing++)
+            out->registration.optical_path[crossing] =
+                rmap_step_double(optical_path + index * out->registration.optical_path[crossing]);
+        if (!(r->event[row] & RMAP_EVENT_LEFT)) {
+            path_length += wave->length[row];
+            optical_path += index * wave->length[row];
+        }
+        if (r->colour && row + 1 < ray->end && light->end - light->begin > 1)
+            weigh_leg(wave, r, i, row, light);
+    }
+    if (out->ray.path_length)
+        out->ray.path_length[i] = rmap_step_double(path_length);
+    if (out->ray.optical_path)
+        out->ray.optical_path[i] = rmap_step_double(optical_path);
+}
+
+static void finish(struct rmap_wave *wave, const struct rmap_retrace *r, struct rmap_portion *out)
+{
+    struct rmap_compact_light light;
+    size_t crossing = 0;
+    for (size_t i = 0; i < r->n_ray; i++) {
+        const struct rmap_wave_ray *ray = &wave->ray[i];
+        if (r->colour)
+            rmap_light_begin(r->model, r->source[i], ray->departs, &light);
+        sum_up(wave, r, i, crossing, &light, out);
+        if (r->crossing_segment && ray->crossing < ray->crossing_end)
+            wave->careful[i] = 1;
+        crossing = ray->crossing_end;
+        if (out->ray.end_direction) {
+            struct rmap_vec3 way = {0.0, 0.0, 0.0};
+            if (r->stop[i] == RMAP_STOP_LEFT)
+                way = ray->direction;
+            rmap_step_float3(way, out->ray.end_direction + 3 * i);
+        }
+    }
+}
+
+enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace *r,
+                               struct rmap_portion *predicted, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(make_room(wave, r->n_ray, predicted->n_row[RMAP_TABLE_SEGMENT], err));
+    begin(wave, r, predicted);
+    follow(wave, r, predicted);
+    finish(wave, r, predicted);
+out:
+    return st;
+}

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * All rays of a portion traced again side by side: leg by leg, those that meet the same object
+ * together. The numbers are bit for bit those of rmap_retrace, as long as nothing was mispredicted
+ * on the way; rays that this cannot answer for are marked.
+ */
+#ifndef RMAP_COMPACT_WAVE_H
+#define RMAP_COMPACT_WAVE_H
+
+#include "compact/model.h"
+
+#define RMAP_WAVE_WIDTH 8
+
+/* Rays that meet one object at the same time: in the world, before and after. */
+struct rmap_wave_pack {
+    double px[RMAP_WAVE_WIDTH], py[RMAP_WAVE_WIDTH], pz[RMAP_WAVE_WIDTH]; /* leg from; then to */
+    double dx[RMAP_WAVE_WIDTH], dy[RMAP_WAVE_WIDTH], dz[RMAP_WAVE_WIDTH]; /* of it; then on */
+    double nx[RMAP_WAVE_WIDTH], ny[RMAP_WAVE_WIDTH], nz[RMAP_WAVE_WIDTH]; /* surface normal */
+    double t[RMAP_WAVE_WIDTH];                                            /* length of the leg */
+    double cosine[RMAP_WAVE_WIDTH];                                       /* direction . normal */
+    double odd[RMAP_WAVE_WIDTH];       /* not 0: a case that only rmap_retrace decides */
+    int32_t triangle[RMAP_WAVE_WIDTH]; /* MESH */
+    double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH]; /* REFRACT */
+    double u[RMAP_WAVE_WIDTH], v[RMAP_WAVE_WIDTH];   /* DIFFUSE: random numbers */
+    double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
+};
+
+/* wave_kernel.c. own: the legs start on the same object. Triangles must exist. */
+void rmap_wave_meet(const struct rmap_compact_object *object, bool own, double behind,
+                    struct rmap_wave_pack *pack);
+void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack);
+
+/* wave.c */
+struct rmap_wave_ray;
+struct rmap_wave {
+    struct rmap_wave_ray *ray;
+    uint32_t *alive, *sorted, *key;
+    double *length, *cosine; /* [legs] */
+    uint8_t *careful;        /* [rays]: only rmap_retrace can tell */
+    size_t cap_ray, cap_alive, cap_sorted, cap_key, cap_length, cap_cosine, cap_careful;
+};
+void rmap_wave_fini(struct rmap_wave *wave);
+
+/* Predictions for all rays of r, into the columns that `predicted` has (rows are there). Lanes are
+ * not touched. */
+enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace *r,
+                               struct rmap_portion *predicted,
+                               struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,370 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The arithmetic of retrace_surface.c and step.h for a pack of rays, without branches, so that
+ * the compiler turns each loop into vector instructions. Every number goes through the same
+ * operations in the same order as there; cases that branch there are marked odd.
+ */
+#include "compact/wave.h"
+
+#define W    RMAP_WAVE_WIDTH
+#define EACH for (int i = 0; i < W; i++)
+
+/* A wider instruction set where the machine has one. Results are the same: none of them contracts
+ * multiplications and additions. */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#define WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define WIDE
+#endif
+
+/* In the object's frame. */
+struct local {
+    double ox[W], oy[W], oz[W], dx[W], dy[W], dz[W];
+    double x[W], y[W], z[W], nx[W], ny[W], nz[W];
+};
+
+static inline void to_local(const struct rmap_affine *a, const struct rmap_wave_pack *p,
+                            struct local *l)
+{
+    EACH
+    {
+        double x = p->px[i], y = p->py[i], z = p->pz[i];
+        l->ox[i] = (a->m[0][0] * x + a->m[0][1] * y + a->m[0][2] * z) + a->t.x;
+        l->oy[i] = (a->m[1][0] * x + a->m[1][1] * y + a->m[1][2] * z) + a->t.y;
+        l->oz[i] = (a->m[2][0] * x + a->m[2][1] * y + a->m[2][2] * z) + a->t.z;
+    }
+    EACH
+    {
+        double x = p->dx[i], y = p->dy[i], z = p->dz[i];
+        l->dx[i] = a->m[0][0] * x + a->m[0][1] * y + a->m[0][2] * z;
+        l->dy[i] = a->m[1][0] * x + a->m[1][1] * y + a->m[1][2] * z;
+        l->dz[i] = a->m[2][0] * x + a->m[2][1] * y + a->m[2][2] * z;
+    }
+}
+
+static inline void to_world(const struct rmap_compact_object *o, const struct local *l,
+                            struct rmap_wave_pack *p)
+{
+    const struct rmap_affine *a = &o->to_world, *b = &o->to_local;
+    EACH
+    {
+        double x = l->x[i], y = l->y[i], z = l->z[i];
+        p->px[i] = (a->m[0][0] * x + a->m[0][1] * y + a->m[0][2] * z) + a->t.x;
+        p->py[i] = (a->m[1][0] * x + a->m[1][1] * y + a->m[1][2] * z) + a->t.y;
+        p->pz[i] = (a->m[2][0] * x + a->m[2][1] * y + a->m[2][2] * z) + a->t.z;
+    }
+    EACH
+    {
+        double x = l->nx[i], y = l->ny[i], z = l->nz[i];
+        p->nx[i] = b->m[0][0] * x + b->m[1][0] * y + b->m[2][0] * z;
+        p->ny[i] = b->m[0][1] * x + b->m[1][1] * y + b->m[2][1] * z;
+        p->nz[i] = b->m[0][2] * x + b->m[1][2] * y + b->m[2][2] * z;
+    }
+}
+
+static inline void normalise(double x[W], double y[W], double z[W])
+{
+    EACH
+    {
+        double s = 1.0 / sqrt(x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+        x[i] = x[i] * s;
+        y[i] = y[i] * s;
+        z[i] = z[i] * s;
+    }
+}
+
+static inline void flat(struct local *l, struct rmap_wave_pack *p)
+{
+    EACH
+    {
+        double t = -l->oz[i] / l->dz[i];
+        p->t[i] = t;
+        l->x[i] = l->ox[i] + t * l->dx[i];
+        l->y[i] = l->oy[i] + t * l->dy[i];
+        l->z[i] = 0.0;
+        l->nx[i] = 0.0;
+        l->ny[i] = 0.0;
+        l->nz[i] = 1.0;
+    }
+}
+
+static inline void cross_quadric(const struct rmap_compact_object *o, struct local *l,
+                                 struct rmap_wave_pack *p)
+{
+    double alpha = o->alpha, gamma = o->gamma, delta = o->delta;
+    EACH
+    {
+        double dx = l->dx[i], dy = l->dy[i], dz = l->dz[i];
+        double a = alpha * (dx * dx + dy * dy) + gamma * dz * dz;
+        double gx = alpha * l->ox[i], gy = alpha * l->oy[i], gz = gamma * l->oz[i] + delta;
+        double t = -2 * (gx * dx + gy * dy + gz * dz) / a;
+        p->t[i] = t;
+        l->x[i] = l->ox[i] + t * dx;
+        l->y[i] = l->oy[i] + t * dy;
+        l->z[i] = l->oz[i] + t * dz;
+    }
+}
+
+/* The bounds of all kinds of quadric as one: infinite where a kind has none. */
+struct bounds {
+    double inner2, outer2, sheet, low, high;
+};
+
+static struct bounds bounds_of(const struct rmap_compact_object *o)
+{
+    struct bounds b = {-1.0, INFINITY, 0.0, -INFINITY, INFINITY};
+    if (o->tube) {
+        b.low = 0.0;
+        b.high = o->length;
+    } else if (o->bounded) {
+        b.inner2 = o->inner2;
+        b.outer2 = o->outer2;
+        b.sheet = o->sheet;
+    }
+    return b;
+}
+
+static inline void meet_quadric(const struct rmap_compact_object *o, double behind, struct local *l,
+                                struct rmap_wave_pack *p)
+{
+    const struct bounds bound = bounds_of(o);
+    double alpha = o->alpha, gamma = o->gamma, delta = o->delta, epsilon = o->epsilon;
+    double middle = o->middle;
+    double shift[W], cx[W], cy[W], cz[W], t0[W], t1[W];
+    EACH
+    {
+        double dx = l->dx[i], dy = l->dy[i], dz = l->dz[i];
+        double ox = l->ox[i], oy = l->oy[i], oz = l->oz[i];
+        shift[i] = -(ox * dx + oy * dy + (oz - middle) * dz) / (dx * dx + dy * dy + dz * dz);
+        cx[i] = ox + shift[i] * dx;
+        cy[i] = oy + shift[i] * dy;
+        cz[i] = oz + shift[i] * dz;
+    }
+    EACH
+    {
+        double dx = l->dx[i], dy = l->dy[i], dz = l->dz[i], x = cx[i], y = cy[i], z = cz[i];
+        double a = alpha * (dx * dx + dy * dy) + gamma * dz * dz;
+        double b = alpha * x * dx + alpha * y * dy + (gamma * z + delta) * dz;
+        double c = alpha * (x * x + y * y) + (gamma * z + 2 * delta) * z + epsilon;
+        double discriminant = b * b - a * c;
+        double root = sqrt(discriminant), q = b < 0 ? root - b : -(b + root);
+        double near = c / q, far = q / a;
+        far = far - far == 0.0 ? far : near;
+        t0[i] = near < far ? near : far;
+        t1[i] = near < far ? far : near;
+        p->odd[i] = p->odd[i] + (q != 0.0 && discriminant >= 0.0 ? 0.0 : 1.0);
+    }
+    EACH
+    {
+        double x = cx[i] + t0[i] * l->dx[i], y = cy[i] + t0[i] * l->dy[i];
+        double z = cz[i] + t0[i] * l->dz[i], s = x * x + y * y;
+        double outside = shift[i] + t0[i] > behind ? 0.0 : 1.0;
+        outside = s <= bound.outer2 ? outside : 1.0;
+        outside = s >= bound.inner2 ? outside : 1.0;
+        outside = 1 - bound.sheet * z >= -0x1p-50 ? outside : 1.0;
+        outside = z >= bound.low ? outside : 1.0;
+        outside = z <= bound.high ? outside : 1.0;
+        double t = outside > 0.0 ? t1[i] : t0[i];
+        p->t[i] = shift[i] + t;
+        l->x[i] = cx[i] + t * l->dx[i];
+        l->y[i] = cy[i] + t * l->dy[i];
+        l->z[i] = cz[i] + t * l->dz[i];
+    }
+}
+
+static inline void quadric_normal(const struct rmap_compact_object *o, struct local *l,
+                                  struct rmap_wave_pack *p)
+{
+    double alpha = o->alpha, gamma = o->gamma, delta = o->delta, sign = o->conic ? -1.0 : 1.0;
+    EACH
+    {
+        double x = sign * (alpha * l->x[i]), y = sign * (alpha * l->y[i]);
+        double z = sign * (gamma * l->z[i] + delta);
+        double length = sqrt(x * x + y * y + z * z), s = 1 / length;
+        l->nx[i] = x * s;
+        l->ny[i] = y * s;
+        l->nz[i] = z * s;
+        p->odd[i] = p->odd[i] + (length > 0.0 ? 0.0 : 1.0);
+    }
+}
+
+/* Corners of the triangles: as they are, and with the axes turned so that the leg's is the last. */
+struct corners {
+    double at[3][3][W], turned[3][3][W]; /* [corner][axis] */
+    double from[3][W], way[3][W];
+};
+
+static void gather_corners(const struct rmap_mesh *mesh, const struct local *l,
+                           const struct rmap_wave_pack *p, struct corners *c)
+{
+    EACH
+    {
+        const double d[3] = {l->dx[i], l->dy[i], l->dz[i]};
+        const double from[3] = {l->ox[i], l->oy[i], l->oz[i]};
+        const uint32_t *vertex = mesh->triangle[p->triangle[i]];
+        int z = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
+        if (fabs(d[2]) > fabs(d[z]))
+            z = 2;
+        int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+        const int axis[3] = {x, y, z};
+        for (int k = 0; k < 3; k++) {
+            c->from[k][i] = from[axis[k]];
+            c->way[k][i] = d[axis[k]];
+            const float *v = mesh->vertex[vertex[k]];
+            for (int j = 0; j < 3; j++) {
+                c->at[k][j][i] = (double)v[j];
+                c->turned[k][j][i] = (double)v[axis[j]];
+            }
+        }
+    }
+}
+
+static inline void meet_triangles(const struct corners *c, struct local *l,
+                                  struct rmap_wave_pack *p)
+{
+    double s[3][3][W];
+    for (int k = 0; k < 3; k++)
+        EACH
+        {
+            double scale = 1 / c->way[2][i];
+            double shear_x = c->way[0][i] * scale, shear_y = c->way[1][i] * scale;
+            double along = c->turned[k][2][i] - c->from[2][i];
+            s[k][2][i] = along;
+            s[k][0][i] = (c->turned[k][0][i] - c->from[0][i]) - shear_x * along;
+            s[k][1][i] = (c->turned[k][1][i] - c->from[1][i]) - shear_y * along;
+        }
+    EACH
+    {
+        double a0 = s[1][0][i] * s[2][1][i] - s[1][1][i] * s[2][0][i];
+        double a1 = s[2][0][i] * s[0][1][i] - s[2][1][i] * s[0][0][i];
+        double a2 = s[0][0][i] * s[1][1][i] - s[0][1][i] * s[1][0][i];
+        double sum = a0 + a1 + a2, w0 = a0 / sum, w1 = a1 / sum, w2 = a2 / sum;
+        p->t[i] = (w0 * s[0][2][i] + w1 * s[1][2][i] + w2 * s[2][2][i]) * (1 / c->way[2][i]);
+        double x1 = c->at[1][0][i] - c->at[0][0][i], x2 = c->at[2][0][i] - c->at[0][0][i];
+        double y1 = c->at[1][1][i] - c->at[0][1][i], y2 = c->at[2][1][i] - c->at[0][1][i];
+        double z1 = c->at[1][2][i] - c->at[0][2][i], z2 = c->at[2][2][i] - c->at[0][2][i];
+        l->x[i] = (c->at[0][0][i] + w1 * x1) + w2 * x2;
+        l->y[i] = (c->at[0][1][i] + w1 * y1) + w2 * y2;
+        l->z[i] = (c->at[0][2][i] + w1 * z1) + w2 * z2;
+        l->nx[i] = y1 * z2 - z1 * y2;
+        l->ny[i] = z1 * x2 - x1 * z2;
+        l->nz[i] = x1 * y2 - y1 * x2;
+    }
+}
+
+WIDE void rmap_wave_meet(const struct rmap_compact_object *object, bool own, double behind,
+                         struct rmap_wave_pack *pack)
+{
+    struct local l;
+    to_local(&object->to_local, pack, &l);
+    EACH pack->odd[i] = 0.0;
+    if (object->kind == RMAP_FACING_MESH) {
+        struct corners c;
+        gather_corners(object->mesh, &l, pack, &c);
+        meet_triangles(&c, &l, pack);
+    } else if (object->kind == RMAP_FACING_FLAT) {
+        flat(&l, pack);
+    } else {
+        if (own)
+            cross_quadric(object, &l, pack);
+        else
+            meet_quadric(object, behind, &l, pack);
+        quadric_normal(object, &l, pack);
+    }
+    EACH pack->t[i] = pack->t[i] > 0 ? pack->t[i] : 0;
+    to_world(object, &l, pack);
+    if (!object->rigid || object->kind == RMAP_FACING_MESH)
+        normalise(pack->nx, pack->ny, pack->nz);
+    EACH pack->cosine[i] =
+        pack->dx[i] * pack->nx[i] + pack->dy[i] * pack->ny[i] + pack->dz[i] * pack->nz[i];
+}
+
+/* sx, sy, sz: normals towards the light. */
+static inline void reflect(const double sx[W], const double sy[W], const double sz[W],
+                           struct rmap_wave_pack *p)
+{
+    EACH
+    {
+        double cosine = p->dx[i] * sx[i] + p->dy[i] * sy[i] + p->dz[i] * sz[i];
+        p->dx[i] = p->dx[i] + -2.0 * cosine * sx[i];
+        p->dy[i] = p->dy[i] + -2.0 * cosine * sy[i];
+        p->dz[i] = p->dz[i] + -2.0 * cosine * sz[i];
+    }
+    normalise(p->dx, p->dy, p->dz);
+}
+
+static inline void refract(const double sx[W], const double sy[W], const double sz[W],
+                           struct rmap_wave_pack *p)
+{
+    EACH
+    {
+        double dx = p->dx[i], dy = p->dy[i], dz = p->dz[i], ratio = p->n1[i] / p->n2[i];
+        double cosine = dx * sx[i] + dy * sy[i] + dz * sz[i];
+        double tx = (dx + -cosine * sx[i]) * ratio, ty = (dy + -cosine * sy[i]) * ratio;
+        double tz = (dz + -cosine * sz[i]) * ratio;
+        double cos2_t = 1.0 - (tx * tx + ty * ty + tz * tz), root = -sqrt(cos2_t);
+        double same = p->n1[i] == p->n2[i] ? 1.0 : 0.0;
+        p->odd[i] = p->odd[i] + (cos2_t > 0.0 ? 0.0 : 1.0 - same);
+        p->dx[i] = same > 0.0 ? dx : tx + root * sx[i];
+        p->dy[i] = same > 0.0 ? dy : ty + root * sy[i];
+        p->dz[i] = same > 0.0 ? dz : tz + root * sz[i];
+    }
+}
+
+/* As rmap_azimuth. */
+static inline void azimuth(const double turns[W], double cosine[W], double sine[W])
+{
+    EACH
+    {
+        int quarter = (int)(4.0 * turns[i] + 0.5);
+        double x = 2.0 * RMAP_PI * (turns[i] - 0.25 * (double)quarter), y = x * x, y2 = y * y,
+               y4 = y2 * y2;
+        double s = ((1.0 - y * (1.0 / 6.0)) + y2 * (1.0 / 120.0 - y * (1.0 / 5040.0))) +
+                   y4 * ((1.0 / 362880.0 - y * (1.0 / 39916800.0)) +
+                         y2 * (1.0 / 6227020800.0 - y * (1.0 / 1307674368000.0)));
+        double c = ((1.0 - y * (1.0 / 2.0)) + y2 * (1.0 / 24.0 - y * (1.0 / 720.0))) +
+                   y4 * ((1.0 / 40320.0 - y * (1.0 / 3628800.0)) +
+                         y2 * ((1.0 / 479001600.0 - y * (1.0 / 87178291200.0)) +
+                               y2 * (1.0 / 20922789888000.0)));
+        s *= x;
+        double along = quarter & 1 ? -s : c, across = quarter & 1 ? c : s;
+        cosine[i] = quarter & 2 ? -along : along;
+        sine[i] = quarter & 2 ? -across : across;
+    }
+}
+
+static inline void diffuse(const double sx[W], const double sy[W], const double sz[W],
+                           struct rmap_wave_pack *p)
+{
+    double cosine[W], sine[W];
+    azimuth(p->v, cosine, sine);
+    EACH
+    {
+        double turn = p->through[i] > 0.0 ? -1.0 : 1.0;
+        double nx = sx[i] * turn, ny = sy[i] * turn, nz = sz[i] * turn;
+        double sign = copysign(1.0, nz), a = -1.0 / (sign + nz), b = nx * ny * a;
+        double r = sqrt(p->u[i]), x = r * cosine[i], y = r * sine[i];
+        double up = sqrt(1.0 - p->u[i]);
+        p->dx[i] = ((b * y) + x * (1.0 + sign * nx * nx * a)) + up * nx;
+        p->dy[i] = (((sign + ny * ny * a) * y) + x * (sign * b)) + up * ny;
+        p->dz[i] = ((-ny * y) + x * (-sign * nx)) + up * nz;
+    }
+}
+
+WIDE void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack)
+{
+    double sx[W], sy[W], sz[W];
+    EACH
+    {
+        double side = pack->cosine[i] < 0.0 ? 1.0 : -1.0;
+        sx[i] = pack->nx[i] * side;
+        sy[i] = pack->ny[i] * side;
+        sz[i] = pack->nz[i] * side;
+    }
+    if (turn == RMAP_TURN_REFLECT)
+        reflect(sx, sy, sz, pack);
+    else if (turn == RMAP_TURN_REFRACT)
+        refract(sx, sy, sz, pack);
+    else
+        diffuse(sx, sy, sz, pack);
+}
