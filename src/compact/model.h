@@ -149,6 +149,16 @@ void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_s
 void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,
                      const uint32_t *event, size_t n, int16_t *medium);
 
+/* Medium beyond the side of a surface that light in medium `near` meets. */
+static inline const struct rmap_medium *rmap_medium_beyond(const struct rmap_compact_model *model,
+                                                           const struct rmap_compact_object *object,
+                                                           bool front,
+                                                           const struct rmap_medium *near)
+{
+    int32_t far = front ? object->medium_back : object->medium_front;
+    return far >= 0 ? &model->scene->medium[far] : near;
+}
+
 /* What the primitive of a leg follows from. */
 enum rmap_primitive_kind {
     RMAP_PRIMITIVE_NONE,  /* -1 */

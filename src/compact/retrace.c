@@ -123,11 +123,11 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_ve
                                          .far = far,
                                          .channel = walk->channel > 0 ? walk->channel : 0};
     walk->direction = rmap_step_turned(&turning, walk->direction, normal);
-    if (!r->colour || !near || !far || !(cosine == cosine))
+    if (!r->colour || !near || !(cosine == cosine))
         return;
     struct rmap_encounter encounter = {.surface = front ? object->front : object->back,
                                        .near = near,
-                                       .far = far,
+                                       .far = rmap_medium_beyond(r->model, object, front, near),
                                        .cosine = cosine < 0.0 ? -cosine : cosine,
                                        .event = event,
                                        .channel = walk->channel};

@@ -13,9 +13,16 @@ struct rmap_wave_ray {
     int departs;    /* channel that it starts with; -1: the source's colour */
 };
 
-/* Rays that meet the same object and turn alike are found by a key of so many bits. */
-#define KEY_BITS 11
-#define KEYS     (1u << KEY_BITS)
+/* So many rays are followed at a time: their numbers stay in the processor's cache. */
+#define WAVE_RAYS 512
+
+/* Legs of one kind are brought together by so many bits of it. */
+#define KEY_BITS  9
+#define KEYS      (1u << KEY_BITS)
+#define KEY(kind) ((kind) & (KEYS - 1))
+
+/* kind: 1 + object, turn, and the rest; 0: a leg that goes alone. */
+enum { KIND_OWN = 1, KIND_TURN = 1, KIND_OBJECT = 3 };
 
 /* So few in a run, or at all, are followed one by one, unsorted. */
 #define FEW 3
@@ -25,9 +32,8 @@ void rmap_wave_fini(struct rmap_wave *wave)
     rmap_free(wave->ray);
     rmap_free(wave->alive);
     rmap_free(wave->sorted);
-    rmap_free(wave->key);
-    rmap_free(wave->length);
-    rmap_free(wave->cosine);
+    rmap_free(wave->kind);
+    rmap_free(wave->leg);
     rmap_free(wave->careful);
     *wave = (struct rmap_wave){0};
 }
@@ -41,19 +47,51 @@ static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, size_t n
     ROOM(ray, n_ray);
     ROOM(alive, n_ray);
     ROOM(sorted, n_ray);
-    ROOM(key, n_ray);
     ROOM(careful, n_ray);
-    ROOM(length, n_leg);
-    ROOM(cosine, n_leg);
+    ROOM(kind, n_leg);
+    ROOM(leg, n_leg);
 #undef ROOM
 out:
     return st;
 }
 
-static void begin(struct rmap_wave *wave, const struct rmap_retrace *r, struct rmap_portion *out)
+/* May this leg be in a pack? */
+static bool packs(const struct rmap_compact_model *model, int32_t object, int32_t primitive)
 {
-    size_t row = 0, crossing = 0;
-    for (size_t i = 0; i < r->n_ray; i++) {
+    if (object < 0 || (size_t)object >= model->n_object)
+        return false;
+    const struct rmap_compact_object *o = &model->object[object];
+    if (o->kind == RMAP_FACING_MESH)
+        return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle;
+    return o->kind != RMAP_FACING_ASPHERE;
+}
+
+static void set_kinds(struct rmap_wave *wave, const struct rmap_retrace *r,
+                      const struct rmap_wave_ray *ray)
+{
+    int32_t from = ray->object;
+    for (size_t row = ray->row; row < ray->end; row++) {
+        int32_t object = r->object[row];
+        uint32_t turn =
+            row + 1 < ray->end ? (uint32_t)rmap_step_turn(r->event[row]) : RMAP_TURN_NONE;
+        bool packed = packs(r->model, object, r->primitive[row]);
+        wave->kind[row] = packed ? ((uint32_t)object + 1) << KIND_OBJECT | turn << KIND_TURN |
+                                       (object == from ? KIND_OWN : 0)
+                                 : 0;
+        from = object;
+    }
+}
+
+/* Rays [first, end) and their rows. */
+struct range {
+    size_t first, end, row, crossing;
+};
+
+static void begin(struct rmap_wave *wave, const struct rmap_retrace *r, const struct range *range,
+                  struct rmap_portion *out)
+{
+    size_t row = range->row, crossing = range->crossing;
+    for (size_t i = range->first; i < range->end; i++) {
         struct rmap_wave_ray *ray = &wave->ray[i];
         struct rmap_departure departure;
         rmap_departure_find(r->model, r->seed, r->id[i], r->source[i], &departure);
@@ -76,6 +114,7 @@ static void begin(struct rmap_wave *wave, const struct rmap_retrace *r, struct r
             ray->channel = 0;
         row = ray->end;
         crossing = ray->crossing_end;
+        set_kinds(wave, r, ray);
     }
 }
 
@@ -112,20 +151,6 @@ static void cross(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t
     }
 }
 
-/* Notes the end of the leg in hand. */
-static void note(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
-                 const struct rmap_facing *facing, struct rmap_portion *out)
-{
-    size_t row = wave->ray[index].row;
-    wave->length[row] = facing->t;
-    if (out->segment.position)
-        rmap_step_float3(facing->position, out->segment.position + 3 * row);
-    if (out->segment.normal)
-        rmap_step_normal(facing->normal, out->segment.normal + 3 * row);
-    if (r->crossing_segment)
-        cross(wave, r, index, facing->position, facing->t, out);
-}
-
 static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray,
                                       uint32_t index)
 {
@@ -155,9 +180,14 @@ static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, ui
         facing.t = rmap_step_distance_out(r->model->scene, ray->position, ray->direction);
         facing.position = rmap_axpy(facing.t, ray->direction, ray->position);
     }
-    note(wave, r, index, &facing, out);
     double cosine = rmap_dot(ray->direction, facing.normal);
-    wave->cosine[row] = met ? cosine : (double)NAN;
+    wave->leg[row] = (struct rmap_wave_leg){facing.t, met ? cosine : (double)NAN};
+    if (out->segment.position)
+        rmap_step_float3(facing.position, out->segment.position + 3 * row);
+    if (out->segment.normal)
+        rmap_step_normal(facing.normal, out->segment.normal + 3 * row);
+    if (r->crossing_segment && ray->crossing < ray->crossing_end)
+        cross(wave, r, index, facing.position, facing.t, out);
     if (met && row + 1 < ray->end) {
         const struct rmap_turning turning = turning_of(r, ray, index);
         ray->direction =
@@ -167,6 +197,23 @@ static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, ui
     ray->position = facing.position;
     ray->object = met ? r->object[row] : -1;
     ray->row++;
+}
+
+static void load_turn(const struct rmap_retrace *r, const struct rmap_wave_ray *ray, uint32_t index,
+                      enum rmap_turn turn, size_t i, struct rmap_wave_pack *pack)
+{
+    const struct rmap_turning turning = turning_of(r, ray, index);
+    if (turn == RMAP_TURN_REFRACT) {
+        bool known = turning.near && turning.far;
+        pack->n1[i] = known ? turning.near->n[turning.channel] : 1.0;
+        pack->n2[i] = known ? turning.far->n[turning.channel] : 1.0;
+    } else {
+        double u[4];
+        rmap_rng(turning.seed, turning.ray, turning.step, RMAP_RNG_SURFACE, u);
+        pack->u[i] = u[2];
+        pack->v[i] = u[3];
+        pack->through[i] = turning.event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
+    }
 }
 
 static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
@@ -182,42 +229,42 @@ static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, con
         pack->dy[i] = ray->direction.y;
         pack->dz[i] = ray->direction.z;
         pack->triangle[i] = r->primitive[ray->row];
-        if (turn == RMAP_TURN_NONE || turn == RMAP_TURN_REFLECT)
-            continue;
-        const struct rmap_turning turning = turning_of(r, ray, at);
-        if (turn == RMAP_TURN_REFRACT) {
-            bool known = turning.near && turning.far;
-            pack->n1[i] = known ? turning.near->n[turning.channel] : 1.0;
-            pack->n2[i] = known ? turning.far->n[turning.channel] : 1.0;
-        } else {
-            double u[4];
-            rmap_rng(turning.seed, turning.ray, turning.step, RMAP_RNG_SURFACE, u);
-            pack->u[i] = u[2];
-            pack->v[i] = u[3];
-            pack->through[i] = turning.event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
-        }
+        if (turn == RMAP_TURN_REFRACT || turn == RMAP_TURN_DIFFUSE)
+            load_turn(r, ray, at, turn, i, pack);
     }
 }
 
-/* One leg of up to RMAP_WAVE_WIDTH rays that meet one object, from one, and turn alike. */
+/* Notes the ends of the legs in hand. */
+static void note(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
+                 size_t n, const struct rmap_wave_pack *pack, struct rmap_portion *out)
+{
+    float *position = out->segment.position;
+    int16_t *normal = out->segment.normal;
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_wave_ray *ray = &wave->ray[index[i]];
+        size_t row = ray->row;
+        wave->leg[row] = (struct rmap_wave_leg){pack->t[i], pack->cosine[i]};
+        for (int k = 0; position && k < 3; k++)
+            position[3 * row + (size_t)k] = pack->position[k][i];
+        for (int k = 0; normal && k < 3; k++)
+            normal[3 * row + (size_t)k] = pack->normal[k][i];
+        if (r->crossing_segment && ray->crossing < ray->crossing_end)
+            cross(wave, r, index[i], rmap_vec3(pack->px[i], pack->py[i], pack->pz[i]), pack->t[i],
+                  out);
+    }
+}
+
+/* One leg of up to RMAP_WAVE_WIDTH rays, of one kind. */
 static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
-                         const uint32_t *index, size_t n, enum rmap_turn turn,
-                         struct rmap_portion *out)
+                         const uint32_t *index, size_t n, struct rmap_portion *out)
 {
     struct rmap_wave_pack pack;
-    const struct rmap_wave_ray *one = &wave->ray[index[0]];
-    int32_t object = r->object[one->row];
+    uint32_t kind = wave->kind[wave->ray[index[0]].row];
+    enum rmap_turn turn = (enum rmap_turn)(kind >> KIND_TURN & 3);
+    int32_t object = (int32_t)((kind >> KIND_OBJECT) - 1);
     load(wave, r, index, n, turn, &pack);
-    rmap_wave_meet(&r->model->object[object], one->object == object, -r->model->epsilon, &pack);
-    for (size_t i = 0; i < n; i++) {
-        const struct rmap_facing facing = {
-            .t = pack.t[i],
-            .position = {pack.px[i], pack.py[i], pack.pz[i]},
-            .normal = {pack.nx[i], pack.ny[i], pack.nz[i]},
-        };
-        note(wave, r, index[i], &facing, out);
-        wave->cosine[wave->ray[index[i]].row] = pack.cosine[i];
-    }
+    rmap_wave_meet(&r->model->object[object], kind & KIND_OWN, -r->model->epsilon, &pack);
+    note(wave, r, index, n, &pack, out);
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, &pack);
     for (size_t i = 0; i < n; i++) {
@@ -231,64 +278,29 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
     }
 }
 
-/* May this leg be in a pack? */
-static bool packs(const struct rmap_compact_model *model, int32_t object, int32_t primitive)
-{
-    if (object < 0 || (size_t)object >= model->n_object)
-        return false;
-    const struct rmap_compact_object *o = &model->object[object];
-    if (o->kind == RMAP_FACING_MESH)
-        return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle;
-    return o->kind != RMAP_FACING_ASPHERE;
-}
-
-static enum rmap_turn turn_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
-{
-    return ray->row + 1 < ray->end ? rmap_step_turn(r->event[ray->row]) : RMAP_TURN_NONE;
-}
-
-/* Rays whose legs may go together have the same key; few others have. */
-static uint32_t key_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
-{
-    int32_t object = r->object[ray->row];
-    uint32_t own = object == ray->object;
-    return (((uint32_t)object + 1) << 3 | (uint32_t)turn_of(r, ray) << 1 | own) & (KEYS - 1);
-}
-
-static bool alike(const struct rmap_retrace *r, const struct rmap_wave_ray *a,
-                  const struct rmap_wave_ray *b)
-{
-    int32_t object = r->object[a->row];
-    return object == r->object[b->row] && (object == a->object) == (object == b->object) &&
-           turn_of(r, a) == turn_of(r, b) && packs(r->model, object, r->primitive[b->row]);
-}
-
-/* Brings rays of one key together. Stable, so that all is a function of the portion alone. */
-static void sort(struct rmap_wave *wave, const struct rmap_retrace *r, size_t n)
+/* Brings legs of one key together. Stable, so that all is a function of the portion alone. */
+static void sort(struct rmap_wave *wave, size_t n)
 {
     uint32_t first[KEYS + 1] = {0};
-    for (size_t i = 0; i < n; i++) {
-        wave->key[i] = key_of(r, &wave->ray[wave->alive[i]]);
-        first[wave->key[i] + 1]++;
-    }
+    for (size_t i = 0; i < n; i++)
+        first[KEY(wave->kind[wave->ray[wave->alive[i]].row]) + 1]++;
     for (uint32_t k = 0; k < KEYS; k++)
         first[k + 1] += first[k];
     for (size_t i = 0; i < n; i++)
-        wave->sorted[first[wave->key[i]]++] = wave->alive[i];
+        wave->sorted[first[KEY(wave->kind[wave->ray[wave->alive[i]].row])]++] = wave->alive[i];
 }
 
 static void advance_all(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
                         size_t n, struct rmap_portion *out)
 {
     for (size_t i = 0; i < n;) {
-        const struct rmap_wave_ray *one = &wave->ray[index[i]];
+        uint32_t kind = wave->kind[wave->ray[index[i]].row];
         size_t run = 1;
-        if (packs(r->model, r->object[one->row], r->primitive[one->row]))
-            while (run < RMAP_WAVE_WIDTH && i + run < n &&
-                   alike(r, one, &wave->ray[index[i + run]]))
-                run++;
+        while (kind > 0 && run < RMAP_WAVE_WIDTH && i + run < n &&
+               wave->kind[wave->ray[index[i + run]].row] == kind)
+            run++;
         if (run >= FEW)
-            advance_pack(wave, r, index + i, run, turn_of(r, one), out);
+            advance_pack(wave, r, index + i, run, out);
         else
             for (size_t k = 0; k < run; k++)
                 advance_one(wave, r, index[i + k], out);
@@ -296,22 +308,23 @@ static void advance_all(struct rmap_wave *wave, const struct rmap_retrace *r, co
     }
 }
 
-static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, struct rmap_portion *out)
+static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, const struct range *range,
+                   struct rmap_portion *out)
 {
     size_t n = 0;
-    for (size_t i = 0; i < r->n_ray; i++)
+    for (size_t i = range->first; i < range->end; i++)
         if (r->segment_count[i] > 0)
             wave->alive[n++] = (uint32_t)i;
     while (n > 0) {
         size_t left = 0;
         bool many = n > 8 * FEW;
         if (many)
-            sort(wave, r, n);
+            sort(wave, n);
         advance_all(wave, r, many ? wave->sorted : wave->alive, n, out);
         for (size_t i = 0; i < n; i++) {
             uint32_t index = wave->alive[i];
-            if (wave->ray[index].row < wave->ray[index].end)
-                wave->alive[left++] = index;
+            wave->alive[left] = index;
+            left += wave->ray[index].row < wave->ray[index].end;
         }
         n = left;
     }
@@ -322,19 +335,18 @@ static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, struct 
 static void weigh_leg(const struct rmap_wave *wave, const struct rmap_retrace *r, size_t i,
                       size_t row, struct rmap_compact_light *light)
 {
-    int32_t object = r->object[row];
-    const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]),
-                             *far = rmap_step_medium(r->model, r->medium[row + 1]);
-    double cosine = wave->cosine[row], size = cosine < 0.0 ? -cosine : cosine;
-    if (!near || !far || !(size >= 0.0)) /* nothing met */
+    const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]);
+    double cosine = wave->leg[row].cosine, size = cosine < 0.0 ? -cosine : cosine;
+    if (!near || !(size >= 0.0)) /* nothing met */
         return;
-    const struct rmap_compact_object *o = &r->model->object[object];
-    const struct rmap_encounter encounter = {.surface = cosine < 0.0 ? o->front : o->back,
-                                             .near = near,
-                                             .far = far,
-                                             .cosine = size <= 1.0 ? size : 1.0,
-                                             .event = r->event[row],
-                                             .channel = (int)r->channel[i] - 1};
+    const struct rmap_compact_object *o = &r->model->object[r->object[row]];
+    const struct rmap_encounter encounter = {
+        .surface = cosine < 0.0 ? o->front : o->back,
+        .near = near,
+        .far = rmap_medium_beyond(r->model, o, cosine < 0.0, near),
+        .cosine = size <= 1.0 ? size : 1.0,
+        .event = r->event[row],
+        .channel = (int)r->channel[i] - 1};
     rmap_light_meet(&encounter, light);
 }
 
@@ -357,9 +369,9 @@ static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t 
         if (r->colour) {
             const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
             index = index_of(light, medium);
-            if (medium && medium->absorbing && wave->length[row] > 0.0 &&
+            if (medium && medium->absorbing && wave->leg[row].length > 0.0 &&
                 light->end - light->begin > 1)
-                (void)rmap_light_absorb(medium, r->seed, r->id[i], 0, wave->length[row], false,
+                (void)rmap_light_absorb(medium, r->seed, r->id[i], 0, wave->leg[row].length, false,
                                         light);
             if (light->changed)
                 rmap_light_quantise(r->model->n_channel, light);
@@ -372,8 +384,8 @@ static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t 
             out->registration.optical_path[crossing] =
                 rmap_step_double(optical_path + index * out->registration.optical_path[crossing]);
         if (!(r->event[row] & RMAP_EVENT_LEFT)) {
-            path_length += wave->length[row];
-            optical_path += index * wave->length[row];
+            path_length += wave->leg[row].length;
+            optical_path += index * wave->leg[row].length;
         }
         if (r->colour && row + 1 < ray->end && light->end - light->begin > 1)
             weigh_leg(wave, r, i, row, light);
@@ -384,18 +396,20 @@ static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t 
         out->ray.optical_path[i] = rmap_step_double(optical_path);
 }
 
-static void finish(struct rmap_wave *wave, const struct rmap_retrace *r, struct rmap_portion *out)
+static void finish(struct rmap_wave *wave, const struct rmap_retrace *r, struct range *range,
+                   struct rmap_portion *out)
 {
     struct rmap_compact_light light;
-    size_t crossing = 0;
-    for (size_t i = 0; i < r->n_ray; i++) {
+    size_t crossing = range->crossing;
+    for (size_t i = range->first; i < range->end; i++) {
         const struct rmap_wave_ray *ray = &wave->ray[i];
         if (r->colour)
             rmap_light_begin(r->model, r->source[i], ray->departs, &light);
         sum_up(wave, r, i, crossing, &light, out);
         if (r->crossing_segment && ray->crossing < ray->crossing_end)
             wave->careful[i] = 1;
-        crossing = ray->crossing_end;
+        crossing = range->crossing = ray->crossing_end;
+        range->row = ray->end;
         if (out->ray.end_direction) {
             struct rmap_vec3 way = {0.0, 0.0, 0.0};
             if (r->stop[i] == RMAP_STOP_LEFT)
@@ -410,9 +424,13 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(make_room(wave, r->n_ray, predicted->n_row[RMAP_TABLE_SEGMENT], err));
-    begin(wave, r, predicted);
-    follow(wave, r, predicted);
-    finish(wave, r, predicted);
+    struct range range = {0, 0, 0, 0};
+    for (; range.first < r->n_ray; range.first = range.end) {
+        range.end = r->n_ray - range.first > WAVE_RAYS ? range.first + WAVE_RAYS : r->n_ray;
+        begin(wave, r, &range, predicted);
+        follow(wave, r, &range, predicted);
+        finish(wave, r, &range, predicted);
+    }
 out:
     return st;
 }

@@ -18,8 +18,10 @@ struct rmap_wave_pack {
     double nx[RMAP_WAVE_WIDTH], ny[RMAP_WAVE_WIDTH], nz[RMAP_WAVE_WIDTH]; /* surface normal */
     double t[RMAP_WAVE_WIDTH];                                            /* length of the leg */
     double cosine[RMAP_WAVE_WIDTH];                                       /* direction . normal */
-    double odd[RMAP_WAVE_WIDTH];       /* not 0: a case that only rmap_retrace decides */
-    int32_t triangle[RMAP_WAVE_WIDTH]; /* MESH */
+    double odd[RMAP_WAVE_WIDTH];        /* not 0: a case that only rmap_retrace decides */
+    float position[3][RMAP_WAVE_WIDTH]; /* as it is recorded */
+    int16_t normal[3][RMAP_WAVE_WIDTH];
+    int32_t triangle[RMAP_WAVE_WIDTH];               /* MESH */
     double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH]; /* REFRACT */
     double u[RMAP_WAVE_WIDTH], v[RMAP_WAVE_WIDTH];   /* DIFFUSE: random numbers */
     double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
@@ -32,12 +34,19 @@ void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack);
 
 /* wave.c */
 struct rmap_wave_ray;
+
+/* What the sums along a ray need of a leg. */
+struct rmap_wave_leg {
+    double length, cosine;
+};
+
 struct rmap_wave {
     struct rmap_wave_ray *ray;
-    uint32_t *alive, *sorted, *key;
-    double *length, *cosine; /* [legs] */
-    uint8_t *careful;        /* [rays]: only rmap_retrace can tell */
-    size_t cap_ray, cap_alive, cap_sorted, cap_key, cap_length, cap_cosine, cap_careful;
+    uint32_t *alive, *sorted;
+    uint32_t *kind;            /* [legs]: equal for legs that may go together */
+    struct rmap_wave_leg *leg; /* [legs] */
+    uint8_t *careful;          /* [rays]: only rmap_retrace can tell */
+    size_t cap_ray, cap_alive, cap_sorted, cap_kind, cap_leg, cap_careful;
 };
 void rmap_wave_fini(struct rmap_wave *wave);
 

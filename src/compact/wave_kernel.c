@@ -252,6 +252,30 @@ static inline void meet_triangles(const struct corners *c, struct local *l,
     }
 }
 
+/* As rmap_step_float3 and rmap_step_normal. */
+static inline void record(const double x[W], float out[W])
+{
+    EACH
+    {
+        out[i] = x[i] == x[i] ? (float)x[i] + 0.0f : (float)NAN;
+    }
+}
+
+static inline void record_cosine(const double x[W], int16_t out[W])
+{
+    int32_t rounded[W];
+    EACH
+    {
+        double low = x[i] > -1.0 ? x[i] : -1.0, bounded = low < 1.0 ? low : 1.0;
+        double scaled = 32767.0 * bounded;
+        rounded[i] = (int32_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+    }
+    EACH
+    {
+        out[i] = (int16_t)rounded[i];
+    }
+}
+
 WIDE void rmap_wave_meet(const struct rmap_compact_object *object, bool own, double behind,
                          struct rmap_wave_pack *pack)
 {
@@ -275,8 +299,17 @@ WIDE void rmap_wave_meet(const struct rmap_compact_object *object, bool own, dou
     to_world(object, &l, pack);
     if (!object->rigid || object->kind == RMAP_FACING_MESH)
         normalise(pack->nx, pack->ny, pack->nz);
-    EACH pack->cosine[i] =
-        pack->dx[i] * pack->nx[i] + pack->dy[i] * pack->ny[i] + pack->dz[i] * pack->nz[i];
+    EACH
+    {
+        pack->cosine[i] =
+            pack->dx[i] * pack->nx[i] + pack->dy[i] * pack->ny[i] + pack->dz[i] * pack->nz[i];
+    }
+    record(pack->px, pack->position[0]);
+    record(pack->py, pack->position[1]);
+    record(pack->pz, pack->position[2]);
+    record_cosine(pack->nx, pack->normal[0]);
+    record_cosine(pack->ny, pack->normal[1]);
+    record_cosine(pack->nz, pack->normal[2]);
 }
 
 /* sx, sy, sz: normals towards the light. */
