@@ -3,6 +3,7 @@
 
 #include "mpi/agree.h"
 #include "mpi/interrupt.h"
+#include "mpi/tally_reduce.h"
 #include "mpi/trace_serve.h"
 
 /* Collective. Waits for all ranks without taking a core from those that still work. */
@@ -23,31 +24,13 @@ out:
     return st;
 }
 
-/* Collective. All sums are whole numbers far below 2^53, so adding them in any order is exact. */
-static enum rmap_status reduce_tally(const struct rmap_context *context, struct rmap_tally *tally,
-                                     struct rmap_error *err)
-{
-    const size_t piece = (size_t)1 << 24;
-    enum rmap_status st = RMAP_OK;
-    for (size_t at = 0; at < tally->n_value; at += piece) {
-        size_t n = tally->n_value - at < piece ? tally->n_value - at : piece;
-        const void *from = context->rank == 0 ? MPI_IN_PLACE : tally->value + at;
-        RMAP_TRY(RMAP_MPI(
-            MPI_Reduce(from, tally->value + at, (int)n, MPI_DOUBLE, MPI_SUM, 0, context->comm)));
-    }
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &tally->first_error_ray, 1, MPI_UINT64_T, MPI_MIN,
-                                    context->comm)));
-out:
-    return st;
-}
-
 /* Collective. */
 static enum rmap_status reduce_outcome(const struct rmap_context *context,
                                        struct rmap_trace_outcome *outcome, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     int most[1] = {outcome->interrupt};
-    RMAP_TRY(reduce_tally(context, outcome->tally, err));
+    RMAP_TRY(rmap_tally_reduce(context, outcome->tally, err));
     RMAP_TRY(RMAP_MPI(
         MPI_Allreduce(MPI_IN_PLACE, &outcome->n_ray, 1, MPI_UINT64_T, MPI_SUM, context->comm)));
     RMAP_TRY(RMAP_MPI(

@@ -1,0 +1,329 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What is there to be verified: the index if it opens, else what can be read of it and the pieces
+ * on disk; and which files are missing or known to nobody.
+ */
+#include "io/verify_internal.h"
+
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+
+#include "base/alloc.h"
+#include "io/map_directory.h"
+#include "io/map_internal.h"
+#include "io/map_scan.h"
+#include "io/publish.h"
+
+void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_content *content,
+                            size_t piece)
+{
+    for (size_t i = 0; i < content->n_portion; i++)
+        if ((size_t)content->portion[i].piece == piece)
+            rmap_finding_add_rays(finding, content->portion[i].first_ray,
+                                  content->portion[i].n_row[RMAP_TABLE_RAY]);
+}
+
+void rmap_verification_flag_piece(struct rmap_verification *self, size_t piece, int flag)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    self->piece_flag[piece] |= (uint8_t)flag;
+    (void)pthread_mutex_unlock(&self->lock);
+    for (size_t i = 0; flag == RMAP_PIECE_GONE && i < self->content->n_portion; i++)
+        if ((size_t)self->content->portion[i].piece == piece)
+            rmap_verification_flag_portion(self, i, RMAP_PORTION_LOST);
+}
+
+void rmap_verification_flag_portion(struct rmap_verification *self, size_t portion, int flag)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    self->portion_flag[portion] |= (uint8_t)flag;
+    (void)pthread_mutex_unlock(&self->lock);
+}
+
+/* ---- without a usable index ---- */
+
+/* Each dataset of a table for itself, so that the damaged one is named. */
+static enum rmap_status read_table(struct rmap_h5 *h5, struct rmap_field_table table,
+                                   size_t row_nbytes, void **row, size_t *n,
+                                   struct rmap_findings *findings, struct rmap_error *err)
+{
+    bool good = true;
+    for (size_t i = 0; i < table.n; i++) {
+        struct rmap_error why = {0};
+        struct rmap_finding finding;
+        void *one = NULL;
+        size_t n_one = 0;
+        if (rmap_h5_read_fields(h5, &table.field[i], 1, row_nbytes, &one, &n_one, &why) !=
+            RMAP_OK) {
+            good = false;
+            rmap_finding_set(&finding, "map.h5", table.field[i].path, "%s", why.text);
+            enum rmap_status st = rmap_findings_add(findings, &finding, err);
+            if (st != RMAP_OK)
+                return st;
+        }
+        rmap_free(one);
+    }
+    if (good && rmap_h5_read_fields(h5, table.field, table.n, row_nbytes, row, n, NULL) != RMAP_OK)
+        *n = 0;
+    return RMAP_OK;
+}
+
+/* The index's tables, unchecked. What cannot be read stays empty. */
+static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_findings *findings,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
+    struct rmap_map_content *raw = &self->raw;
+    void *piece = NULL, *portion = NULL, *chunk = NULL;
+    char *path = rmap_path_format("%s/map.h5", self->path);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (rmap_h5_open(&h5, path, NULL) != RMAP_OK)
+        goto out; /* opening the map said so already */
+    RMAP_TRY(read_table(&h5, rmap_piece_fields(), sizeof *raw->piece, &piece, &raw->n_piece,
+                        findings, err));
+    raw->piece = piece;
+    RMAP_TRY(read_table(&h5, rmap_portion_fields_index(), sizeof *raw->portion, &portion,
+                        &raw->n_portion, findings, err));
+    raw->portion = portion;
+    RMAP_TRY(read_table(&h5, rmap_chunk_fields(), sizeof *raw->chunk, &chunk, &raw->n_chunk,
+                        findings, err));
+    raw->chunk = chunk;
+    for (size_t i = 0; i < raw->n_piece; i++) {
+        struct rmap_piece_info *info = &raw->piece[i];
+        bool named =
+            info->shard >= 0 && info->shard <= 99999 && info->number >= 0 && info->number <= 99999;
+        if (!named || info->first_chunk > raw->n_chunk ||
+            info->n_chunk > raw->n_chunk - info->first_chunk)
+            raw->n_piece = 0;
+        else
+            rmap_piece_name_set(info);
+    }
+out:
+    rmap_h5_drop(&h5);
+    rmap_free(path);
+    return st;
+}
+
+/* All pieces that stand on disk and open. */
+static enum rmap_status read_disk(struct rmap_verification *self,
+                                  const struct rmap_piece_name *name, size_t n,
+                                  struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    self->mode = rmap_alloc(n, 1);
+    if (!self->mode)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    for (size_t i = 0; i < n && st == RMAP_OK; i++) {
+        struct rmap_error why = {0};
+        struct rmap_finding finding;
+        struct rmap_piece_origin origin = {0};
+        if (rmap_piece_read(self->path, name[i].shard, name[i].number, &self->disk, &origin,
+                            &why) == RMAP_OK) {
+            self->mode[self->disk.n_piece - 1] = (uint8_t)origin.mode;
+            continue;
+        }
+        struct rmap_piece_info info = {.shard = name[i].shard, .number = name[i].number};
+        rmap_piece_name_set(&info);
+        rmap_finding_set(&finding, info.name, "", "%s", why.text);
+        st = rmap_findings_add(findings, &finding, err);
+    }
+    return st;
+}
+
+/* ---- files ---- */
+
+static const struct rmap_piece_info *find_piece(const struct rmap_map_content *content, int shard,
+                                                int number)
+{
+    for (size_t i = 0; i < content->n_piece; i++)
+        if (content->piece[i].shard == shard && (number < 0 || content->piece[i].number == number))
+            return &content->piece[i];
+    return NULL;
+}
+
+/* One finding per shard directory that is not there. */
+static enum rmap_status find_missing_shards(struct rmap_verification *self,
+                                            struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_map_content *claimed = self->claimed;
+    for (size_t i = 0; i < claimed->n_piece && st == RMAP_OK; i++) {
+        struct stat info;
+        int shard = claimed->piece[i].shard;
+        if (i > 0 && claimed->piece[i - 1].shard == shard)
+            continue;
+        char *path = rmap_path_format("%s/shard-%05d", self->path, shard);
+        if (!path)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        bool there = stat(path, &info) == 0;
+        rmap_free(path);
+        if (there)
+            continue;
+        struct rmap_finding finding;
+        char name[32];
+        size_t n = 0;
+        (void)snprintf(name, sizeof name, "shard-%05d", shard);
+        for (size_t k = 0; k < claimed->n_piece; k++)
+            n += claimed->piece[k].shard == shard;
+        rmap_finding_set(&finding, name, "", "the shard is missing, with %zu pieces of it", n);
+        for (size_t k = 0; k < claimed->n_portion; k++)
+            if (claimed->portion[k].shard == shard)
+                rmap_finding_add_rays(&finding, claimed->portion[k].first_ray,
+                                      claimed->portion[k].n_row[RMAP_TABLE_RAY]);
+        st = rmap_findings_add(findings, &finding, err);
+        for (size_t k = 0; self->map && k < claimed->n_piece; k++)
+            if (claimed->piece[k].shard == shard)
+                rmap_verification_flag_piece(self, k, RMAP_PIECE_GONE);
+    }
+    return st;
+}
+
+static enum rmap_status extra_piece(const struct rmap_verification *self,
+                                    const struct rmap_piece_name *name,
+                                    struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_piece_info info = {.shard = name->shard, .number = name->number};
+    struct rmap_map_content content = {0};
+    struct rmap_piece_origin origin = {0};
+    struct rmap_error why = {0};
+    struct rmap_finding finding;
+    rmap_piece_name_set(&info);
+    const char *shard =
+        find_piece(self->claimed, name->shard, -1) ? "" : ", nor any other piece of its shard";
+    if (rmap_piece_read(self->path, name->shard, name->number, &content, &origin, &why) != RMAP_OK)
+        rmap_finding_set(&finding, info.name, "",
+                         "map.h5 does not list it%s, and it is damaged: %s", shard, why.text);
+    else
+        rmap_finding_set(&finding, info.name, "",
+                         "map.h5 does not list it%s: extra, with %llu rays from ray %llu on", shard,
+                         (unsigned long long)content.piece[0].n_row[RMAP_TABLE_RAY],
+                         content.n_portion ? (unsigned long long)content.portion[0].first_ray : 0);
+    rmap_map_content_fini(&content);
+    return rmap_findings_add(findings, &finding, err);
+}
+
+/* A map in the making has pieces that its index does not know yet: they are part of it. */
+static enum rmap_status find_extra(struct rmap_verification *self,
+                                   const struct rmap_piece_name *name, size_t n,
+                                   struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (self->map && !self->map->summary.complete)
+        return RMAP_OK;
+    for (size_t i = 0; i < n && st == RMAP_OK && self->claimed->n_piece > 0; i++)
+        if (!find_piece(self->claimed, name[i].shard, name[i].number))
+            st = extra_piece(self, &name[i], findings, err);
+    return st;
+}
+
+/* ---- opening ---- */
+
+static enum rmap_status open_map(struct rmap_verification *self, const char *path,
+                                 struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    struct rmap_finding finding;
+    struct stat info;
+    enum rmap_status st = rmap_map_open_untallied(path, &self->map, &why);
+    if (st == RMAP_OK)
+        return RMAP_OK;
+    char *index = rmap_path_format("%s/map.h5", path);
+    char *first = rmap_path_format("%s/shard-00000", path);
+    if (!index || !first) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    } else if (st == RMAP_FORMAT && (stat(index, &info) == 0 || stat(first, &info) == 0)) {
+        rmap_finding_set(&finding, "map.h5", "", "%s", why.text);
+        st = rmap_findings_add(findings, &finding, err);
+    } else if (err) {
+        *err = why;
+    }
+    rmap_free(index);
+    rmap_free(first);
+    return st;
+}
+
+/* Pieces and journals beside an incomplete index that cannot be used. */
+static enum rmap_status add_trouble(struct rmap_verification *self, struct rmap_findings *findings,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; self->map && i < rmap_map_n_trouble(self->map) && st == RMAP_OK; i++) {
+        const char *text = rmap_map_trouble(self->map, i);
+        struct rmap_finding finding;
+        char file[sizeof finding.file] = "";
+        const char *shard = strstr(text, "/shard-");
+        size_t n = shard ? strcspn(shard + 1, ": ") : 0;
+        if (n > 0 && n < sizeof file)
+            memcpy(file, shard + 1, n);
+        rmap_finding_set(&finding, file, "", "%s", text);
+        st = rmap_findings_add(findings, &finding, err);
+    }
+    return st;
+}
+
+static enum rmap_status make_flags(struct rmap_verification *self, struct rmap_error *err)
+{
+    const struct rmap_map_content *content = self->content;
+    self->piece_flag = rmap_alloc(content->n_piece, 1);
+    self->portion_flag = rmap_alloc(content->n_portion, 1);
+    if (!self->mode)
+        self->mode = rmap_alloc(content->n_piece, 1);
+    if (!self->piece_flag || !self->portion_flag || !self->mode)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+    for (size_t i = 0; self->map && i < content->n_piece; i++)
+        self->mode[i] = (uint8_t)self->map->spaces.space[content->piece[i].space].mode;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_verification_open(const char *path, struct rmap_verification **self_ret,
+                                        struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0;
+    struct rmap_verification *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    (void)pthread_mutex_init(&self->lock, NULL);
+    self->path = rmap_strdup(path);
+    if (!self->path) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        goto out;
+    }
+    RMAP_TRY(open_map(self, path, findings, err));
+    RMAP_TRY(rmap_map_list_pieces(path, &name, &n, err));
+    if (!self->map) {
+        RMAP_TRY(read_raw(self, findings, err));
+        RMAP_TRY(read_disk(self, name, n, findings, err));
+    }
+    self->content = self->map ? &self->map->content : &self->disk;
+    self->claimed = self->map ? &self->map->content : &self->raw;
+    RMAP_TRY(make_flags(self, err));
+    RMAP_TRY(add_trouble(self, findings, err));
+    RMAP_TRY(find_missing_shards(self, findings, err));
+    RMAP_TRY(find_extra(self, name, n, findings, err));
+    *self_ret = self;
+    self = NULL;
+out:
+    rmap_free(name);
+    rmap_verification_close(self);
+    return st;
+}
+
+void rmap_verification_close(struct rmap_verification *self)
+{
+    if (!self)
+        return;
+    (void)pthread_mutex_destroy(&self->lock);
+    rmap_map_close(self->map);
+    rmap_map_content_fini(&self->disk);
+    rmap_map_content_fini(&self->raw);
+    rmap_free(self->mode);
+    rmap_free(self->piece_flag);
+    rmap_free(self->portion_flag);
+    rmap_free(self->path);
+    rmap_free(self);
+}

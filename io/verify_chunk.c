@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Stored chunks: their bytes as they lie in the file, against our checksum and HDF5's.
+ */
+#include <errno.h>
+#include <fcntl.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/codec.h"
+#include "io/publish.h"
+#include "io/verify_internal.h"
+
+struct rmap_chunk_verifier {
+    struct rmap_verification *verification;
+    size_t piece; /* that fd belongs to */
+    int fd;       /* -1: none */
+    uint8_t *stored;
+    size_t cap;
+};
+
+enum rmap_status rmap_chunk_verifier_create(struct rmap_verification *verification,
+                                            struct rmap_chunk_verifier **self_ret,
+                                            struct rmap_error *err)
+{
+    struct rmap_chunk_verifier *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    self->verification = verification;
+    self->fd = -1;
+    *self_ret = self;
+    return RMAP_OK;
+}
+
+void rmap_chunk_verifier_destroy(struct rmap_chunk_verifier *self)
+{
+    if (!self)
+        return;
+    if (self->fd >= 0)
+        (void)close(self->fd);
+    rmap_free(self->stored);
+    rmap_free(self);
+}
+
+size_t rmap_verification_piece_of(const struct rmap_verification *self, size_t chunk)
+{
+    const struct rmap_map_content *content = self->content;
+    size_t low = 0, high = content->n_piece;
+    while (high - low > 1) {
+        size_t middle = low + (high - low) / 2;
+        if (content->piece[middle].first_chunk <= chunk)
+            low = middle;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* NULL, or what is wrong with the bytes. */
+static const char *check_bytes(struct rmap_chunk_verifier *self,
+                               const struct rmap_chunk_entry *entry)
+{
+    size_t done = 0;
+    while (done < entry->nbytes) {
+        ssize_t got = pread(self->fd, self->stored + done, entry->nbytes - done,
+                            (off_t)(entry->offset + done));
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            return strerror(errno);
+        if (got == 0)
+            return "the file ends before the chunk does";
+        done += (size_t)got;
+    }
+    if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
+        return "its checksum does not match: the data are damaged";
+    uint32_t sum = rmap_fletcher32(self->stored, entry->nbytes - sizeof sum), found;
+    memcpy(&found, self->stored + entry->nbytes - sizeof found, sizeof found);
+    return sum == found ? NULL : "its fletcher32 does not match: HDF5 will not read it";
+}
+
+/* Room and a file; NULL, or why the chunk cannot be read. */
+static const char *prepare(struct rmap_chunk_verifier *self, size_t piece,
+                           const struct rmap_chunk_entry *entry)
+{
+    const struct rmap_piece_info *info = &self->verification->content->piece[piece];
+    void *block = self->stored;
+    if (entry->nbytes < sizeof(uint32_t) || entry->offset > info->nbytes ||
+        entry->nbytes > info->nbytes - entry->offset)
+        return "it lies outside its file";
+    if (rmap_reserve(&block, &self->cap, entry->nbytes, 1, NULL) != RMAP_OK)
+        return "no memory to read it";
+    self->stored = block;
+    if (self->fd >= 0 && self->piece == piece)
+        return NULL;
+    if (self->fd >= 0)
+        (void)close(self->fd);
+    char *path = rmap_path_format("%s/%s", self->verification->path, info->name);
+    self->fd = path ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    int reason = errno;
+    self->piece = piece;
+    rmap_free(path);
+    return self->fd >= 0 ? NULL : strerror(reason);
+}
+
+/* Portions that have rows in the chunk are lost, and their rays are the finding's. */
+static void add_portions(struct rmap_verification *self, size_t piece,
+                         const struct rmap_layout *layout, const struct rmap_chunk_entry *entry,
+                         struct rmap_finding *finding)
+{
+    const struct rmap_map_content *content = self->content;
+    int table = layout->stream[entry->stream].table;
+    bool all = layout->whole_tables & (uint32_t)1 << table;
+    uint64_t first = (uint64_t)entry->index * RMAP_CHUNK_ROWS, end = first + RMAP_CHUNK_ROWS;
+    uint64_t rows = content->piece[piece].stored_rows[table];
+    finding->chunk = entry->index;
+    finding->first_row = first;
+    finding->n_row = rows < end ? (rows > first ? rows - first : 0) : RMAP_CHUNK_ROWS;
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        uint64_t from = portion->stored_first[table];
+        if ((size_t)portion->piece != piece ||
+            (!all && (from >= end || from + portion->stored_rows[table] <= first)))
+            continue;
+        rmap_finding_add_rays(finding, portion->first_ray, portion->n_row[RMAP_TABLE_RAY]);
+        rmap_verification_flag_portion(self, i, RMAP_PORTION_LOST);
+    }
+}
+
+enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chunk,
+                                   struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_verification *verification = self->verification;
+    const struct rmap_chunk_entry *entry = &verification->content->chunk[chunk];
+    size_t piece = rmap_verification_piece_of(verification, chunk);
+    const struct rmap_piece_info *info = &verification->content->piece[piece];
+    struct rmap_finding finding;
+    if (verification->piece_flag[piece] & RMAP_PIECE_GONE)
+        return RMAP_OK;
+    const struct rmap_layout *layout =
+        rmap_piece_layout(info, (enum rmap_colour_mode)verification->mode[piece]);
+    const char *wrong = NULL;
+    if (!layout || entry->stream >= layout->n_stream) {
+        rmap_finding_set(&finding, "map.h5", "/chunk/stream", "%s: chunk %zu is of no dataset",
+                         info->name, chunk);
+        return rmap_findings_add(findings, &finding, err);
+    }
+    wrong = prepare(self, piece, entry);
+    if (!wrong)
+        wrong = check_bytes(self, entry);
+    if (!wrong)
+        return RMAP_OK;
+    rmap_finding_set(&finding, info->name, layout->stream[entry->stream].path, "%s", wrong);
+    add_portions(verification, piece, layout, entry, &finding);
+    return rmap_findings_add(findings, &finding, err);
+}

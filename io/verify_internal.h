@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * For the files that make up verifying.
+ */
+#ifndef RMAP_VERIFY_INTERNAL_H
+#define RMAP_VERIFY_INTERNAL_H
+
+#include "io/map_format.h"
+#include "io/verify.h"
+
+/* Rays of all portions of a piece of a content. */
+void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_content *content,
+                            size_t piece);
+
+/* Sets flags of a piece, of a portion. Any thread. */
+void rmap_verification_flag_piece(struct rmap_verification *self, size_t piece, int flag);
+void rmap_verification_flag_portion(struct rmap_verification *self, size_t portion, int flag);
+
+/* Findings for every dataset in which two lists of equal length differ; `file` says the first.
+ * portion: whose rays they cost (NULL: none), row by row. */
+struct rmap_table_pair {
+    const char *file;
+    const char *what; /* the other, "shard-00000/piece-00000.h5" */
+    struct rmap_field_table table;
+    const void *says, *is;
+    size_t n, row_nbytes;
+    const struct rmap_portion_info *portion;
+};
+enum rmap_status rmap_verify_tables(const struct rmap_table_pair *pair,
+                                    struct rmap_findings *findings,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* The index's view of all pieces as one. */
+enum rmap_status rmap_verify_view(struct rmap_verification *self, struct rmap_h5 *h5,
+                                  struct rmap_findings *findings,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
