@@ -79,6 +79,10 @@ const struct rmap_scene *rmap_map_scene(const struct rmap_map *map); /* in colou
 size_t rmap_map_n_space(const struct rmap_map *map);
 /* In another colour space: objects, media, sources and detectors are the same. */
 const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space);
+/* What chooses that space: a bundle with options and nothing else; the caller destroys it. */
+enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
+                                     struct rmap_bundle **options_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 size_t rmap_map_n_run(const struct rmap_map *map);
 const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run); /* oldest first */
 const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map);

@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "io/h5.h"
+#include "io/map_internal.h"
 
 void rmap_map_spaces_fini(struct rmap_map_spaces *spaces)
 {
@@ -112,6 +113,13 @@ out:
     rmap_bundle_destroy(options);
     rmap_diagnostics_fini(&diagnostics);
     return st;
+}
+
+enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
+                                     struct rmap_bundle **options_ret, struct rmap_error *err)
+{
+    const struct rmap_map_space *row = &map->spaces.space[space];
+    return rmap_bundle_unpack(row->options, row->options_nbytes, options_ret, err);
 }
 
 /* ---- /space ---- */

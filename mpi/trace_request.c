@@ -53,11 +53,9 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
 {
     static const char *const for_maps[] = {"encoding",       "piece-size", "flush",
                                            "flush-portions", "shard-dir",  "shards-per-node"};
-    static const char *const later[] = {"resume", "append", "flush", "flush-portions", "shard-dir"};
-    for (size_t i = 0; i < sizeof later / sizeof *later; i++)
-        if (rmap_argument(given, later[i]))
-            return rmap_error_set(err, RMAP_USAGE, "--%s is not available in this version",
-                                  later[i]);
+    enum rmap_status st = check_modes(given, request, err);
+    if (st != RMAP_OK)
+        return st;
     if (request->has_n_ray && request->n_ray == 0)
         return rmap_error_set(err, RMAP_USAGE, "-n 0 traces nothing; ask for at least one ray");
     if (rmap_argument(given, "no-record") && request->map_path)
@@ -70,7 +68,7 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
         return rmap_error_set(err, RMAP_USAGE, "--flush-portions must be at least 1");
     if (rmap_argument(given, "shards-per-node") && request->shards_per_node == 0)
         return rmap_error_set(err, RMAP_USAGE, "--shards-per-node must be at least 1");
-    return check_modes(given, request, err);
+    return RMAP_OK;
 }
 
 static enum rmap_status read_encoding(const struct rmap_arguments *given,

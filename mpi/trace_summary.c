@@ -19,11 +19,13 @@ static void print_text(const struct summary *summary, FILE *out)
 {
     const struct rmap_trace_outcome *outcome = summary->report->outcome;
     char rays[RMAP_GROUPED_LEN], rate[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN];
-    fprintf(out, "%s rays in %.2f s: %s rays/s (ranks: %d, threads: %d)\n",
-            rmap_grouped(outcome->n_ray, rays), outcome->seconds,
-            rmap_grouped((uint64_t)summary->rate, rate), summary->context->size, outcome->n_thread);
+    if (outcome->n_wanted > 0)
+        fprintf(out, "%s rays in %.2f s: %s rays/s (ranks: %d, threads: %d)\n",
+                rmap_grouped(outcome->n_ray, rays), outcome->seconds,
+                rmap_grouped((uint64_t)summary->rate, rate), summary->context->size,
+                outcome->n_thread);
     if (summary->report->n_held > 0)
-        fprintf(out, "and %s rays that the map held already\n",
+        fprintf(out, "%s rays that the map held already\n",
                 rmap_grouped(summary->report->n_held, rays));
     fprintf(out, "%s segments, %.2f per ray\n", rmap_grouped((uint64_t)summary->segments, segments),
             summary->mean_path);

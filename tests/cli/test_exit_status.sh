@@ -46,8 +46,17 @@ expect 2 'too many' "$RAYMAP" trace scene.yaml -o x.raymap -n 10 --first-ray 184
 expect 2 'whole number' "$RAYMAP" trace scene.yaml -o x.raymap -n 10 --first-ray -1
 expect 2 "'plain' or 'compact'" "$RAYMAP" trace scene.yaml -o x.raymap --encoding zip
 expect 2 'leave out --encoding' "$RAYMAP" trace scene.yaml --no-record --encoding plain
-expect 2 'not available' "$RAYMAP" trace scene.yaml -o a.raymap --resume
-expect 2 'not available' "$RAYMAP" trace scene.yaml -o a.raymap --append
+expect 0 'a.raymap is complete' "$RAYMAP" trace scene.yaml -o a.raymap --resume
+expect 2 'was asked for 2,000 rays.*--append' "$RAYMAP" trace scene.yaml -o a.raymap --resume -n 10
+expect 2 'does not begin with ray 5' "$RAYMAP" trace scene.yaml -o a.raymap --resume --first-ray 5
+expect 2 'needs -n' "$RAYMAP" trace scene.yaml -o a.raymap --append
+expect 2 'asked for rays 0 to 1999 already' "$RAYMAP" trace scene.yaml -o a.raymap --append -n 5 --first-ray 1999
+expect 2 'leave out --resume' "$RAYMAP" trace scene.yaml -o a.raymap --append --resume -n 5
+expect 2 '--force removes' "$RAYMAP" trace scene.yaml -o a.raymap --resume --force
+expect 2 'leave out --no-record' "$RAYMAP" trace scene.yaml -o a.raymap --append -n 5 --no-record
+expect 2 'needs -o' "$RAYMAP" trace scene.yaml --resume
+expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --flush 0
+expect 2 'at least 1' "$RAYMAP" trace scene.yaml -o x.raymap --flush-portions 0
 expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --time-limit soon
 expect 2 'between 1 and' "$RAYMAP" trace scene.yaml -o x.raymap --threads 0
 expect 2 "'rgb' or 'spectral'" "$RAYMAP" trace scene.yaml -o x.raymap --color blue
@@ -76,6 +85,13 @@ expect 3 "wrong.yaml:[0-9]+:[0-9]+: error: .*did you mean 'slab'" "$RAYMAP" chec
 expect 3 "wrong.yaml:[0-9]+:[0-9]+: error: .*did you mean 'slab'" "$RAYMAP" trace wrong.yaml -o x.raymap
 [ ! -e x.raymap ] || { echo "FAILED: a map was begun for a wrong scene"; failures=1; }
 
+expect 3 'no map to add to' "$RAYMAP" trace scene.yaml -o x.raymap --append -n 10
+expect 3 'seed 1, not 2' "$RAYMAP" trace scene.yaml -o a.raymap --append -n 10 --seed 2
+expect 3 'first difference: --set' "$RAYMAP" trace scene.yaml -o a.raymap --resume --set limits.steps=5
+expect 3 'no rays in this colour space.*--append' "$RAYMAP" trace scene.yaml -o a.raymap --resume --color rgb
+mkdir there && sed 's/radius: 50,/radius: 51,/' scene.yaml >there/scene.yaml
+expect 3 'first difference: line 1[0-9] of its text' "$RAYMAP" trace there/scene.yaml -o a.raymap --resume
+
 # 4: what exists but is no map
 echo "no map" >text.raymap
 mkdir empty.raymap
@@ -92,6 +108,8 @@ expect 4 'piece-00000.h5' "$RAYMAP" query cut.raymap all
 expect 4 'damaged' "$RAYMAP" info cut.raymap
 rm $piece
 expect 4 '"complete": false' "$RAYMAP" info cut.raymap --json
+mkdir -p lost.raymap && cp -r a.raymap/shard-00000 lost.raymap
+expect 4 'pieces but no map.h5' "$RAYMAP" trace scene.yaml -o lost.raymap --resume -n 2000
 
 # 5: the system fails us. Root may do anything, so permission is tried as somebody else.
 mkdir -p sealed && chmod 555 sealed
