@@ -48,6 +48,8 @@ struct rmap_shard_options {
      * With flush_seconds the first time comes after one second at most. */
     double flush_seconds;
     uint64_t flush_portions;
+    /* Where the pieces belong, borrowed for the call; NULL: found from the run. */
+    const struct rmap_piece_origin *origin;
 };
 
 /* directory: the map's, or another that exists, say on a disk of the node; shard-RRRRR is made in

@@ -60,7 +60,10 @@ enum rmap_status rmap_shard_writer_create(const char *directory, int shard,
         goto out;
     }
     RMAP_TRY(rmap_sync_directory(directory, err));
-    RMAP_TRY(rmap_piece_origin_of(run, &self->origin, err));
+    if (self->options.origin)
+        self->origin = *self->options.origin;
+    else
+        RMAP_TRY(rmap_piece_origin_of(run, &self->origin, err));
     RMAP_TRY(rmap_shard_next_piece(self->path, &self->next_number, err));
     rmap_shard_flush_schedule(self);
     *writer_ret = self;

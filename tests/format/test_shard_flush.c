@@ -2,68 +2,13 @@
  *
  * What a shard flushed outlives its writer, whenever that one is killed.
  */
-#include "map_fixture.h"
+#include "map_leftover.h"
 
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <time.h>
-
-#include "io/map_directory.h"
-
-enum { BLOCK = 400 };
-
-static size_t n_leftover(const struct fixture *f)
-{
-    struct rmap_error err = {0};
-    struct rmap_leftover *leftover = NULL;
-    size_t n = 0;
-    fixture_must(rmap_map_list_leftovers(f->map, &leftover, &n, &err), &err);
-    rmap_free(leftover);
-    return n;
-}
-
-/* An index of a map that holds nothing yet, as a trace writes it at its start. */
-static void begin_map(struct fixture *f)
-{
-    struct rmap_error err = {0};
-    const struct rmap_index index = {.run = &f->run};
-    fixture_init(f);
-    fixture_must(rmap_map_create(f->map, false, &err), &err);
-    fixture_must(rmap_index_write_content(f->map, &index, &err), &err);
-}
-
-/* Opens the map as it stands, and compares every row with the history that it must be. Returns its
- * rays. */
-static uint64_t read_back(const struct fixture *f)
-{
-    struct rmap_error err = {0};
-    struct rmap_map *map = NULL;
-    struct rmap_cursor *cursor = NULL;
-    uint64_t n_ray = 0;
-    fixture_must(rmap_map_open(f->map, &map, &err), &err);
-    fixture_must(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, &err), &err);
-    for (size_t i = 0; i < rmap_map_n_portion(map); i++) {
-        const struct rmap_portion *read = NULL;
-        fixture_must(rmap_cursor_read(cursor, i, &read, &err), &err);
-        struct rmap_portion *want = fixture_portion(f, read->first_ray, BLOCK, NULL);
-        fixture_compare(read, want);
-        n_ray += read->n_row[RMAP_TABLE_RAY];
-        rmap_portion_destroy(want);
-    }
-    rmap_cursor_destroy(cursor);
-    rmap_map_close(map);
-    return n_ray;
-}
-
-static void append(struct fixture *f, struct rmap_shard_writer *writer, uint64_t block)
-{
-    struct rmap_error err = {0};
-    struct rmap_portion *portion = fixture_portion(f, block * BLOCK, BLOCK, NULL);
-    fixture_must(rmap_shard_writer_append(writer, portion, &err), &err);
-    rmap_portion_destroy(portion);
-}
 
 /* Flushed by hand: all of it is there, in buffers, in stored chunks and in published pieces. */
 static void test_flush(void **state)
