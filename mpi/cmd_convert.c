@@ -5,7 +5,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "base/alloc.h"
+#include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/copy_run.h"
 #include "mpi/json_out.h"
@@ -71,54 +71,52 @@ out:
 struct conversion {
     struct rmap_map *map;
     struct rmap_map_summary before, after;
-    size_t *portion; /* all of them */
-    struct rmap_run run;
-    struct rmap_shard_writer *writer;
+    enum rmap_encoding encoding;
+    struct rmap_map_run run;         /* in the map's first colour space, for the index */
+    struct rmap_map_content content; /* rank 0 */
     double begun;
 };
 
-/* Everything that the new map says of its origin is what the old one says. */
+/* Spaces, runs and origin are those of the old map. */
+static enum rmap_status write_index(const struct request *request, struct conversion *self,
+                                    const struct rmap_map_content *content,
+                                    const struct rmap_tally *tally, bool complete,
+                                    struct rmap_error *err)
+{
+    const struct rmap_index index = {.run = &self->run.run,
+                                     .before = self->map,
+                                     .content = content,
+                                     .tally = tally,
+                                     .complete = complete};
+    return rmap_index_write_content(request->to, &index, err);
+}
+
+/* Collective. A map without rays: what is left when the conversion is killed. */
 static enum rmap_status prepare(const struct rmap_context *context, const struct request *request,
                                 struct conversion *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = self->map;
-    size_t n = rmap_map_n_portion(map);
     rmap_map_summarise(map, &self->before);
-    self->run = (struct rmap_run){
-        .bundle = rmap_map_bundle(map),
-        .scene = rmap_map_scene(map),
-        .seed = self->before.seed,
-        .n_rank = self->before.n_rank,
-        .encoding = request->encoding,
-        .isa = self->before.isa,
-        .embree_version = self->before.embree_version,
-    };
+    self->encoding = request->encoding;
     if (request->encoding == RMAP_ENCODING_COUNT)
-        self->run.encoding = rmap_map_n_piece(map) > 0
-                                 ? (enum rmap_encoding)rmap_map_piece(map, 0)->encoding
-                                 : RMAP_ENCODING_PLAIN;
-    self->portion = rmap_alloc(n, sizeof *self->portion);
-    if (!self->portion)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
-    for (size_t i = 0; st == RMAP_OK && i < n; i++)
-        self->portion[i] = i;
-    if (st == RMAP_OK && context->rank == 0)
-        st = rmap_map_create(request->to, request->force, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    const struct rmap_shard_options shard = {.piece_nbytes = request->piece_nbytes};
-    st = rmap_shard_writer_create(request->to, context->rank, &self->run, &shard, &self->writer,
-                                  err);
-    RMAP_TRY(rmap_agree(context, st, err));
+        self->encoding = rmap_map_n_piece(map) > 0
+                             ? (enum rmap_encoding)rmap_map_piece(map, 0)->encoding
+                             : RMAP_ENCODING_PLAIN;
+    if (context->rank != 0)
+        return rmap_agree(context, RMAP_OK, err);
+    RMAP_TRY(rmap_map_run_init(map, 0, self->encoding, &self->run, err));
+    RMAP_TRY(rmap_map_create(request->to, request->force, err));
+    RMAP_TRY(write_index(request, self, NULL, NULL, false, err));
 out:
-    return st;
+    return rmap_agree(context, st, err);
 }
 
 static enum rmap_status summarise(const struct rmap_context *context, const struct request *request,
                                   const struct conversion *self, struct rmap_error *err)
 {
     const struct rmap_map_summary *after = &self->after;
-    const char *encoding = rmap_encoding_name(self->run.encoding);
+    const char *encoding = rmap_encoding_name(self->encoding);
     double seconds = rmap_clock_seconds() - self->begun;
     double n_segment = (double)after->n_row[RMAP_TABLE_SEGMENT];
     double per_segment = n_segment > 0 ? (double)after->nbytes / n_segment : 0.0;
@@ -148,8 +146,8 @@ static enum rmap_status conclude(const struct rmap_context *context, const struc
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map *made = NULL;
-    RMAP_TRY(rmap_index_write(request->to, &self->run, rmap_map_tally(self->map),
-                              self->before.complete, err));
+    RMAP_TRY(write_index(request, self, &self->content, rmap_map_tally(self->map),
+                         self->before.complete, err));
     RMAP_TRY(rmap_map_open(request->to, &made, err));
     rmap_map_summarise(made, &self->after);
     if (memcmp(&self->after.digest, &self->before.digest, sizeof self->after.digest) != 0) {
@@ -174,18 +172,17 @@ static enum rmap_status run_convert(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_map(context, request.from, &self.map, err));
     RMAP_TRY(prepare(context, &request, &self, err));
-    struct rmap_copy_plan plan = {.map = self.map,
-                                  .portion = self.portion,
-                                  .n_portion = rmap_map_n_portion(self.map),
-                                  .writer = self.writer,
-                                  .what = "rays"};
-    RMAP_TRY(rmap_copy_run(context, &plan, err));
+    const struct rmap_copy_plan plan = {.map = self.map,
+                                        .to = request.to,
+                                        .encoding = self.encoding,
+                                        .piece_nbytes = request.piece_nbytes};
+    RMAP_TRY(rmap_copy_run(context, &plan, &self.content, err));
     if (context->rank == 0)
         st = conclude(context, &request, &self, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
-    rmap_shard_writer_destroy(self.writer);
-    rmap_free(self.portion);
+    rmap_map_run_fini(&self.run);
+    rmap_map_content_fini(&self.content);
     rmap_map_close(self.map);
     return st;
 }

@@ -6,23 +6,25 @@
 #ifndef RMAP_COPY_RUN_H
 #define RMAP_COPY_RUN_H
 
-#include "io/map_reader.h"
+#include "io/map_content.h"
 #include "io/map_writer.h"
 #include "mpi/command.h"
 
 struct rmap_copy_plan {
     const struct rmap_map *map;
-    const size_t *portion; /* of the map, ascending [n_portion]; the same on every rank */
-    size_t n_portion;
-    struct rmap_shard_writer *writer; /* this rank's */
-    const char *what;                 /* for the progress line, "rays" */
+    const uint8_t *skip;         /* [portions of the map] 1: is left out; NULL: all are written */
+    const char *to;              /* directory of the map to write into, which exists */
+    int shard;                   /* of rank 0; the other ranks' follow */
+    enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: of each portion's own piece */
+    size_t piece_nbytes;         /* 0: as a trace */
 };
 
 /* Collective. Every rank decodes a contiguous share of the portions, its threads in turn, and
- * appends them to its writer; then the writer is finished. RMAP_FORMAT names what cannot be read.
- * Rows come out as they went in; one rank with one thread keeps their order too. */
+ * appends them to its shard. On rank 0 the pieces of all ranks are appended to *content, for the
+ * index. RMAP_FORMAT names what cannot be read. Rows come out as they went in; one rank with one
+ * thread keeps their order too. */
 enum rmap_status rmap_copy_run(const struct rmap_context *context,
-                               const struct rmap_copy_plan *plan,
+                               const struct rmap_copy_plan *plan, struct rmap_map_content *content,
                                struct rmap_error *err) RMAP_MUST_USE;
 
 #endif
