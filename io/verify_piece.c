@@ -134,7 +134,7 @@ static enum rmap_status gather_claimed(struct piece_check *check, struct rmap_er
 
 /* A piece that was found beside an incomplete index was read from the file itself, and some of its
  * portions may have been left out as those of another piece. */
-static bool is_listed(const struct piece_check *check)
+static bool from_index(const struct piece_check *check)
 {
     bool listed = check->n_claimed > 0 || !check->self->map || check->self->map->summary.complete;
     for (size_t i = 0; i < check->n_claimed; i++)
@@ -244,6 +244,25 @@ static bool own_name(const char *path, struct rmap_piece_info *name)
     return good;
 }
 
+/* Whether the file holds the portions that the index lists, as far as their first rays go. A piece
+ * of a merged map keeps the name inside under which it was made. */
+static bool holds_listed(const struct piece_check *check)
+{
+    const struct rmap_map_content *claimed = check->self->claimed;
+    size_t n = 0, same = 0;
+    for (size_t i = 0; i < claimed->n_portion; i++) {
+        if ((size_t)claimed->portion[i].piece != check->piece)
+            continue;
+        n++;
+        for (size_t k = 0; k < check->own.n_portion; k++)
+            if (check->own.portion[k].first_ray == claimed->portion[i].first_ray) {
+                same++;
+                break;
+            }
+    }
+    return 2 * same >= n;
+}
+
 /* Whether the file may be compared with the index; else says why not. */
 static enum rmap_status check_file(struct piece_check *check, bool *same,
                                    struct rmap_piece_origin *origin, struct rmap_error *err)
@@ -265,7 +284,8 @@ static enum rmap_status check_file(struct piece_check *check, bool *same,
     bool cut = (uint64_t)file.st_size != info->nbytes;
     bool reads = rmap_piece_read(check->self->path, info->shard, info->number, &check->own, origin,
                                  &why) == RMAP_OK;
-    if (reads && own_name(path, &name) && strcmp(name.name, info->name) != 0) {
+    if (reads && !holds_listed(check) && own_name(path, &name) &&
+        strcmp(name.name, info->name) != 0) {
         (void)snprintf(text, sizeof text, "this is %s under another name", name.name);
         st = whole(check, info->name, "", RMAP_PIECE_GONE, text, err);
     } else if (cut && (!reads || check->self->map)) {
@@ -323,7 +343,7 @@ enum rmap_status rmap_verify_piece(struct rmap_verification *self, size_t piece,
         goto out;
     }
     RMAP_TRY(gather_claimed(&check, err));
-    if (!is_listed(&check))
+    if (!from_index(&check))
         goto out;
     RMAP_TRY(compare_info(&check, err));
     RMAP_TRY(compare_portions(&check, err));

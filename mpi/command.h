@@ -47,6 +47,7 @@ extern const struct rmap_command rmap_command_detector;
 extern const struct rmap_command rmap_command_draw;
 extern const struct rmap_command rmap_command_verify;
 extern const struct rmap_command rmap_command_convert;
+extern const struct rmap_command rmap_command_merge;
 extern const struct rmap_command rmap_command_bench;
 
 #endif

@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/merge.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/map_internal.h"
+#include "io/map_run.h"
+#include "io/publish.h"
+
+enum { SHARD_END = 100000 };
+
+/* ---- may they? ---- */
+
+struct held {
+    uint64_t first, n;
+    size_t source;
+};
+
+static int by_first(const void *a, const void *b)
+{
+    const struct held *x = a, *y = b;
+    return (x->first > y->first) - (x->first < y->first);
+}
+
+static enum rmap_status check_rays(const struct rmap_merge_source *source, size_t n,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t total = 0, at = 0;
+    for (size_t k = 0; k < n; k++)
+        total += rmap_map_n_portion(source[k].map);
+    struct held *held = rmap_alloc(total, sizeof *held);
+    if (!held)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
+    for (size_t k = 0; k < n; k++)
+        for (size_t i = 0; i < rmap_map_n_portion(source[k].map); i++) {
+            const struct rmap_portion_info *info = rmap_map_portion(source[k].map, i);
+            held[at++] = (struct held){info->first_ray, info->n_row[RMAP_TABLE_RAY], k};
+        }
+    if (total > 0)
+        qsort(held, total, sizeof *held, by_first);
+    for (size_t i = 1; i < total && st == RMAP_OK; i++) {
+        const struct held *a = &held[i - 1], *b = &held[i];
+        uint64_t shared = a->first + a->n - b->first;
+        if (b->first - a->first < a->n)
+            st = rmap_error_set(
+                err, RMAP_INPUT,
+                "%s and %s both hold the rays %llu to %llu: only maps of different "
+                "rays can be merged (trace with --first-ray)",
+                source[a->source].path, source[b->source].path, (unsigned long long)b->first,
+                (unsigned long long)(b->first + (shared < b->n ? shared : b->n) - 1));
+    }
+    rmap_free(held);
+    return st;
+}
+
+static enum rmap_status check_pieces(const struct rmap_merge_source *source, struct rmap_error *err)
+{
+    for (size_t i = 0; i < rmap_map_n_piece(source->map); i++)
+        if (rmap_map_piece(source->map, i)->is_open)
+            return rmap_error_set(err, RMAP_INPUT,
+                                  "%s has pieces that were never finished; first: raymap repair %s",
+                                  source->path, source->path);
+    return rmap_map_check_pieces(source->map, err);
+}
+
+enum rmap_status rmap_merge_check(const struct rmap_merge_source *source, size_t n,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t k = 0; k < n; k++) {
+        struct rmap_map_run run;
+        int32_t space;
+        RMAP_TRY(check_pieces(&source[k], err));
+        st = rmap_map_run_init(source[k].map, 0, RMAP_ENCODING_PLAIN, &run, err);
+        if (st == RMAP_OK)
+            st = rmap_map_admit(source[0].map, &run.run, &space, err);
+        rmap_map_run_fini(&run);
+        if (st != RMAP_OK) {
+            rmap_error_context(err, "%s cannot join", source[k].path);
+            goto out;
+        }
+    }
+    RMAP_TRY(check_rays(source, n, err));
+out:
+    return st;
+}
+
+/* ---- the map that they make ---- */
+
+struct merge {
+    const struct rmap_merge_source *source;
+    size_t n;
+    const char *to;
+    struct rmap_map sum; /* spaces and runs of all, for the index */
+    struct rmap_map_content content;
+    struct rmap_tally *tally;
+    size_t n_symbolic;
+};
+
+/* Number in the merged map of each space of a source; *space_ret: rmap_free. */
+static enum rmap_status join_spaces(struct merge *self, const struct rmap_map *map,
+                                    int32_t **space_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_spaces *spaces = &self->sum.spaces;
+    int32_t *number = rmap_alloc(map->spaces.n, sizeof *number);
+    if (!number)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for colour spaces");
+    for (size_t k = 0; k < map->spaces.n && st == RMAP_OK; k++) {
+        struct rmap_map_spaces one = {.space = &map->spaces.space[k], .n = 1};
+        number[k] = rmap_map_spaces_find(spaces, one.space->digest);
+        if (number[k] >= 0)
+            continue;
+        number[k] = (int32_t)spaces->n;
+        st = rmap_map_spaces_copy(spaces, &one, err);
+    }
+    if (st == RMAP_OK)
+        *space_ret = number;
+    else
+        rmap_free(number);
+    return st;
+}
+
+static enum rmap_status join_runs(struct merge *self, const struct rmap_map *map,
+                                  const int32_t *space, struct rmap_error *err)
+{
+    struct rmap_run_row *row =
+        rmap_realloc(self->sum.run, self->sum.n_run + map->n_run + 1, sizeof *row);
+    if (!row)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of runs");
+    self->sum.run = row;
+    for (size_t i = 0; i < map->n_run; i++) {
+        row[self->sum.n_run] = map->run[i];
+        row[self->sum.n_run++].space = space[map->run[i].space];
+    }
+    return RMAP_OK;
+}
+
+/* Appends a source's content under new shard numbers and those of its spaces. */
+static enum rmap_status join_content(struct merge *self, const struct rmap_map *map,
+                                     const int32_t *space, int *shard, struct rmap_error *err)
+{
+    struct rmap_map_content *content = &self->content;
+    size_t piece = content->n_piece, portion = content->n_portion;
+    enum rmap_status st = rmap_map_content_add(content, &map->content, err);
+    int last = *shard;
+    for (; st == RMAP_OK && piece < content->n_piece; piece++) {
+        struct rmap_piece_info *info = &content->piece[piece];
+        if (info->shard >= SHARD_END - *shard)
+            return rmap_error_set(err, RMAP_INPUT, "a map has at most %d shards", (int)SHARD_END);
+        info->shard += *shard;
+        info->space = space[info->space];
+        last = info->shard >= last ? info->shard + 1 : last;
+        rmap_piece_name_set(info);
+    }
+    for (; st == RMAP_OK && portion < content->n_portion; portion++) {
+        content->portion[portion].shard += *shard;
+        content->portion[portion].space = space[content->portion[portion].space];
+        content->portion[portion].is_added = 0;
+    }
+    *shard = last;
+    return st;
+}
+
+/* A symbolic link that holds wherever the map lies. */
+static int link_from_afar(const char *from, const char *to)
+{
+    char here[PATH_MAX];
+    if (from[0] == '/')
+        return symlink(from, to);
+    char *whole = getcwd(here, sizeof here) ? rmap_path_format("%s/%s", here, from) : NULL;
+    int failed = whole ? symlink(whole, to) : -1;
+    int reason = errno;
+    rmap_free(whole);
+    errno = reason;
+    return failed;
+}
+
+/* A hard link, or a symbolic one from another file system. */
+static enum rmap_status link_piece(struct merge *self, const char *from, const char *to,
+                                   struct rmap_error *err)
+{
+    int failed = linkat(AT_FDCWD, from, AT_FDCWD, to, AT_SYMLINK_FOLLOW);
+    if (failed && (errno == EXDEV || errno == EPERM || errno == EOPNOTSUPP || errno == EMLINK)) {
+        failed = link_from_afar(from, to);
+        self->n_symbolic += !failed;
+    }
+    return failed
+               ? rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be linked: %s", to, strerror(errno))
+               : RMAP_OK;
+}
+
+/* Links piece i of a source as `info`, in a directory that is made for the first of its shard. */
+static enum rmap_status place_piece(struct merge *self, const struct rmap_map *map, size_t i,
+                                    const struct rmap_piece_info *info, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char *from = rmap_map_piece_path(map, i);
+    char *to = rmap_path_format("%s/%s", self->to, info->name);
+    char *shard = rmap_path_format("%s/shard-%05d", self->to, (int)info->shard);
+    if (!from || !to || !shard) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        goto out;
+    }
+    if (mkdir(shard, 0777) != 0 && errno != EEXIST) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", shard,
+                            strerror(errno));
+        goto out;
+    }
+    RMAP_TRY(link_piece(self, from, to, err));
+    if (i + 1 == map->content.n_piece || info[1].shard != info->shard)
+        RMAP_TRY(rmap_sync_directory(shard, err));
+out:
+    rmap_free(from);
+    rmap_free(to);
+    rmap_free(shard);
+    return st;
+}
+
+static enum rmap_status place_pieces(struct merge *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t at = 0;
+    for (size_t k = 0; k < self->n; k++)
+        for (size_t i = 0; i < self->source[k].map->content.n_piece; i++, at++)
+            RMAP_TRY(place_piece(self, self->source[k].map, i, &self->content.piece[at], err));
+    RMAP_TRY(rmap_sync_directory(self->to, err));
+out:
+    return st;
+}
+
+static enum rmap_status join(struct merge *self, bool *complete, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    int shard = 0;
+    for (size_t k = 0; k < self->n && st == RMAP_OK; k++) {
+        const struct rmap_map *map = self->source[k].map;
+        int32_t *space = NULL;
+        st = join_spaces(self, map, &space, err);
+        if (st == RMAP_OK)
+            st = join_runs(self, map, space, err);
+        if (st == RMAP_OK)
+            st = join_content(self, map, space, &shard, err);
+        if (st == RMAP_OK)
+            rmap_tally_merge(self->tally, map->tally);
+        *complete = *complete && map->summary.complete;
+        rmap_free(space);
+    }
+    return st;
+}
+
+enum rmap_status rmap_merge(const struct rmap_merge_source *source, size_t n, const char *to,
+                            size_t *n_symbolic_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct merge self = {.source = source, .n = n, .to = to};
+    struct rmap_map_run run = {0};
+    bool complete = true;
+    RMAP_TRY(rmap_tally_create(rmap_map_scene(source[0].map), &self.tally, err));
+    RMAP_TRY(join(&self, &complete, err));
+    RMAP_TRY(rmap_map_run_init(source[0].map, 0, RMAP_ENCODING_PLAIN, &run, err));
+    for (size_t k = 1; k < n; k++)
+        if (source[k].map->summary.n_rank > run.run.n_rank)
+            run.run.n_rank = source[k].map->summary.n_rank;
+    struct rmap_index index = {.run = &run.run, .before = &self.sum};
+    RMAP_TRY(rmap_index_write_content(to, &index, err));
+    RMAP_TRY(place_pieces(&self, err));
+    index.content = &self.content;
+    index.tally = self.tally;
+    index.complete = complete;
+    RMAP_TRY(rmap_index_write_content(to, &index, err));
+    *n_symbolic_ret = self.n_symbolic;
+out:
+    rmap_map_run_fini(&run);
+    rmap_tally_destroy(self.tally);
+    rmap_map_content_fini(&self.content);
+    rmap_map_spaces_fini(&self.sum.spaces);
+    rmap_free(self.sum.run);
+    return st;
+}

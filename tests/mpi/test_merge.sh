@@ -1,0 +1,61 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: maps of one scene with different rays become one that equals the map traced at once,
+# without copying them; what does not belong together is refused, naming both.
+. "$(dirname "$0")/../cli/expect.bash"
+command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
+rm -rf ./*
+write_scene scene.yaml
+digest() {
+    "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\)".*/\1/p'
+}
+same() { # MAP: as all.raymap
+    [ "$(digest "$1")" = "$(digest all.raymap)" ] || { echo "FAILED: another digest: $1"; failures=1; }
+    "$RAYMAP" detector "$1" sensor -o image.csv --force --quiet
+    cmp image.csv want.csv || { echo "FAILED: another image: $1"; failures=1; }
+    "$RAYMAP" query "$1" 'registered(sensor)' 'ended(left)' --quiet >count.txt
+    cmp <(grep -v read count.txt) <(grep -v read want.txt) || { echo "FAILED: another count: $1"; failures=1; }
+    expect 0 ' 0 findings' mpirun -np 2 "$RAYMAP" verify "$1"
+}
+
+"$RAYMAP" trace scene.yaml -o all.raymap -n 50000 --quiet
+"$RAYMAP" detector all.raymap sensor -o want.csv --quiet
+"$RAYMAP" query all.raymap 'registered(sensor)' 'ended(left)' --quiet >want.txt
+mpirun -np 2 "$RAYMAP" trace scene.yaml -o a.raymap -n 20480 --quiet
+"$RAYMAP" trace scene.yaml -o b.raymap --first-ray 20480 -n 9520 --quiet --piece-size 1Mi
+"$RAYMAP" trace scene.yaml -o c.raymap --first-ray 30000 -n 20000 --quiet
+expect 0 '50,000 rays' "$RAYMAP" merge a.raymap b.raymap c.raymap -o merged.raymap
+same merged.raymap
+expect 0 '' mpirun -np 3 "$RAYMAP" merge c.raymap a.raymap -o ca.raymap --quiet
+expect 0 '"complete": true' "$RAYMAP" merge ca.raymap b.raymap -o nested.raymap --json
+same nested.raymap
+one=$(stat -c %i a.raymap/shard-00000/piece-00000.h5)
+[ "$(stat -c %i merged.raymap/shard-00000/piece-00000.h5)" = "$one" ] ||
+    [ -h merged.raymap/shard-00000/piece-00000.h5 ] || { echo "FAILED: a piece was copied"; failures=1; }
+rm -rf ca.raymap
+same nested.raymap # hard links need nothing of what they were made from
+
+# Another colour space of the same scene joins; its rays are not those of the first.
+"$RAYMAP" trace scene.yaml -o rgb.raymap --color rgb --first-ray 60000 -n 5000 --quiet
+expect 0 '55,000 rays' "$RAYMAP" merge all.raymap rgb.raymap -o colours.raymap
+expect 0 ' 0 findings' "$RAYMAP" verify colours.raymap
+expect 0 '55,000 rays' "$RAYMAP" convert colours.raymap -o again.raymap
+expect 0 ' 0 findings' "$RAYMAP" verify again.raymap
+[ "$(digest again.raymap)" = "$(digest colours.raymap)" ] || { echo "FAILED: colours"; failures=1; }
+
+# What does not belong together.
+expect 3 'a.raymap and all.raymap both hold the rays 0 to' "$RAYMAP" merge a.raymap all.raymap -o x.raymap
+"$RAYMAP" trace scene.yaml -o seed.raymap --seed 2 --first-ray 50000 -n 10 --quiet
+expect 3 'seed.raymap cannot join.*seed' "$RAYMAP" merge a.raymap seed.raymap -o x.raymap
+sed 's/N-BK7/N-SF11/' scene.yaml >other.yaml
+"$RAYMAP" trace other.yaml -o other.raymap --first-ray 50000 -n 10 --quiet
+expect 3 'other.raymap cannot join.*another scene' "$RAYMAP" merge a.raymap other.raymap -o x.raymap
+expect 2 'exists' "$RAYMAP" merge a.raymap b.raymap -o merged.raymap
+expect 2 'one of the maps' "$RAYMAP" merge a.raymap b.raymap -o b.raymap --force
+expect 2 'give -o' "$RAYMAP" merge a.raymap b.raymap
+expect 3 '' "$RAYMAP" merge a.raymap nothing.raymap -o x.raymap
+rm b.raymap/shard-00000/piece-00000.h5
+expect 4 'missing' "$RAYMAP" merge a.raymap b.raymap -o x.raymap
+[ ! -e x.raymap ] || { echo "FAILED: x.raymap was made"; failures=1; }
+finish
