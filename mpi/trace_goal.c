@@ -188,8 +188,8 @@ static enum rmap_status make_row(const struct rmap_trace_request *request,
     return RMAP_OK;
 }
 
-enum rmap_status rmap_trace_goal_continue(struct rmap_trace_request *request, struct rmap_run *run,
-                                          struct rmap_trace_goal *goal, struct rmap_error *err)
+enum rmap_status rmap_trace_goal_admit(struct rmap_trace_request *request, struct rmap_run *run,
+                                       struct rmap_trace_goal *goal, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = goal->map;
@@ -206,10 +206,14 @@ enum rmap_status rmap_trace_goal_continue(struct rmap_trace_request *request, st
                                 request->map_path);
         RMAP_TRY(st);
     }
-    RMAP_TRY(add_phases(goal, err));
-    RMAP_TRY(find_recount(goal, err));
 out:
     return st;
+}
+
+enum rmap_status rmap_trace_goal_plan(struct rmap_trace_goal *goal, struct rmap_error *err)
+{
+    enum rmap_status st = add_phases(goal, err);
+    return st == RMAP_OK ? find_recount(goal, err) : st;
 }
 
 void rmap_trace_goal_fini(struct rmap_trace_goal *goal)

@@ -33,13 +33,17 @@ enum rmap_status rmap_trace_goal_begin(const struct rmap_trace_request *request,
                                        struct rmap_trace_goal *goal,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* A map that stands: goal->map, opened with rmap_map_open_untallied. RMAP_INPUT: another scene,
- * seed or instruction set; RMAP_USAGE: numbers that do not fit the map. request->seed and
- * ->encoding become the map's where the command line gave none; run->seed and ->encoding with
- * them. */
-enum rmap_status rmap_trace_goal_continue(struct rmap_trace_request *request, struct rmap_run *run,
-                                          struct rmap_trace_goal *goal,
-                                          struct rmap_error *err) RMAP_MUST_USE;
+/* A map that stands: goal->map, opened with rmap_map_open_untallied. Whether the trace may go on
+ * with it. RMAP_INPUT: another scene, seed or instruction set; RMAP_USAGE: numbers that do not fit
+ * the map. request->seed and ->encoding become the map's where the command line gave none;
+ * run->seed and ->encoding with them. */
+enum rmap_status rmap_trace_goal_admit(struct rmap_trace_request *request, struct rmap_run *run,
+                                       struct rmap_trace_goal *goal,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Then: what it lacks. */
+enum rmap_status rmap_trace_goal_plan(struct rmap_trace_goal *goal,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 void rmap_trace_goal_fini(struct rmap_trace_goal *goal); /* closes the map */
 

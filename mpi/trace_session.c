@@ -10,22 +10,12 @@
 #include "io/publish.h"
 #include "mpi/agree.h"
 #include "mpi/balance.h"
-#include "mpi/gather_content.h"
 #include "mpi/interrupt.h"
 #include "mpi/load.h"
 #include "mpi/progress.h"
+#include "mpi/recover.h"
 #include "mpi/scene_difference.h"
 #include "mpi/trace_summary.h"
-
-/* What one request is traced with, in its colour space. */
-struct tools {
-    struct rmap_bundle *options, bundle;
-    const struct rmap_scene *scene;
-    struct rmap_accel *accel; /* NULL: the session's */
-    struct rmap_run run;
-    struct rmap_forward *forward;
-    struct rmap_shard_writer *writer;
-};
 
 /* Collective. Bit-equal rays are promised per instruction set, so one run may have only one. */
 static enum rmap_status check_isa(const struct rmap_context *context, const char *isa,
@@ -100,18 +90,40 @@ static enum rmap_status explain(const struct rmap_trace_session *self, enum rmap
     return rmap_error_set(err, st, "%s; the first difference: %s", whole.text, what);
 }
 
+/* Collective. What killed writers left becomes finished pieces, and the map is opened anew. */
+static enum rmap_status recover_map(struct rmap_trace_session *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_summary summary;
+    size_t n = 0;
+    rmap_map_summarise(self->goal.map, &summary);
+    if (summary.complete)
+        return RMAP_OK;
+    RMAP_TRY(rmap_recover(self->context, self->request.map_path, self->goal.map, &n, err));
+    if (n == 0)
+        goto out;
+    rmap_map_close(self->goal.map);
+    self->goal.map = NULL;
+    st = rmap_map_open_untallied(self->request.map_path, &self->goal.map, err);
+    RMAP_TRY(rmap_agree(self->context, st, err));
+out:
+    return st;
+}
+
 /* Collective. */
 static enum rmap_status find_goal(struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (self->request.mode != RMAP_TRACE_NEW)
         RMAP_TRY(open_map(self, err));
-    if (self->goal.map)
-        st = explain(self, rmap_trace_goal_continue(&self->request, &self->run, &self->goal, err),
-                     err);
-    else
+    if (!self->goal.map) {
         st = rmap_trace_goal_begin(&self->request, &self->goal, err);
-    RMAP_TRY(rmap_agree(self->context, st, err));
+        return rmap_agree(self->context, st, err);
+    }
+    st = rmap_trace_goal_admit(&self->request, &self->run, &self->goal, err);
+    RMAP_TRY(rmap_agree(self->context, explain(self, st, err), err));
+    RMAP_TRY(recover_map(self, err));
+    RMAP_TRY(rmap_agree(self->context, rmap_trace_goal_plan(&self->goal, err), err));
     self->run.space = self->goal.space;
 out:
     return st;
@@ -185,120 +197,6 @@ out:
     return st;
 }
 
-/* Another colour space than the command line's: as the map has it. */
-static enum rmap_status take_space(const struct rmap_trace_session *self, int32_t space,
-                                   struct tools *tools, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_map *map = self->goal.map;
-    tools->run = self->run;
-    tools->scene = self->scene;
-    if (space == self->goal.space)
-        return RMAP_OK;
-    RMAP_TRY(rmap_map_options_of(map, (size_t)space, &tools->options, err));
-    tools->bundle = *rmap_map_bundle(map);
-    tools->bundle.options = tools->options->options;
-    tools->scene = rmap_map_scene_of(map, (size_t)space);
-    tools->run.bundle = &tools->bundle;
-    tools->run.scene = tools->scene;
-    tools->run.space = space;
-    RMAP_TRY(rmap_accel_create(tools->scene, self->context->n_thread, &tools->accel, err));
-out:
-    return st;
-}
-
-/* A node's own disk may hold other shards than the map's directory shows: numbers go on there. */
-static int first_shard(const struct rmap_trace_session *self)
-{
-    int first = 0;
-    if (!self->request.shard_dir || !self->goal.map)
-        return 0;
-    for (size_t k = 0; k < rmap_map_n_piece(self->goal.map); k++)
-        if (rmap_map_piece(self->goal.map, k)->shard >= first)
-            first = rmap_map_piece(self->goal.map, k)->shard + 1;
-    return first;
-}
-
-/* Collective. */
-static enum rmap_status open_shard(const struct rmap_trace_session *self, struct tools *tools,
-                                   struct rmap_error *err)
-{
-    const struct rmap_trace_request *request = &self->request;
-    const struct rmap_shard_options options = {
-        .piece_nbytes = request->piece_nbytes,
-        .flush_seconds = request->flush_s > 0.0 ? request->flush_s : RMAP_FLUSH_SECONDS,
-        .flush_portions = request->flush_portions};
-    const char *directory = request->shard_dir ? request->shard_dir : request->map_path;
-    enum rmap_status st =
-        rmap_forward_create(self->context, request->shards_per_node, &tools->forward, err);
-    if (st == RMAP_OK && rmap_forward_writes(tools->forward))
-        st = rmap_shard_writer_create(directory, first_shard(self) + self->context->rank,
-                                      &tools->run, &options, &tools->writer, err);
-    return rmap_agree(self->context, st, err);
-}
-
-/* Sums of one request join those of the others. */
-static void merge_outcome(struct rmap_trace_session *self, struct rmap_trace_outcome *part)
-{
-    struct rmap_trace_outcome *all = &self->outcome;
-    all->n_ray += part->n_ray;
-    all->seconds += part->seconds;
-    all->n_thread = part->n_thread;
-    if (part->interrupt)
-        all->interrupt = part->interrupt;
-    if (self->context->rank == 0 && all->tally)
-        rmap_tally_merge(all->tally, part->tally);
-    else if (self->context->rank == 0) {
-        all->tally = part->tally;
-        part->tally = NULL;
-    }
-    rmap_tally_destroy(part->tally);
-}
-
-static void tools_fini(struct tools *tools)
-{
-    rmap_shard_writer_destroy(tools->writer);
-    rmap_forward_destroy(tools->forward);
-    rmap_accel_destroy(tools->accel);
-    rmap_bundle_destroy(tools->options);
-}
-
-/* Collective. One request's missing rays; with the first of them, sums that nobody kept. */
-static enum rmap_status trace_phase(struct rmap_trace_session *self, int32_t space,
-                                    const struct rmap_ray_set *rays, bool recounts,
-                                    struct rmap_error *err)
-{
-    const struct rmap_context *context = self->context;
-    const struct rmap_trace_request *request = &self->request;
-    struct tools tools = {0};
-    struct rmap_trace_outcome outcome = {0};
-    enum rmap_status st = take_space(self, space, &tools, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    if (request->map_path && rays->n > 0)
-        RMAP_TRY(open_shard(self, &tools, err));
-    struct rmap_trace_plan plan = {
-        .scene = tools.scene,
-        .accel = tools.accel ? tools.accel : self->accel,
-        .seed = self->run.seed,
-        .rays = rays,
-        .deadline = request->time_limit_s > 0.0 ? self->begun + request->time_limit_s : 0.0,
-        .writer = tools.writer,
-        .forward = tools.forward,
-    };
-    if (recounts && self->goal.n_recount > 0)
-        plan.recount = (struct rmap_trace_recount){
-            .map = self->goal.map, .portion = self->goal.recount, .n = self->goal.n_recount};
-    RMAP_TRY(rmap_trace_run(context, &plan, &outcome, err));
-    merge_outcome(self, &outcome);
-    if (request->map_path)
-        RMAP_TRY(rmap_gather_content(context,
-                                     tools.writer ? rmap_shard_writer_content(tools.writer) : NULL,
-                                     &self->content, err));
-out:
-    tools_fini(&tools);
-    return st;
-}
-
 /* Nothing to trace, nothing to sum up, and the index says so. */
 static bool is_idle(const struct rmap_trace_goal *goal)
 {
@@ -312,7 +210,7 @@ enum rmap_status rmap_trace_session_run(struct rmap_trace_session *self, struct 
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_trace_goal *goal = &self->goal;
-    const struct rmap_ray_set none = {0};
+    const struct rmap_trace_phase nothing = {.space = goal->space};
     uint64_t due = 0;
     if (is_idle(goal)) {
         st = rmap_tally_create(self->scene, &self->outcome.tally, err);
@@ -321,11 +219,11 @@ enum rmap_status rmap_trace_session_run(struct rmap_trace_session *self, struct 
     self->outcome.n_wanted = goal->n_missing;
     for (size_t i = 0; i < goal->n_phase && self->outcome.n_ray == due; i++) {
         const struct rmap_trace_phase *phase = &goal->phase[i];
-        RMAP_TRY(trace_phase(self, phase->space, &phase->rays, i == 0, err));
+        RMAP_TRY(rmap_trace_phase_run(self, phase, i == 0, err));
         due += rmap_ray_set_count(&phase->rays);
     }
     if (goal->n_phase == 0)
-        RMAP_TRY(trace_phase(self, goal->space, &none, true, err));
+        RMAP_TRY(rmap_trace_phase_run(self, &nothing, true, err));
 out:
     return st;
 }

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/recover.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/salvage.h"
+#include "mpi/agree.h"
+#include "mpi/progress.h"
+
+/* What one rank did, as it is sent to rank 0. */
+struct result {
+    uint64_t n_ray, n_ray_lost, n_damaged;
+    char text[RMAP_ERROR_TEXT_LEN]; /* the first thing that was wrong; or empty */
+};
+
+static void note(struct result *result, const char *text)
+{
+    if (!result->text[0])
+        (void)snprintf(result->text, sizeof result->text, "%s", text);
+}
+
+/* Rank 0's list, on every rank. */
+static enum rmap_status share_list(const struct rmap_context *context, const char *map_path,
+                                   struct rmap_leftover **list, size_t *n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    if (context->rank == 0)
+        st = rmap_map_list_leftovers(map_path, list, n, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    blob = (uint8_t *)*list;
+    nbytes = *n * sizeof **list;
+    RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
+    *list = (struct rmap_leftover *)(void *)blob;
+    *n = nbytes / sizeof **list;
+out:
+    return st;
+}
+
+/* This rank's share. What is damaged stays where it is, and its rays are traced again. */
+static enum rmap_status recover_some(const struct rmap_context *context, const struct rmap_map *map,
+                                     const struct rmap_leftover *list, size_t n,
+                                     struct result *result, struct rmap_error *err)
+{
+    struct rmap_map_content content = {0};
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = (size_t)context->rank; st == RMAP_OK && i < n; i += (size_t)context->size) {
+        struct rmap_salvaged salvaged = {0};
+        struct rmap_error why = {0};
+        enum rmap_status done = rmap_salvage(map, &list[i], &content, &salvaged, &why);
+        result->n_ray += salvaged.n_ray;
+        result->n_ray_lost += salvaged.n_ray_lost;
+        result->n_damaged += done == RMAP_FORMAT;
+        note(result, done == RMAP_OK ? salvaged.first_lost : why.text);
+        if (done != RMAP_OK && done != RMAP_FORMAT)
+            st = rmap_error_set(err, done, "%s", why.text);
+    }
+    rmap_map_content_fini(&content);
+    return st;
+}
+
+/* Rank 0. */
+static void tell(const struct rmap_context *context, const struct result *result)
+{
+    struct result all = {0};
+    char number[RMAP_GROUPED_LEN];
+    for (int r = 0; r < context->size; r++) {
+        all.n_ray += result[r].n_ray;
+        all.n_ray_lost += result[r].n_ray_lost;
+        all.n_damaged += result[r].n_damaged;
+        note(&all, result[r].text);
+    }
+    if (all.n_ray > 0 && !context->quiet)
+        fprintf(stderr, "raymap: %s rays of unfinished pieces were recovered\n",
+                rmap_grouped(all.n_ray, number));
+    if (all.n_ray_lost > 0)
+        fprintf(stderr,
+                "raymap: warning: %s rays were damaged and are traced again; the first: %s\n",
+                rmap_grouped(all.n_ray_lost, number), all.text);
+    else if (all.n_damaged > 0)
+        fprintf(stderr,
+                "raymap: warning: %s unfinished pieces are of no use and stay as they are; the "
+                "first: %s\n",
+                rmap_grouped(all.n_damaged, number), all.text);
+}
+
+enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,
+                              const struct rmap_map *map, size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_leftover *list = NULL;
+    struct result mine = {0}, *all = NULL;
+    size_t n = 0;
+    *n_ret = 0;
+    RMAP_TRY(share_list(context, map_path, &list, &n, err));
+    *n_ret = n;
+    if (n == 0)
+        goto out;
+    all = rmap_alloc((size_t)context->size, sizeof *all);
+    if (!all)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d ranks", context->size);
+    else
+        st = recover_some(context, map, list, n, &mine, err);
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
+    RMAP_TRY(RMAP_MPI(
+        MPI_Gather(&mine, sizeof mine, MPI_BYTE, all, sizeof mine, MPI_BYTE, 0, context->comm)));
+    if (context->rank == 0)
+        tell(context, all);
+out:
+    rmap_free(all);
+    rmap_free(list);
+    return st;
+}

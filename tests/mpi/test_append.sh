@@ -1,0 +1,68 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: a map can grow, also in another colour space; its rays are those of one long trace,
+# and flux stays normalised over all of them.
+. "$(dirname "$0")/../cli/expect.bash"
+command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
+rm -rf ./*
+write_scene scene.yaml
+digest() { "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\)".*/\1/p'; }
+flux() { # MAP CRITERION: matched and total flux
+    "$RAYMAP" query "$1" "$2" --count --json --quiet | python3 -c '
+import json, sys
+answer = json.load(sys.stdin)
+print("%.9g %.9g" % (answer["flux"]["matched"], answer["flux"]["total"]))'
+}
+
+expect 0 '' "$RAYMAP" trace scene.yaml -o whole.raymap -n 100000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 30000 --quiet
+expect 0 '30,000 rays that the map held already' mpirun -np 2 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n 50000
+expect 0 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n 20000 --quiet --encoding compact
+[ "$(digest grown.raymap)" = "$(digest whole.raymap)" ] || { echo "FAILED: a grown map holds other rays"; failures=1; }
+[ "$(flux grown.raymap 'registered(sensor)')" = "$(flux whole.raymap 'registered(sensor)')" ] ||
+    { echo "FAILED: a grown map has another flux"; failures=1; }
+for map in whole grown; do expect 0 '' "$RAYMAP" detector $map.raymap sensor -o $map.csv --quiet; done
+cmp whole.csv grown.csv || { echo "FAILED: a grown map has another image"; failures=1; }
+
+# What was asked for first comes first; any of the numbers that were asked for may be repeated.
+expect 6 '' "$RAYMAP" trace scene.yaml -o two.raymap -n 400k --quiet --time-limit 1s
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o two.raymap --append -n 20000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o one.raymap -n 420k --quiet
+[ "$(digest two.raymap)" = "$(digest one.raymap)" ] || { echo "FAILED: the incomplete part was not completed"; failures=1; }
+expect 0 'is complete' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 420k
+expect 0 'is complete' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 400k
+expect 2 'asked for 420,000' "$RAYMAP" trace scene.yaml -o two.raymap --resume -n 300k
+
+# A hole between two requests, far away: --first-ray.
+expect 0 '' "$RAYMAP" trace scene.yaml -o far.raymap -n 5000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o far.raymap --append -n 5000 --first-ray 1099511627776 --quiet
+expect 0 'rays +5,000 of' "$RAYMAP" query far.raymap 'ray >= 1099511627776'
+expect 0 '' "$RAYMAP" trace scene.yaml -o far.raymap --append -n 1000 --quiet
+expect 0 'rays +1,000 of' "$RAYMAP" query far.raymap 'ray >= 1099511632776'
+
+# RGB after spectral, then other wavelengths: one map, one flux.
+expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap -n 60000 --quiet
+before=$(flux colours.raymap 'registered(sensor)')
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 60000 --color rgb --quiet
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 60000 --quiet \
+    --set 'spectrum.wavelengths=[486.13, 500, 587.56, 656.27]'
+expect 0 '180,000 rays' "$RAYMAP" info colours.raymap
+python3 - "$before" "$(flux colours.raymap 'registered(sensor)')" <<'PY' || { echo "FAILED: flux of three colour spaces"; failures=1; }
+import sys
+(matched, total), (now, now_total) = (map(float, words.split()) for words in sys.argv[1:])
+print(f"{matched} of {total} W in one space, {now} of {now_total} W in three")
+sys.exit(not (abs(total - 1) < 1e-9 and abs(now_total - 1) < 1e-9 and abs(matched - now) < 0.01 * matched))
+PY
+expect 0 '' "$RAYMAP" report colours.raymap 5
+expect 0 '' "$RAYMAP" report colours.raymap 70000
+expect 0 '' "$RAYMAP" report colours.raymap 130000
+# The same again is found, not made again; a stop in the middle is resumed in each space.
+cp -r colours.raymap ends.raymap
+expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 1M --color rgb --quiet --time-limit 1s
+expect 0 '' "$RAYMAP" trace scene.yaml -o ends.raymap --resume --quiet
+expect 0 '1,180,000 rays' "$RAYMAP" info ends.raymap
+expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 1M --color rgb --quiet
+[ "$(digest ends.raymap)" = "$(digest colours.raymap)" ] || { echo "FAILED: resumed in another colour space"; failures=1; }
+rm -rf ./*.raymap
+finish

@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: whatever ends a trace, what it flushed can be read, and --resume with any number of
+# ranks makes the map that an undisturbed run makes: same rays, same balance, same images.
+# Moments of death are random; RAYMAP_TEST_SEED repeats them, RAYMAP_TEST_KILLS asks for more.
+. "$(dirname "$0")/../cli/expect.bash"
+command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
+export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
+RANDOM=${RAYMAP_TEST_SEED:-7}
+rm -rf ./*
+write_scene scene.yaml
+rays=700001
+
+balance() { # MAP: everything that is said of its light
+    "$RAYMAP" info "$1" --json | python3 -c '
+import json, sys
+info = json.load(sys.stdin)
+print(info["digest"], info["rays"], info["segments"], info["registrations"], info["complete"])
+print(json.dumps(info["sources"], sort_keys=True))'
+}
+image() { "$RAYMAP" detector "$1" sensor -o "$2" --force --quiet >/dev/null; }
+
+same() { # MAP WHAT: compares with the undisturbed map
+    balance "$1" >got.txt
+    cmp -s want.txt got.txt || { echo "FAILED: another map after $2"; diff want.txt got.txt; failures=$((failures + 1)); }
+    image "$1" got.csv
+    cmp -s want.csv got.csv || { echo "FAILED: another image after $2"; failures=$((failures + 1)); }
+}
+ranks_of() { ps -o pid= --ppid "$1" | tr -d ' '; }
+begin() { # MAP RANKS OPTIONS...: in the background, as $job
+    local map=$1 ranks=$2
+    shift 2
+    mpirun -np "$ranks" "$RAYMAP" trace scene.yaml -o "$map" -n $rays --quiet --threads 1 --flush 100ms \
+        "$@" >/dev/null 2>stderr.txt </dev/null &
+    job=$!
+    # until it traces: the index stands and a journal grows
+    for _ in $(seq 200); do
+        compgen -G "$map/shard-*/.piece-*.journal" >/dev/null && break
+        kill -0 $job 2>/dev/null || break
+        sleep 0.05
+    done
+}
+later() { sleep "0.$((RANDOM % 9))$((RANDOM % 10))"; }
+disturb() { # HOW MAP: to the running $job
+    local pids
+    pids=$(ranks_of $job)
+    later
+    case $1 in
+    one-rank) kill -9 $(shuf -n 1 -e --random-source=<(yes $RANDOM) $pids) ;;
+    all-ranks) kill -9 $pids ;;
+    mpirun) kill -9 $job ;;
+    SIGTERM) kill -TERM $job ;;
+    SIGUSR1) kill -USR1 $job ;;
+    SIGINT-rank) kill -INT $(echo "$pids" | head -1) ;;
+    esac 2>/dev/null
+    wait $job 2>/dev/null
+    status=$?
+    for pid in $pids; do # ranks outlive a killed mpirun for a moment
+        for _ in $(seq 100); do kill -0 "$pid" 2>/dev/null || break; sleep 0.05; done
+    done
+}
+
+expect 0 '' "$RAYMAP" trace scene.yaml -o want.raymap -n $rays --quiet
+balance want.raymap >want.txt
+image want.raymap want.csv
+
+recovered=0
+n=0
+for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "${RAYMAP_TEST_KILLS:-2}" -r --random-source=<(yes 3) one-rank all-ranks mpirun); do
+    n=$((n + 1))
+    map=kill-$n.raymap
+    begin $map $((1 + n % 3))
+    disturb "$how"
+    case $how in SIGUSR1 | SIGINT-rank)
+        [ $status -eq 6 ] || grep -q 'Exit code: *6' stderr.txt || [ $status -eq 0 ] ||
+            { echo "FAILED: $how: status $status"; cat stderr.txt; failures=$((failures + 1)); } ;;
+    esac
+    expect 0 '' "$RAYMAP" query $map 'registered(sensor)' --json
+    held=$("$RAYMAP" info $map --json | sed -n 's/.*"rays": \([0-9]*\),.*/\1/p' | head -1)
+    recovered=$((recovered + held))
+    if [ $((n % 2)) -eq 0 ]; then # the second life ends as badly as the first
+        begin $map $((1 + (n + 1) % 3)) --resume
+        disturb one-rank
+    fi
+    expect 0 '' mpirun -np $((1 + (n + 1) % 3)) "$RAYMAP" trace scene.yaml -o $map -n $rays --resume --quiet
+    same $map "$how ($held rays held)"
+    left=$(find $map -name '*.part' -o -name '*.journal' | wc -l)
+    [ "$left" -eq 0 ] || { echo "FAILED: $how leaves files behind"; find $map -name '.*'; failures=$((failures + 1)); }
+    rm -rf $map
+done
+[ $recovered -gt 0 ] || { echo "FAILED: nothing was ever recovered"; failures=$((failures + 1)); }
+echo "$recovered rays recovered in $n lives"
+
+# The time limit, twice, with other ranks and pieces each time; then one writer for all ranks.
+expect 6 'resume' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap -n $rays --quiet --time-limit 1s --piece-size 4Mi
+expect 6 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --quiet --time-limit 1s
+expect 0 'held already' mpirun -np 4 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --shards-per-node 1
+same time.raymap 'the time limit'
+expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
+
+# A job that died before it wrote anything is begun anew.
+mkdir young.raymap young.raymap/shard-00000
+expect 0 '' "$RAYMAP" trace scene.yaml -o young.raymap -n $rays --resume --quiet
+same young.raymap 'a new map'
+rm -rf ./*.raymap
+finish
