@@ -23,6 +23,7 @@ struct rmap_wave_ray {
 
 /* kind: 1 + object, turn, and the rest; 0: a leg that goes alone. */
 enum { KIND_OWN = 1, KIND_TURN = 1, KIND_OBJECT = 3 };
+#define KIND_MESH (UINT32_C(0x1fffffff) << KIND_OBJECT) /* of any mesh */
 
 /* So few in a run, or at all, are followed one by one, unsorted. */
 #define FEW 3
@@ -55,15 +56,18 @@ out:
     return st;
 }
 
-/* May this leg be in a pack? */
-static bool packs(const struct rmap_compact_model *model, int32_t object, int32_t primitive)
+/* Kind of a leg without its turn. from: object that it starts on. */
+static uint32_t kind_of(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
+                        int32_t from)
 {
     if (object < 0 || (size_t)object >= model->n_object)
-        return false;
+        return 0;
     const struct rmap_compact_object *o = &model->object[object];
     if (o->kind == RMAP_FACING_MESH)
-        return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle;
-    return o->kind != RMAP_FACING_ASPHERE;
+        return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle ? KIND_MESH : 0;
+    if (o->kind == RMAP_FACING_ASPHERE || object >= (1 << 28))
+        return 0;
+    return ((uint32_t)object + 1) << KIND_OBJECT | (object == from ? KIND_OWN : 0);
 }
 
 static void set_kinds(struct rmap_wave *wave, const struct rmap_retrace *r,
@@ -74,10 +78,8 @@ static void set_kinds(struct rmap_wave *wave, const struct rmap_retrace *r,
         int32_t object = r->object[row];
         uint32_t turn =
             row + 1 < ray->end ? (uint32_t)rmap_step_turn(r->event[row]) : RMAP_TURN_NONE;
-        bool packed = packs(r->model, object, r->primitive[row]);
-        wave->kind[row] = packed ? ((uint32_t)object + 1) << KIND_OBJECT | turn << KIND_TURN |
-                                       (object == from ? KIND_OWN : 0)
-                                 : 0;
+        uint32_t kind = kind_of(r->model, object, r->primitive[row], from);
+        wave->kind[row] = kind ? kind | turn << KIND_TURN : 0;
         from = object;
     }
 }
@@ -229,6 +231,7 @@ static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, con
         pack->dy[i] = ray->direction.y;
         pack->dz[i] = ray->direction.z;
         pack->triangle[i] = r->primitive[ray->row];
+        pack->object[i] = &r->model->object[r->object[ray->row]];
         if (turn == RMAP_TURN_REFRACT || turn == RMAP_TURN_DIFFUSE)
             load_turn(r, ray, at, turn, i, pack);
     }
@@ -261,9 +264,11 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
     struct rmap_wave_pack pack;
     uint32_t kind = wave->kind[wave->ray[index[0]].row];
     enum rmap_turn turn = (enum rmap_turn)(kind >> KIND_TURN & 3);
-    int32_t object = (int32_t)((kind >> KIND_OBJECT) - 1);
     load(wave, r, index, n, turn, &pack);
-    rmap_wave_meet(&r->model->object[object], kind & KIND_OWN, -r->model->epsilon, &pack);
+    if (kind >= KIND_MESH)
+        rmap_wave_meet_meshes(&pack);
+    else
+        rmap_wave_meet_shape(pack.object[0], kind & KIND_OWN, -r->model->epsilon, &pack);
     note(wave, r, index, n, &pack, out);
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, &pack);
@@ -271,7 +276,7 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
         struct rmap_wave_ray *ray = &wave->ray[index[i]];
         ray->position = rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]);
         ray->direction = rmap_vec3(pack.dx[i], pack.dy[i], pack.dz[i]);
-        ray->object = object;
+        ray->object = r->object[ray->row];
         ray->row++;
         if (pack.odd[i] != 0.0)
             wave->careful[index[i]] = 1;

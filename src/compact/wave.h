@@ -21,15 +21,19 @@ struct rmap_wave_pack {
     double odd[RMAP_WAVE_WIDTH];        /* not 0: a case that only rmap_retrace decides */
     float position[3][RMAP_WAVE_WIDTH]; /* as it is recorded */
     int16_t normal[3][RMAP_WAVE_WIDTH];
-    int32_t triangle[RMAP_WAVE_WIDTH];               /* MESH */
-    double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH]; /* REFRACT */
-    double u[RMAP_WAVE_WIDTH], v[RMAP_WAVE_WIDTH];   /* DIFFUSE: random numbers */
-    double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
+    int32_t triangle[RMAP_WAVE_WIDTH];                         /* meshes alone */
+    const struct rmap_compact_object *object[RMAP_WAVE_WIDTH]; /* meshes alone */
+    double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH];           /* REFRACT */
+    double u[RMAP_WAVE_WIDTH], v[RMAP_WAVE_WIDTH];             /* DIFFUSE: random numbers */
+    double through[RMAP_WAVE_WIDTH];                           /* DIFFUSE: 1 transmitted, else 0 */
 };
 
-/* wave_kernel.c. own: the legs start on the same object. Triangles must exist. */
-void rmap_wave_meet(const struct rmap_compact_object *object, bool own, double behind,
-                    struct rmap_wave_pack *pack);
+/* wave_kernel.c: to the end of the legs. All of one analytic object (own: on which they start,
+ * too); or each of a mesh of its own, whose triangle exists. */
+void rmap_wave_meet_shape(const struct rmap_compact_object *object, bool own, double behind,
+                          struct rmap_wave_pack *pack);
+void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
+
 void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack);
 
 /* wave.c */

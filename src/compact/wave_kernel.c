@@ -194,19 +194,20 @@ struct corners {
     double from[3][W], way[3][W];
 };
 
-static void gather_corners(const struct rmap_mesh *mesh, const struct local *l,
-                           const struct rmap_wave_pack *p, struct corners *c)
+/* The axes with one of them last. */
+static const uint8_t turned_axes[3][4] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
+
+static void gather_corners(const struct local *l, const struct rmap_wave_pack *p, struct corners *c)
 {
     EACH
     {
         const double d[3] = {l->dx[i], l->dy[i], l->dz[i]};
         const double from[3] = {l->ox[i], l->oy[i], l->oz[i]};
+        const struct rmap_mesh *mesh = p->object[i]->mesh;
         const uint32_t *vertex = mesh->triangle[p->triangle[i]];
-        int z = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
-        if (fabs(d[2]) > fabs(d[z]))
-            z = 2;
-        int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
-        const int axis[3] = {x, y, z};
+        double d0 = fabs(d[0]), d1 = fabs(d[1]), d2 = fabs(d[2]), larger = d0 > d1 ? d0 : d1;
+        unsigned last = d2 > larger ? 2u : 1u - (d0 > d1);
+        const uint8_t *axis = turned_axes[last];
         for (int k = 0; k < 3; k++) {
             c->from[k][i] = from[axis[k]];
             c->way[k][i] = d[axis[k]];
@@ -276,31 +277,11 @@ static inline void record_cosine(const double x[W], int16_t out[W])
     }
 }
 
-WIDE void rmap_wave_meet(const struct rmap_compact_object *object, bool own, double behind,
-                         struct rmap_wave_pack *pack)
+static inline void conclude(struct rmap_wave_pack *pack)
 {
-    struct local l;
-    to_local(&object->to_local, pack, &l);
-    EACH pack->odd[i] = 0.0;
-    if (object->kind == RMAP_FACING_MESH) {
-        struct corners c;
-        gather_corners(object->mesh, &l, pack, &c);
-        meet_triangles(&c, &l, pack);
-    } else if (object->kind == RMAP_FACING_FLAT) {
-        flat(&l, pack);
-    } else {
-        if (own)
-            cross_quadric(object, &l, pack);
-        else
-            meet_quadric(object, behind, &l, pack);
-        quadric_normal(object, &l, pack);
-    }
-    EACH pack->t[i] = pack->t[i] > 0 ? pack->t[i] : 0;
-    to_world(object, &l, pack);
-    if (!object->rigid || object->kind == RMAP_FACING_MESH)
-        normalise(pack->nx, pack->ny, pack->nz);
     EACH
     {
+        pack->t[i] = pack->t[i] > 0 ? pack->t[i] : 0;
         pack->cosine[i] =
             pack->dx[i] * pack->nx[i] + pack->dy[i] * pack->ny[i] + pack->dz[i] * pack->nz[i];
     }
@@ -310,6 +291,109 @@ WIDE void rmap_wave_meet(const struct rmap_compact_object *object, bool own, dou
     record_cosine(pack->nx, pack->normal[0]);
     record_cosine(pack->ny, pack->normal[1]);
     record_cosine(pack->nz, pack->normal[2]);
+}
+
+WIDE void rmap_wave_meet_shape(const struct rmap_compact_object *object, bool own, double behind,
+                               struct rmap_wave_pack *pack)
+{
+    struct local l;
+    to_local(&object->to_local, pack, &l);
+    EACH
+    {
+        pack->odd[i] = 0.0;
+    }
+    if (object->kind == RMAP_FACING_FLAT) {
+        flat(&l, pack);
+    } else {
+        if (own)
+            cross_quadric(object, &l, pack);
+        else
+            meet_quadric(object, behind, &l, pack);
+        quadric_normal(object, &l, pack);
+    }
+    to_world(object, &l, pack);
+    if (!object->rigid)
+        normalise(pack->nx, pack->ny, pack->nz);
+    conclude(pack);
+}
+
+/* An affine map for each ray: rows of the matrix, then the shift. */
+struct maps {
+    double m[3][3][W], t[3][W];
+};
+
+static void gather_maps(const struct rmap_wave_pack *p, struct maps *local, struct maps *world)
+{
+    EACH
+    {
+        const struct rmap_affine *a = &p->object[i]->to_local, *b = &p->object[i]->to_world;
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++) {
+                local->m[j][k][i] = a->m[j][k];
+                world->m[j][k][i] = b->m[j][k];
+            }
+        local->t[0][i] = a->t.x;
+        local->t[1][i] = a->t.y;
+        local->t[2][i] = a->t.z;
+        world->t[0][i] = b->t.x;
+        world->t[1][i] = b->t.y;
+        world->t[2][i] = b->t.z;
+    }
+}
+
+/* One row of the maps applied to vectors. */
+static inline void apply_row(double (*const m)[W], const double x[W], const double y[W],
+                             const double z[W], double out[W])
+{
+    EACH
+    {
+        out[i] = m[0][i] * x[i] + m[1][i] * y[i] + m[2][i] * z[i];
+    }
+}
+
+static inline void shift(const double t[W], double x[W])
+{
+    EACH
+    {
+        x[i] = x[i] + t[i];
+    }
+}
+
+static inline void apply_transposed(const struct maps *a, int k, const struct local *l,
+                                    double out[W])
+{
+    EACH
+    {
+        out[i] = a->m[0][k][i] * l->nx[i] + a->m[1][k][i] * l->ny[i] + a->m[2][k][i] * l->nz[i];
+    }
+}
+
+WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
+{
+    struct local l;
+    struct corners c;
+    struct maps local, world;
+    gather_maps(p, &local, &world);
+    double *const from[3] = {l.ox, l.oy, l.oz}, *const way[3] = {l.dx, l.dy, l.dz};
+    double *const to[3] = {p->px, p->py, p->pz}, *const normal[3] = {p->nx, p->ny, p->nz};
+    for (int k = 0; k < 3; k++) {
+        apply_row(local.m[k], p->px, p->py, p->pz, from[k]);
+        shift(local.t[k], from[k]);
+        apply_row(local.m[k], p->dx, p->dy, p->dz, way[k]);
+    }
+    gather_corners(&l, p, &c);
+    meet_triangles(&c, &l, p);
+    for (int k = 0; k < 3; k++) {
+        apply_row(world.m[k], l.x, l.y, l.z, to[k]);
+        shift(world.t[k], to[k]);
+        apply_transposed(&local, k, &l, normal[k]);
+    }
+    normalise(p->nx, p->ny, p->nz);
+    EACH
+    {
+        p->odd[i] = 0.0;
+    }
+    conclude(p);
 }
 
 /* sx, sy, sz: normals towards the light. */
