@@ -85,10 +85,25 @@ static void channel_colours(const struct rmap_scene *scene, double (*colour)[3])
     }
 }
 
+/* Channels' colours of one space in the terms of another one's mode. */
+static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_mode mode,
+                               double (*colour)[3])
+{
+    channel_colours(scene, colour);
+    for (int i = 0; i < scene->channels.n && scene->channels.mode != mode; i++) {
+        const double given[3] = {colour[i][0], colour[i][1], colour[i][2]};
+        if (mode == RMAP_COLOUR_RGB)
+            rmap_xyz_to_rgb(given, colour[i]);
+        else
+            rmap_rgb_to_xyz(given, colour[i]);
+    }
+}
+
 struct scan {
     struct rmap_detector_sums *sums;
     const struct rmap_map *map;
     uint32_t width;
+    int32_t space; /* of the colours; -1: none yet */
     double colour[RMAP_CHANNEL_MAX][3];
 };
 
@@ -171,10 +186,10 @@ enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
     size_t cap = 0;
     const struct rmap_scene *scene = rmap_map_scene(map);
     struct scan scan = {
-        .sums = sums, .map = map, .width = scene->detector[sums->detector].cells[0]};
-    channel_colours(scene, scan.colour);
+        .sums = sums, .map = map, .width = scene->detector[sums->detector].cells[0], .space = -1};
     RMAP_TRY(rmap_cursor_create(map, columns_needed(criterion, sums->n_colour > 0), &cursor, err));
     for (size_t i = first; i < last; i++) {
+        int32_t space = rmap_map_portion(map, i)->space;
         const struct rmap_portion_summary *summary = &rmap_map_portion(map, i)->summary;
         const struct rmap_portion *portion = NULL;
         if (!(summary->detectors >> (sums->detector % 64) & 1) ||
@@ -186,6 +201,10 @@ enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
             RMAP_TRY(rmap_criterion_evaluate(criterion, portion, rmap_map_flux_per_weight(map),
                                              match, err));
         }
+        if (space != scan.space)
+            channel_colours_as(rmap_map_scene_of(map, (size_t)space), scene->channels.mode,
+                               scan.colour);
+        scan.space = space;
         RMAP_TRY(add_portion(&scan, portion, match, err));
     }
 out:

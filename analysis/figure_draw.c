@@ -129,14 +129,14 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
         RMAP_TRY(rmap_section_draw(scene, mesh, &frame, svg, err));
     else
         RMAP_TRY(rmap_solid_draw(scene, mesh, &frame, svg, err));
-    RMAP_TRY(rmap_rays_draw(scene, rays, &frame, LEAVING * size, svg, err));
+    RMAP_TRY(rmap_rays_draw(scene, options->map, rays, &frame, LEAVING * size, svg, err));
     struct rmap_labels labels = {.area = {frame.x, frame.y, frame.width, frame.height}};
     rmap_marks_draw(scene, rays, &frame, &labels, svg);
     rmap_svg_close(svg);
     rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
-    rmap_legend_draw(scene, rays, &frame, svg);
+    rmap_legend_draw(scene, rays, &frame, options->map && rmap_map_n_space(options->map) > 1, svg);
     rmap_scale_bar_draw(scene, &frame, svg);
     draw_captions(rays, options, &view, svg);
     *svg_ret = svg;

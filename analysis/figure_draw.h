@@ -6,6 +6,7 @@
 #define RMAP_FIGURE_DRAW_H
 
 #include "analysis/figure_view.h"
+#include "io/map_reader.h"
 #include "trace/portion.h"
 
 struct rmap_figure_draw {
@@ -13,6 +14,7 @@ struct rmap_figure_draw {
     const char *criterion; /* NULL: all rays */
     uint64_t n_matched;    /* rays that match, of which `rays` holds some */
     enum rmap_view_kind kind;
+    const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 
 /* rays: the rays to draw, all columns. */

@@ -109,7 +109,7 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene, 
 }
 
 void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
-                      const struct rmap_view_frame *frame, struct rmap_svg *svg)
+                      const struct rmap_view_frame *frame, bool mixed, struct rmap_svg *svg)
 {
     struct legend legend = {.svg = svg,
                             .x = frame->x,
@@ -119,7 +119,7 @@ void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion 
     bool plane = false;
     for (size_t d = 0; d < scene->n_detector; d++)
         plane = plane || scene->detector[d].type == RMAP_DETECTOR_PLANE;
-    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL && !mixed)
         add_wavelengths(&legend, scene, rays);
     else if (rays->n_row[RMAP_TABLE_RAY] > 0)
         add_sample(&legend, "#808080", 1.0, "rays, in the colour of their light");

@@ -8,10 +8,11 @@
 #include "analysis/figure_view.h"
 #include "trace/portion.h"
 
-/* Samples of every ink in use, in rows below the frame, left of the scale bar. */
+/* Samples of every ink in use, in rows below the frame, left of the scale bar. mixed: the rays are
+ * in several colour spaces, and no wavelength is listed. */
 #define RMAP_LEGEND_ROW 20.0
 void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
-                      const struct rmap_view_frame *frame, struct rmap_svg *svg);
+                      const struct rmap_view_frame *frame, bool mixed, struct rmap_svg *svg);
 
 /* A bar of round length below the frame's right end, with its length. */
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,

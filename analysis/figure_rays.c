@@ -79,8 +79,8 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
         const uint16_t *colour = rays->colour + i * n_channel;
         if (!last || memcmp(last, colour, n_channel * sizeof *colour) != 0) {
             double share[RMAP_CHANNEL_MAX];
-            for (size_t c = 0; c < n_channel; c++)
-                share[c] = colour[c] / 65535.0;
+            for (size_t c = 0; c < (size_t)pen->scene->channels.n; c++)
+                share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
             finish_line(pen);
             rmap_ray_ink(pen->scene, share, pen->ink);
             put_point(pen, from);
@@ -95,7 +95,8 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
     finish_line(pen);
 }
 
-enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_map *map,
+                                const struct rmap_portion *rays,
                                 const struct rmap_view_frame *frame, double leaving,
                                 struct rmap_svg *svg, struct rmap_error *err)
 {
@@ -117,6 +118,8 @@ enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rma
         .opacity =
             fmax(OPACITY * fmin(sqrt(OPAQUE_RAYS / fmax((double)n_ray, 1.0)), 1.0), FAINTEST)};
     for (size_t i = 0; i < n_ray; i++) {
+        if (map)
+            pen.scene = rmap_map_scene_of(map, rmap_map_space_of_ray(map, rays->ray.id[i]));
         draw_ray(&pen, i, segment);
         segment += rays->ray.segment_count[i];
     }

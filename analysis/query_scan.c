@@ -21,6 +21,8 @@ struct scan {
     struct rmap_cursor *cursor; /* columns of the criteria and the sums */
     struct rmap_cursor *whole;  /* all columns; made when first needed */
     struct rmap_portion *collect;
+    uint16_t *wide; /* colours of a portion with fewer channels than `collect` has */
+    size_t wide_cap;
     uint64_t n_left; /* rays still to collect */
     bool collected;  /* criterion 0 has all it was asked for */
 };
@@ -55,23 +57,47 @@ static enum rmap_status add_sums(const struct scan *scan, const struct rmap_port
     return RMAP_OK;
 }
 
+/* The portion with as many channels as the collected rays have, those it lacks being 0. */
+static enum rmap_status widen(struct scan *scan, struct rmap_portion *portion,
+                              struct rmap_error *err)
+{
+    size_t n = portion->n_row[RMAP_TABLE_SEGMENT], few = (size_t)portion->n_channel;
+    size_t many = (size_t)scan->collect->n_channel;
+    void *block = scan->wide;
+    if (few == many)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_reserve(&block, &scan->wide_cap, n * many + 1, sizeof *scan->wide, err);
+    scan->wide = block;
+    if (st != RMAP_OK)
+        return st;
+    for (size_t i = 0; i < n; i++)
+        for (size_t c = 0; c < many; c++)
+            scan->wide[i * many + c] = c < few ? portion->colour[i * few + c] : 0;
+    portion->colour = scan->wide;
+    portion->n_channel = scan->collect->n_channel;
+    return RMAP_OK;
+}
+
 /* Appends the marked rays of a portion, whole, until enough are there. */
 static enum rmap_status collect_rays(struct scan *scan, size_t index, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = NULL;
+    const struct rmap_portion *read = NULL;
     size_t segment = 0, registration = 0;
     if (!scan->whole)
         RMAP_TRY(rmap_cursor_create(scan->map, RMAP_COLUMNS_ALL, &scan->whole, err));
-    RMAP_TRY(rmap_cursor_read(scan->whole, index, &portion, err));
-    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY] && scan->n_left > 0; i++) {
+    RMAP_TRY(rmap_cursor_read(scan->whole, index, &read, err));
+    struct rmap_portion portion = *read; /* its columns stay the cursor's */
+    RMAP_TRY(widen(scan, &portion, err));
+    for (size_t i = 0; i < portion.n_row[RMAP_TABLE_RAY] && scan->n_left > 0; i++) {
         if (scan->match[i]) {
             RMAP_TRY(
-                rmap_portion_append_ray(scan->collect, portion, i, segment, registration, err));
+                rmap_portion_append_ray(scan->collect, &portion, i, segment, registration, err));
             scan->n_left--;
         }
-        segment += portion->ray.segment_count[i];
-        registration += portion->ray.registration_count[i];
+        segment += portion.ray.segment_count[i];
+        registration += portion.ray.registration_count[i];
     }
     scan->collected = scan->n_left == 0;
 out:
@@ -150,6 +176,7 @@ out:
     rmap_cursor_destroy(scan.whole);
     rmap_cursor_destroy(scan.cursor);
     rmap_free(scan.match);
+    rmap_free(scan.wide);
     rmap_free(scan.wanted);
     return st;
 }

@@ -159,8 +159,9 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rm
                                      struct rmap_ray_report **report_ret, struct rmap_error *err)
 {
     struct rmap_ray_report *report = NULL;
+    size_t space = rmap_map_space_of_ray(map, portion->ray.id[row]);
     enum rmap_status st =
-        rmap_ray_report_create(rmap_map_scene(map), portion->ray.segment_count[row],
+        rmap_ray_report_create(rmap_map_scene_of(map, space), portion->ray.segment_count[row],
                                portion->ray.registration_count[row], &report, err);
     if (st != RMAP_OK)
         return st;

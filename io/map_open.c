@@ -344,6 +344,25 @@ const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t sp
     return map->scene[space];
 }
 
+size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray)
+{
+    const struct rmap_map_content *content = &map->content;
+    size_t low = 0, high = map->spaces.n > 1 ? content->n_portion : 0;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (content->portion[middle].first_ray <= ray)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 ? (size_t)content->portion[low - 1].space : 0;
+}
+
+int rmap_map_n_channel(const struct rmap_map *map)
+{
+    return map->n_channel_max;
+}
+
 size_t rmap_map_n_run(const struct rmap_map *map)
 {
     return map->n_run;

@@ -83,6 +83,9 @@ const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t sp
 enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
                                      struct rmap_bundle **options_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
+/* Space of the portion that holds the ray with this id; 0 when none does. */
+size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray);
+int rmap_map_n_channel(const struct rmap_map *map); /* of the space that has most */
 size_t rmap_map_n_run(const struct rmap_map *map);
 const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run); /* oldest first */
 const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map);

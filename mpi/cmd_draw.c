@@ -91,8 +91,11 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
     struct rmap_svg *svg = NULL;
     char title[256];
     title_of(request->map_path, title, sizeof title);
-    struct rmap_figure_draw options_given = {
-        .title = title, .criterion = request->where, .n_matched = n_matched, .kind = request->kind};
+    struct rmap_figure_draw options_given = {.title = title,
+                                             .criterion = request->where,
+                                             .n_matched = n_matched,
+                                             .kind = request->kind,
+                                             .map = map};
     RMAP_TRY(rmap_figure_draw(rmap_map_scene(map), rays, &options_given, &svg, err));
     RMAP_TRY(rmap_picture_write(svg, request->output_path, RMAP_FIGURE_SCALE, err));
     uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];

@@ -70,12 +70,35 @@ static json_t *shards_json(const struct rmap_map *map)
     for (size_t i = 0; i < rmap_map_n_piece(map); i++) {
         const struct rmap_piece_info *piece = rmap_map_piece(map, i);
         (void)json_array_append_new(
-            list, json_pack("{s:i, s:s, s:I, s:I, s:I, s:I}", "shard", (int)piece->shard, "piece",
-                            piece->name, "bytes", (json_int_t)piece->nbytes, "rays",
+            list, json_pack("{s:i, s:s, s:s, s:b, s:I, s:I, s:I, s:I}", "shard", (int)piece->shard,
+                            "piece", piece->name, "encoding",
+                            rmap_encoding_name((enum rmap_encoding)piece->encoding), "open",
+                            (int)piece->is_open, "bytes", (json_int_t)piece->nbytes, "rays",
                             (json_int_t)piece->n_row[RMAP_TABLE_RAY], "segments",
                             (json_int_t)piece->n_row[RMAP_TABLE_SEGMENT], "registrations",
                             (json_int_t)piece->n_row[RMAP_TABLE_REGISTRATION]));
     }
+    return list;
+}
+
+static json_t *spaces_json(const struct rmap_map *map)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < rmap_map_n_space(map); i++) {
+        const struct rmap_channels *channels = &rmap_map_scene_of(map, i)->channels;
+        (void)json_array_append_new(
+            list,
+            json_pack("{s:s, s:i}", "mode", channels->mode == RMAP_COLOUR_RGB ? "rgb" : "spectral",
+                      "channels", channels->n));
+    }
+    return list;
+}
+
+static json_t *trouble_json(const struct rmap_map *map)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < rmap_map_n_trouble(map); i++)
+        (void)json_array_append_new(list, json_string(rmap_map_trouble(map, i)));
     return list;
 }
 
@@ -86,15 +109,16 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
     json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s}", "raymap", summary->program_version,
                                  "git", summary->git_revision, "hdf5", summary->hdf5_version,
                                  "embree", summary->embree_version, "isa", summary->isa);
-    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o}",
-                     "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
-                     (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
-                     (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
-                     (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
-                     (json_int_t)summary->seed, "digest", digest, "units",
-                     rmap_map_scene(map)->unit, "sources", rmap_balance_json(rmap_map_tally(map)),
-                     "objects", objects_json(rmap_map_scene(map)), "detectors", detectors_json(map),
-                     "shards", shards_json(map), "ranks", summary->n_rank, "versions", versions);
+    return json_pack(
+        "{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, s:o}", "rays",
+        (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
+        (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
+        (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes", (json_int_t)summary->nbytes,
+        "complete", (int)summary->complete, "seed", (json_int_t)summary->seed, "digest", digest,
+        "units", rmap_map_scene(map)->unit, "sources", rmap_balance_json(rmap_map_tally(map)),
+        "objects", objects_json(rmap_map_scene(map)), "detectors", detectors_json(map), "shards",
+        shards_json(map), "ranks", summary->n_rank, "versions", versions, "spaces",
+        spaces_json(map), "trouble", trouble_json(map));
 }
 
 static void print_detectors(const struct rmap_map *map, FILE *out)
@@ -136,17 +160,29 @@ static void print_info(const char *path, const struct rmap_map *map,
             summary->hdf5_version);
     fprintf(out, "  scene: %zu objects, %zu geometries, %zu surfaces, %zu media, lengths in %s\n",
             scene->n_object, scene->n_geometry, scene->n_surface, scene->n_medium, scene->unit);
+    for (size_t i = 0; i < rmap_map_n_space(map); i++) {
+        const struct rmap_channels *channels = &rmap_map_scene_of(map, i)->channels;
+        fprintf(out, "  colour space %zu: %s, %d channels\n", i,
+                channels->mode == RMAP_COLOUR_RGB ? "rgb" : "spectral", channels->n);
+    }
     print_detectors(map, out);
     rmap_balance_print(rmap_map_tally(map), out);
 }
 
 /* What the index holds is told even if pieces are missing; the status then says so. */
 static enum rmap_status tell(const struct rmap_context *context, const char *path,
-                             const struct rmap_map *map, struct rmap_error *err)
+                             struct rmap_map *map, struct rmap_error *err)
 {
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
-    enum rmap_status pieces = rmap_map_check_pieces(map, err), st = RMAP_OK;
+    enum rmap_status st = rmap_map_compare_directory(map, err);
+    if (st != RMAP_OK)
+        return st;
+    enum rmap_status pieces = rmap_map_check_pieces(map, err);
+    if (pieces == RMAP_FORMAT) /* trouble names them all */
+        pieces = rmap_error_set(err, pieces, "%s: pieces are missing or damaged", path);
+    for (size_t i = 0; i < rmap_map_n_trouble(map); i++)
+        fprintf(stderr, "raymap: %s\n", rmap_map_trouble(map, i));
     summary.complete = summary.complete && pieces == RMAP_OK;
     if (context->json)
         st = rmap_json_print(info_json(map, &summary), stdout, err);

@@ -12,7 +12,7 @@ static uint64_t decoded_nbytes(const struct rmap_map *map, enum rmap_column colu
 {
     const struct rmap_column_info *info = rmap_column_info(column);
     if (column == RMAP_SEGMENT_colour)
-        return n_row * 2 * (uint64_t)rmap_map_scene(map)->channels.n;
+        return n_row * 2 * (uint64_t)rmap_map_n_channel(map);
     return n_row * (uint64_t)info->width * rmap_element_nbytes(info->element);
 }
 

@@ -102,8 +102,7 @@ static enum rmap_status create_parts(struct scan *scan, struct rmap_error *err)
         for (size_t c = 0; c < scan->n_criterion; c++)
             RMAP_TRY(rmap_count_init(&part->count[c], scan->n_source, err));
         if (scan->collecting)
-            RMAP_TRY(
-                rmap_portion_create(0, rmap_map_scene(scan->map)->channels.n, &part->collect, err));
+            RMAP_TRY(rmap_portion_create(0, rmap_map_n_channel(scan->map), &part->collect, err));
     }
 out:
     return st;
@@ -177,7 +176,7 @@ static enum rmap_status scan_wave(struct scan *scan, size_t first, size_t last,
     for (size_t c = 0; st == RMAP_OK && c < scan->n_criterion; c++)
         st = rmap_count_init(&count[c], scan->n_source, err);
     if (st == RMAP_OK && scan->collecting)
-        st = rmap_portion_create(0, rmap_map_scene(scan->map)->channels.n, &mine, err);
+        st = rmap_portion_create(0, rmap_map_n_channel(scan->map), &mine, err);
     if (st == RMAP_OK)
         st = scan_share(scan, first, last, count, mine, err);
     RMAP_TRY(rmap_agree(scan->context, st, err));
@@ -236,7 +235,7 @@ enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct 
                         .limit = limit,
                         .collecting = collect_ret != NULL};
     if (collect_ret && context->rank == 0)
-        st = rmap_portion_create(0, rmap_map_scene(map)->channels.n, &collect, err);
+        st = rmap_portion_create(0, rmap_map_n_channel(map), &collect, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(scan_waves(&scan, count, collect, err));
     if (collect_ret) {

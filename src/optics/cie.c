@@ -171,3 +171,13 @@ void rmap_xyz_to_rgb(const double xyz[3], double rgb[3])
     for (int i = 0; i < 3; i++)
         rgb[i] = matrix[i][0] * xyz[0] + matrix[i][1] * xyz[1] + matrix[i][2] * xyz[2];
 }
+
+void rmap_rgb_to_xyz(const double rgb[3], double xyz[3])
+{
+    static const double matrix[3][3] = {
+        {0.41239079926595934, 0.35758433938387796, 0.1804807884018343},
+        {0.21263900587151027, 0.7151686787677559, 0.07219231536073371},
+        {0.01933081871559182, 0.11919477979462598, 0.9505321522496607}};
+    for (int i = 0; i < 3; i++)
+        xyz[i] = matrix[i][0] * rgb[0] + matrix[i][1] * rgb[1] + matrix[i][2] * rgb[2];
+}

@@ -36,6 +36,7 @@ void rmap_cie1931(double wavelength_nm, double xyz[3]);
 
 /* Linear sRGB (IEC 61966-2-1 primaries) of XYZ. May be negative outside the gamut. */
 void rmap_xyz_to_rgb(const double xyz[3], double rgb[3]);
+void rmap_rgb_to_xyz(const double rgb[3], double xyz[3]); /* its inverse */
 
 /* What a scene may say of a source's spectrum or of a surface's reflectance. */
 enum rmap_spectrum_kind {
