@@ -22,11 +22,12 @@ static inline size_t n_leftover(const struct fixture *f)
 }
 
 /* An index of a map that holds nothing yet, as a trace writes it at its start. */
-static inline void begin_map(struct fixture *f)
+static inline void begin_map(struct fixture *f, enum rmap_encoding encoding)
 {
     struct rmap_error err = {0};
     const struct rmap_index index = {.run = &f->run};
     fixture_init(f);
+    f->run.encoding = encoding;
     fixture_must(rmap_map_create(f->map, false, &err), &err);
     fixture_must(rmap_index_write_content(f->map, &index, &err), &err);
 }
