@@ -216,7 +216,8 @@ static void copy_registrations(struct rmap_ray_report *report, const struct rmap
         *to = (struct rmap_report_registration){.detector = from->detector,
                                                 .step = from->segment,
                                                 .cell = {from->cell[0], from->cell[1]},
-                                                .angle_deg = from->angle_rad * 180.0 / RMAP_PI,
+                                                .angle_deg =
+                                                    rmap_angle_of(from->cosine) * 180.0 / RMAP_PI,
                                                 .optical_path = from->optical_path,
                                                 .registered = from->registered};
         rmap_detector_coordinates(&report->scene->detector[from->detector], from->relative, &to->x,

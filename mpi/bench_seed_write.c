@@ -106,7 +106,7 @@ static void record_registration(struct rmap_recorder *base,
     *device = (struct rmap_seed_device){
         .device = (int16_t)registration->detector,
         .cell = {(uint16_t)registration->cell[0], (uint16_t)registration->cell[1]},
-        .cosine = (int16_t)lrint(cos(registration->angle_rad) * 32767.0),
+        .cosine = (int16_t)lrint(registration->cosine * 32767.0),
         .relative = {(uint16_t)lrint(registration->relative[0] * 65535.0),
                      (uint16_t)lrint(registration->relative[1] * 65535.0)},
         .registered = registration->registered};

@@ -32,13 +32,9 @@ struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
                                        const struct rmap_candidate *candidate)
 {
     const struct rmap_accel_object *o = &query->accel->object[candidate->object];
-    struct rmap_vec3 normal = candidate->normal;
-    if (o->mesh) {
-        struct rmap_vec3 corner[3];
-        rmap_facets_corners(o->facets, candidate->primitive, corner);
-        normal = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
-    }
-    return rmap_normalize(rmap_affine_transposed(&o->to_local, normal));
+    if (o->mesh)
+        return rmap_scale(candidate->normal, 1 / candidate->length);
+    return rmap_normalize(rmap_affine_transposed(&o->to_local, candidate->normal));
 }
 
 /* Do two surfaces coincide where the ray meets them? Parallel ones within the rounding of their

@@ -90,6 +90,7 @@ struct rmap_sieve_group {
     float low[RMAP_SIEVE_WIDE], high[RMAP_SIEVE_WIDE];        /* along the axis, from there */
     float inner2[RMAP_SIEVE_WIDE], outer2[RMAP_SIEVE_WIDE];   /* from the axis, squared */
     float half_x[RMAP_SIEVE_WIDE], half_y[RMAP_SIEVE_WIDE];
+    float lowest, highest, highest_before; /* of a row: of this group; and of those before too */
 };
 struct rmap_sieve {
     int n_row, n_slot;       /* n_slot 0: not in use */
@@ -97,7 +98,6 @@ struct rmap_sieve {
     float longest, rounding; /* ray inside the scene, and the error of distances along it */
     int32_t object[RMAP_SIEVE_SLOTS];
     bool flat[RMAP_SIEVE_SLOTS];
-    float highest[RMAP_SIEVE_SLOTS]; /* of the row up to here */
     struct rmap_sieve_group group[RMAP_SIEVE_SLOTS / RMAP_SIEVE_WIDE];
 };
 
@@ -140,9 +140,11 @@ enum rmap_rank {
 /* A surface that may be the next one. Those within float error of one another are all kept. */
 #define RMAP_CANDIDATE_MAX 8
 struct rmap_candidate {
-    double t, tolerance;            /* along the ray, from the point inside if there is one */
-    double cosine;                  /* of the ray to the normal, >= 0 */
-    struct rmap_vec3 point, normal; /* shapes: local; triangles: weights of the corners, unset */
+    double t, tolerance;     /* along the ray, from the point inside if there is one */
+    double cosine;           /* of the ray to the normal, >= 0 */
+    struct rmap_vec3 point;  /* shapes: local; triangles: weights of the corners */
+    struct rmap_vec3 normal; /* shapes: local, unit; triangles: world, `length` long */
+    double length;
     int32_t object, primitive;
     int32_t listed; /* triangle that the contact list has for this face */
     bool touches;   /* the start */

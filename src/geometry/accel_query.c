@@ -192,7 +192,7 @@ static void finish_triangle(const struct rmap_accel_object *object,
     struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
     struct rmap_vec3 local = rmap_axpy(best->point.z, e2, rmap_axpy(best->point.y, e1, corner[0]));
     hit->position = rmap_affine_point(&object->to_world, local);
-    hit->normal = rmap_normalize(rmap_affine_transposed(&object->to_local, rmap_cross(e1, e2)));
+    hit->normal = rmap_scale(best->normal, 1 / best->length);
 }
 
 static void finish(struct rmap_query *query, struct rmap_hit *hit)

@@ -29,6 +29,16 @@
 
 enum { WIDE = RMAP_SIEVE_WIDE };
 
+static inline float lesser(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float greater(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 static double largest_row(const struct rmap_affine *a)
 {
     double largest = 0;
@@ -101,7 +111,6 @@ static void set_shell(struct rmap_sieve *sieve, int slot, const struct rmap_acce
     sieve->object[slot] = index;
     sieve->flat[slot] =
         object->shape->type == RMAP_SHAPE_DISC || object->shape->type == RMAP_SHAPE_RECTANGLE;
-    sieve->highest[slot] = group->high[lane];
 }
 
 /* The row, sorted by its lower ends. */
@@ -118,10 +127,17 @@ static void build_row(struct rmap_accel *accel, const struct rmap_accel_object *
         row[at] = i;
     }
     for (int k = 0; k < sieve->n_row; k++) {
+        struct rmap_sieve_group *group = &sieve->group[k / WIDE];
         set_shell(sieve, k, accel, row[k]);
         sieve->row |= UINT64_C(1) << k;
-        if (k > 0 && sieve->highest[k - 1] > sieve->highest[k])
-            sieve->highest[k] = sieve->highest[k - 1];
+        float high = group->high[k % WIDE];
+        if (k % WIDE == 0) {
+            group->lowest = group->low[0];
+            group->highest = high;
+            group->highest_before = k > 0 ? group[-1].highest_before : high;
+        }
+        group->highest = greater(group->highest, high);
+        group->highest_before = greater(group->highest_before, high);
     }
 }
 
@@ -141,16 +157,6 @@ void rmap_sieve_build(struct rmap_accel *accel)
         sieve->others |= UINT64_C(1) << sieve->n_slot;
         set_shell(sieve, sieve->n_slot++, accel, i);
     }
-}
-
-static inline float lesser(float a, float b)
-{
-    return a < b ? a : b;
-}
-
-static inline float greater(float a, float b)
-{
-    return a > b ? a : b;
 }
 
 static inline float rate_of(float component)
@@ -242,32 +248,42 @@ static void consider(struct rmap_query *query, int slot)
         (void)rmap_consider_shape(query, object);
 }
 
-/* Along the row the shells begin one after the other. */
+/* The surfaces of one group of the row that the ray may meet, nearest first as far as they do not
+ * overlap. */
+static void search_group(struct rmap_query *query, int first, const struct line *line, double shift)
+{
+    const struct rmap_sieve *sieve = &query->accel->sieve;
+    float near[WIDE];
+    uint32_t left =
+        sift_row(&sieve->group[first / WIDE], line, sieve->longest, sieve->rounding, near);
+    left &= (uint32_t)(sieve->row >> first);
+    while (left) {
+        int k = line->rate > 0 ? __builtin_ctz(left) : 31 - __builtin_clz(left);
+        left &= ~(1U << k);
+        if (near[k] <= far_end(query, shift))
+            consider(query, first + k);
+    }
+}
+
+/* Along the row one group after the other, from those that the ray has left behind to those that
+ * begin beyond the nearest surface. */
 static void search_row(struct rmap_query *query, const float origin[3], const float direction[3],
                        double shift)
 {
     const struct rmap_sieve *sieve = &query->accel->sieve;
-    float near[RMAP_SIEVE_SLOTS], far = far_end(query, shift);
-    uint64_t left = 0;
+    int n = (sieve->n_row + WIDE - 1) / WIDE;
     struct line line;
     turn(&sieve->group[0], 0, origin, direction, &line);
-    for (int i = 0; i < sieve->n_row; i += WIDE)
-        left |= (uint64_t)sift_row(&sieve->group[i / WIDE], &line, sieve->longest, sieve->rounding,
-                                   &near[i])
-                << i;
-    left &= sieve->row;
-    while (left) {
-        bool upward = line.rate > 0;
-        int k = upward ? __builtin_ctzll(left) : 63 - __builtin_clzll(left);
-        left &= ~(UINT64_C(1) << k);
-        float least =
-            upward ? near[k] : (sieve->highest[k] - line.p[2]) * line.rate - sieve->rounding;
-        if (least > far)
+    bool upward = line.rate > 0;
+    for (int i = 0; i < n; i++) {
+        const struct rmap_sieve_group *group = &sieve->group[upward ? i : n - 1 - i];
+        float enter = upward ? group->lowest : group->highest_before;
+        float leave = upward ? group->highest : group->lowest;
+        if ((enter - line.p[2]) * line.rate - sieve->rounding > far_end(query, shift))
             return;
-        if (near[k] > far)
+        if ((leave - line.p[2]) * line.rate + sieve->rounding < 0)
             continue;
-        consider(query, k);
-        far = far_end(query, shift);
+        search_group(query, (int)(group - sieve->group) * WIDE, &line, shift);
     }
 }
 

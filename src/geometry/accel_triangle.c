@@ -109,14 +109,14 @@ static bool crosses(const struct rmap_local_ray *local, const struct rmap_facets
 
 /* The triangle as the start sees it: behind, ahead, or touching. */
 static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
-                   const struct rmap_vec3 corner[3], struct rmap_vec3 n, double length)
+                   struct rmap_vec3 corner, struct rmap_vec3 n)
 {
     const struct rmap_accel_object *o = &query->accel->object[candidate->object];
     bool own = query->start.object == candidate->object;
     double tolerance = own ? o->exact : o->tolerance + query->start.tolerance;
-    double height = rmap_dot(n, rmap_sub(corner[0], query->local.origin));
+    double height = rmap_dot(n, rmap_sub(corner, query->local.origin));
     double t = candidate->t;
-    if (fabs(height) > tolerance * length || fabs(t) > RMAP_GRAZING_MAX * tolerance)
+    if (fabs(height) > tolerance * candidate->length || fabs(t) > RMAP_GRAZING_MAX * tolerance)
         return t > 0;
     struct rmap_touch touch = {
         .object = candidate->object,
@@ -124,8 +124,8 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
         .rank = candidate->rank,
         .t = t,
         .facing = rmap_dot(n, query->local.direction),
-        .normal = rmap_scale(rmap_affine_transposed(&o->to_local, n), 1 / length),
-        .point = rmap_affine_point(&o->to_world, corner[0]),
+        .normal = rmap_scale(candidate->normal, 1 / candidate->length),
+        .point = rmap_affine_point(&o->to_world, corner),
     };
     candidate->touches = true;
     candidate->t = rmap_greater(t, 0);
@@ -142,12 +142,13 @@ static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
     rmap_facets_corners(o->facets, candidate->primitive, corner);
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
     double facing = rmap_dot(n, query->local.direction);
-    double length = rmap_length(rmap_affine_transposed(&o->to_local, n));
+    candidate->normal = rmap_affine_transposed(&o->to_local, n);
+    candidate->length = rmap_length(candidate->normal);
     candidate->listed = candidate->primitive;
-    candidate->cosine = fabs(facing) / length;
+    candidate->cosine = fabs(facing) / candidate->length;
     candidate->tolerance = rmap_along(o->tolerance, candidate->cosine);
     candidate->rank = rmap_candidate_rank(query, candidate->object, facing);
-    return counts(query, candidate, corner, n, length) && rmap_candidate_add(query, candidate);
+    return counts(query, candidate, corner[0], n) && rmap_candidate_add(query, candidate);
 }
 
 static bool is_start(const struct rmap_query *query, int32_t object, int32_t primitive)

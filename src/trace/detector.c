@@ -11,19 +11,22 @@ static uint32_t cell_of(double relative, uint32_t cells)
     return cell < (double)cells ? (uint32_t)cell : cells - 1;
 }
 
-static double arc_cosine(double cosine)
+/* Angle limit, counted from the normal of the side that the light meets. */
+static bool accepts_angle(const struct rmap_detector *detector, double cosine)
 {
-    return acos(fmax(-1.0, fmin(1.0, cosine)));
+    if (detector->max_angle_rad >= 0.5 * RMAP_PI) /* no angle is greater */
+        return true;
+    double angle_rad = rmap_angle_of(cosine);
+    return fmin(angle_rad, RMAP_PI - angle_rad) <= detector->max_angle_rad;
 }
 
-/* Side and angle limits; the angle is counted from the normal of the side that the light meets. */
-static bool accepts(const struct rmap_detector *detector, double cosine, double angle_rad)
+static bool accepts(const struct rmap_detector *detector, double cosine)
 {
     if (detector->side == RMAP_SIDE_FRONT && !(cosine > 0.0))
         return false;
     if (detector->side == RMAP_SIDE_BACK && !(cosine < 0.0))
         return false;
-    return fmin(angle_rad, RMAP_PI - angle_rad) <= detector->max_angle_rad;
+    return accepts_angle(detector, cosine);
 }
 
 static void place(const struct rmap_detector *detector, struct rmap_registration *registration)
@@ -49,9 +52,9 @@ static void register_plane(const struct rmap_scene *scene, const struct rmap_leg
         .relative = {x / detector->size[0] + 0.5, y / detector->size[1] + 0.5},
         .position = rmap_axpy(x, detector->x, rmap_axpy(y, detector->y, detector->origin)),
         .direction = leg->direction,
-        .angle_rad = arc_cosine(cosine),
+        .cosine = cosine,
         .optical_path = leg->optical_from + leg->index * distance};
-    registration.registered = accepts(detector, cosine, registration.angle_rad);
+    registration.registered = accepts(detector, cosine);
     place(detector, &registration);
     recorder->registration(recorder, &registration);
 }
@@ -130,7 +133,7 @@ void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,
     for (size_t k = 0; k < scene->n_far_detector; k++) {
         int32_t index = scene->far_detector[k];
         const struct rmap_detector *detector = &scene->detector[index];
-        double theta = arc_cosine(rmap_dot(leg->direction, detector->axis));
+        double cosine = rmap_dot(leg->direction, detector->axis), theta = rmap_angle_of(cosine);
         double phi =
             atan2(rmap_dot(leg->direction, detector->y), rmap_dot(leg->direction, detector->x));
         if (phi < 0.0)
@@ -141,9 +144,9 @@ void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,
             .relative = {theta / RMAP_PI, phi / (2.0 * RMAP_PI)},
             .position = leg->to,
             .direction = leg->direction,
-            .angle_rad = theta,
+            .cosine = cosine,
             .optical_path = leg->optical_from};
-        registration.registered = fmin(theta, RMAP_PI - theta) <= detector->max_angle_rad;
+        registration.registered = accepts_angle(detector, cosine);
         place(detector, &registration);
         recorder->registration(recorder, &registration);
     }

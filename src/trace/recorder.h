@@ -6,6 +6,7 @@
 #ifndef RMAP_RECORDER_H
 #define RMAP_RECORDER_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -41,10 +42,16 @@ struct rmap_registration {
     double relative[2]; /* 0..1 */
     bool registered;
     struct rmap_vec3 position, direction;
-    double angle_rad; /* PLANE: between the reversed ray and the detector's axis;
-                         INTENSITY: theta, between the ray and the axis */
+    double cosine; /* PLANE: of the angle between the reversed ray and the detector's axis;
+                      INTENSITY: of theta, between the ray and the axis */
     double optical_path;
 };
+
+/* The angle whose cosine is given; one a little beyond 1 is rounding. */
+static inline double rmap_angle_of(double cosine)
+{
+    return acos(fmax(-1.0, fmin(1.0, cosine)));
+}
 
 struct rmap_ending {
     enum rmap_stop stop;

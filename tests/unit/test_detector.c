@@ -70,7 +70,7 @@ static void position_cell_and_path(void **state)
     assert_int_equal(r->cell[0], 6);
     assert_int_equal(r->cell[1], 6);
     assert_near(r->optical_path, 100.0 + 1.5 * 0.5 * leg.length, 1e-12);
-    assert_near(r->angle_rad, acos(20.0 / leg.length), 1e-14);
+    assert_near(rmap_angle_of(r->cosine), acos(20.0 / leg.length), 1e-14);
     rmap_history_fini(&history);
     rmap_scene_destroy(scene);
 }
@@ -155,7 +155,7 @@ static bool registers(struct rmap_scene *scene, enum rmap_side side, double max_
     struct rmap_leg leg = leg_between(back, rmap_scale(back, -1.0));
     rmap_detect_free(scene, &leg, &history.base);
     assert_int_equal(history.n_registration, 1); /* crossed in any case */
-    assert_near(history.registration[0].angle_rad, a, 1e-7);
+    assert_near(rmap_angle_of(history.registration[0].cosine), a, 1e-7);
     bool registered = history.registration[0].registered;
     rmap_history_fini(&history);
     return registered;
@@ -226,7 +226,7 @@ static void far_field(void **state)
     assert_near(r->relative[1] * 360.0, 303.0, 1e-12);
     assert_int_equal(r->cell[0], 12);
     assert_int_equal(r->cell[1], 30);
-    assert_near(r->angle_rad, theta, 1e-14);
+    assert_near(rmap_angle_of(r->cosine), theta, 1e-14);
     assert_true(r->optical_path == 100.0 && r->registered);
     rmap_history_fini(&history);
     rmap_scene_destroy(scene);
