@@ -6,6 +6,7 @@
  * in, then the smallest (object, primitive).
  */
 #include "geometry/accel_internal.h"
+#include "geometry/shape_solve.h"
 
 enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing)
 {
@@ -142,8 +143,9 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
      * has no more and an asphere's others lie farther off */
     for (int i = 0; i < 3; i++) {
         struct rmap_shape_hit hit;
-        if (!rmap_shape_intersect(o->shape, query->local.origin, query->local.direction, own, from,
-                                  to, &hit))
+        const struct rmap_shape_query line = {query->local.origin, query->local.direction, own,
+                                              from, to};
+        if (!rmap_shape_solve(o->shape, &line, &hit))
             return false;
         double facing = rmap_dot(hit.normal, query->local.direction);
         double length = 1;

@@ -253,7 +253,14 @@ enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t objec
 const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
 struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
                                        const struct rmap_candidate *candidate);
-void rmap_query_local(struct rmap_query *query, int32_t object);
+void rmap_query_enter(struct rmap_query *query, int32_t object);
+
+/* Brings query->local into the object's frame. */
+static inline void rmap_query_local(struct rmap_query *query, int32_t object)
+{
+    if (query->local.object != object)
+        rmap_query_enter(query, object);
+}
 
 /* Distance along a ray that crosses a layer of this thickness. */
 static inline double rmap_along(double thickness, double cosine)

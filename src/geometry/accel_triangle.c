@@ -37,11 +37,9 @@ static void set_shear(struct rmap_query *query)
     local->shear[1] = component(d, local->axis[1]) * local->shear[2];
 }
 
-void rmap_query_local(struct rmap_query *query, int32_t object)
+void rmap_query_enter(struct rmap_query *query, int32_t object)
 {
     struct rmap_local_ray *local = &query->local;
-    if (local->object == object)
-        return;
     const struct rmap_accel_object *o = &query->accel->object[object];
     local->object = object;
     local->origin = rmap_affine_point(&o->to_local, query->ray->origin);
@@ -156,6 +154,14 @@ static bool is_start(const struct rmap_query *query, int32_t object, int32_t pri
     return object == query->start.object && primitive == query->start.primitive;
 }
 
+/* The rest is set once the line is found to cross it: most are passed by. */
+static void begin(struct rmap_candidate *candidate, int32_t object, int32_t primitive)
+{
+    candidate->object = object;
+    candidate->primitive = primitive;
+    candidate->touches = false;
+}
+
 bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive)
 {
     const struct rmap_accel_object *o = &query->accel->object[object];
@@ -163,8 +169,8 @@ bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t 
     for (int k = 0; k < 3; k++) {
         uint32_t vertex = o->facets->same[o->mesh->triangle[primitive][k]];
         for (uint32_t i = o->facets->first[vertex]; i < o->facets->first[vertex + 1]; i++) {
-            struct rmap_candidate candidate = {.object = object,
-                                               .primitive = (int32_t)o->facets->fan[i]};
+            struct rmap_candidate candidate;
+            begin(&candidate, object, (int32_t)o->facets->fan[i]);
             if (candidate.primitive != primitive && !is_start(query, object, candidate.primitive) &&
                 crosses(&query->local, o->facets, &candidate, 0, &at_edge) &&
                 consider(query, &candidate))
@@ -176,9 +182,10 @@ bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t 
 
 bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive)
 {
-    struct rmap_candidate candidate = {.object = object, .primitive = primitive};
+    struct rmap_candidate candidate;
     if (is_start(query, object, primitive))
         return false;
+    begin(&candidate, object, primitive);
     rmap_query_local(query, object);
     const struct rmap_accel_object *o = &query->accel->object[object];
     bool nearer = false, at_edge = true;

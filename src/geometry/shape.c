@@ -3,40 +3,26 @@
 
 #include <stddef.h>
 
-#include "geometry/shape_internal.h"
-
-static bool inside_flat(const struct rmap_shape *shape, double x, double y)
-{
-    if (shape->type == RMAP_SHAPE_RECTANGLE)
-        return fabs(x) <= 0.5 * shape->size[0] && fabs(y) <= 0.5 * shape->size[1];
-    double s = x * x + y * y;
-    return s <= shape->aperture * shape->aperture && s >= shape->inner * shape->inner;
-}
-
-static bool flat_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
-                           struct rmap_shape_hit *hit)
-{
-    struct rmap_vec3 p = query->origin, d = query->direction;
-    if (query->on_surface || d.z == 0)
-        return false;
-    double t = -p.z / d.z;
-    double x = p.x + t * d.x, y = p.y + t * d.y;
-    if (!(t > query->t_min && t < query->t_max) || !inside_flat(shape, x, y))
-        return false;
-    *hit = (struct rmap_shape_hit){t, rmap_vec3(x, y, 0), rmap_vec3(0, 0, 1)};
-    return true;
-}
+#include "geometry/shape_solve.h"
 
 bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origin,
                           struct rmap_vec3 direction, bool on_surface, double t_min, double t_max,
                           struct rmap_shape_hit *hit)
 {
-    struct rmap_shape_query query = {origin, direction, on_surface, t_min, t_max};
+    const struct rmap_shape_query query = {origin, direction, on_surface, t_min, t_max};
+    return rmap_shape_solve(shape, &query, hit);
+}
+
+struct rmap_vec3 rmap_shape_normal(const struct rmap_shape *shape, struct rmap_vec3 point)
+{
     if (shape->type == RMAP_SHAPE_DISC || shape->type == RMAP_SHAPE_RECTANGLE)
-        return flat_intersect(shape, &query, hit);
-    if (shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0)
-        return rmap_asphere_intersect(shape, &query, hit);
-    return rmap_quadric_intersect(shape, &query, hit);
+        return rmap_vec3(0, 0, 1);
+    if (shape->type == RMAP_SHAPE_CONIC && shape->n_asphere > 0) {
+        double slope = -2 * rmap_conic_slope(shape, point.x * point.x + point.y * point.y);
+        return rmap_normalize(rmap_vec3(slope * point.x, slope * point.y, 1));
+    }
+    struct rmap_quadric f = rmap_quadric_of(shape);
+    return rmap_quadric_normal_at(shape, &f, point);
 }
 
 /* Rounding of what the sag formula has under its root: a half sphere's aperture may be its

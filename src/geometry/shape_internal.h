@@ -18,10 +18,6 @@ struct rmap_shape_query {
 double rmap_conic_sag(const struct rmap_shape *shape, double s);
 double rmap_conic_slope(const struct rmap_shape *shape, double s);
 
-/* CONIC without aspheric terms, TUBE, SPHERE. */
-bool rmap_quadric_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
-                            struct rmap_shape_hit *hit);
-
 /* CONIC with aspheric terms. */
 bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
                             struct rmap_shape_hit *hit);

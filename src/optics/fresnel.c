@@ -3,22 +3,6 @@
 
 #include <math.h>
 
-struct rmap_fresnel rmap_fresnel_dielectric(double n1, double n2, double cos_i)
-{
-    if (n1 == n2) /* also at grazing incidence, where the formulas give 0/0 */
-        return (struct rmap_fresnel){0.0, 0.0, cos_i, false};
-    double eta = n1 / n2;
-    double sin2_t = eta * eta * (1.0 - cos_i * cos_i);
-    if (sin2_t >= 1.0)
-        return (struct rmap_fresnel){1.0, 1.0, 0.0, true};
-    double cos_t = sqrt(1.0 - sin2_t);
-    double s = n1 * cos_i + n2 * cos_t, p = n2 * cos_i + n1 * cos_t;
-    double both = 1.0 / (s * p); /* one division for the two quotients */
-    double rs = (n1 * cos_i - n2 * cos_t) * p * both;
-    double rp = (n2 * cos_i - n1 * cos_t) * s * both;
-    return (struct rmap_fresnel){rs * rs, rp * rp, cos_t, false};
-}
-
 /* a^2 + b^2 and a of the refracted wave, a - i b = sqrt(m^2 - sin^2), m = (n + i k) / n1; then
  * Rs and Rp = Rs x tangent factor (Born & Wolf 14.2, eqs. 5 to 8 in this notation). */
 double rmap_fresnel_metal(double n1, double n, double k, double cos_i)
