@@ -147,19 +147,33 @@ out:
     return st;
 }
 
+/* Four points at a time are three vectors of four. */
+#define BOX_WIDE 12
+
 static void box_add(struct rmap_portion_summary *summary, const float *point, size_t n)
 {
-    float low[3], high[3];
-    memcpy(low, summary->box_min, sizeof low);
-    memcpy(high, summary->box_max, sizeof high);
-    for (size_t i = 0; i < n; i++)
-        for (int k = 0; k < 3; k++) {
-            float x = point[3 * i + (size_t)k];
+    float low[BOX_WIDE], high[BOX_WIDE];
+    for (size_t k = 0; k < BOX_WIDE; k++) {
+        low[k] = summary->box_min[k % 3];
+        high[k] = summary->box_max[k % 3];
+    }
+    size_t whole = 3 * n / BOX_WIDE * BOX_WIDE;
+    for (size_t i = 0; i < whole; i += BOX_WIDE)
+        for (size_t k = 0; k < BOX_WIDE; k++) {
+            float x = point[i + k];
             low[k] = x < low[k] ? x : low[k];
             high[k] = x > high[k] ? x : high[k];
         }
-    memcpy(summary->box_min, low, sizeof low);
-    memcpy(summary->box_max, high, sizeof high);
+    for (size_t i = whole; i < 3 * n; i++) {
+        low[i % 3] = point[i] < low[i % 3] ? point[i] : low[i % 3];
+        high[i % 3] = point[i] > high[i % 3] ? point[i] : high[i % 3];
+    }
+    for (size_t k = 0; k < BOX_WIDE; k++) {
+        summary->box_min[k % 3] =
+            low[k] < summary->box_min[k % 3] ? low[k] : summary->box_min[k % 3];
+        summary->box_max[k % 3] =
+            high[k] > summary->box_max[k % 3] ? high[k] : summary->box_max[k % 3];
+    }
 }
 
 void rmap_portion_summarise(const struct rmap_portion *portion,
