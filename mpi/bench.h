@@ -10,6 +10,7 @@
 
 #include "geometry/accel.h"
 #include "io/bundle.h"
+#include "io/map_writer.h"
 #include "mpi/command.h"
 
 enum { RMAP_BENCH_REPEAT_MAX = 32 };
@@ -23,7 +24,10 @@ struct rmap_bench_question {
 
 /* One scene, ready on this rank. */
 struct rmap_bench_scene {
-    const char *name; /* "room" */
+    const char *name;   /* "room" */
+    const char *folder; /* of the example */
+    const char *set;    /* KEY=VALUE for the scene; NULL: none */
+    bool sizes_only;    /* takes part in bytes_per_segment alone */
     struct rmap_bench_question question;
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
@@ -70,6 +74,15 @@ enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap
                                      struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                    struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_decode(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_verify(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_durability(struct rmap_bench *bench,
+                                       const struct rmap_bench_scene *scene,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_resume(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   const char *scene_path, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
@@ -87,11 +100,30 @@ enum rmap_status rmap_bench_pair_round(struct rmap_bench *bench, const struct rm
                                        struct rmap_bench_scene *scene, const char *path, bool *more,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* Where a traced map goes, and how. */
+struct rmap_bench_store {
+    const char *path; /* NULL: nothing is recorded */
+    enum rmap_encoding encoding;
+    double flush_seconds; /* 0: the program's own */
+    bool never_flush;
+};
+
 /* Traces n_ray rays on the ranks of `context` (a copy of it, with n_thread threads) into a new
- * map (NULL: nothing is recorded). seconds_ret, n_segment_ret: on its rank 0. Collective on it. */
+ * map. seconds_ret, n_segment_ret: on its rank 0. Collective on it. */
 enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thread,
                                   const struct rmap_bench_scene *scene, uint64_t n_ray,
-                                  const char *map_path, double *seconds_ret, double *n_segment_ret,
-                                  struct rmap_error *err) RMAP_MUST_USE;
+                                  const struct rmap_bench_store *store, double *seconds_ret,
+                                  double *n_segment_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The encodings that a map is measured in. */
+struct rmap_bench_encoding {
+    enum rmap_encoding encoding;
+    const char *name;
+};
+enum { RMAP_BENCH_ENCODINGS = 2 };
+extern const struct rmap_bench_encoding rmap_bench_encoding[RMAP_BENCH_ENCODINGS];
+
+/* {"encoding": name, ...}: for `extra` of a report. */
+json_t *rmap_bench_encoding_json(size_t encoding);
 
 #endif

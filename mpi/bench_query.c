@@ -51,6 +51,7 @@ struct search {
     struct rmap_criterion *criterion;
     struct rmap_count count;
     char text[256];
+    enum rmap_encoding encoding;
     bool *in_set;
     struct rmap_seed_question question;
     char map_path[600], seed_path[600];
@@ -88,8 +89,9 @@ static enum rmap_status prepare(struct rmap_bench *bench, const struct rmap_benc
     if (!search->in_set)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory"));
     RMAP_TRY(pose(scene, search->in_set, &search->question, err));
-    RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, search->map_path,
-                              &seconds, &n_segment, err));
+    const struct rmap_bench_store store = {.path = search->map_path, .encoding = search->encoding};
+    RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store, &seconds,
+                              &n_segment, err));
     RMAP_TRY(rmap_seed_record(scene->scene, scene->accel, n_ray, bench->alone.n_thread,
                               search->seed_path, &seed, err));
     search->n_segment = seed.n_segment;
@@ -125,11 +127,12 @@ out:
     return st;
 }
 
-enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
-                                  struct rmap_error *err)
+static enum rmap_status query_encoding(struct rmap_bench *bench,
+                                       const struct rmap_bench_scene *scene, size_t encoding,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct search search = {0};
+    struct search search = {.encoding = rmap_bench_encoding[encoding].encoding};
     struct rmap_bench_series series = {0};
     struct rmap_bench_series warming = {0}; /* brings both into the page cache */
     RMAP_TRY(prepare(bench, scene, &search, err));
@@ -137,9 +140,19 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
     for (int i = 0; i < bench->n_repeat; i++)
         RMAP_TRY(ask_both(bench, &search, &series, err));
     rmap_bench_report(bench, "query_vs_seed", scene, &series, "million segments/s",
-                      json_pack("{s:s, s:I}", "criterion", search.text, "matched",
+                      json_pack("{s:s, s:s, s:I}", "encoding", rmap_bench_encoding[encoding].name,
+                                "criterion", search.text, "matched",
                                 (json_int_t)search.count.rays));
 out:
     release(&search);
+    return st;
+}
+
+enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t e = 0; st == RMAP_OK && e < RMAP_BENCH_ENCODINGS; e++)
+        st = query_encoding(bench, scene, e, err);
     return st;
 }

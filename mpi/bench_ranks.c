@@ -79,13 +79,14 @@ static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_cont
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench_series series = {0};
+    const struct rmap_bench_store none = {0};
     uint64_t n_ray = bench->quick ? 200000 : 1000000;
     double ranks_s = 1.0, threads_s = 1.0, n_segment = 0.0;
     for (int i = 0; i < bench->n_repeat; i++) {
-        RMAP_TRY(rmap_bench_trace(pair, 1, scene, n_ray, NULL, &ranks_s, &n_segment, err));
+        RMAP_TRY(rmap_bench_trace(pair, 1, scene, n_ray, &none, &ranks_s, &n_segment, err));
         if (pair->rank == 0)
-            st =
-                rmap_bench_trace(&bench->alone, 2, scene, n_ray, NULL, &threads_s, &n_segment, err);
+            st = rmap_bench_trace(&bench->alone, 2, scene, n_ray, &none, &threads_s, &n_segment,
+                                  err);
         RMAP_TRY(rmap_agree_patiently(pair, st, err));
         rmap_bench_add(&series, 1e-6 * n_segment / ranks_s, 1e-6 * n_segment / threads_s);
     }

@@ -42,4 +42,8 @@ enum rmap_status rmap_seed_query(const char *path, const struct rmap_seed_questi
                                  int n_thread, uint64_t *n_ray_ret, double *seconds_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* Inflates all of the file with n_thread readers and libdeflate, and does nothing with it. */
+enum rmap_status rmap_seed_inflate(const char *path, int n_thread, double *seconds_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <errno.h>
+#include <libdeflate.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -13,8 +14,8 @@
 #include "mpi/progress.h"
 
 struct reader {
-    const struct rmap_seed_question *question;
-    pthread_mutex_t mutex; /* of the file */
+    const struct rmap_seed_question *question; /* NULL: inflate only, by libdeflate */
+    pthread_mutex_t mutex;                     /* of the file */
     FILE *file;
     _Atomic uint64_t n_match;
     _Atomic bool failed;
@@ -25,6 +26,7 @@ struct portion {
     struct rmap_seed_header header;
     uint8_t *stored[RMAP_SEED_STREAMS], *raw[RMAP_SEED_STREAMS];
     size_t stored_cap[RMAP_SEED_STREAMS], raw_cap[RMAP_SEED_STREAMS];
+    struct libdeflate_decompressor *quick; /* NULL: zlib */
 };
 
 static enum rmap_status make_room(struct portion *portion)
@@ -63,8 +65,13 @@ static bool inflate_portion(struct portion *portion)
 {
     for (int i = 0; i < RMAP_SEED_STREAMS; i++) {
         uLongf n = (uLongf)portion->header.raw[i];
-        if (uncompress(portion->raw[i], &n, portion->stored[i], (uLong)portion->header.stored[i]) !=
-            Z_OK)
+        if (portion->quick) {
+            if (libdeflate_zlib_decompress(portion->quick, portion->stored[i],
+                                           portion->header.stored[i], portion->raw[i], n,
+                                           NULL) != LIBDEFLATE_SUCCESS)
+                return false;
+        } else if (uncompress(portion->raw[i], &n, portion->stored[i],
+                              (uLong)portion->header.stored[i]) != Z_OK)
             return false;
     }
     return true;
@@ -114,38 +121,56 @@ static void work(void *context, int thread)
     struct reader *reader = context;
     struct portion portion = {0};
     (void)thread;
+    if (!reader->question && !(portion.quick = libdeflate_alloc_decompressor()))
+        atomic_store(&reader->failed, true);
     while (!atomic_load(&reader->failed) && read_portion(reader, &portion)) {
-        if (inflate_portion(&portion))
-            atomic_fetch_add(&reader->n_match, count_matches(reader->question, &portion));
-        else
+        if (!inflate_portion(&portion))
             atomic_store(&reader->failed, true);
+        else if (reader->question)
+            atomic_fetch_add(&reader->n_match, count_matches(reader->question, &portion));
     }
+    libdeflate_free_decompressor(portion.quick);
     for (int i = 0; i < RMAP_SEED_STREAMS; i++) {
         rmap_free(portion.stored[i]);
         rmap_free(portion.raw[i]);
     }
 }
 
+/* Every portion of the file, by whoever of the threads is free. */
+static enum rmap_status read_all(const char *path, struct reader *reader, int n_thread,
+                                 double *seconds_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_workers *workers = NULL;
+    double begun = rmap_clock_seconds();
+    reader->file = fopen(path, "rb");
+    if (!reader->file)
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot read '%s': %s", path, strerror(errno));
+    (void)pthread_mutex_init(&reader->mutex, NULL);
+    RMAP_TRY(rmap_workers_start(n_thread, work, reader, &workers, err));
+    rmap_workers_join(workers);
+    if (atomic_load(&reader->failed))
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "cannot read '%s' back", path));
+    *seconds_ret = rmap_clock_seconds() - begun;
+out:
+    (void)pthread_mutex_destroy(&reader->mutex);
+    (void)fclose(reader->file);
+    return st;
+}
+
 enum rmap_status rmap_seed_query(const char *path, const struct rmap_seed_question *question,
                                  int n_thread, uint64_t *n_ray_ret, double *seconds_ret,
                                  struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_workers *workers = NULL;
     struct reader reader = {.question = question};
-    double begun = rmap_clock_seconds();
-    reader.file = fopen(path, "rb");
-    if (!reader.file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot read '%s': %s", path, strerror(errno));
-    (void)pthread_mutex_init(&reader.mutex, NULL);
-    RMAP_TRY(rmap_workers_start(n_thread, work, &reader, &workers, err));
-    rmap_workers_join(workers);
-    if (atomic_load(&reader.failed))
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "cannot read '%s' back", path));
+    enum rmap_status st = read_all(path, &reader, n_thread, seconds_ret, err);
     *n_ray_ret = atomic_load(&reader.n_match);
-    *seconds_ret = rmap_clock_seconds() - begun;
-out:
-    (void)pthread_mutex_destroy(&reader.mutex);
-    (void)fclose(reader.file);
     return st;
+}
+
+enum rmap_status rmap_seed_inflate(const char *path, int n_thread, double *seconds_ret,
+                                   struct rmap_error *err)
+{
+    struct reader reader = {.question = NULL};
+    return read_all(path, &reader, n_thread, seconds_ret, err);
 }

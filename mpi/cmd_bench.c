@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/alloc.h"
 #include "base/workers.h"
 #include "mpi/agree.h"
 #include "mpi/bench.h"
@@ -25,13 +26,22 @@ static const struct rmap_option options[] = {
     {"partner", 0, NULL, "for the program's own use: the second rank of ranks_vs_threads"},
     {NULL}};
 
-static const char *const measurement[] = {"trace_vs_roofline", "record_vs_trace",
-                                          "record_vs_seed",    "bytes_per_segment",
-                                          "query_vs_seed",     "ranks_vs_threads"};
+static const char *const measurement[] = {"trace_vs_roofline", "record_vs_trace",  "record_vs_seed",
+                                          "bytes_per_segment", "durable_vs_not",   "resume_vs_anew",
+                                          "decode_vs_seed",    "verify_vs_decode", "query_vs_seed",
+                                          "ranks_vs_threads"};
 
 static const struct rmap_bench_scene known_scene[] = {
-    {.name = "room", .question = {"lamp", "*_wall", "floor_map", 2, {1.01, 1.01}}},
-    {.name = "double-gauss", .question = {"star", "lens.*", "sensor", 2, {6.1, 4.1}}},
+    {.name = "room",
+     .folder = "room",
+     .question = {"lamp", "*_wall", "floor_map", 2, {1.01, 1.01}}},
+    {.name = "double-gauss",
+     .folder = "double-gauss",
+     .question = {"star", "lens.*", "sensor", 2, {6.1, 4.1}}},
+    {.name = "double-gauss-31",
+     .folder = "double-gauss",
+     .set = "spectrum.wavelengths={from: 400, to: 700, step: 10}",
+     .sizes_only = true},
 };
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
@@ -57,6 +67,14 @@ static bool find_scene(const char *folder, const char *name, char *path, size_t 
     return false;
 }
 
+static enum rmap_status unknown_name(struct rmap_error *err, const char *name)
+{
+    char list[256] = "";
+    for (size_t i = 0, at = 0; i < COUNT(measurement); i++)
+        at += (size_t)snprintf(list + at, sizeof list - at, " %s", measurement[i]);
+    return rmap_error_set(err, RMAP_USAGE, "no measurement '%s'; there are:%s", name, list);
+}
+
 static enum rmap_status read_request(const struct rmap_arguments *given, struct rmap_bench *bench,
                                      struct rmap_error *err)
 {
@@ -74,15 +92,13 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     for (size_t i = 0; i < COUNT(measurement); i++)
         known = known || strcmp(bench->only, measurement[i]) == 0;
     if (!known)
-        return rmap_error_set(err, RMAP_USAGE, "no measurement '%s'; there are: %s %s %s %s %s %s",
-                              bench->only, measurement[0], measurement[1], measurement[2],
-                              measurement[3], measurement[4], measurement[5]);
+        return unknown_name(err, bench->only);
     const char *scene = rmap_argument(given, "scene");
     for (size_t i = 0; i < COUNT(known_scene); i++)
         if (!scene || strcmp(scene, known_scene[i].name) == 0)
             return RMAP_OK;
-    return rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are: %s %s", scene,
-                          known_scene[0].name, known_scene[1].name);
+    return rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are: %s %s %s", scene,
+                          known_scene[0].name, known_scene[1].name, known_scene[2].name);
 }
 
 static int remove_entry(const char *path, const struct stat *status, int kind, struct FTW *place)
@@ -112,20 +128,49 @@ out:
     return st;
 }
 
+static bool wants_record(const struct rmap_bench *bench)
+{
+    return rmap_bench_wanted(bench, "record_vs_trace") ||
+           rmap_bench_wanted(bench, "record_vs_seed") ||
+           rmap_bench_wanted(bench, "bytes_per_segment");
+}
+
 /* Rank 0 alone. */
-static enum rmap_status measure_alone(struct rmap_bench *bench,
+static enum rmap_status measure_alone(struct rmap_bench *bench, const char *path,
                                       const struct rmap_bench_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (rmap_bench_wanted(bench, "trace_vs_roofline"))
         RMAP_TRY(rmap_bench_roofline(bench, scene, err));
-    if (rmap_bench_wanted(bench, "record_vs_trace") || rmap_bench_wanted(bench, "record_vs_seed") ||
-        rmap_bench_wanted(bench, "bytes_per_segment"))
+    if (wants_record(bench))
         RMAP_TRY(rmap_bench_record(bench, scene, err));
+    if (rmap_bench_wanted(bench, "durable_vs_not"))
+        RMAP_TRY(rmap_bench_durability(bench, scene, err));
+    if (rmap_bench_wanted(bench, "resume_vs_anew"))
+        RMAP_TRY(rmap_bench_resume(bench, scene, path, err));
+    if (rmap_bench_wanted(bench, "decode_vs_seed"))
+        RMAP_TRY(rmap_bench_decode(bench, scene, err));
+    if (rmap_bench_wanted(bench, "verify_vs_decode"))
+        RMAP_TRY(rmap_bench_verify(bench, scene, err));
     if (rmap_bench_wanted(bench, "query_vs_seed"))
         RMAP_TRY(rmap_bench_query(bench, scene, err));
 out:
     return st;
+}
+
+/* Released by whoever takes them over. */
+static enum rmap_status options_of(const struct rmap_bench_scene *scene,
+                                   struct rmap_scene_options *light, struct rmap_error *err)
+{
+    if (!scene->set)
+        return RMAP_OK;
+    light->set = rmap_alloc(1, sizeof *light->set);
+    if (light->set)
+        light->set[0] = rmap_strdup(scene->set);
+    if (!light->set || !light->set[0])
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    light->n_set = 1;
+    return RMAP_OK;
 }
 
 /* Rank 0 alone. */
@@ -133,11 +178,16 @@ static enum rmap_status measure_scene(struct rmap_bench *bench, const char *path
                                       struct rmap_bench_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_scene_options none = {0};
-    RMAP_TRY(rmap_load_scene(&bench->alone, path, &none, &scene->bundle, &scene->scene, err));
+    struct rmap_scene_options light = {0};
+    RMAP_TRY(options_of(scene, &light, err));
+    RMAP_TRY(rmap_load_scene(&bench->alone, path, &light, &scene->bundle, &scene->scene, err));
     RMAP_TRY(rmap_accel_create(scene->scene, bench->alone.n_thread, &scene->accel, err));
-    RMAP_TRY(measure_alone(bench, scene, err));
+    if (scene->sizes_only)
+        RMAP_TRY(rmap_bench_record(bench, scene, err));
+    else
+        RMAP_TRY(measure_alone(bench, path, scene, err));
 out:
+    rmap_scene_options_fini(&light);
     rmap_bench_scene_fini(scene);
     return st;
 }
@@ -171,7 +221,9 @@ static enum rmap_status measure_all(struct rmap_bench *bench, const struct rmap_
         struct rmap_bench_scene scene = known_scene[i];
         if (only && strcmp(only, scene.name) != 0)
             continue;
-        if (!find_scene(folder, scene.name, path, sizeof path))
+        if (scene.sizes_only && (pair || !rmap_bench_wanted(bench, "bytes_per_segment")))
+            continue;
+        if (!find_scene(folder, scene.folder, path, sizeof path))
             st = rmap_error_set(err, RMAP_INPUT,
                                 "the example scenes are not found; say where with --examples "
                                 "FOLDER");
@@ -260,10 +312,12 @@ const struct rmap_command rmap_command_bench = {
     .name = "bench",
     .summary = "measure the program against references built into it",
     .operands = "[options]",
-    .help = "Measures tracing against Embree alone, recording against tracing alone and against\n"
-            "the classic way of storing rays (36-byte records, zlib), queries against reading all\n"
-            "of those, and ranks against threads. Both sides of a ratio run\n"
-            "in turns in this process; the median is given with the least and the greatest.",
+    .help =
+        "Measures tracing against Embree alone, recording against tracing alone and against\n"
+        "the classic way of storing rays (36-byte records, zlib), decoding and queries against\n"
+        "reading all of those, what safety costs, going on with a large map, and ranks against\n"
+        "threads. Both sides of a ratio run\n"
+        "in turns in this process; the median is given with the least and the greatest.",
     .options = options,
     .min_operands = 0,
     .max_operands = 0,

@@ -9,12 +9,15 @@ import subprocess
 
 PROGRAM = os.environ["RAYMAP"]
 NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_segment",
-         "query_vs_seed", "ranks_vs_threads"]
+         "durable_vs_not", "resume_vs_anew", "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
+         "ranks_vs_threads"]
+BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "decode_vs_seed",
+                  "verify_vs_decode", "query_vs_seed"]
 
 
 def bench(*arguments):
     done = subprocess.run([PROGRAM, "bench", "--quick", "--json", *arguments], capture_output=True,
-                          text=True, timeout=550)
+                          text=True, timeout=1500)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 
@@ -22,14 +25,16 @@ def bench(*arguments):
 document = bench("--repeats", "1")
 assert document["machine"]["cores"] >= 1
 found = {(result["name"], result["scene"]) for result in document["results"]}
-assert found == {(name, scene) for name in NAMES for scene in ("room", "double-gauss")}, found
+wanted = {(name, scene) for name in NAMES for scene in ("room", "double-gauss")}
+assert found == wanted | {("bytes_per_segment", "double-gauss-31")}, found
+for name in BOTH_ENCODINGS:
+    encodings = {result["encoding"] for result in document["results"] if result["name"] == name}
+    assert encodings == {"plain", "compact"}, name
 for result in document["results"]:
     assert result["value"] > 0 and result["reference"] > 0, result
     assert result["spread"][0] <= result["ratio"] <= result["spread"][1], result
     if result["name"] == "query_vs_seed":
         assert "hit(" in result["criterion"] and result["matched"] > 0, result
-    if result["name"].startswith("record"):
-        assert result["encoding"] == "plain", result
 
 alone = bench("--repeats", "1", "--only", "trace_vs_roofline", "--scene", "room")
 assert [result["name"] for result in alone["results"]] == ["trace_vs_roofline"]
