@@ -142,8 +142,13 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->source = rmap_alloc(scene->n_source + 1, sizeof *model->source);
     model->source_colour =
         rmap_alloc((scene->n_source + 1) * (size_t)model->n_channel, sizeof *model->source_colour);
-    if (!model->object || !model->source || !model->source_colour)
+    model->index =
+        rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
+    if (!model->object || !model->source || !model->source_colour || !model->index)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
+    for (size_t c = 0; c < (size_t)model->n_channel; c++)
+        for (size_t i = 0; i < scene->n_medium; i++)
+            model->index[c * scene->n_medium + i] = scene->medium[i].n[c];
     for (size_t i = 0; i < scene->n_object; i++)
         set_object(scene, &scene->object[i], &model->object[i]);
     for (size_t i = 0; i < scene->n_source; i++) {
@@ -164,6 +169,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
     rmap_free(model->object);
     rmap_free(model->source);
     rmap_free(model->source_colour);
+    rmap_free(model->index);
     rmap_free(model);
 }
 

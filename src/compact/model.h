@@ -50,6 +50,7 @@ struct rmap_compact_model {
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
+    double *index;           /* [n_channel][n_medium] */
 };
 
 /* Where a leg ends on the surface that the path names. */

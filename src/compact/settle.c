@@ -86,6 +86,29 @@ static void settle_ray(const struct strip *strip, int n, const struct rows *rows
     }
 }
 
+static bool any_careful(const struct rmap_wave *wave, size_t n_ray)
+{
+    return n_ray > 0 && memchr(wave->careful, 1, n_ray) != NULL;
+}
+
+/* Drops the strips in which every prediction of the portion is right; how many are left. Those
+ * that lead stay in front. */
+static int drop_right_ones(struct strip *strip, int n, const size_t *n_row)
+{
+    static const enum rmap_table table[] = {RMAP_TABLE_RAY, RMAP_TABLE_SEGMENT,
+                                            RMAP_TABLE_REGISTRATION};
+    int left = 0;
+    for (int k = 0; k < n; k++) {
+        const struct rmap_lane *lane = strip[k].lane;
+        size_t nbytes = n_row[table[strip[k].span]] * strip[k].width * lane->element_nbytes;
+        bool right = lane->from ? nbytes == 0 || memcmp(lane->from, strip[k].predicted, nbytes) == 0
+                                : lane->next == SIZE_MAX;
+        if (!right)
+            strip[left++] = strip[k];
+    }
+    return left;
+}
+
 /* Decoding: is any number of the ray that leads others wrong? */
 static bool misled(const struct strip *strip, int n, const struct rows *rows)
 {
@@ -129,6 +152,10 @@ enum rmap_status rmap_settle_decode(struct rmap_wave *wave, const struct rmap_re
                      strip[k].lane->mode == RMAP_LANE_VERBATIM;
     if (!one_by_one)
         RMAP_TRY(rmap_wave_run(wave, r, out, err));
+    if (!one_by_one)
+        n = drop_right_ones(strip, n, out->n_row);
+    if (!one_by_one && n == 0 && !any_careful(wave, r->n_ray))
+        return RMAP_OK;
     for (size_t i = 0; i < r->n_ray; i++) {
         next_rows(r, i, &rows);
         if (one_by_one || wave->careful[i] || misled(strip, n, &rows))
@@ -169,9 +196,14 @@ enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_re
     struct rows rows = {{0}, {0}};
     int n = strips_of(r, predicted, strip);
     RMAP_TRY(rmap_wave_run(wave, r, predicted, err));
+    n = drop_right_ones(strip, n, predicted->n_row);
+    *one_by_one_ret = false;
+    if (n == 0 && !any_careful(wave, r->n_ray))
+        return RMAP_OK;
     *one_by_one_ret = !encode_side_by_side(wave, r, strip, n);
     if (!*one_by_one_ret)
         return RMAP_OK;
+    n = strips_of(r, predicted, strip);
     for (int k = 0; k < n; k++)
         strip[k].lane->n_patch = strip[k].lane->last = 0;
     for (size_t i = 0; i < r->n_ray; i++) {

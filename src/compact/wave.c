@@ -23,7 +23,8 @@ struct rmap_wave_ray {
 
 /* kind: 1 + object, turn, and the rest; 0: a leg that goes alone. */
 enum { KIND_OWN = 1, KIND_TURN = 1, KIND_OBJECT = 3 };
-#define KIND_MESH (UINT32_C(0x1fffffff) << KIND_OBJECT) /* of any mesh */
+#define KIND_END  UINT32_MAX
+#define KIND_MESH (UINT32_C(0x10000000) << KIND_OBJECT) /* of any mesh */
 
 /* So few in a run, or at all, are followed one by one, unsorted. */
 #define FEW 3
@@ -34,6 +35,7 @@ void rmap_wave_fini(struct rmap_wave *wave)
     rmap_free(wave->alive);
     rmap_free(wave->sorted);
     rmap_free(wave->kind);
+    rmap_free(wave->now);
     rmap_free(wave->leg);
     rmap_free(wave->careful);
     *wave = (struct rmap_wave){0};
@@ -49,6 +51,7 @@ static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, size_t n
     ROOM(alive, n_ray);
     ROOM(sorted, n_ray);
     ROOM(careful, n_ray);
+    ROOM(now, n_ray);
     ROOM(kind, n_leg);
     ROOM(leg, n_leg);
 #undef ROOM
@@ -65,7 +68,7 @@ static uint32_t kind_of(const struct rmap_compact_model *model, int32_t object, 
     const struct rmap_compact_object *o = &model->object[object];
     if (o->kind == RMAP_FACING_MESH)
         return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle ? KIND_MESH : 0;
-    if (o->kind == RMAP_FACING_ASPHERE || object >= (1 << 28))
+    if (o->kind == RMAP_FACING_ASPHERE || object >= (1 << 28) - 1)
         return 0;
     return ((uint32_t)object + 1) << KIND_OBJECT | (object == from ? KIND_OWN : 0);
 }
@@ -117,6 +120,7 @@ static void begin(struct rmap_wave *wave, const struct rmap_retrace *r, const st
         row = ray->end;
         crossing = ray->crossing_end;
         set_kinds(wave, r, ray);
+        wave->now[i] = ray->row < ray->end ? wave->kind[ray->row] : KIND_END;
     }
 }
 
@@ -166,6 +170,13 @@ static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct
                                  .channel = ray->channel};
 }
 
+static void next_leg(struct rmap_wave *wave, uint32_t index)
+{
+    struct rmap_wave_ray *ray = &wave->ray[index];
+    ray->row++;
+    wave->now[index] = ray->row < ray->end ? wave->kind[ray->row] : KIND_END;
+}
+
 /* One leg of one ray. */
 static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
                         struct rmap_portion *out)
@@ -198,23 +209,25 @@ static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, ui
     }
     ray->position = facing.position;
     ray->object = met ? r->object[row] : -1;
-    ray->row++;
+    next_leg(wave, index);
 }
 
 static void load_turn(const struct rmap_retrace *r, const struct rmap_wave_ray *ray, uint32_t index,
                       enum rmap_turn turn, size_t i, struct rmap_wave_pack *pack)
 {
-    const struct rmap_turning turning = turning_of(r, ray, index);
+    size_t row = ray->row, n = r->model->n_medium;
     if (turn == RMAP_TURN_REFRACT) {
-        bool known = turning.near && turning.far;
-        pack->n1[i] = known ? turning.near->n[turning.channel] : 1.0;
-        pack->n2[i] = known ? turning.far->n[turning.channel] : 1.0;
+        const double *by_channel = r->model->index + (size_t)ray->channel * n;
+        size_t near = (size_t)(uint16_t)r->medium[row], far = (size_t)(uint16_t)r->medium[row + 1];
+        bool known = near < n && far < n && r->medium[row] >= 0 && r->medium[row + 1] >= 0;
+        pack->n1[i] = known ? by_channel[near] : 1.0;
+        pack->n2[i] = known ? by_channel[far] : 1.0;
     } else {
         double u[4];
-        rmap_rng(turning.seed, turning.ray, turning.step, RMAP_RNG_SURFACE, u);
+        rmap_rng(r->seed, r->id[index], (uint32_t)(row - ray->first) + 1, RMAP_RNG_SURFACE, u);
         pack->u[i] = u[2];
         pack->v[i] = u[3];
-        pack->through[i] = turning.event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
+        pack->through[i] = r->event[row] & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
     }
 }
 
@@ -262,7 +275,7 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
                          const uint32_t *index, size_t n, struct rmap_portion *out)
 {
     struct rmap_wave_pack pack;
-    uint32_t kind = wave->kind[wave->ray[index[0]].row];
+    uint32_t kind = wave->now[index[0]];
     enum rmap_turn turn = (enum rmap_turn)(kind >> KIND_TURN & 3);
     load(wave, r, index, n, turn, &pack);
     if (kind >= KIND_MESH)
@@ -277,7 +290,7 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
         ray->position = rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]);
         ray->direction = rmap_vec3(pack.dx[i], pack.dy[i], pack.dz[i]);
         ray->object = r->object[ray->row];
-        ray->row++;
+        next_leg(wave, index[i]);
         if (pack.odd[i] != 0.0)
             wave->careful[index[i]] = 1;
     }
@@ -288,21 +301,21 @@ static void sort(struct rmap_wave *wave, size_t n)
 {
     uint32_t first[KEYS + 1] = {0};
     for (size_t i = 0; i < n; i++)
-        first[KEY(wave->kind[wave->ray[wave->alive[i]].row]) + 1]++;
+        first[KEY(wave->now[wave->alive[i]]) + 1]++;
     for (uint32_t k = 0; k < KEYS; k++)
         first[k + 1] += first[k];
     for (size_t i = 0; i < n; i++)
-        wave->sorted[first[KEY(wave->kind[wave->ray[wave->alive[i]].row])]++] = wave->alive[i];
+        wave->sorted[first[KEY(wave->now[wave->alive[i]])]++] = wave->alive[i];
 }
 
 static void advance_all(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
                         size_t n, struct rmap_portion *out)
 {
     for (size_t i = 0; i < n;) {
-        uint32_t kind = wave->kind[wave->ray[index[i]].row];
+        uint32_t kind = wave->now[index[i]];
         size_t run = 1;
         while (kind > 0 && run < RMAP_WAVE_WIDTH && i + run < n &&
-               wave->kind[wave->ray[index[i + run]].row] == kind)
+               wave->now[index[i + run]] == kind)
             run++;
         if (run >= FEW)
             advance_pack(wave, r, index + i, run, out);
@@ -329,7 +342,7 @@ static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, const s
         for (size_t i = 0; i < n; i++) {
             uint32_t index = wave->alive[i];
             wave->alive[left] = index;
-            left += wave->ray[index].row < wave->ray[index].end;
+            left += wave->now[index] != KIND_END;
         }
         n = left;
     }
@@ -380,7 +393,9 @@ static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t 
                                         light);
             if (light->changed)
                 rmap_light_quantise(r->model->n_channel, light);
-            if (out->colour)
+            if (out->colour && n == 3) /* worth a copy of constant size */
+                memcpy(out->colour + row * 3, light->quantised, 3 * sizeof *out->colour);
+            else if (out->colour)
                 memcpy(out->colour + row * n, light->quantised, n * sizeof *out->colour);
         }
         for (; out->registration.optical_path && r->crossing_segment && crossing < ray->crossing &&

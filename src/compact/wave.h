@@ -48,9 +48,10 @@ struct rmap_wave {
     struct rmap_wave_ray *ray;
     uint32_t *alive, *sorted;
     uint32_t *kind;            /* [legs]: equal for legs that may go together */
+    uint32_t *now;             /* [rays]: kind of the leg in hand; all ones: no more */
     struct rmap_wave_leg *leg; /* [legs] */
     uint8_t *careful;          /* [rays]: only rmap_retrace can tell */
-    size_t cap_ray, cap_alive, cap_sorted, cap_kind, cap_leg, cap_careful;
+    size_t cap_ray, cap_alive, cap_sorted, cap_kind, cap_now, cap_leg, cap_careful;
 };
 void rmap_wave_fini(struct rmap_wave *wave);
 
