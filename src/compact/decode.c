@@ -174,14 +174,9 @@ static void fill_own_legs(const struct rmap_compact_model *model, const struct o
 {
     struct rmap_segment_columns *segment = &out->segment;
     uint32_t n = own->segment_count[k];
-    for (uint32_t j = 0; j < n; j++) {
-        int32_t object = (int32_t)(own->object[from + j] - 1);
-        if (columns & BIT(RMAP_SEGMENT_object))
-            segment->object[to + j] = object;
-        if (columns & BIT(RMAP_SEGMENT_event))
-            segment->event[to + j] =
-                own->event[from + j] ^ rmap_expected_event(model, object, own->stop[k], j + 1 == n);
-    }
+    rmap_path_unfold(model, own->source[k], own->stop[k], n, own->object + from, own->event + from,
+                     columns & BIT(RMAP_SEGMENT_object) ? segment->object + to : NULL,
+                     columns & BIT(RMAP_SEGMENT_event) ? segment->event + to : NULL);
     if (columns & BIT(RMAP_SEGMENT_medium))
         rmap_path_media(model, own->source[k], segment->object + to, segment->event + to, n,
                         segment->medium + to);

@@ -109,9 +109,9 @@ out:
     return st;
 }
 
-/* The words of ray i, whose rows begin at s and r. */
+/* The words of ray i, whose rows begin at s and r, and the media of its legs. */
 static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap_portion *portion,
-                       size_t i, size_t s, size_t r, uint32_t *word)
+                       size_t i, size_t s, size_t r, uint32_t *word, int16_t *expected_medium)
 {
     const struct rmap_segment_columns *segment = &portion->segment;
     const struct rmap_registration_columns *registration = &portion->registration;
@@ -123,10 +123,16 @@ static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap
     word[RMAP_WORD_SEGMENTS] = n;
     word[RMAP_WORD_REGISTRATIONS] = m;
     word += RMAP_WORD_HEAD;
+    int32_t medium = rmap_first_medium(model, portion->ray.source[i]), before = -1;
     for (uint32_t k = 0; k < n; k++) {
         int32_t object = segment->object[s + k];
-        word[k] = (uint32_t)object + 1;
-        word[n + k] = segment->event[s + k] ^ rmap_expected_event(model, object, stop, k + 1 == n);
+        uint32_t event = segment->event[s + k];
+        word[k] =
+            rmap_swap_expected((uint32_t)object + 1, rmap_expected_object(model, before, medium));
+        word[n + k] = event ^ rmap_expected_event(model, object, stop, k + 1 == n);
+        expected_medium[k] = (int16_t)medium;
+        medium = rmap_next_medium(model, medium, object, event);
+        before = object;
     }
     word += 2 * (size_t)n;
     for (uint32_t k = 0; k < m; k++) {
@@ -142,13 +148,10 @@ static void spell_all(struct rmap_compact_encoder *encoder, const struct rmap_po
     size_t s = 0, r = 0;
     uint32_t *word = encoder->word;
     for (size_t i = 0; i < encoder->n_ray; i++) {
-        uint32_t *end = spell(encoder->model, portion, i, s, r, word);
+        uint32_t *end = spell(encoder->model, portion, i, s, r, word, encoder->medium + s);
         uint64_t hash = XXH3_64bits(word, (size_t)(end - word) * sizeof *word);
         encoder->hash[i] = hash ? hash : 1;
         encoder->begin[i] = (size_t)(word - encoder->word);
-        rmap_path_media(encoder->model, portion->ray.source[i], portion->segment.object + s,
-                        portion->segment.event + s, portion->ray.segment_count[i],
-                        encoder->medium + s);
         word = end;
         s += portion->ray.segment_count[i];
         r += portion->ray.registration_count[i];

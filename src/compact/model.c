@@ -94,19 +94,29 @@ static void set_object(const struct rmap_scene *scene, const struct rmap_object 
     object->to_local = from->to_local;
     object->to_world = from->to_world;
     object->rigid = keeps_lengths(&from->to_world);
-    object->medium_front = from->medium_front;
-    object->medium_back = from->medium_back;
     object->front = &scene->surface[from->surface_front];
     object->back = &scene->surface[from->surface_back];
-    object->expected = usual_event(object->front);
-    if (object->expected == RMAP_EVENT_ABSORB)
-        object->expected = usual_event(object->back);
     if (geometry->kind == RMAP_GEOMETRY_MESH) {
         object->kind = RMAP_FACING_MESH;
         object->mesh = geometry->mesh;
     } else {
         set_shape(object, &geometry->shape);
     }
+}
+
+static void set_body(const struct rmap_scene *scene, const struct rmap_object *from,
+                     struct rmap_compact_body *body)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[from->geometry];
+    body->medium_front = from->medium_front;
+    body->medium_back = from->medium_back;
+    body->expected = usual_event(&scene->surface[from->surface_front]);
+    if (body->expected == RMAP_EVENT_ABSORB)
+        body->expected = usual_event(&scene->surface[from->surface_back]);
+    body->mesh = geometry->kind == RMAP_GEOMETRY_MESH;
+    bool closed = body->mesh || geometry->shape.type == RMAP_SHAPE_SPHERE;
+    body->inside =
+        closed && body->medium_back != body->medium_front ? body->medium_back : INT32_MIN;
 }
 
 static void set_source(const struct rmap_compact_model *model, const struct rmap_source *from,
@@ -139,18 +149,21 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     for (size_t i = 0; i < scene->n_medium; i++)
         model->absorbing = model->absorbing || scene->medium[i].absorbing;
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
+    model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
     model->source = rmap_alloc(scene->n_source + 1, sizeof *model->source);
     model->source_colour =
         rmap_alloc((scene->n_source + 1) * (size_t)model->n_channel, sizeof *model->source_colour);
     model->index =
         rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
-    if (!model->object || !model->source || !model->source_colour || !model->index)
+    if (!model->object || !model->body || !model->source || !model->source_colour || !model->index)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
     for (size_t c = 0; c < (size_t)model->n_channel; c++)
         for (size_t i = 0; i < scene->n_medium; i++)
             model->index[c * scene->n_medium + i] = scene->medium[i].n[c];
-    for (size_t i = 0; i < scene->n_object; i++)
+    for (size_t i = 0; i < scene->n_object; i++) {
         set_object(scene, &scene->object[i], &model->object[i]);
+        set_body(scene, &scene->object[i], &model->body[i]);
+    }
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);
@@ -167,6 +180,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
     if (!model)
         return;
     rmap_free(model->object);
+    rmap_free(model->body);
     rmap_free(model->source);
     rmap_free(model->source_colour);
     rmap_free(model->index);
@@ -176,15 +190,9 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
 void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,
                      const uint32_t *event, size_t n, int16_t *medium)
 {
-    const uint32_t through = RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE;
-    int32_t now =
-        source >= 0 && (size_t)source < model->n_source ? model->scene->source[source].medium : 0;
+    int32_t now = rmap_first_medium(model, source);
     for (size_t i = 0; i < n; i++) {
         medium[i] = (int16_t)now;
-        if (!(event[i] & through) || object[i] < 0 || (size_t)object[i] >= model->n_object)
-            continue;
-        const struct rmap_compact_object *met = &model->object[object[i]];
-        int32_t far = met->medium_front == now ? met->medium_back : met->medium_front;
-        now = far >= 0 ? far : now;
+        now = rmap_next_medium(model, now, object[i], event[i]);
     }
 }

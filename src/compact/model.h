@@ -29,9 +29,16 @@ struct rmap_compact_object {
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape;
     const struct rmap_mesh *mesh;
-    int32_t medium_front, medium_back;
     const struct rmap_surface *front, *back;
+};
+
+/* What paths need of an object, apart, so that all of them stay in the fastest cache. */
+struct rmap_compact_body {
+    int32_t medium_front, medium_back;
     uint32_t expected; /* event that is most likely here */
+    int32_t inside;    /* medium in a closed body (mesh or sphere), if another is outside; else
+                          INT32_MIN */
+    bool mesh;
 };
 
 struct rmap_compact_source {
@@ -45,7 +52,8 @@ struct rmap_compact_model {
     const struct rmap_scene *scene;
     int n_channel;
     size_t n_object, n_source, n_medium, n_detector;
-    struct rmap_compact_object *object;
+    struct rmap_compact_object *object; /* [n_object] */
+    struct rmap_compact_body *body;     /* [n_object] */
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
@@ -146,17 +154,51 @@ struct rmap_retrace {
 void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
                   size_t first_registration);
 
+/* Medium behind an object, for light that came in medium `now`, as far as the path says. */
+static inline int32_t rmap_next_medium(const struct rmap_compact_model *model, int32_t now,
+                                       int32_t object, uint32_t event)
+{
+    if (!(event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE)) || object < 0 ||
+        (size_t)object >= model->n_object)
+        return now;
+    const struct rmap_compact_body *met = &model->body[object];
+    int32_t far = met->medium_front == now ? met->medium_back : met->medium_front;
+    return far >= 0 ? far : now;
+}
+
+static inline int32_t rmap_first_medium(const struct rmap_compact_model *model, int32_t source)
+{
+    bool known = source >= 0 && (size_t)source < model->n_source;
+    return known ? model->scene->source[source].medium : 0;
+}
+
+/* Inside a closed body light meets the same object again. 1 + object; 0: none is expected. */
+static inline uint32_t rmap_expected_object(const struct rmap_compact_model *model, int32_t before,
+                                            int32_t medium)
+{
+    if (before < 0 || (size_t)before >= model->n_object)
+        return 0;
+    bool inside = model->body[before].inside == medium;
+    return inside ? (uint32_t)before + 1 : 0;
+}
+
+/* 0 and the expected one change places; applied twice, nothing has happened. */
+static inline uint32_t rmap_swap_expected(uint32_t object, uint32_t expected)
+{
+    return object == expected ? 0 : object == 0 ? expected : object;
+}
+
 /* Medium of each leg as the path says; media of a path with unknown parts are guesses too. */
 void rmap_path_media(const struct rmap_compact_model *model, int32_t source, const int32_t *object,
                      const uint32_t *event, size_t n, int16_t *medium);
 
 /* Medium beyond the side of a surface that light in medium `near` meets. */
 static inline const struct rmap_medium *rmap_medium_beyond(const struct rmap_compact_model *model,
-                                                           const struct rmap_compact_object *object,
-                                                           bool front,
+                                                           int32_t object, bool front,
                                                            const struct rmap_medium *near)
 {
-    int32_t far = front ? object->medium_back : object->medium_front;
+    const struct rmap_compact_body *body = &model->body[object];
+    int32_t far = front ? body->medium_back : body->medium_front;
     return far >= 0 ? &model->scene->medium[far] : near;
 }
 
@@ -172,7 +214,7 @@ static inline enum rmap_primitive_kind rmap_primitive_kind(const struct rmap_com
 {
     if (object < 0)
         return RMAP_PRIMITIVE_NONE;
-    bool mesh = (size_t)object < model->n_object && model->object[object].mesh;
+    bool mesh = (size_t)object < model->n_object && model->body[object].mesh;
     return mesh ? RMAP_PRIMITIVE_LISTED : RMAP_PRIMITIVE_ZERO;
 }
 
@@ -188,15 +230,20 @@ static inline double rmap_wavelength_of(const struct rmap_compact_model *model, 
     return known ? model->scene->channels.wavelength_nm[channel - 1] : (double)NAN;
 }
 
+static inline uint32_t rmap_event_at_end(uint8_t stop)
+{
+    static const uint32_t at_end[4] = {RMAP_EVENT_ABSORB, RMAP_EVENT_LEFT, RMAP_EVENT_LIMIT,
+                                       RMAP_EVENT_ERROR};
+    return at_end[stop & 3];
+}
+
 /* Event that is expected of leg i of n. */
 static inline uint32_t rmap_expected_event(const struct rmap_compact_model *model, int32_t object,
                                            uint8_t stop, bool last)
 {
-    static const uint32_t at_end[4] = {RMAP_EVENT_ABSORB, RMAP_EVENT_LEFT, RMAP_EVENT_LIMIT,
-                                       RMAP_EVENT_ERROR};
     if (last)
-        return at_end[stop & 3];
-    return object >= 0 && (size_t)object < model->n_object ? model->object[object].expected : 0;
+        return rmap_event_at_end(stop);
+    return object >= 0 && (size_t)object < model->n_object ? model->body[object].expected : 0;
 }
 
 #endif

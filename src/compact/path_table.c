@@ -50,7 +50,7 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                                                   .n_registration = n_registration[i],
                                                   .segment = segment,
                                                   .registration = registration};
-        rmap_path_unfold(model, stop[i], object + segment, event + segment, n_segment[i],
+        rmap_path_unfold(model, source[i], stop[i], n_segment[i], object + segment, event + segment,
                          table->object + segment, table->event + segment);
         rmap_path_media(model, source[i], table->object + segment, table->event + segment,
                         n_segment[i], table->medium + segment);
@@ -112,11 +112,29 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
     rmap_free(table);
 }
 
-void rmap_path_unfold(const struct rmap_compact_model *model, uint8_t stop, const uint32_t *object,
-                      const uint32_t *event, size_t n, int32_t *object_out, uint32_t *event_out)
+void rmap_path_unfold(const struct rmap_compact_model *model, int32_t source, uint8_t stop,
+                      size_t n, const uint32_t *object, const uint32_t *event, int32_t *object_out,
+                      uint32_t *event_out)
 {
+    static const struct rmap_compact_body nobody = {-1, -1, 0, INT32_MIN, false};
+    const struct rmap_compact_body *body = &nobody;
+    int32_t medium = rmap_first_medium(model, source);
+    uint32_t before = 0; /* 1 + object */
     for (size_t k = 0; k < n; k++) {
-        object_out[k] = (int32_t)(object[k] - 1);
-        event_out[k] = event[k] ^ rmap_expected_event(model, object_out[k], stop, k + 1 == n);
+        uint32_t now = object[k];
+        /* a branch that is predicted: the next legs need not wait for this one */
+        if (body->inside == medium && (now == 0 || now == before))
+            now = before - now;
+        body = now > 0 && now <= model->n_object ? &model->body[now - 1] : &nobody;
+        uint32_t happened = event[k] ^ (k + 1 < n ? body->expected : rmap_event_at_end(stop));
+        if (object_out)
+            object_out[k] = (int32_t)(now - 1);
+        if (event_out)
+            event_out[k] = happened;
+        if (happened & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE)) {
+            int32_t far = body->medium_front == medium ? body->medium_back : body->medium_front;
+            medium = far >= 0 ? far : medium;
+        }
+        before = now;
     }
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * A ray's path as 32-bit words: head (source, stop, start object + 1, legs, registrations), then
- * object + 1 of each leg, then its event xor the one expected, then segment, detector and
- * registered of each registration. Equal words are equal paths.
+ * object + 1 of each leg, 0 and the one expected swapped, then its event xor the one expected, then
+ * segment, detector and registered of each registration. Equal words are equal paths.
  */
 #ifndef RMAP_COMPACT_PATHS_H
 #define RMAP_COMPACT_PATHS_H
@@ -45,9 +45,10 @@ enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t
                                      uint64_t hash, uint32_t *reference_ret, bool *added_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* Objects and events from what is stored of them. */
-void rmap_path_unfold(const struct rmap_compact_model *model, uint8_t stop, const uint32_t *object,
-                      const uint32_t *event, size_t n, int32_t *object_out, uint32_t *event_out);
+/* Objects and events of n legs from what is stored of them; either may be NULL. */
+void rmap_path_unfold(const struct rmap_compact_model *model, int32_t source, uint8_t stop,
+                      size_t n, const uint32_t *object, const uint32_t *event, int32_t *object_out,
+                      uint32_t *event_out);
 
 /* A path of the dictionary, decoded. */
 struct rmap_known_path {

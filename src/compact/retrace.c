@@ -125,12 +125,13 @@ static void meet(struct walk *walk, size_t row, uint32_t segment, struct rmap_ve
     walk->direction = rmap_step_turned(&turning, walk->direction, normal);
     if (!r->colour || !near || !(cosine == cosine))
         return;
-    struct rmap_encounter encounter = {.surface = front ? object->front : object->back,
-                                       .near = near,
-                                       .far = rmap_medium_beyond(r->model, object, front, near),
-                                       .cosine = cosine < 0.0 ? -cosine : cosine,
-                                       .event = event,
-                                       .channel = walk->channel};
+    struct rmap_encounter encounter = {
+        .surface = front ? object->front : object->back,
+        .near = near,
+        .far = rmap_medium_beyond(r->model, r->object[row], front, near),
+        .cosine = cosine < 0.0 ? -cosine : cosine,
+        .event = event,
+        .channel = walk->channel};
     if (!(encounter.cosine <= 1.0))
         encounter.cosine = 1.0;
     rmap_light_meet(&encounter, &walk->light);

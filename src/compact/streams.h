@@ -21,7 +21,7 @@
     X(table##_start_object, table, group "/start_object", U32, "object emitted from + 1; 0: none") \
     X(table##_segment_count, table, group "/segment_count", U32, "rows of this path in " group "_segment") \
     X(table##_registration_count, table, group "/registration_count", U32, "rows of this path in " group "_registration") \
-    X(table##_object, table##_SEGMENT, group "_segment/object", U32, "object met + 1; 0: none")    \
+    X(table##_object, table##_SEGMENT, group "_segment/object", U32, "object met + 1, 0 and the one expected swapped")    \
     X(table##_event, table##_SEGMENT, group "_segment/event", U32, "event bits, exclusive or with those expected") \
     X(table##_segment, table##_REGISTRATION, group "_registration/segment", U32, "leg, from 0 within the ray") \
     X(table##_detector, table##_REGISTRATION, group "_registration/detector", I32, "index in /name/detector") \

@@ -361,7 +361,7 @@ static void weigh_leg(const struct rmap_wave *wave, const struct rmap_retrace *r
     const struct rmap_encounter encounter = {
         .surface = cosine < 0.0 ? o->front : o->back,
         .near = near,
-        .far = rmap_medium_beyond(r->model, o, cosine < 0.0, near),
+        .far = rmap_medium_beyond(r->model, r->object[row], cosine < 0.0, near),
         .cosine = size <= 1.0 ? size : 1.0,
         .event = r->event[row],
         .channel = (int)r->channel[i] - 1};
