@@ -292,7 +292,9 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
     RMAP_TRY(take_list(in, &options->without, &options->n_without));
     RMAP_TRY(take_list(in, &options->set, &options->n_set));
     RMAP_TRY(take_u32(in, &complete));
-    bundle->meshes_complete = complete != 0;
+    if (complete != 1) /* or else reading the scene would open files that a stranger's map names */
+        RMAP_TRY(damaged(in, "its meshes are not all in it"));
+    bundle->meshes_complete = 1;
     RMAP_TRY(take_meshes(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
