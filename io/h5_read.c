@@ -9,9 +9,6 @@
 #include "io/codec.h"
 #include "io/h5.h"
 
-/* No dataset read this way is larger: a wrong extent must not become a huge allocation. */
-#define DATASET_NBYTES_MAX (UINT64_C(1) << 36)
-
 bool rmap_h5_has(struct rmap_h5 *h5, const char *path)
 {
     return H5Lexists(h5->file, path, H5P_DEFAULT) > 0 &&
@@ -99,10 +96,16 @@ static enum rmap_status read_data(struct rmap_h5 *h5, const char *path, hid_t se
     enum rmap_status st = RMAP_OK;
     void *data = NULL;
     uint64_t nbytes = cell;
+    hsize_t file_nbytes = 0;
     RMAP_TRY(get_extent(h5, path, set, rank, dims, err));
+    if (H5Fget_filesize(h5->file, &file_nbytes) < 0) {
+        st = rmap_h5_fail(h5, path, err);
+        goto out;
+    }
+    /* Such datasets are not compressed: a wrong extent must not become a huge allocation. */
     for (int k = 0; k < rank; k++) {
-        if (dims[k] > DATASET_NBYTES_MAX || nbytes * dims[k] > DATASET_NBYTES_MAX) {
-            st = wrong(h5, path, "claims to be larger than any map's", err);
+        if (dims[k] > 0 && nbytes > file_nbytes / dims[k]) {
+            st = wrong(h5, path, "claims to be larger than its file", err);
             goto out;
         }
         nbytes *= dims[k];

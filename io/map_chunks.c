@@ -86,6 +86,7 @@ static bool place(const struct rmap_map *map, size_t piece, const struct rmap_ch
     const struct rmap_piece_info *info = &map->content.piece[piece];
     const struct rmap_layout *layout = rmap_map_piece_layout(map, piece);
     size_t at = 0, n = (size_t)info->n_chunk;
+    uint64_t left = info->nbytes; /* chunks share no bytes: a small file must not be many chunks */
     for (int s = 0; s < layout->n_stream; s++) {
         const struct rmap_stream_info *stream = &layout->stream[s];
         uint64_t rows = rows_in_chunks(map, piece, s, info->stored_rows[stream->table]);
@@ -97,8 +98,10 @@ static bool place(const struct rmap_map *map, size_t piece, const struct rmap_ch
         for (uint64_t k = 0; k < n_chunk; k++, at++)
             if (at >= n || entry[at].stream != s || entry[at].index != k ||
                 entry[at].nbytes > bound || entry[at].offset > info->nbytes ||
-                entry[at].nbytes > info->nbytes - entry[at].offset)
+                entry[at].nbytes > info->nbytes - entry[at].offset || entry[at].nbytes > left)
                 return false;
+            else
+                left -= entry[at].nbytes;
     }
     first[layout->n_stream] = at;
     return at == n;

@@ -313,6 +313,22 @@ static enum rmap_status check_pieces(const struct rmap_map_content *content, con
                 : rmap_error_set(err, RMAP_FORMAT, "%s: its table of pieces makes no sense", path);
 }
 
+/* No chunk belongs to two pieces: each piece puts its own in order when it is first read. */
+static enum rmap_status check_chunks(const struct rmap_map_content *content, const char *path,
+                                     struct rmap_error *err)
+{
+    bool twice = false;
+    uint8_t *taken = rmap_alloc(content->n_chunk, 1);
+    if (!taken)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of chunks");
+    for (size_t i = 0; !twice && i < content->n_piece; i++)
+        for (uint64_t k = 0; !twice && k < content->piece[i].n_chunk; k++)
+            twice = taken[content->piece[i].first_chunk + k]++;
+    rmap_free(taken);
+    return twice ? rmap_error_set(err, RMAP_FORMAT, "%s: two pieces claim the same chunks", path)
+                 : RMAP_OK;
+}
+
 /* Blocks of the same rays come from two lives of one run: one of them must go. */
 static enum rmap_status check_order(const struct rmap_map_content *content, const char *path,
                                     struct rmap_error *err)
@@ -356,6 +372,7 @@ enum rmap_status rmap_map_content_check(struct rmap_map_content *content, const 
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(check_pieces(content, path, err));
+    RMAP_TRY(check_chunks(content, path, err));
     RMAP_TRY(check_rows(content, path, err));
     RMAP_TRY(check_order(content, path, err));
     RMAP_TRY(sum_up(content, path, err));

@@ -8,6 +8,8 @@
  *   PROGRAM --seeds FOLDER   writes the seeds there, for libFuzzer's corpus
  *   PROGRAM FILE             runs one input
  */
+#include <limits.h>
+#include <malloc.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -192,6 +194,9 @@ int main(int argc, char **argv)
         return write_seeds(argv[2], n_seed);
     if (argc == 2)
         return run_file(argv[1]);
+    /* Memory given back to the system and had again costs more than all else here. */
+    (void)mallopt(M_MMAP_THRESHOLD, 1 << 30);
+    (void)mallopt(M_TRIM_THRESHOLD, INT_MAX);
     if (ROOM > 0)
         (void)setrlimit(RLIMIT_AS, &room);
     (void)setrlimit(RLIMIT_CPU, &seconds);
