@@ -168,6 +168,42 @@ const struct rmap_stream_tail *rmap_map_content_tail(const struct rmap_map_conte
                : bsearch(&key, content->tail, content->n_tail, sizeof *content->tail, by_stream);
 }
 
+static int by_stream_and_index(const void *a, const void *b)
+{
+    const struct rmap_chunk_entry *x = a, *y = b;
+    if (x->stream != y->stream)
+        return x->stream < y->stream ? -1 : 1;
+    return (x->index > y->index) - (x->index < y->index);
+}
+
+/* Puts the chunks of the pieces in the order of these, each piece's by stream and index. */
+static enum rmap_status sort_chunks(struct rmap_map_content *content, struct rmap_error *err)
+{
+    struct rmap_chunk_entry *chunk = rmap_alloc(content->n_chunk, sizeof *chunk);
+    size_t n = 0;
+    if (!chunk)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of chunks");
+    for (size_t i = 0; i < content->n_piece; i++) {
+        struct rmap_piece_info *piece = &content->piece[i];
+        size_t n_chunk = (size_t)piece->n_chunk;
+        if (n_chunk > content->n_chunk - n) {
+            rmap_free(chunk);
+            return rmap_error_set(err, RMAP_INTERNAL, "pieces share chunks");
+        }
+        if (n_chunk > 0) {
+            memcpy(chunk + n, content->chunk + piece->first_chunk, n_chunk * sizeof *chunk);
+            qsort(chunk + n, n_chunk, sizeof *chunk, by_stream_and_index);
+        }
+        piece->first_chunk = n;
+        n += n_chunk;
+    }
+    rmap_free(content->chunk);
+    content->chunk = chunk;
+    content->cap_chunk = content->n_chunk;
+    content->n_chunk = n;
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_map_content_sort(struct rmap_map_content *content, struct rmap_error *err)
 {
     struct piece_place *place = rmap_alloc(content->n_piece, sizeof *place);
@@ -195,7 +231,7 @@ enum rmap_status rmap_map_content_sort(struct rmap_map_content *content, struct 
         qsort(content->tail, content->n_tail, sizeof *content->tail, by_stream);
     rmap_free(place);
     rmap_free(now);
-    return RMAP_OK;
+    return sort_chunks(content, err);
 }
 
 /* Rays [first_ray, end_of). */
@@ -296,12 +332,13 @@ static enum rmap_status check_pieces(const struct rmap_map_content *content, con
                                      struct rmap_error *err)
 {
     bool good = true;
-    for (size_t i = 0; i < content->n_piece; i++) {
+    uint64_t n_chunk = 0;
+    for (size_t i = 0; good && i < content->n_piece; i++) {
         const struct rmap_piece_info *piece = &content->piece[i];
-        good = good && piece->encoding >= 0 && piece->encoding < RMAP_ENCODING_COUNT &&
-               rmap_piece_layout(piece, RMAP_COLOUR_SPECTRAL) &&
-               piece->first_chunk <= content->n_chunk &&
-               piece->n_chunk <= content->n_chunk - piece->first_chunk;
+        good = piece->encoding >= 0 && piece->encoding < RMAP_ENCODING_COUNT &&
+               rmap_piece_layout(piece, RMAP_COLOUR_SPECTRAL) && piece->first_chunk == n_chunk &&
+               piece->n_chunk <= content->n_chunk - n_chunk;
+        n_chunk += good ? piece->n_chunk : 0;
     }
     for (size_t i = 0; i < content->n_tail; i++) {
         const struct rmap_stream_tail *tail = &content->tail[i];

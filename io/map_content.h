@@ -70,8 +70,8 @@ enum rmap_status rmap_map_content_add(struct rmap_map_content *into,
                                       const struct rmap_map_content *from,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* Puts pieces in the order of shard and number, portions in that of their first ray, tails in that
- * of pieces and streams. */
+/* Puts pieces in the order of shard and number, chunks in that of pieces, streams and indices,
+ * portions in that of their first ray, tails in that of pieces and streams. */
 enum rmap_status rmap_map_content_sort(struct rmap_map_content *content,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
@@ -97,9 +97,9 @@ enum rmap_status rmap_map_content_unpack(const uint8_t *blob, size_t nbytes,
 const struct rmap_stream_tail *rmap_map_content_tail(const struct rmap_map_content *content,
                                                      size_t piece, int stream);
 
-/* Checks a sorted content: portions lie in their pieces and hold different rays; sums it up. Chunks
- * are checked when a piece is first read. RMAP_FORMAT says what does not fit; `path` is for the
- * message. */
+/* Checks a sorted content: chunks lie in the order of pieces, portions lie in their pieces and hold
+ * different rays; sums it up. Chunks are checked when a piece is first read. RMAP_FORMAT says what
+ * does not fit; `path` is for the message. */
 enum rmap_status rmap_map_content_check(struct rmap_map_content *content, const char *path,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
