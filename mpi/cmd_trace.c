@@ -28,12 +28,15 @@ out:
 const struct rmap_command rmap_command_trace = {
     .name = "trace",
     .summary = "trace a scene's rays and keep their histories in a ray map",
-    .operands = "SCENE -o MAP [-n RAYS] [options]",
+    .operands = "SCENE -o MAP [-n RAYS] [--resume | --append] [options]",
     .help =
         "Traces the rays of a scene file and records every step of every one of them. A ray is\n"
         "a pure function of the scene, the seed and its number: any number of ranks and\n"
         "threads gives the same map. SIGTERM, SIGINT, SIGUSR1 and --time-limit end it in good\n"
-        "order: what was traced is in the map, and the exit status is 6.",
+        "order: what was traced is in the map, and the exit status is 6. After any other end,\n"
+        "what was flushed is in the map. --resume traces what is missing, with any number of\n"
+        "ranks, and gives the map of an undisturbed run; --append -n MORE adds rays, also in\n"
+        "another colour space (--color, --set spectrum...).",
     .options = rmap_trace_options,
     .min_operands = 1,
     .max_operands = 1,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/agree.h"
 #include "mpi/gather_content.h"
+#include "mpi/progress.h"
 #include "mpi/trace_session.h"
 
 /* What one request is traced with, in its colour space. */
@@ -115,6 +116,8 @@ enum rmap_status rmap_trace_phase_run(struct rmap_trace_session *self,
     if (recounts && self->goal.n_recount > 0)
         plan.recount = (struct rmap_trace_recount){
             .map = self->goal.map, .portion = self->goal.recount, .n = self->goal.n_recount};
+    if (self->until_tracing <= 0.0)
+        self->until_tracing = rmap_clock_seconds() - self->begun;
     RMAP_TRY(rmap_trace_run(context, &plan, &outcome, err));
     merge_outcome(self, &outcome);
     if (request->map_path)

@@ -153,15 +153,28 @@ static enum rmap_status listed_content(const struct rmap_map *map, struct rmap_m
     return st;
 }
 
+/* Rank 0. What a job left that died before it had an index is in the way of no resume. */
+static enum rmap_status create_map(const struct rmap_trace_session *self, struct rmap_error *err)
+{
+    const char *path = self->request.map_path;
+    bool may_replace = self->request.force || self->request.mode == RMAP_TRACE_RESUME;
+    enum rmap_status st = rmap_map_create(path, may_replace, err);
+    if (st != RMAP_USAGE || may_replace)
+        return st;
+    return rmap_error_set(err, st,
+                          "%s exists already: --resume or --append goes on with it, --force "
+                          "replaces it, or use another name",
+                          path);
+}
+
 /* Rank 0. An index at the start: what a killed trace leaves says what was asked for. */
 static enum rmap_status announce(struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_trace_goal *goal = &self->goal;
     struct rmap_map_content listed = {0};
-    bool may_replace = self->request.force || self->request.mode == RMAP_TRACE_RESUME;
     if (!goal->map)
-        RMAP_TRY(rmap_map_create(self->request.map_path, may_replace, err));
+        RMAP_TRY(create_map(self, err));
     else
         RMAP_TRY(listed_content(goal->map, &listed, err));
     const struct rmap_index index = {.run = &self->run,
@@ -253,7 +266,8 @@ static enum rmap_status finish(struct rmap_trace_session *self, struct rmap_erro
     const struct rmap_trace_report report = {.plan = &plan,
                                              .outcome = &self->outcome,
                                              .map_path = self->request.map_path,
-                                             .n_held = self->goal.n_held};
+                                             .n_held = self->goal.n_held,
+                                             .until_tracing = self->until_tracing};
     if (self->goal.map)
         rmap_tally_merge(self->outcome.tally, rmap_map_tally(self->goal.map));
     RMAP_TRY(rmap_balance_check(self->outcome.tally, err));

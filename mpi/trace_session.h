@@ -13,7 +13,8 @@
 struct rmap_trace_session {
     const struct rmap_context *context;
     struct rmap_trace_request request;
-    double begun; /* rmap_clock_seconds */
+    double begun;         /* rmap_clock_seconds */
+    double until_tracing; /* seconds from then to the first block handed out */
     struct rmap_bundle *bundle;
     struct rmap_scene *scene; /* of the command line */
     struct rmap_accel *accel;

@@ -47,13 +47,13 @@ static json_t *to_json(const struct summary *summary)
     char digest[33];
     rmap_digest_text(summary->map.digest, digest);
     json_t *document = json_pack(
-        "{s:s?, s:I, s:I, s:I, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map",
+        "{s:s?, s:I, s:I, s:I, s:f, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map",
         summary->report->map_path, "rays", (json_int_t)(summary->report->n_held + outcome->n_ray),
         "traced", (json_int_t)outcome->n_ray, "segments", (json_int_t)summary->segments,
-        "mean_path", summary->mean_path, "seconds", outcome->seconds, "rays_per_second",
-        summary->rate, "complete", outcome->n_ray == outcome->n_wanted, "ranks",
-        summary->context->size, "threads", outcome->n_thread, "seed",
-        (json_int_t)summary->report->plan->seed);
+        "mean_path", summary->mean_path, "seconds", outcome->seconds, "seconds_until_tracing",
+        summary->report->until_tracing, "rays_per_second", summary->rate, "complete",
+        outcome->n_ray == outcome->n_wanted, "ranks", summary->context->size, "threads",
+        outcome->n_thread, "seed", (json_int_t)summary->report->plan->seed);
     if (summary->report->map_path) {
         (void)json_object_set_new(document, "bytes", json_integer((json_int_t)summary->map.nbytes));
         (void)json_object_set_new(

@@ -13,6 +13,7 @@ struct rmap_trace_report {
     const struct rmap_trace_outcome *outcome; /* its tally is of the whole map */
     const char *map_path;                     /* NULL: nothing was recorded */
     uint64_t n_held;                          /* rays that the map held before */
+    double until_tracing;                     /* seconds to read and prepare everything */
 };
 
 /* Not collective; rank 0. Text or, with --json, one document on stdout; nothing with --quiet

@@ -97,7 +97,18 @@ expect 6 'resume' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap -n $ray
 expect 6 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --quiet --time-limit 1s
 expect 0 'held already' mpirun -np 4 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --shards-per-node 1
 same time.raymap 'the time limit'
+expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap -n $rays --quiet --time-limit 1s
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap --resume --encoding compact --quiet
+same mixed.raymap 'another encoding'
 expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
+
+# The index is made of what ranks say, wherever their shards are; collected, they are the map.
+mkdir disk
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap -n 300000 --quiet --shard-dir disk
+expect 4 'missing' "$RAYMAP" info apart.raymap
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n $((rays - 300000)) --quiet --shard-dir disk
+mv disk/shard-* apart.raymap
+same apart.raymap 'shards on other disks'
 
 # A job that died before it wrote anything is begun anew.
 mkdir young.raymap young.raymap/shard-00000
