@@ -273,14 +273,14 @@ static void fill_simple(struct rmap_compact_decoder *decoder, const struct rmap_
     for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
         double weight = 1.0, wavelength = rmap_wavelength_of(decoder->model, channel[i]);
         int32_t primitive = -1;
-        (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_id], i, 1, sizeof id, &id);
+        (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_id], i, 1, sizeof id, &id);
         if (columns & BIT(RMAP_RAY_weight))
-            (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_weight], i, 1, sizeof weight, &weight);
+            (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_weight], i, 1, sizeof weight, &weight);
         if (columns & BIT(RMAP_RAY_wavelength))
-            (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_wavelength], i, 1, sizeof wavelength,
+            (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_wavelength], i, 1, sizeof wavelength,
                                   &wavelength);
         if (columns & BIT(RMAP_RAY_start_primitive))
-            (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_start_primitive], i, 1, sizeof primitive,
+            (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_start_primitive], i, 1, sizeof primitive,
                                   &primitive);
         id++;
     }
@@ -341,10 +341,10 @@ static enum rmap_status fill_lanes(struct rmap_compact_decoder *decoder,
     out->first_ray = store.pool64[RMAP_HEADER_FIRST];
     fill_simple(decoder, rows, out->first_ray, columns, out);
     if (columns & BIT(RMAP_SEGMENT_primitive))
-        RMAP_TRY(fill_primitives(decoder->model, &lane[RMAP_LANE_RMAP_SEGMENT_primitive], rows, out,
-                                 err));
+        RMAP_TRY(
+            fill_primitives(decoder->model, &lane[RMAP_LANE_SEGMENT_primitive], rows, out, err));
     if (columns & BIT(RMAP_SEGMENT_medium))
-        correct_media(&lane[RMAP_LANE_RMAP_SEGMENT_medium], out);
+        correct_media(&lane[RMAP_LANE_SEGMENT_medium], out);
     if (columns & LEG_COLUMNS)
         RMAP_TRY(retrace(decoder, rows, store.pool64, columns, out, err));
 out:

@@ -162,7 +162,7 @@ static void spell_all(struct rmap_compact_encoder *encoder, const struct rmap_po
  * follow: then the whole lane is kept as it is. */
 static void list_triangles(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
 {
-    struct rmap_lane *lane = &encoder->lane[RMAP_LANE_RMAP_SEGMENT_primitive];
+    struct rmap_lane *lane = &encoder->lane[RMAP_LANE_SEGMENT_primitive];
     size_t n = portion->n_row[RMAP_TABLE_SEGMENT];
     encoder->n_triangle = 0;
     for (size_t i = 0; i < n; i++) {
@@ -206,17 +206,16 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
         encoder->channel[i] =
             isnan(ray->wavelength[i]) ? 0 : channel_of(encoder->model, ray->wavelength[i]);
         double wavelength = rmap_wavelength_of(encoder->model, encoder->channel[i]);
-        (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_id], i, 1, sizeof id, &id);
-        (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_weight], i, 1, sizeof weight, &weight);
-        (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_wavelength], i, 1, sizeof wavelength,
+        (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_id], i, 1, sizeof id, &id);
+        (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_weight], i, 1, sizeof weight, &weight);
+        (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_wavelength], i, 1, sizeof wavelength,
                               &wavelength);
-        (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_RAY_start_primitive], i, 1, sizeof primitive,
+        (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_start_primitive], i, 1, sizeof primitive,
                               &primitive);
         id++;
     }
-    (void)rmap_lane_offer(&lane[RMAP_LANE_RMAP_SEGMENT_medium], 0,
-                          portion->n_row[RMAP_TABLE_SEGMENT], sizeof *encoder->medium,
-                          encoder->medium);
+    (void)rmap_lane_offer(&lane[RMAP_LANE_SEGMENT_medium], 0, portion->n_row[RMAP_TABLE_SEGMENT],
+                          sizeof *encoder->medium, encoder->medium);
 }
 
 static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t seed,

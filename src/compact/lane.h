@@ -18,24 +18,24 @@
 
 /* In the order in which the header and the pools have them. */
 #define RMAP_LANES(X)                                                                              \
-    X(RMAP_RAY_id)                                                                                 \
-    X(RMAP_RAY_weight)                                                                             \
-    X(RMAP_RAY_wavelength)                                                                         \
-    X(RMAP_RAY_path_length)                                                                        \
-    X(RMAP_RAY_optical_path)                                                                       \
-    X(RMAP_RAY_start)                                                                              \
-    X(RMAP_RAY_start_primitive)                                                                    \
-    X(RMAP_RAY_start_normal)                                                                       \
-    X(RMAP_RAY_end_direction)                                                                      \
-    X(RMAP_SEGMENT_primitive)                                                                      \
-    X(RMAP_SEGMENT_medium)                                                                         \
-    X(RMAP_SEGMENT_position)                                                                       \
-    X(RMAP_SEGMENT_normal)                                                                         \
-    X(RMAP_SEGMENT_colour)                                                                         \
-    X(RMAP_REGISTRATION_cell)                                                                      \
-    X(RMAP_REGISTRATION_relative)                                                                  \
-    X(RMAP_REGISTRATION_direction)                                                                 \
-    X(RMAP_REGISTRATION_optical_path)
+    X(RAY_id)                                                                                      \
+    X(RAY_weight)                                                                                  \
+    X(RAY_wavelength)                                                                              \
+    X(RAY_path_length)                                                                             \
+    X(RAY_optical_path)                                                                            \
+    X(RAY_start)                                                                                   \
+    X(RAY_start_primitive)                                                                         \
+    X(RAY_start_normal)                                                                            \
+    X(RAY_end_direction)                                                                           \
+    X(SEGMENT_primitive)                                                                           \
+    X(SEGMENT_medium)                                                                              \
+    X(SEGMENT_position)                                                                            \
+    X(SEGMENT_normal)                                                                              \
+    X(SEGMENT_colour)                                                                              \
+    X(REGISTRATION_cell)                                                                           \
+    X(REGISTRATION_relative)                                                                       \
+    X(REGISTRATION_direction)                                                                      \
+    X(REGISTRATION_optical_path)
 
 enum rmap_lane_id {
 #define RMAP_ENUM(column) RMAP_LANE_##column,
@@ -75,6 +75,26 @@ struct rmap_lane {
     const uint64_t *patch_value;
     size_t patches_left;
 };
+
+/* Number i of a column of numbers of 2, 4 or 8 bytes. */
+static inline void rmap_put_bits(uint8_t *data, size_t i, size_t nbytes, uint64_t bits)
+{
+    uint16_t two = (uint16_t)bits;
+    uint32_t four = (uint32_t)bits;
+    switch (nbytes) {
+    case 2:
+        memcpy(data + 2 * i, &two, 2);
+        break;
+    case 4:
+        memcpy(data + 4 * i, &four, 4);
+        break;
+    default:
+        memcpy(data + 8 * i, &bits, 8);
+    }
+}
+
+/* Numbers that the lane has in a portion. */
+size_t rmap_lane_numbers(const struct rmap_lane *lane, const struct rmap_portion *portion);
 
 /* Slow sides of rmap_lane_offer: *value becomes the truth. */
 void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *value);

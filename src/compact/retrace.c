@@ -81,14 +81,13 @@ static void offer_crossings(struct walk *walk, uint32_t segment, const struct rm
         if (detector >= 0 && (size_t)detector < r->model->n_detector)
             rmap_crossing_find(&r->model->scene->detector[detector], leg, &crossing);
         rmap_step_float3(leg->direction, crossing.direction);
-        (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_REGISTRATION_cell], 2 * row, 2,
+        (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_cell], 2 * row, 2,
                               sizeof *crossing.cell, crossing.cell);
-        (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_REGISTRATION_relative], 2 * row, 2,
+        (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_relative], 2 * row, 2,
                               sizeof *crossing.relative, crossing.relative);
-        (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_REGISTRATION_direction], 3 * row, 3,
+        (void)rmap_lane_offer(&r->lane[RMAP_LANE_REGISTRATION_direction], 3 * row, 3,
                               sizeof *crossing.direction, crossing.direction);
-        offer_double(&r->lane[RMAP_LANE_RMAP_REGISTRATION_optical_path], row,
-                     crossing.optical_path);
+        offer_double(&r->lane[RMAP_LANE_REGISTRATION_optical_path], row, crossing.optical_path);
     }
 }
 
@@ -98,7 +97,7 @@ static void offer_colour(struct walk *walk, size_t row)
     size_t n = (size_t)r->model->n_channel;
     if (walk->light.changed)
         rmap_light_quantise(r->model->n_channel, &walk->light);
-    if (!rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_SEGMENT_colour], row * n, n, sizeof(uint16_t),
+    if (!rmap_lane_offer(&r->lane[RMAP_LANE_SEGMENT_colour], row * n, n, sizeof(uint16_t),
                          walk->light.quantised))
         rmap_light_set(walk->light.quantised, r->model->n_channel, &walk->light);
 }
@@ -165,14 +164,14 @@ static void advance(struct walk *walk, size_t row, uint32_t segment, bool last)
     }
     if (!met)
         facing.position = rmap_axpy(leg.length, walk->direction, walk->position);
-    if (offer_point(r, &r->lane[RMAP_LANE_RMAP_SEGMENT_position], row, &facing.position) == WRONG) {
+    if (offer_point(r, &r->lane[RMAP_LANE_SEGMENT_position], row, &facing.position) == WRONG) {
         struct rmap_vec3 way = rmap_sub(facing.position, walk->position);
         leg.length = rmap_length(way);
         if (leg.length > 0.0)
             walk->direction = leg.direction = rmap_scale(way, 1.0 / leg.length);
     }
     leg.to = facing.position;
-    offer_normal(&r->lane[RMAP_LANE_RMAP_SEGMENT_normal], row, facing.normal);
+    offer_normal(&r->lane[RMAP_LANE_SEGMENT_normal], row, facing.normal);
     if (r->colour)
         offer_colour(walk, row);
     if (r->crossing_segment)
@@ -192,8 +191,8 @@ static void begin(struct walk *walk)
     const struct rmap_retrace *r = walk->r;
     struct rmap_departure departure;
     rmap_departure_find(r->model, r->seed, r->id[walk->ray], r->source[walk->ray], &departure);
-    (void)offer_point(r, &r->lane[RMAP_LANE_RMAP_RAY_start], walk->ray, &departure.position);
-    offer_normal(&r->lane[RMAP_LANE_RMAP_RAY_start_normal], walk->ray, departure.normal);
+    (void)offer_point(r, &r->lane[RMAP_LANE_RAY_start], walk->ray, &departure.position);
+    offer_normal(&r->lane[RMAP_LANE_RAY_start_normal], walk->ray, departure.normal);
     walk->position = departure.position;
     walk->direction = departure.direction;
     walk->object = r->start_object[walk->ray];
@@ -213,13 +212,13 @@ static void end(struct walk *walk)
         const struct rmap_compact_leg none = {.index = 1.0};
         offer_crossings(walk, UINT32_MAX, &none);
     }
-    offer_double(&r->lane[RMAP_LANE_RMAP_RAY_path_length], walk->ray, walk->path_length);
-    offer_double(&r->lane[RMAP_LANE_RMAP_RAY_optical_path], walk->ray, walk->optical_path);
+    offer_double(&r->lane[RMAP_LANE_RAY_path_length], walk->ray, walk->path_length);
+    offer_double(&r->lane[RMAP_LANE_RAY_optical_path], walk->ray, walk->optical_path);
     if (r->stop[walk->ray] == RMAP_STOP_LEFT)
         way = walk->direction;
     rmap_step_float3(way, value);
-    (void)rmap_lane_offer(&r->lane[RMAP_LANE_RMAP_RAY_end_direction], 3 * walk->ray, 3,
-                          sizeof *value, value);
+    (void)rmap_lane_offer(&r->lane[RMAP_LANE_RAY_end_direction], 3 * walk->ray, 3, sizeof *value,
+                          value);
 }
 
 void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,

@@ -16,18 +16,18 @@ struct leg_lane {
 };
 
 static const struct leg_lane leg_lane[] = {
-    {RMAP_LANE_RMAP_RAY_start, SPAN_RAY, true},
-    {RMAP_LANE_RMAP_SEGMENT_position, SPAN_SEGMENT, true},
-    {RMAP_LANE_RMAP_SEGMENT_colour, SPAN_SEGMENT, true},
-    {RMAP_LANE_RMAP_SEGMENT_normal, SPAN_SEGMENT, false},
-    {RMAP_LANE_RMAP_RAY_path_length, SPAN_RAY, false},
-    {RMAP_LANE_RMAP_RAY_optical_path, SPAN_RAY, false},
-    {RMAP_LANE_RMAP_RAY_start_normal, SPAN_RAY, false},
-    {RMAP_LANE_RMAP_RAY_end_direction, SPAN_RAY, false},
-    {RMAP_LANE_RMAP_REGISTRATION_cell, SPAN_REGISTRATION, false},
-    {RMAP_LANE_RMAP_REGISTRATION_relative, SPAN_REGISTRATION, false},
-    {RMAP_LANE_RMAP_REGISTRATION_direction, SPAN_REGISTRATION, false},
-    {RMAP_LANE_RMAP_REGISTRATION_optical_path, SPAN_REGISTRATION, false},
+    {RMAP_LANE_RAY_start, SPAN_RAY, true},
+    {RMAP_LANE_SEGMENT_position, SPAN_SEGMENT, true},
+    {RMAP_LANE_SEGMENT_colour, SPAN_SEGMENT, true},
+    {RMAP_LANE_SEGMENT_normal, SPAN_SEGMENT, false},
+    {RMAP_LANE_RAY_path_length, SPAN_RAY, false},
+    {RMAP_LANE_RAY_optical_path, SPAN_RAY, false},
+    {RMAP_LANE_RAY_start_normal, SPAN_RAY, false},
+    {RMAP_LANE_RAY_end_direction, SPAN_RAY, false},
+    {RMAP_LANE_REGISTRATION_cell, SPAN_REGISTRATION, false},
+    {RMAP_LANE_REGISTRATION_relative, SPAN_REGISTRATION, false},
+    {RMAP_LANE_REGISTRATION_direction, SPAN_REGISTRATION, false},
+    {RMAP_LANE_REGISTRATION_optical_path, SPAN_REGISTRATION, false},
 };
 #define LEG_LANES (sizeof leg_lane / sizeof *leg_lane)
 
@@ -51,7 +51,7 @@ static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *pr
     int n = 0;
     for (size_t i = 0; i < LEG_LANES; i++) {
         struct rmap_lane *lane = &r->lane[leg_lane[i].id];
-        if ((leg_lane[i].id == RMAP_LANE_RMAP_SEGMENT_colour && !r->colour) ||
+        if ((leg_lane[i].id == RMAP_LANE_SEGMENT_colour && !r->colour) ||
             (leg_lane[i].span == SPAN_REGISTRATION && !r->crossing_segment))
             continue;
         strip[n++] = (struct strip){

@@ -4,15 +4,6 @@
 #include "base/alloc.h"
 #include "compact/step.h"
 
-struct rmap_wave_ray {
-    struct rmap_vec3 position, direction;
-    size_t first, row, end; /* legs */
-    size_t crossing, crossing_end;
-    int32_t object; /* the leg starts on, or -1 */
-    int channel;    /* that refracts */
-    int departs;    /* channel that it starts with; -1: the source's colour */
-};
-
 /* So many rays are followed at a time: their numbers stay in the processor's cache. */
 #define WAVE_RAYS 512
 
@@ -87,13 +78,8 @@ static void set_kinds(struct rmap_wave *wave, const struct rmap_retrace *r,
     }
 }
 
-/* Rays [first, end) and their rows. */
-struct range {
-    size_t first, end, row, crossing;
-};
-
-static void begin(struct rmap_wave *wave, const struct rmap_retrace *r, const struct range *range,
-                  struct rmap_portion *out)
+static void begin(struct rmap_wave *wave, const struct rmap_retrace *r,
+                  const struct rmap_wave_range *range, struct rmap_portion *out)
 {
     size_t row = range->row, crossing = range->crossing;
     for (size_t i = range->first; i < range->end; i++) {
@@ -326,8 +312,8 @@ static void advance_all(struct rmap_wave *wave, const struct rmap_retrace *r, co
     }
 }
 
-static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, const struct range *range,
-                   struct rmap_portion *out)
+static void follow(struct rmap_wave *wave, const struct rmap_retrace *r,
+                   const struct rmap_wave_range *range, struct rmap_portion *out)
 {
     size_t n = 0;
     for (size_t i = range->first; i < range->end; i++)
@@ -348,108 +334,17 @@ static void follow(struct rmap_wave *wave, const struct rmap_retrace *r, const s
     }
 }
 
-/* ---- light and lengths, along each ray ---- */
-
-static void weigh_leg(const struct rmap_wave *wave, const struct rmap_retrace *r, size_t i,
-                      size_t row, struct rmap_compact_light *light)
-{
-    const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]);
-    double cosine = wave->leg[row].cosine, size = cosine < 0.0 ? -cosine : cosine;
-    if (!near || !(size >= 0.0)) /* nothing met */
-        return;
-    const struct rmap_compact_object *o = &r->model->object[r->object[row]];
-    const struct rmap_encounter encounter = {
-        .surface = cosine < 0.0 ? o->front : o->back,
-        .near = near,
-        .far = rmap_medium_beyond(r->model, r->object[row], cosine < 0.0, near),
-        .cosine = size <= 1.0 ? size : 1.0,
-        .event = r->event[row],
-        .channel = (int)r->channel[i] - 1};
-    rmap_light_meet(&encounter, light);
-}
-
-static double index_of(const struct rmap_compact_light *light, const struct rmap_medium *medium)
-{
-    if (!medium)
-        return 1.0;
-    return medium->dispersive ? rmap_light_mean(light, medium->n) : medium->n[light->begin];
-}
-
-/* Colours and lengths of ray i. light: its beginning. */
-static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t i, size_t crossing,
-                   struct rmap_compact_light *light, struct rmap_portion *out)
-{
-    const struct rmap_wave_ray *ray = &wave->ray[i];
-    size_t n = (size_t)r->model->n_channel;
-    double path_length = 0.0, optical_path = 0.0;
-    for (size_t row = ray->first; row < ray->end; row++) {
-        double index = 1.0;
-        if (r->colour) {
-            const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
-            index = index_of(light, medium);
-            if (medium && medium->absorbing && wave->leg[row].length > 0.0 &&
-                light->end - light->begin > 1)
-                (void)rmap_light_absorb(medium, r->seed, r->id[i], 0, wave->leg[row].length, false,
-                                        light);
-            if (light->changed)
-                rmap_light_quantise(r->model->n_channel, light);
-            if (out->colour && n == 3) /* worth a copy of constant size */
-                memcpy(out->colour + row * 3, light->quantised, 3 * sizeof *out->colour);
-            else if (out->colour)
-                memcpy(out->colour + row * n, light->quantised, n * sizeof *out->colour);
-        }
-        for (; out->registration.optical_path && r->crossing_segment && crossing < ray->crossing &&
-               r->crossing_segment[crossing] <= row - ray->first;
-             crossing++)
-            out->registration.optical_path[crossing] =
-                rmap_step_double(optical_path + index * out->registration.optical_path[crossing]);
-        if (!(r->event[row] & RMAP_EVENT_LEFT)) {
-            path_length += wave->leg[row].length;
-            optical_path += index * wave->leg[row].length;
-        }
-        if (r->colour && row + 1 < ray->end && light->end - light->begin > 1)
-            weigh_leg(wave, r, i, row, light);
-    }
-    if (out->ray.path_length)
-        out->ray.path_length[i] = rmap_step_double(path_length);
-    if (out->ray.optical_path)
-        out->ray.optical_path[i] = rmap_step_double(optical_path);
-}
-
-static void finish(struct rmap_wave *wave, const struct rmap_retrace *r, struct range *range,
-                   struct rmap_portion *out)
-{
-    struct rmap_compact_light light;
-    size_t crossing = range->crossing;
-    for (size_t i = range->first; i < range->end; i++) {
-        const struct rmap_wave_ray *ray = &wave->ray[i];
-        if (r->colour)
-            rmap_light_begin(r->model, r->source[i], ray->departs, &light);
-        sum_up(wave, r, i, crossing, &light, out);
-        if (r->crossing_segment && ray->crossing < ray->crossing_end)
-            wave->careful[i] = 1;
-        crossing = range->crossing = ray->crossing_end;
-        range->row = ray->end;
-        if (out->ray.end_direction) {
-            struct rmap_vec3 way = {0.0, 0.0, 0.0};
-            if (r->stop[i] == RMAP_STOP_LEFT)
-                way = ray->direction;
-            rmap_step_float3(way, out->ray.end_direction + 3 * i);
-        }
-    }
-}
-
 enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace *r,
                                struct rmap_portion *predicted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(make_room(wave, r->n_ray, predicted->n_row[RMAP_TABLE_SEGMENT], err));
-    struct range range = {0, 0, 0, 0};
+    struct rmap_wave_range range = {0, 0, 0, 0};
     for (; range.first < r->n_ray; range.first = range.end) {
         range.end = r->n_ray - range.first > WAVE_RAYS ? range.first + WAVE_RAYS : r->n_ray;
         begin(wave, r, &range, predicted);
         follow(wave, r, &range, predicted);
-        finish(wave, r, &range, predicted);
+        rmap_wave_sum(wave, r, &range, predicted);
     }
 out:
     return st;

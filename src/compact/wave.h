@@ -37,7 +37,19 @@ void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack);
 
 /* wave.c */
-struct rmap_wave_ray;
+struct rmap_wave_ray {
+    struct rmap_vec3 position, direction;
+    size_t first, row, end; /* legs */
+    size_t crossing, crossing_end;
+    int32_t object; /* the leg starts on, or -1 */
+    int channel;    /* that refracts */
+    int departs;    /* channel that it starts with; -1: the source's colour */
+};
+
+/* Rays [first, end) and their rows. */
+struct rmap_wave_range {
+    size_t first, end, row, crossing;
+};
 
 /* What the sums along a ray need of a leg. */
 struct rmap_wave_leg {
@@ -60,5 +72,9 @@ void rmap_wave_fini(struct rmap_wave *wave);
 enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace *r,
                                struct rmap_portion *predicted,
                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* wave_sum.c: what follows from the legs of these rays; *range moves to the rows after them. */
+void rmap_wave_sum(struct rmap_wave *wave, const struct rmap_retrace *r,
+                   struct rmap_wave_range *range, struct rmap_portion *out);
 
 #endif
