@@ -220,6 +220,11 @@ double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64
     }
     if (single)
         return travelled;
+    int alike = light->begin + 1;
+    while (alike < light->end && medium->absorption[alike] == medium->absorption[light->begin])
+        alike++;
+    if (alike == light->end)
+        return travelled; /* equal probabilities weigh nothing */
     for (int i = light->begin; i < light->end; i++) {
         double mu_i = medium->absorption[i];
         if (i > light->begin && mu_i == medium->absorption[i - 1])
