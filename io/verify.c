@@ -6,6 +6,7 @@
 #include "io/verify_internal.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -264,6 +265,28 @@ static enum rmap_status add_trouble(struct rmap_verification *self, struct rmap_
     return st;
 }
 
+static int by_first_chunk(const void *a, const void *b)
+{
+    const struct rmap_chunk_owner *x = a, *y = b;
+    return (x->first_chunk > y->first_chunk) - (x->first_chunk < y->first_chunk);
+}
+
+/* Pieces are in the order of shards and numbers, their chunks in that of their finding. */
+static enum rmap_status list_owners(struct rmap_verification *self, struct rmap_error *err)
+{
+    const struct rmap_map_content *content = self->content;
+    self->owner = rmap_alloc(content->n_piece, sizeof *self->owner);
+    if (!self->owner)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+    for (size_t i = 0; i < content->n_piece; i++)
+        if (content->piece[i].n_chunk > 0)
+            self->owner[self->n_owner++] =
+                (struct rmap_chunk_owner){content->piece[i].first_chunk, i};
+    if (self->n_owner > 0)
+        qsort(self->owner, self->n_owner, sizeof *self->owner, by_first_chunk);
+    return RMAP_OK;
+}
+
 static enum rmap_status make_flags(struct rmap_verification *self, struct rmap_error *err)
 {
     const struct rmap_map_content *content = self->content;
@@ -302,6 +325,7 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
     self->content = self->map ? &self->map->content : &self->disk;
     self->claimed = self->map ? &self->map->content : &self->raw;
     RMAP_TRY(make_flags(self, err));
+    RMAP_TRY(list_owners(self, err));
     RMAP_TRY(add_trouble(self, findings, err));
     RMAP_TRY(find_missing_shards(self, findings, err));
     RMAP_TRY(find_extra(self, name, n, findings, err));
@@ -324,6 +348,7 @@ void rmap_verification_close(struct rmap_verification *self)
     rmap_free(self->mode);
     rmap_free(self->piece_flag);
     rmap_free(self->portion_flag);
+    rmap_free(self->owner);
     rmap_free(self->path);
     rmap_free(self);
 }

@@ -34,6 +34,12 @@ struct rmap_verification {
     pthread_mutex_t lock;                   /* of the flags */
     uint8_t *piece_flag;                    /* [content->n_piece] enum rmap_piece_flag */
     uint8_t *portion_flag;                  /* [content->n_portion] enum rmap_portion_flag */
+    /* [n_owner] pieces that have chunks, in the order of these. */
+    struct rmap_chunk_owner {
+        uint64_t first_chunk;
+        size_t piece;
+    } * owner;
+    size_t n_owner;
 };
 
 /* Opens a map, damaged or not. Findings: what of the index does not hold, files that are missing or

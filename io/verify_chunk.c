@@ -45,16 +45,15 @@ void rmap_chunk_verifier_destroy(struct rmap_chunk_verifier *self)
 
 size_t rmap_verification_piece_of(const struct rmap_verification *self, size_t chunk)
 {
-    const struct rmap_map_content *content = self->content;
-    size_t low = 0, high = content->n_piece;
+    size_t low = 0, high = self->n_owner;
     while (high - low > 1) {
         size_t middle = low + (high - low) / 2;
-        if (content->piece[middle].first_chunk <= chunk)
+        if (self->owner[middle].first_chunk <= chunk)
             low = middle;
         else
             high = middle;
     }
-    return low;
+    return self->n_owner > 0 ? self->owner[low].piece : 0;
 }
 
 /* NULL, or what is wrong with the bytes. */
