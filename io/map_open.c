@@ -16,9 +16,11 @@ static enum rmap_status check_path(const char *path, const char *index, struct r
                                    struct rmap_error *err)
 {
     struct stat info;
-    if (stat(path, &info) != 0)
-        return rmap_error_set(err, errno == EACCES ? RMAP_SYSTEM : RMAP_INPUT,
+    if (stat(path, &info) != 0) {
+        bool wrong_name = errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG;
+        return rmap_error_set(err, wrong_name ? RMAP_INPUT : RMAP_SYSTEM,
                               "%s: cannot open the ray map: %s", path, strerror(errno));
+    }
     if (!S_ISDIR(info.st_mode))
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s is a file, but a ray map is a directory (NAME.raymap)", path);
