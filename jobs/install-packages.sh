@@ -15,6 +15,12 @@ build_packages=(
 test_packages=(
     libcmocka-dev python3 python3-numpy python3-h5py hdf5-tools clang-format binutils
 )
+# A test brings up a Slurm of its own. Debian's daemons start only where a slurm.conf is, and a
+# machine that has one, or a Slurm from elsewhere, is left as it is.
+slurm_packages=(slurmctld slurmd slurm-client slurm-wlm-basic-plugins munge)
+if [ ! -e /etc/slurm/slurm.conf ] && ! command -v slurmctld slurmd >/dev/null; then
+    test_packages+=("${slurm_packages[@]}")
+fi
 
 case "${1:-build}" in
 build) wanted=("${build_packages[@]}") ;;
