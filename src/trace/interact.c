@@ -32,7 +32,7 @@ static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
     side->surface = &scene->surface[front ? object->surface_front : object->surface_back];
     side->far = far == RMAP_MEDIUM_ANY ? ray->medium : far;
     side->normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
-    side->cos_i = fmin(1.0, fabs(cosine));
+    side->cos_i = fabs(cosine) < 1.0 ? fabs(cosine) : 1.0;
     return true;
 }
 

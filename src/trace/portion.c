@@ -186,11 +186,15 @@ void rmap_portion_summarise(const struct rmap_portion *portion,
         summary->stops |= UINT32_C(1) << (portion->ray.stop[i] & 31);
         summary->sources |= UINT64_C(1) << ((uint32_t)portion->ray.source[i] & 63);
     }
+    uint32_t events = 0;
+    for (size_t i = 0; i < n[RMAP_TABLE_SEGMENT]; i++)
+        events |= portion->segment.event[i];
+    summary->events = events;
     for (size_t i = 0; i < n[RMAP_TABLE_SEGMENT]; i++) {
         uint32_t object = (uint32_t)portion->segment.object[i];
-        summary->events |= portion->segment.event[i];
-        if (portion->segment.object[i] >= 0)
-            summary->objects[object >> 6 & 3] |= UINT64_C(1) << (object & 63);
+        uint64_t bit = UINT64_C(1) << (object & 63), *bits = &summary->objects[object >> 6 & 3];
+        if (portion->segment.object[i] >= 0 && !(*bits & bit)) /* a store waits for the last one */
+            *bits |= bit;
     }
     for (size_t i = 0; i < n[RMAP_TABLE_REGISTRATION]; i++)
         summary->detectors |= UINT64_C(1) << ((uint32_t)portion->registration.detector[i] & 63);

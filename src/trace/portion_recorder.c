@@ -22,10 +22,17 @@ static void store_float3(float *out, struct rmap_vec3 v)
     out[2] = plain_float(v.z);
 }
 
+/* As fmax(low, fmin(high, x)), NaN included, which are calls. */
+static double clamp(double x, double low, double high)
+{
+    double lesser = x < high ? x : high;
+    return lesser > low ? lesser : low;
+}
+
 /* x in [-1, 1] times 32767, rounded half away from zero. */
 static int16_t quantise_cosine(double x)
 {
-    double scaled = 32767.0 * fmax(-1.0, fmin(1.0, x));
+    double scaled = 32767.0 * clamp(x, -1.0, 1.0);
     return (int16_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
 }
 
@@ -38,7 +45,7 @@ static void store_normal(int16_t *out, struct rmap_vec3 n)
 
 static uint16_t quantise_relative(double x)
 {
-    return (uint16_t)(65535.0 * fmax(0.0, fmin(1.0, x)) + 0.5);
+    return (uint16_t)(65535.0 * clamp(x, 0.0, 1.0) + 0.5);
 }
 
 /* Gives the units that rounding down left over to the largest remainders. Rounding may also have
@@ -71,7 +78,7 @@ void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantis
     for (int i = 0; i < n_channel; i++)
         sum += colour[i];
     for (int i = 0; i < n_channel; i++) {
-        double share = 65535.0 * fmax(0.0, fmin(1.0, colour[i] / sum));
+        double share = 65535.0 * clamp(colour[i] / sum, 0.0, 1.0);
         quantised[i] = (uint16_t)share;
         remainder[i] = share - quantised[i];
         missing -= quantised[i];
@@ -79,16 +86,27 @@ void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantis
     settle(remainder, n_channel, missing, quantised);
 }
 
+/* Of few channels mostly: calls of memcmp and memcpy cost more than they do. */
+static bool same_colour(const struct rmap_portion_recorder *self, const double *colour, int n)
+{
+    int i = 0;
+    while (i < n && self->colour[i] == colour[i])
+        i++;
+    return i == n;
+}
+
 static void store_colour(struct rmap_portion_recorder *self, const double *colour, uint16_t *out)
 {
     int n = self->portion->n_channel;
-    size_t nbytes = (size_t)n * sizeof *colour;
-    if (!self->has_colour || memcmp(self->colour, colour, nbytes) != 0) {
+    if (!self->has_colour || !same_colour(self, colour, n)) {
         rmap_colour_quantise(colour, n, self->quantised);
-        memcpy(self->colour, colour, nbytes);
+        memcpy(self->colour, colour, (size_t)n * sizeof *colour);
         self->has_colour = true;
     }
-    memcpy(out, self->quantised, (size_t)n * sizeof *out);
+    if (n == 3)
+        memcpy(out, self->quantised, 3 * sizeof *out);
+    else
+        memcpy(out, self->quantised, (size_t)n * sizeof *out);
 }
 
 /* A new row of the table, or false once memory ran short. */
