@@ -89,6 +89,7 @@ static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene,
     object->rigid = keeps_lengths(&from->to_world);
     object->medium_front = from->medium_front;
     object->medium_back = from->medium_back;
+    object->soon = &from->surface_front;
     if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
         object->shape = &geometry->shape;
         rmap_shape_bounds(&geometry->shape, &object->lower, &object->upper);

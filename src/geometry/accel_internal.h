@@ -64,6 +64,7 @@ struct rmap_accel_object {
     double error;       /* by which Embree's float ray may miss the true one at this object */
     double local_error; /* the same in its local frame, where Embree is called there */
     int32_t medium_front, medium_back;
+    const void *soon; /* what the tracer asks for first of an object that is hit */
 };
 
 /* One of the boxes that together cover an object. */

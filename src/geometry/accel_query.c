@@ -199,6 +199,7 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
 {
     const struct rmap_candidate *best = rmap_query_best(query);
     const struct rmap_accel_object *object = &query->accel->object[best->object];
+    __builtin_prefetch(object->soon);
     rmap_query_local(query, best->object);
     hit->t = best->touches ? 0 : rmap_greater(best->t + query->local.ahead, 0);
     hit->object = best->object;
