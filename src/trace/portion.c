@@ -159,6 +159,7 @@ static void box_add(struct rmap_portion_summary *summary, const float *point, si
     }
     size_t whole = 3 * n / BOX_WIDE * BOX_WIDE;
     for (size_t i = 0; i < whole; i += BOX_WIDE)
+#pragma GCC unroll 1 /* or it becomes 12 scalars before it can become vectors */
         for (size_t k = 0; k < BOX_WIDE; k++) {
             float x = point[i + k];
             low[k] = x < low[k] ? x : low[k];
