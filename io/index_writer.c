@@ -3,6 +3,7 @@
  * map.h5: everything about a map but its columns. Replaced whole by rename, so a map has an index
  * at every moment once it had one.
  */
+#include <stdio.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -265,6 +266,17 @@ out:
     return st;
 }
 
+/* Not every file system has hard links, and a map is none the worse without this one. */
+static void keep_start(const char *map_path, const char *index)
+{
+    char *start = rmap_path_format("%s/" RMAP_INDEX_START, map_path);
+    char *temporary = rmap_temporary_path(map_path, "map.h5");
+    if (start && temporary && link(index, temporary) == 0 && rename(temporary, start) != 0)
+        (void)unlink(temporary);
+    rmap_free(start);
+    rmap_free(temporary);
+}
+
 static enum rmap_status publish(struct index *self, const char *map_path, bool complete,
                                 struct rmap_error *err)
 {
@@ -281,6 +293,8 @@ static enum rmap_status publish(struct index *self, const char *map_path, bool c
         st = rmap_publish_over(map_path, temporary, final, err);
     else
         (void)unlink(temporary);
+    if (st == RMAP_OK && !complete)
+        keep_start(map_path, final);
 out:
     rmap_free(temporary);
     rmap_free(final);

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/map_format.h"
 #include "io/map_writer.h"
 #include "io/publish.h"
 
@@ -298,7 +299,7 @@ static enum rmap_status clear_entry(void *context, const char *name, struct rmap
     struct clearing *clearing = context;
     if (shard_number(name) >= 0)
         return clear_shard(clearing, name, err);
-    if (strcmp(name, "map.h5") != 0 && !is_temporary(name))
+    if (strcmp(name, "map.h5") != 0 && strcmp(name, RMAP_INDEX_START) != 0 && !is_temporary(name))
         return foreign(clearing->map_path, name, err);
     if (!clearing->remove)
         return RMAP_OK;

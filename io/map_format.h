@@ -13,8 +13,13 @@
 
 #define RMAP_FILETYPE_PIECE "raymap piece"
 #define RMAP_FILETYPE_MAP   "raymap map"
-#define RMAP_FORMAT_MAJOR   2
-#define RMAP_FORMAT_MINOR   0
+
+/* A second link to the index as the last run found or began it: its scene and runs are there still
+ * when map.h5 is damaged. */
+#define RMAP_INDEX_START "map-start.h5"
+
+#define RMAP_FORMAT_MAJOR 2
+#define RMAP_FORMAT_MINOR 0
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256

@@ -42,6 +42,15 @@ struct rmap_map {
     struct rmap_path_table **paths;    /* [n_piece] */
 };
 
+/* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its
+ * content and no sums: for making it again. */
+enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* What the index lists and nothing beside it, complete or not. */
+enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* Takes note of what rmap_map_trouble tells. */
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err) RMAP_MUST_USE;

@@ -64,15 +64,25 @@ out:
     return st;
 }
 
+static enum rmap_status read_runs(struct rmap_map *map, struct rmap_h5 *h5, struct rmap_error *err)
+{
+    struct rmap_field_table runs = rmap_run_fields();
+    void *run = NULL;
+    enum rmap_status st =
+        rmap_h5_read_fields(h5, runs.field, runs.n, sizeof *map->run, &run, &map->n_run, err);
+    map->run = run;
+    return st;
+}
+
 static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_content *content = &map->content;
-    struct rmap_field_table runs = rmap_run_fields(), pieces = rmap_piece_fields(),
-                            portions = rmap_portion_fields_index(), chunks = rmap_chunk_fields();
+    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
+                            chunks = rmap_chunk_fields();
     uint64_t digest[2];
-    void *piece = NULL, *portion = NULL, *chunk = NULL, *run = NULL;
+    void *piece = NULL, *portion = NULL, *chunk = NULL;
     RMAP_TRY(rmap_h5_read_fields(h5, pieces.field, pieces.n, sizeof *content->piece, &piece,
                                  &content->n_piece, err));
     content->piece = piece;
@@ -85,8 +95,6 @@ static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
     content->cap_piece = content->n_piece;
     content->cap_portion = content->n_portion;
     content->cap_chunk = content->n_chunk;
-    RMAP_TRY(rmap_h5_read_fields(h5, runs.field, runs.n, sizeof *map->run, &run, &map->n_run, err));
-    map->run = run;
     for (size_t i = 0; i < content->n_piece; i++) {
         struct rmap_piece_info *info = &content->piece[i];
         if (info->shard < 0 || info->shard > 99999 || info->number < 0 || info->number > 99999 ||
@@ -160,7 +168,9 @@ static enum rmap_status sum_up(struct rmap_map *map, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status read_index(struct rmap_map *map, struct rmap_h5 *h5, struct rmap_error *err)
+/* bare: without content and sums. */
+static enum rmap_status read_index(struct rmap_map *map, struct rmap_h5 *h5, bool bare,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_provenance_check(h5, RMAP_FILETYPE_MAP, err));
@@ -170,9 +180,12 @@ static enum rmap_status read_index(struct rmap_map *map, struct rmap_h5 *h5, str
         st = rmap_error_set(err, RMAP_FORMAT, "%s: /space is empty", h5->path);
         goto out;
     }
-    RMAP_TRY(read_content(map, h5, err));
+    RMAP_TRY(read_runs(map, h5, err));
+    if (!bare)
+        RMAP_TRY(read_content(map, h5, err));
     RMAP_TRY(read_scenes(map, h5, err));
-    RMAP_TRY(rmap_map_tally_read(h5, map->scene[0], &map->tally, err));
+    RMAP_TRY(bare ? rmap_tally_create(map->scene[0], &map->tally, err)
+                  : rmap_map_tally_read(h5, map->scene[0], &map->tally, err));
 out:
     return st;
 }
@@ -185,13 +198,20 @@ static void derive_flux(struct rmap_map *map)
             map->tally->emitted[s] > 0.0 ? scene->source[s].flux / map->tally->emitted[s] : 0.0;
 }
 
-enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
-                                         struct rmap_error *err)
+/* How much of a map is opened. */
+enum scope {
+    SCOPE_BARE,   /* scene, spaces, runs */
+    SCOPE_LISTED, /* and what the index lists */
+    SCOPE_FOUND   /* and, if it is incomplete, what stands beside it */
+};
+
+static enum rmap_status open_index(const char *path, const char *name, enum scope scope,
+                                   struct rmap_map **map_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
     struct rmap_map *map = rmap_alloc(1, sizeof *map);
-    char *index = rmap_path_format("%s/map.h5", path);
+    char *index = rmap_path_format("%s/%s", path, name);
     if (map) {
         (void)pthread_mutex_init(&map->lock, NULL);
         (void)pthread_mutex_init(&map->paths_lock, NULL);
@@ -204,8 +224,8 @@ enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map
     }
     RMAP_TRY(check_path(path, index, map, err));
     RMAP_TRY(rmap_h5_open(&h5, index, err));
-    RMAP_TRY(read_index(map, &h5, err));
-    if (!map->summary.complete)
+    RMAP_TRY(read_index(map, &h5, scope == SCOPE_BARE, err));
+    if (scope == SCOPE_FOUND && !map->summary.complete)
         RMAP_TRY(rmap_map_add_found(map, err));
     map->flux_per_weight = rmap_alloc(map->scene[0]->n_source, sizeof *map->flux_per_weight);
     if (!map->flux_per_weight) {
@@ -221,6 +241,24 @@ out:
     rmap_free(index);
     rmap_map_close(map);
     return st;
+}
+
+enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
+                                         struct rmap_error *err)
+{
+    return open_index(path, "map.h5", SCOPE_FOUND, map_ret, err);
+}
+
+enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
+                                    struct rmap_error *err)
+{
+    return open_index(path, name, SCOPE_BARE, map_ret, err);
+}
+
+enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
+                                      struct rmap_error *err)
+{
+    return open_index(path, "map.h5", SCOPE_LISTED, map_ret, err);
 }
 
 /* Reads an added portion into the tally. */

@@ -138,6 +138,9 @@ static enum rmap_status join_runs(struct merge *self, const struct rmap_map *map
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of runs");
     self->sum.run = row;
     for (size_t i = 0; i < map->n_run; i++) {
+        if (map->run[i].space < 0 || (size_t)map->run[i].space >= map->spaces.n)
+            return rmap_error_set(err, RMAP_FORMAT, "%s/map.h5: /run names no colour space",
+                                  map->path);
         row[self->sum.n_run] = map->run[i];
         row[self->sum.n_run++].space = space[map->run[i].space];
     }

@@ -66,11 +66,9 @@ enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chun
                                    struct rmap_findings *findings,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* Piece that holds chunk `chunk` of the content. */
-size_t rmap_verification_piece_of(const struct rmap_verification *self, size_t chunk);
-
 /* Portion `portion` of self->map, which is there, read through a cursor of all columns: its rays,
- * digest and summary. Adds its rays to the tally. Those known as lost are passed over. */
+ * digest and summary. Adds its rays, if they are good, to the tally (NULL: none). Those known as
+ * lost are passed over. */
 enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap_cursor *cursor,
                                      size_t portion, struct rmap_tally *tally,
                                      struct rmap_findings *findings,

@@ -43,17 +43,23 @@ void rmap_chunk_verifier_destroy(struct rmap_chunk_verifier *self)
     rmap_free(self);
 }
 
-size_t rmap_verification_piece_of(const struct rmap_verification *self, size_t chunk)
+/* Piece that holds a chunk of the content; n_piece when none does. */
+static size_t piece_of(const struct rmap_verification *self, size_t chunk)
 {
+    const struct rmap_map_content *content = self->content;
     size_t low = 0, high = self->n_owner;
-    while (high - low > 1) {
+    while (low < high) {
         size_t middle = low + (high - low) / 2;
         if (self->owner[middle].first_chunk <= chunk)
-            low = middle;
+            low = middle + 1;
         else
             high = middle;
     }
-    return self->n_owner > 0 ? self->owner[low].piece : 0;
+    if (low == 0)
+        return content->n_piece;
+    const struct rmap_chunk_owner *owner = &self->owner[low - 1];
+    return chunk - owner->first_chunk < content->piece[owner->piece].n_chunk ? owner->piece
+                                                                             : content->n_piece;
 }
 
 /* NULL, or what is wrong with the bytes. */
@@ -132,7 +138,9 @@ enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chun
 {
     struct rmap_verification *verification = self->verification;
     const struct rmap_chunk_entry *entry = &verification->content->chunk[chunk];
-    size_t piece = rmap_verification_piece_of(verification, chunk);
+    size_t piece = piece_of(verification, chunk);
+    if (piece == verification->content->n_piece)
+        return RMAP_OK;
     const struct rmap_piece_info *info = &verification->content->piece[piece];
     struct rmap_finding finding;
     if (verification->piece_flag[piece] & RMAP_PIECE_GONE)

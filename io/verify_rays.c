@@ -61,20 +61,38 @@ static enum rmap_status check_summary(struct rmap_verification *self, size_t por
     return rmap_verify_tables(&pair, findings, err);
 }
 
+/* Rays that are not those of the row are lost; of a row that is not believed itself, nobody knows.
+ */
+static const char *check_rays(const struct rmap_verification *self, size_t portion,
+                              const struct rmap_portion *rays, const char **dataset)
+{
+    *dataset = "/ray/id";
+    if (!ids_run(rays))
+        return "its ray ids do not run from the first one on";
+    if (self->portion_flag[portion] & RMAP_PORTION_UNSURE)
+        return NULL;
+    struct rmap_digest digest = rmap_portion_digest(rays);
+    *dataset = "/portion/digest";
+    if (memcmp(&digest, &self->content->portion[portion].digest, sizeof digest) != 0)
+        return "its rays have another digest than was stored with them";
+    return NULL;
+}
+
 enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap_cursor *cursor,
                                      size_t portion, struct rmap_tally *tally,
                                      struct rmap_findings *findings, struct rmap_error *err)
 {
-    const struct rmap_portion_info *info = &self->content->portion[portion];
     const struct rmap_portion *rays = NULL;
+    const char *dataset = "", *wrong = NULL;
     struct rmap_error why = {0};
     if (self->portion_flag[portion] & RMAP_PORTION_LOST)
         return RMAP_OK;
     enum rmap_status st = rmap_cursor_read(cursor, portion, &rays, &why);
-    if (st == RMAP_OK && !ids_run(rays))
-        return lost(self, portion, "/ray/id", "its ray ids do not run from the first one on",
-                    findings, err);
-    if (st == RMAP_OK && !info->is_added)
+    if (st == RMAP_OK)
+        wrong = check_rays(self, portion, rays, &dataset);
+    if (wrong)
+        return lost(self, portion, dataset, wrong, findings, err);
+    if (st == RMAP_OK && tally)
         st = rmap_tally_add_portion(tally, rays, &why);
     if (st == RMAP_FORMAT)
         return lost(self, portion, "", why.text, findings, err);
@@ -85,10 +103,6 @@ enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap
     }
     if (self->portion_flag[portion] & RMAP_PORTION_UNSURE)
         return RMAP_OK;
-    struct rmap_digest digest = rmap_portion_digest(rays);
-    if (memcmp(&digest, &info->digest, sizeof digest) != 0)
-        return lost(self, portion, "/portion/digest",
-                    "its rays have another digest than was stored with them", findings, err);
     return check_summary(self, portion, rays, findings, err);
 }
 

@@ -147,22 +147,18 @@ static enum rmap_status verify_once(const struct rmap_bench *bench, const struct
                                     struct rmap_bench_series *series, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_verification *verification = NULL;
-    struct rmap_findings findings = {0};
-    struct rmap_verified verified;
+    struct rmap_verify_result result = {0};
     double decode_s, begun = rmap_bench_cpu(), n = 1e-6 * self->n_segment;
-    RMAP_TRY(
-        rmap_verify_run(&bench->alone, self->map_path, &verification, &findings, &verified, err));
+    RMAP_TRY(rmap_verify_run(&bench->alone, self->map_path, &result, err));
     double between = rmap_bench_cpu();
-    if (findings.n > 0)
-        RMAP_TRY(
-            rmap_error_set(err, RMAP_INTERNAL, "the map is damaged: %s", findings.row[0].text));
+    if (result.findings.n > 0)
+        RMAP_TRY(rmap_error_set(err, RMAP_INTERNAL, "the map is damaged: %s",
+                                result.findings.row[0].text));
     RMAP_TRY(decode(bench, self->map, RMAP_COLUMNS_ALL, &decode_s, err));
-    rmap_bench_add(series, n / verified.seconds, n / decode_s);
+    rmap_bench_add(series, n / result.verified.seconds, n / decode_s);
     rmap_bench_add_cpu(series, between - begun, rmap_bench_cpu() - between);
 out:
-    rmap_findings_fini(&findings);
-    rmap_verification_close(verification);
+    rmap_verify_result_fini(&result);
     return st;
 }
 

@@ -112,17 +112,14 @@ static enum rmap_status run_verify(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
     const char *path = given->operand[0];
-    struct rmap_verification *verification = NULL;
-    struct rmap_findings findings = {0};
-    struct rmap_verified verified;
+    struct rmap_verify_result result = {0};
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_verify_run(context, path, &verification, &findings, &verified, err));
+    RMAP_TRY(rmap_verify_run(context, path, &result, err));
     if (context->rank == 0)
-        st = tell(context, path, &findings, &verified, verification, err);
+        st = tell(context, path, &result.findings, &result.verified, result.verification, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
-    rmap_findings_fini(&findings);
-    rmap_verification_close(verification);
+    rmap_verify_result_fini(&result);
     return st;
 }
 

@@ -5,17 +5,18 @@
 
 #include "base/alloc.h"
 #include "mpi/agree.h"
+#include "mpi/gather_findings.h"
 #include "mpi/parts.h"
 #include "mpi/progress.h"
 #include "mpi/tally_reduce.h"
 
 /* Items that a thread takes at a time: neighbours share chunks of /ray. */
-enum { PART_CHUNKS = 16, PART_PORTIONS = 32, TAG_FINDINGS = 2 };
+enum { PART_CHUNKS = 16, PART_PORTIONS = 32 };
 
 struct worker {
     struct rmap_chunk_verifier *chunks;
     struct rmap_cursor *cursor;
-    struct rmap_tally *tally;
+    struct rmap_tally *listed, *found; /* of portions in the index, of finished pieces beside it */
     struct rmap_findings findings;
 };
 
@@ -79,8 +80,12 @@ static enum rmap_status verify_rays(void *context, int thread, size_t first, siz
     if (!self->cursor)
         RMAP_TRY(rmap_cursor_create(what->map, RMAP_COLUMNS_ALL, &self->cursor, err));
     for (size_t i = first; i < last; i++) {
-        RMAP_TRY(rmap_verify_portion(what, self->cursor, i, self->tally, &self->findings, err));
-        atomic_fetch_add(&check->done, what->content->portion[i].n_row[RMAP_TABLE_RAY]);
+        const struct rmap_portion_info *info = &what->content->portion[i];
+        bool is_open = what->content->piece[info->piece].is_open;
+        struct rmap_tally *tally = info->is_added ? (is_open ? NULL : self->found) : self->listed;
+        RMAP_TRY(rmap_verify_portion(what, self->cursor, i, tally, &self->findings, err));
+        atomic_fetch_add(&check->done,
+                         info->n_row[RMAP_TABLE_RAY] + info->n_row[RMAP_TABLE_SEGMENT]);
     }
 out:
     return st;
@@ -167,59 +172,33 @@ out:
 }
 
 /* Collective. The sums of all threads and ranks, on rank 0, against the index's; not when rays are
- * lost, which makes sums another. */
-static enum rmap_status verify_sums(struct check *check, struct rmap_error *err)
+ * lost, which makes sums another. *tally_ret: all of them, on rank 0. */
+static enum rmap_status verify_sums(struct check *check, struct rmap_tally **tally_ret,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_verification *what = check->what;
-    struct rmap_tally *sum = check->worker[0].tally;
+    struct worker *first = &check->worker[0];
     bool whole = true;
     if (!what->map)
         return RMAP_OK;
-    for (int t = 1; t < check->context->n_thread; t++)
-        rmap_tally_merge(sum, check->worker[t].tally);
+    for (int t = 1; t < check->context->n_thread; t++) {
+        rmap_tally_merge(first->listed, check->worker[t].listed);
+        rmap_tally_merge(first->found, check->worker[t].found);
+    }
     for (size_t i = 0; i < what->content->n_portion; i++)
         whole = whole && !(what->portion_flag[i] & RMAP_PORTION_LOST);
-    RMAP_TRY(rmap_tally_reduce(check->context, sum, err));
+    RMAP_TRY(rmap_tally_reduce(check->context, first->listed, err));
+    RMAP_TRY(rmap_tally_reduce(check->context, first->found, err));
     if (check->context->rank == 0)
-        st = rmap_verify_sums(check->what, whole ? sum : NULL, check->findings, err);
+        st = rmap_verify_sums(check->what, whole ? first->listed : NULL, check->findings, err);
     RMAP_TRY(rmap_agree(check->context, st, err));
-out:
-    return st;
-}
-
-/* Collective. All ranks' findings to rank 0, in a stable order. */
-static enum rmap_status gather(struct check *check, struct rmap_error *err)
-{
-    const struct rmap_context *context = check->context;
-    enum rmap_status st = RMAP_OK;
-    struct rmap_findings *findings = check->findings;
-    uint64_t mine = findings->n, *all = rmap_alloc((size_t)context->size, sizeof *all);
-    size_t total = findings->n;
-    if (!all)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d ranks", context->size);
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(RMAP_MPI(MPI_Gather(&mine, 1, MPI_UINT64_T, all, 1, MPI_UINT64_T, 0, context->comm)));
-    for (int r = 1; context->rank == 0 && r < context->size; r++)
-        total += all[r];
-    if (context->rank == 0) { /* room for everything first: nothing fails once ranks send */
-        void *block = findings->row;
-        st = rmap_reserve(&block, &findings->cap, total, sizeof *findings->row, err);
-        findings->row = block;
+    if (check->context->rank == 0) {
+        rmap_tally_merge(first->listed, first->found);
+        *tally_ret = first->listed;
+        first->listed = NULL;
     }
-    RMAP_TRY(rmap_agree(context, st, err));
-    for (size_t i = 0; context->rank != 0 && i < findings->n; i++)
-        RMAP_TRY(RMAP_MPI(MPI_Send(&findings->row[i], sizeof *findings->row, MPI_BYTE, 0,
-                                   TAG_FINDINGS, context->comm)));
-    for (int r = 1; context->rank == 0 && r < context->size; r++)
-        for (uint64_t i = 0; i < all[r]; i++)
-            RMAP_TRY(
-                RMAP_MPI(MPI_Recv(&findings->row[findings->n++], sizeof *findings->row, MPI_BYTE, r,
-                                  TAG_FINDINGS, context->comm, MPI_STATUS_IGNORE)));
-    if (context->rank == 0)
-        rmap_findings_sort(findings);
 out:
-    rmap_free(all);
     return st;
 }
 
@@ -244,8 +223,12 @@ static enum rmap_status create_workers(struct check *check, struct rmap_error *e
     check->worker = rmap_alloc((size_t)n_thread, sizeof *check->worker);
     if (!check->worker)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread);
-    for (int t = 0; t < n_thread && st == RMAP_OK && check->what->map; t++)
-        st = rmap_tally_create(rmap_map_scene(check->what->map), &check->worker[t].tally, err);
+    for (int t = 0; t < n_thread && check->what->map; t++) {
+        const struct rmap_scene *scene = rmap_map_scene(check->what->map);
+        RMAP_TRY(rmap_tally_create(scene, &check->worker[t].listed, err));
+        RMAP_TRY(rmap_tally_create(scene, &check->worker[t].found, err));
+    }
+out:
     return st;
 }
 
@@ -254,34 +237,66 @@ static void destroy_workers(struct check *check)
     for (int t = 0; check->worker && t < check->context->n_thread; t++) {
         rmap_chunk_verifier_destroy(check->worker[t].chunks);
         rmap_cursor_destroy(check->worker[t].cursor);
-        rmap_tally_destroy(check->worker[t].tally);
+        rmap_tally_destroy(check->worker[t].listed);
+        rmap_tally_destroy(check->worker[t].found);
         rmap_findings_fini(&check->worker[t].findings);
     }
     rmap_free(check->worker);
 }
 
-enum rmap_status rmap_verify_run(const struct rmap_context *context, const char *path,
-                                 struct rmap_verification **verification_ret,
-                                 struct rmap_findings *findings, struct rmap_verified *verified,
-                                 struct rmap_error *err)
+/* Collective. Ranks open the map one after the other; a map that is being written to may be another
+ * by then. */
+static enum rmap_status agree_on_content(const struct check *check, struct rmap_error *err)
 {
-    struct check check = {.context = context, .findings = findings};
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_map_content *content = check->what->content;
+    uint64_t mine[] = {content->n_piece, content->n_chunk, content->n_portion, content->digest.low,
+                       check->what->claimed->n_piece};
+    enum { N = sizeof mine / sizeof *mine };
+    uint64_t least[N], most[N];
+    memcpy(least, mine, sizeof mine);
+    memcpy(most, mine, sizeof mine);
+    RMAP_TRY(RMAP_MPI(
+        MPI_Allreduce(MPI_IN_PLACE, least, N, MPI_UINT64_T, MPI_MIN, check->context->comm)));
+    RMAP_TRY(RMAP_MPI(
+        MPI_Allreduce(MPI_IN_PLACE, most, N, MPI_UINT64_T, MPI_MAX, check->context->comm)));
+    if (memcmp(least, most, sizeof least) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM,
+                            "%s is being written to: verify it with one rank, or later",
+                            check->what->path);
+out:
+    return st;
+}
+
+enum rmap_status rmap_verify_run(const struct rmap_context *context, const char *path,
+                                 struct rmap_verify_result *result, struct rmap_error *err)
+{
+    struct check check = {.context = context, .findings = &result->findings};
     double begun = rmap_clock_seconds();
-    *verified = (struct rmap_verified){0};
-    enum rmap_status st = rmap_verification_open(path, &check.what, findings, err);
+    *result = (struct rmap_verify_result){0};
+    enum rmap_status st = rmap_verification_open(path, &check.what, check.findings, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(agree_on_content(&check, err));
     st = create_workers(&check, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(verify_pieces(&check, err));
     RMAP_TRY(verify_content(&check, err));
-    RMAP_TRY(verify_sums(&check, err));
-    RMAP_TRY(gather(&check, err));
-    count(check.what, verified);
-    verified->seconds = rmap_clock_seconds() - begun;
-    *verification_ret = check.what;
+    RMAP_TRY(verify_sums(&check, &result->tally, err));
+    RMAP_TRY(rmap_gather_findings(context, check.findings, err));
+    count(check.what, &result->verified);
+    result->verified.seconds = rmap_clock_seconds() - begun;
+    result->verification = check.what;
     check.what = NULL;
 out:
     destroy_workers(&check);
     rmap_verification_close(check.what);
     return st;
+}
+
+void rmap_verify_result_fini(struct rmap_verify_result *result)
+{
+    rmap_tally_destroy(result->tally);
+    rmap_findings_fini(&result->findings);
+    rmap_verification_close(result->verification);
+    *result = (struct rmap_verify_result){0};
 }

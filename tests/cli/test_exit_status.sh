@@ -9,7 +9,7 @@ write_scene scene.yaml
 # 0: done
 expect 0 'usage: raymap' "$RAYMAP" --help
 expect 0 'MPI' "$RAYMAP" --version
-for command in check trace info query report detector draw verify convert merge bench; do
+for command in check trace info query report detector draw verify repair convert merge bench; do
     expect 0 "usage: raymap $command" "$RAYMAP" $command --help
     expect 0 "usage: raymap $command" "$RAYMAP" $command one two three --help
 done

@@ -1,0 +1,385 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/repair.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/journal.h"
+#include "io/map_directory.h"
+#include "io/map_format.h"
+#include "io/map_internal.h"
+#include "io/map_run.h"
+#include "io/map_scan.h"
+#include "io/provenance.h"
+#include "io/publish.h"
+#include "io/seal.h"
+
+static enum rmap_status note(struct rmap_findings *done, const char *file, const char *text,
+                             struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    rmap_finding_set(&finding, file, "", "%s", text);
+    return rmap_findings_add(done, &finding, err);
+}
+
+/* ---- which rays ---- */
+
+enum rmap_status rmap_repair_rays(const struct rmap_map_content *content, struct rmap_ray_set *set,
+                                  struct rmap_error *err)
+{
+    struct rmap_ray_range *range = rmap_alloc(content->n_portion, sizeof *range);
+    if (!range)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of rays");
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *info = &content->portion[i];
+        range[i] =
+            (struct rmap_ray_range){info->first_ray, info->first_ray + info->n_row[RMAP_TABLE_RAY]};
+    }
+    enum rmap_status st = rmap_ray_set_make(range, content->n_portion, set, err);
+    rmap_free(range);
+    return st;
+}
+
+enum rmap_status rmap_repair_wanted(const struct rmap_map *map, struct rmap_ray_set *set,
+                                    struct rmap_error *err)
+{
+    struct rmap_ray_range *range = rmap_alloc(map->n_run, sizeof *range);
+    if (!range)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of runs");
+    for (size_t i = 0; i < map->n_run; i++) {
+        uint64_t first = map->run[i].first_ray, n = map->run[i].n_ray;
+        range[i] =
+            (struct rmap_ray_range){first, n < RMAP_RAY_END - first ? first + n : RMAP_RAY_END};
+    }
+    enum rmap_status st = rmap_ray_set_make(range, map->n_run, set, err);
+    rmap_free(range);
+    return st;
+}
+
+/* ---- the index without rays ---- */
+
+static enum rmap_status write_bare(const char *path, const struct rmap_map *map,
+                                   struct rmap_error *err)
+{
+    struct rmap_map_run run = {0};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_map_run_init(map, 0, RMAP_ENCODING_PLAIN, &run, err));
+    const struct rmap_index index = {.run = &run.run, .before = map};
+    RMAP_TRY(rmap_index_write_content(path, &index, err));
+out:
+    rmap_map_run_fini(&run);
+    return st;
+}
+
+/* All pieces that open, whatever they hold; the last one's origin. */
+static enum rmap_status read_disk(const char *path, struct rmap_map_content *content,
+                                  struct rmap_piece_origin *origin, struct rmap_error *err)
+{
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0;
+    enum rmap_status st = rmap_map_list_pieces(path, &name, &n, err);
+    for (size_t i = 0; st == RMAP_OK && i < n; i++) {
+        struct rmap_error why = {0};
+        struct rmap_piece_origin one = {0};
+        if (rmap_piece_read(path, name[i].shard, name[i].number, content, &one, &why) == RMAP_OK)
+            *origin = one;
+    }
+    rmap_free(name);
+    return st;
+}
+
+/* Of a piece's file; empty when it does not say. */
+static enum rmap_status read_isa(const char *path, const char *name, char isa[32],
+                                 struct rmap_error *err)
+{
+    struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
+    char *file = rmap_path_format("%s/%s", path, name);
+    if (!file)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (rmap_h5_open(&h5, file, NULL) != RMAP_OK ||
+        rmap_h5_get_text(&h5, "/", "isa", isa, 32, NULL) != RMAP_OK)
+        isa[0] = 0;
+    rmap_h5_drop(&h5);
+    rmap_free(file);
+    return RMAP_OK;
+}
+
+/* With the scene alone nobody knows how many rays were asked for: those up to the last one. */
+static enum rmap_status write_from_scene(const char *path, const struct rmap_run *scene,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_content content = {0};
+    struct rmap_piece_origin found = {0}, given;
+    struct rmap_run run = *scene;
+    struct rmap_run_row row = {.first_ray = UINT64_MAX, .n_rank = 1};
+    uint64_t end = 0;
+    char isa[32] = "";
+    RMAP_TRY(read_disk(path, &content, &found, err));
+    if (content.n_piece == 0) {
+        st = rmap_error_set(err, RMAP_FORMAT, "%s holds no piece that can be read", path);
+        goto out;
+    }
+    RMAP_TRY(read_isa(path, content.piece[content.n_piece - 1].name, isa, err));
+    run.isa = isa;
+    run.seed = row.seed = found.seed;
+    run.n_rank = 1;
+    RMAP_TRY(rmap_piece_origin_of(&run, &given, err));
+    if (strcmp(given.space_digest, found.space_digest) != 0) {
+        st =
+            rmap_error_set(err, RMAP_INPUT,
+                           "the pieces of %s were traced with another scene than the one given, or "
+                           "with another --simulation, --only, --without, --set or --color",
+                           path);
+        goto out;
+    }
+    for (size_t i = 0; i < content.n_portion; i++) {
+        const struct rmap_portion_info *info = &content.portion[i];
+        row.first_ray = info->first_ray < row.first_ray ? info->first_ray : row.first_ray;
+        if (info->first_ray + info->n_row[RMAP_TABLE_RAY] > end)
+            end = info->first_ray + info->n_row[RMAP_TABLE_RAY];
+    }
+    row.n_ray = end > row.first_ray ? end - row.first_ray : 0;
+    const struct rmap_index index = {.run = &run, .row = &row};
+    RMAP_TRY(rmap_index_write_content(path, &index, err));
+out:
+    rmap_map_content_fini(&content);
+    return st;
+}
+
+enum rmap_status rmap_repair_index(const char *path, const struct rmap_run *scene,
+                                   struct rmap_findings *done, struct rmap_error *err)
+{
+    static const char *const name[] = {"map.h5", RMAP_INDEX_START};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map *map = NULL;
+    size_t k = 0;
+    while (k < 2 && rmap_map_open_bare(path, name[k], &map, NULL) != RMAP_OK)
+        k++;
+    if (map) {
+        RMAP_TRY(write_bare(path, map, err));
+        RMAP_TRY(note(done, "map.h5",
+                      k == 0 ? "made again: scene and runs from itself, rays from the pieces"
+                             : "made again: scene and runs from " RMAP_INDEX_START
+                               ", rays from the pieces",
+                      err));
+    } else if (scene) {
+        RMAP_TRY(write_from_scene(path, scene, err));
+        RMAP_TRY(note(done, "map.h5", "made again: the scene as given, rays from the pieces", err));
+    } else {
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "%s: neither map.h5 nor " RMAP_INDEX_START
+                            " can be read; give the scene that was traced, with --scene FILE",
+                            path);
+    }
+out:
+    rmap_map_close(map);
+    return st;
+}
+
+/* ---- what stays ---- */
+
+static bool has_lost(const struct rmap_verification *self, size_t piece)
+{
+    const struct rmap_map_content *content = self->content;
+    bool lost = false;
+    for (size_t i = 0; i < content->n_portion && !lost; i++)
+        lost =
+            (size_t)content->portion[i].piece == piece && self->portion_flag[i] & RMAP_PORTION_LOST;
+    return lost;
+}
+
+bool rmap_repair_replaces(const struct rmap_verification *self, size_t piece)
+{
+    return !self->content->piece[piece].is_open &&
+           (self->piece_flag[piece] != 0 || has_lost(self, piece));
+}
+
+static enum rmap_status keep_piece(const struct rmap_map_content *content, size_t piece,
+                                   struct rmap_map_content *kept, struct rmap_error *err)
+{
+    const struct rmap_piece_info *info = &content->piece[piece];
+    struct rmap_portion_info *portion = rmap_alloc(content->n_portion, sizeof *portion);
+    size_t n = 0;
+    if (!portion)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
+    for (size_t i = 0; i < content->n_portion; i++)
+        if ((size_t)content->portion[i].piece == piece) {
+            portion[n] = content->portion[i];
+            portion[n++].is_added = 0;
+        }
+    enum rmap_status st = RMAP_OK;
+    if (n > 0)
+        st = rmap_map_content_add_piece(kept, info, portion, n, content->chunk + info->first_chunk,
+                                        err);
+    rmap_free(portion);
+    return st;
+}
+
+enum rmap_status rmap_repair_write(const struct rmap_verification *self,
+                                   const struct rmap_map_content *copied,
+                                   const struct rmap_tally *tally, bool complete,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_content kept = {0};
+    struct rmap_map_run run = {0};
+    for (size_t i = 0; i < self->content->n_piece; i++)
+        if (!self->content->piece[i].is_open && !rmap_repair_replaces(self, i))
+            RMAP_TRY(keep_piece(self->content, i, &kept, err));
+    RMAP_TRY(rmap_map_content_add(&kept, copied, err));
+    RMAP_TRY(rmap_map_run_init(self->map, 0, RMAP_ENCODING_PLAIN, &run, err));
+    const struct rmap_index index = {.run = &run.run,
+                                     .before = self->map,
+                                     .content = &kept,
+                                     .tally = tally,
+                                     .complete = complete};
+    RMAP_TRY(rmap_index_write_content(self->path, &index, err));
+out:
+    rmap_map_run_fini(&run);
+    rmap_map_content_fini(&kept);
+    return st;
+}
+
+enum rmap_status rmap_repair_free_shard(const char *path, int *shard_ret, struct rmap_error *err)
+{
+    struct rmap_piece_name *name = NULL;
+    struct stat info;
+    size_t n = 0;
+    bool taken = true;
+    *shard_ret = 0;
+    enum rmap_status st = rmap_map_list_pieces(path, &name, &n, err);
+    for (size_t i = 0; st == RMAP_OK && i < n; i++)
+        *shard_ret = name[i].shard >= *shard_ret ? name[i].shard + 1 : *shard_ret;
+    rmap_free(name);
+    while (st == RMAP_OK && taken) { /* shards without a piece */
+        char *shard = rmap_path_format("%s/shard-%05d", path, *shard_ret);
+        if (!shard)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        taken = stat(shard, &info) == 0;
+        *shard_ret += taken;
+        rmap_free(shard);
+    }
+    return st;
+}
+
+/* ---- what goes ---- */
+
+struct removal {
+    const struct rmap_verification *self;
+    const struct rmap_map_content *now; /* what the index lists */
+    struct rmap_ray_set rays;           /* that it holds */
+    struct rmap_findings *done;
+};
+
+static bool lists(const struct rmap_map_content *content, const char *name)
+{
+    for (size_t i = 0; i < content->n_piece; i++)
+        if (strcmp(content->piece[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+static bool was_replaced(const struct rmap_verification *self, const char *name)
+{
+    for (size_t i = 0; i < self->content->n_piece; i++)
+        if (strcmp(self->content->piece[i].name, name) == 0)
+            return !(self->piece_flag[i] & RMAP_PIECE_GONE) && rmap_repair_replaces(self, i);
+    return false;
+}
+
+/* NULL: the file stays. */
+static const char *why_remove(const struct removal *removal, const struct rmap_piece_name *name,
+                              const char *file, const char *path)
+{
+    const struct rmap_map *map = removal->self->map;
+    struct rmap_map_content content = {0};
+    struct rmap_piece_origin origin = {0};
+    struct rmap_ray_set own = {0}, rest = {0};
+    struct rmap_error why = {0};
+    const char *reason = NULL;
+    if (was_replaced(removal->self, file))
+        return "removed: what was good of it stands in another piece";
+    if (rmap_seal_check(path, &why) == RMAP_FORMAT)
+        return "removed: it was damaged";
+    if (rmap_piece_read(removal->self->path, name->shard, name->number, &content, &origin, &why) ==
+            RMAP_OK &&
+        origin.seed == map->summary.seed && strcmp(origin.scene_digest, map->scene_digest) == 0 &&
+        rmap_repair_rays(&content, &own, &why) == RMAP_OK &&
+        rmap_ray_set_minus(&own, &removal->rays, &rest, &why) == RMAP_OK && rest.n == 0)
+        reason = "removed: other pieces hold its rays";
+    rmap_ray_set_fini(&own);
+    rmap_ray_set_fini(&rest);
+    rmap_map_content_fini(&content);
+    return reason;
+}
+
+static enum rmap_status remove_piece(const struct removal *removal,
+                                     const struct rmap_piece_name *name, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_info info = {.shard = name->shard, .number = name->number};
+    rmap_piece_name_set(&info);
+    if (lists(removal->now, info.name))
+        return RMAP_OK;
+    char *path = rmap_path_format("%s/%s", removal->self->path, info.name);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    const char *why = why_remove(removal, name, info.name, path);
+    if (why && unlink(path) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
+    if (why && st == RMAP_OK)
+        st = note(removal->done, info.name, why, err);
+    rmap_free(path);
+    return st;
+}
+
+enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
+                                    struct rmap_findings *done, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_piece_name *name = NULL;
+    struct rmap_map *map = NULL;
+    size_t n = 0;
+    struct removal removal = {.self = self, .done = done};
+    RMAP_TRY(rmap_map_list_pieces(self->path, &name, &n, err));
+    RMAP_TRY(rmap_map_open_listed(self->path, &map, err));
+    removal.now = &map->content;
+    RMAP_TRY(rmap_repair_rays(removal.now, &removal.rays, err));
+    for (size_t i = 0; i < n; i++)
+        RMAP_TRY(remove_piece(&removal, &name[i], err));
+out:
+    rmap_ray_set_fini(&removal.rays);
+    rmap_map_close(map);
+    rmap_free(name);
+    return st;
+}
+
+enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
+                                             struct rmap_findings *done, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_journal journal = {0};
+    char *part = rmap_path_format("%s/%s", path, name);
+    char *journal_path = part ? rmap_journal_path(part) : NULL;
+    if (!journal_path) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        goto out;
+    }
+    if (rmap_journal_read(journal_path, &journal, NULL) == RMAP_OK && journal.n_portion > 0)
+        goto out; /* of another scene or version: not ours to remove */
+    if ((unlink(journal_path) != 0 && errno != ENOENT) || (unlink(part) != 0 && errno != ENOENT)) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", part, strerror(errno));
+        goto out;
+    }
+    st = note(done, name, "removed: its journal was damaged", err);
+out:
+    rmap_journal_fini(&journal);
+    rmap_free(journal_path);
+    rmap_free(part);
+    return st;
+}
