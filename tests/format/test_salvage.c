@@ -286,7 +286,7 @@ static void kill_in(enum rmap_encoding encoding)
             struct rmap_salvaged sum;
             _exit(salvage_all(&f, &sum, &content, NULL) == RMAP_OK ? 0 : 1);
         }
-        const struct timespec wait = {.tv_nsec = 4000000L * (n_kill + 1)};
+        const struct timespec wait = {.tv_nsec = n_kill < 7 ? 4000000L << n_kill : 900000000L};
         (void)nanosleep(&wait, NULL);
         (void)kill(child, SIGKILL);
         assert_int_equal(waitpid(child, &status, 0), child);
