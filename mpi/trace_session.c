@@ -90,6 +90,13 @@ static enum rmap_status explain(const struct rmap_trace_session *self, enum rmap
     return rmap_error_set(err, st, "%s; the first difference: %s", whole.text, what);
 }
 
+/* Rank 0. Pieces that are left out: their rays are traced again. */
+static void tell_trouble(const struct rmap_trace_session *self)
+{
+    for (size_t i = 0; i < rmap_map_n_trouble(self->goal.map); i++)
+        fprintf(stderr, "raymap: warning: left out: %s\n", rmap_map_trouble(self->goal.map, i));
+}
+
 /* Collective. What killed writers left becomes finished pieces, and the map is opened anew. */
 static enum rmap_status recover_map(struct rmap_trace_session *self, struct rmap_error *err)
 {
@@ -123,10 +130,28 @@ static enum rmap_status find_goal(struct rmap_trace_session *self, struct rmap_e
     st = rmap_trace_goal_admit(&self->request, &self->run, &self->goal, err);
     RMAP_TRY(rmap_agree(self->context, explain(self, st, err), err));
     RMAP_TRY(recover_map(self, err));
+    if (self->context->rank == 0)
+        tell_trouble(self);
     RMAP_TRY(rmap_agree(self->context, rmap_trace_goal_plan(&self->goal, err), err));
     self->run.space = self->goal.space;
 out:
     return st;
+}
+
+/* Portions of the index, those of a piece together: first[k] is where piece k's begin. */
+static void group_portions(const struct rmap_map_content *content, size_t *first,
+                           struct rmap_portion_info *grouped)
+{
+    for (size_t i = 0; i < content->n_portion; i++)
+        first[content->portion[i].piece + 1] += !content->portion[i].is_added;
+    for (size_t k = 0; k < content->n_piece; k++)
+        first[k + 1] += first[k];
+    for (size_t i = 0; i < content->n_portion; i++) /* leaves each piece's end in first */
+        if (!content->portion[i].is_added)
+            grouped[first[content->portion[i].piece]++] = content->portion[i];
+    for (size_t k = content->n_piece; k > 0; k--)
+        first[k] = first[k - 1];
+    first[0] = 0;
 }
 
 /* Rank 0. The pieces that the map's index lists: only of them it has the sums. */
@@ -135,21 +160,21 @@ static enum rmap_status listed_content(const struct rmap_map *map, struct rmap_m
 {
     const struct rmap_map_content *content = rmap_map_contents(map);
     enum rmap_status st = RMAP_OK;
-    struct rmap_portion_info *portion =
-        rmap_alloc(content->n_portion ? content->n_portion : 1, sizeof *portion);
-    if (!portion)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
-    for (size_t k = 0; st == RMAP_OK && k < content->n_piece; k++) {
-        const struct rmap_piece_info *piece = &content->piece[k];
-        size_t n = 0;
-        for (size_t i = 0; i < content->n_portion; i++)
-            if ((size_t)content->portion[i].piece == k && !content->portion[i].is_added)
-                portion[n++] = content->portion[i];
-        if (n > 0)
-            st = rmap_map_content_add_piece(listed, piece, portion, n,
-                                            content->chunk + piece->first_chunk, err);
+    size_t *first = rmap_alloc(content->n_piece + 1, sizeof *first);
+    struct rmap_portion_info *grouped = rmap_alloc(content->n_portion + 1, sizeof *grouped);
+    if (!first || !grouped) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+        goto out;
     }
-    rmap_free(portion);
+    group_portions(content, first, grouped);
+    for (size_t k = 0; k < content->n_piece; k++)
+        if (first[k + 1] > first[k])
+            RMAP_TRY(rmap_map_content_add_piece(
+                listed, &content->piece[k], grouped + first[k], first[k + 1] - first[k],
+                content->chunk + content->piece[k].first_chunk, err));
+out:
+    rmap_free(grouped);
+    rmap_free(first);
     return st;
 }
 

@@ -70,7 +70,9 @@ n=0
 for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "${RAYMAP_TEST_KILLS:-2}" -r --random-source=<(yes 3) one-rank all-ranks mpirun); do
     n=$((n + 1))
     map=kill-$n.raymap
-    begin $map $((1 + n % 3))
+    encoding=plain # of both lives, at every third map
+    [ $((n % 3)) -ne 0 ] || encoding=compact
+    begin $map $((1 + n % 3)) --encoding $encoding
     disturb "$how"
     case $how in SIGUSR1 | SIGINT-rank)
         [ $status -eq 6 ] || grep -q 'Exit code: *6' stderr.txt || [ $status -eq 0 ] ||
@@ -101,6 +103,16 @@ expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap -n $rays --q
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap --resume --encoding compact --quiet
 same mixed.raymap 'another encoding'
 expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
+
+# Damaged pieces and journals are told, left out, and their rays traced again.
+begin hurt.raymap 2 --piece-size 2Mi
+disturb all-ranks
+piece=$(find hurt.raymap -name 'piece-*.h5' | sort | head -1)
+journal=$(find hurt.raymap -name '*.journal' | sort | head -1)
+[ -z "$piece" ] || truncate -s -1000 "$piece"
+[ -z "$journal" ] || printf 'rmapjrnX' | dd of="$journal" conv=notrunc status=none
+expect 0 "warning: left out: .*$(basename "$piece")" mpirun -np 2 "$RAYMAP" trace scene.yaml -o hurt.raymap --resume
+same hurt.raymap 'damage'
 
 # The index is made of what ranks say, wherever their shards are; collected, they are the map.
 mkdir disk
