@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: whatever happened to a map, repair leaves one without findings that holds every ray
+that could be read, says which are lost, and trace --resume brings back the digest, balance and
+images of the map as it was; also when repair, merge or convert is killed in the middle."""
+import glob
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+try:
+    import h5py
+except ImportError:
+    print("no h5py here")
+    sys.exit(77)
+if not shutil.which("mpirun"):
+    print("no mpirun here")
+    sys.exit(77)
+
+PROGRAM = os.environ["RAYMAP"]
+SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
+RANDOM = random.Random(int(os.environ.get("RAYMAP_TEST_SEED", "3")))
+RAYS = 40000
+
+
+def run(*arguments, ranks=1, status=0):
+    start = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
+    done = subprocess.run([*start, PROGRAM, *map(str, arguments)], capture_output=True, text=True,
+                          timeout=120, check=False)
+    assert done.returncode == status, (arguments, ranks, done.returncode, done.stdout, done.stderr)
+    return done.stdout
+
+
+def info(path="b.raymap"):
+    document = json.loads(run("info", path, "--json"))
+    return {key: document[key] for key in ("digest", "rays", "complete", "sources", "detectors")}
+
+
+def again():
+    shutil.rmtree("b.raymap", ignore_errors=True)
+    shutil.copytree("a.raymap", "b.raymap")
+
+
+def at(name):
+    return os.path.join("b.raymap", name)
+
+
+def flip(name, where):
+    with open(at(name), "r+b") as file:
+        file.seek(where)
+        was = file.read(1)
+        file.seek(where)
+        file.write(bytes([was[0] ^ (1 << RANDOM.randrange(8))]))
+
+
+def chunk(name, dataset):
+    with h5py.File(os.path.join("a.raymap", name), "r") as file:
+        place = file[dataset].id.get_chunk_info(0)
+        return place.byte_offset + RANDOM.randrange(place.size)
+
+
+def rays_of(name):
+    with h5py.File(os.path.join("a.raymap", name), "r") as file:
+        return int(file["portion/n_row"][:, 0].sum())
+
+
+def heal(what, lost=None, ranks=1, arguments=()):
+    """Repairs, checks what is said, resumes, and compares with the map as it was."""
+    said = json.loads(run("repair", "b.raymap", "--json", *arguments, ranks=ranks))
+    assert said["left"] == [] and said["complete"] is (said["missing"] == 0), (what, said)
+    assert lost is None or said["lost"]["rays"] == lost, (what, said, lost)
+    assert said["lost"]["rays"] == sum(b - a + 1 for a, b in said["lost"]["ray_ranges"])
+    assert said["rays"] == info()["rays"] and said["digest"] == info()["digest"], (what, said)
+    run("verify", "b.raymap", "--quiet")
+    run("trace", SCENE, "-o", "b.raymap", "--resume", "--quiet", *arguments[2:], ranks=ranks)
+    assert info() == WANT, (what, info(), WANT)
+    run("verify", "b.raymap", "--quiet", ranks=ranks)
+    return said
+
+
+for leftover in glob.glob("*.raymap"):
+    shutil.rmtree(leftover)
+run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", "3Mi", "--quiet", ranks=2)
+pieces = sorted(os.path.relpath(p, "a.raymap") for p in glob.glob("a.raymap/shard-*/piece-*.h5"))
+piece, other = pieces[0], pieces[-1]
+WANT = info("a.raymap")
+assert len(pieces) >= 3 and WANT["complete"] is True
+
+again()
+assert heal("nothing", 0)["done"] == []
+flip(piece, chunk(piece, "segment/position"))
+flip(other, 90)
+untouched = {p: os.stat(p).st_mtime_ns for p in glob.glob("b.raymap/*/*")}
+run("repair", "b.raymap", "--dry-run", status=4)
+assert {p: os.stat(p).st_mtime_ns for p in glob.glob("b.raymap/*/*")} == untouched
+said = heal("a chunk and a seal", ranks=3)
+assert 0 < said["lost"]["rays"] <= rays_of(piece)
+again()
+os.truncate(at(piece), os.path.getsize(at(piece)) // 2)
+heal("cut", rays_of(piece))
+again()
+os.remove(at(piece))
+heal("missing", rays_of(piece), ranks=2)
+again()
+shutil.rmtree("b.raymap/shard-00001")
+heal("missing shard", sum(rays_of(p) for p in pieces if "shard-00001" in p))
+again()
+os.remove("b.raymap/map.h5")
+assert "map-start.h5" in heal("no index", 0, ranks=2)["done"][0]["text"]
+again()
+flip("map.h5", RANDOM.randrange(os.path.getsize("b.raymap/map.h5")))
+flip(other, chunk(other, "ray/id"))
+heal("index and chunk")
+again()
+flip("map.h5", 3000)
+flip("map-start.h5", 3000)
+run("repair", "b.raymap", status=3)
+run("repair", "b.raymap", "--scene", SCENE, "--without", "stop", status=3)
+heal("no index at all", 0, arguments=("--scene", SCENE))
+again()
+shutil.copy(at(piece), "b.raymap/shard-00001/piece-00900.h5")
+heal("a piece twice", 0)
+assert not os.path.exists("b.raymap/shard-00001/piece-00900.h5")
+again()
+os.rename(at(piece), "swap.h5")
+os.rename(at(other), at(piece))
+os.rename("swap.h5", at(other))
+heal("exchanged", 0, ranks=2)
+again()  # rays of another seed do not become the map's, and are not thrown away
+run("trace", SCENE, "-o", "seed.raymap", "-n", 5000, "--seed", 9, "--quiet")
+shutil.copy("seed.raymap/shard-00000/piece-00000.h5", "b.raymap/shard-00001/piece-00500.h5")
+run("repair", "b.raymap", status=4)
+assert os.path.exists("b.raymap/shard-00001/piece-00500.h5") and info() == WANT
+
+# Killed traces: what they made safe is in the map, and the rest is traced again.
+for ranks in (1, 2):
+    shutil.rmtree("b.raymap", ignore_errors=True)
+    trace = subprocess.Popen(["mpirun", "-np", str(ranks), PROGRAM, "trace", SCENE, "-o", "b.raymap",
+                              "-n", str(RAYS), "--flush", "0.05", "--quiet", "--piece-size", "3Mi"],
+                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                             start_new_session=True)
+    while trace.poll() is None and not glob.glob("b.raymap/shard-*/.piece-*.journal"):
+        time.sleep(0.01)
+    time.sleep(RANDOM.random() * 0.2)
+    if trace.poll() is None:
+        os.killpg(trace.pid, signal.SIGKILL)
+    trace.wait()
+    time.sleep(0.3)  # orphans of mpirun
+    said = heal("killed trace", 0, ranks=3 - ranks)
+    assert not glob.glob("b.raymap/shard-*/.piece-*"), "leftovers are left"
+
+
+def killed(delay, *arguments):
+    """Starts the program and kills it after a while; false when it was faster."""
+    process = subprocess.Popen([PROGRAM, *arguments], stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    try:
+        process.wait(delay)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+        return True
+    return False
+
+
+# Killed in the middle, and again, until it comes through.
+hits = 0
+for delay in (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5):
+    again()
+    flip(piece, chunk(piece, "segment/event"))
+    flip(other, chunk(other, "registration/detector"))
+    flip("map.h5", 4000)
+    hits += killed(delay, "repair", "b.raymap")
+    hits += killed(delay * 1.3, "repair", "b.raymap")
+    heal(f"repair killed after {delay} s")
+assert hits >= 4, hits
+shutil.rmtree("b.raymap")
+for delay in (0.1, 0.15, 0.2, 0.3):
+    if killed(delay, "convert", "a.raymap", "-o", "b.raymap", "--force") and os.path.exists("b.raymap/map.h5"):
+        heal(f"convert killed after {delay} s")
+    run("verify", "a.raymap", "--quiet")
+run("trace", SCENE, "-o", "c.raymap", "-n", 4096, "--first-ray", 49152, "--quiet")
+for delay in (0.03, 0.05, 0.08, 0.1, 0.15):
+    killed(delay, "merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force")
+    run("verify", "a.raymap", "--quiet")
+    run("merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force", "--quiet")
+    run("verify", "m.raymap", "--quiet")
+print(f"all as expected ({hits} kills hit)")
