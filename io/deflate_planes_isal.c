@@ -124,8 +124,20 @@ static double sample_bits(const uint8_t *data, size_t nbytes)
     return n ? bits / (double)n : 0.0;
 }
 
+static bool is_uniform(const uint8_t *data, size_t nbytes)
+{
+    return nbytes == 0 || memcmp(data, data + 1, nbytes - 1) == 0;
+}
+
+static bool is_zero(const uint8_t *data, size_t nbytes)
+{
+    return nbytes == 0 || (data[0] == 0 && is_uniform(data, nbytes));
+}
+
 static uint16_t choose_history(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes)
 {
+    if (is_uniform(data, nbytes))
+        return HISTORY_RUNS; /* one run: no sample would say otherwise */
     size_t n = nbytes < WINDOW_SAMPLE_NBYTES ? nbytes : WINDOW_SAMPLE_NBYTES;
     const uint8_t *middle = data + (nbytes - n) / 2;
     size_t cap = sizeof deflater->sample;
@@ -142,11 +154,6 @@ static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, siz
         coded =
             put_coded(deflater, data, nbytes, choose_history(deflater, data, nbytes), out, stored);
     return coded ? coded : put_stored(data, nbytes, out);
-}
-
-static bool is_zero(const uint8_t *data, size_t nbytes)
-{
-    return nbytes == 0 || (data[0] == 0 && memcmp(data, data + 1, nbytes - 1) == 0);
 }
 
 struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
