@@ -5,6 +5,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
+#include <sys/file.h>
 #include <unistd.h>
 #include <xxhash.h>
 
@@ -125,6 +126,7 @@ enum rmap_status rmap_journal_create(const char *path, const struct rmap_journal
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be made: %s", path, strerror(errno));
         goto out;
     }
+    (void)flock(self->fd, LOCK_EX | LOCK_NB); /* tells others that its writer lives */
     *writer_ret = self;
     self = NULL;
 out:

@@ -3,10 +3,12 @@
 
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -156,6 +158,19 @@ static bool is_part(const char *name)
 static bool is_journal(const char *name)
 {
     return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".journal");
+}
+
+bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover)
+{
+    char *part = rmap_path_format("%s/%s", map_path, leftover->name);
+    char *journal = part ? rmap_journal_path(part) : NULL;
+    int fd = journal ? open(journal, O_RDONLY | O_CLOEXEC) : -1;
+    bool held = fd >= 0 && flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    if (fd >= 0)
+        (void)close(fd);
+    rmap_free(journal);
+    rmap_free(part);
+    return held;
 }
 
 char *rmap_journal_path(const char *part_path)

@@ -34,6 +34,10 @@ struct rmap_leftover {
 enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Whether its writer is at work: the journal is locked then. False where the file system keeps no
+ * locks, or memory is short. */
+bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover);
+
 /* Of the journal that goes with a .part file; rmap_free. NULL when memory is short. */
 char *rmap_journal_path(const char *part_path);
 

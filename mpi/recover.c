@@ -2,6 +2,7 @@
 #include "mpi/recover.h"
 
 #include <string.h>
+#include <time.h>
 
 #include "base/alloc.h"
 #include "io/salvage.h"
@@ -20,6 +21,25 @@ static void note(struct result *result, const char *text)
         (void)snprintf(result->text, sizeof result->text, "%s", text);
 }
 
+/* Rank 0. Writers that are being killed are given a moment to go. */
+static enum rmap_status check_idle(const char *map_path, const struct rmap_leftover *list, size_t n,
+                                   struct rmap_error *err)
+{
+    const struct timespec nap = {.tv_nsec = 100000000};
+    const double patience_s = 5.0;
+    double begun = rmap_clock_seconds();
+    for (size_t i = 0; i < n; i++)
+        while (rmap_leftover_is_held(map_path, &list[i])) {
+            if (rmap_clock_seconds() - begun > patience_s)
+                return rmap_error_set(err, RMAP_USAGE,
+                                      "%s is being traced by another raymap (it writes %s, which "
+                                      "names its host and process): stop that first",
+                                      map_path, list[i].name);
+            (void)nanosleep(&nap, NULL);
+        }
+    return RMAP_OK;
+}
+
 /* Rank 0's list, on every rank. */
 static enum rmap_status share_list(const struct rmap_context *context, const char *map_path,
                                    struct rmap_leftover **list, size_t *n, struct rmap_error *err)
@@ -29,6 +49,8 @@ static enum rmap_status share_list(const struct rmap_context *context, const cha
     size_t nbytes = 0;
     if (context->rank == 0)
         st = rmap_map_list_leftovers(map_path, list, n, err);
+    if (context->rank == 0 && st == RMAP_OK)
+        st = check_idle(map_path, *list, *n, err);
     RMAP_TRY(rmap_agree(context, st, err));
     blob = (uint8_t *)*list;
     nbytes = *n * sizeof **list;

@@ -1,0 +1,36 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# A map that is being traced: it can be looked at and queried, and a second trace keeps its hands
+# off it. Once its writer was killed, --resume takes it over.
+set -euo pipefail
+scene=$SOURCE_DIR/examples/double-gauss/scene.yaml
+fail() { echo "FAILED: $*" >&2; exit 1; }
+
+rm -rf live.raymap
+"$RAYMAP" trace "$scene" -o live.raymap -n 100M --flush 0.2 --threads 1 --quiet &
+writer=$!
+trap 'kill -9 $writer 2>/dev/null || true' EXIT
+rays=0
+for _ in $(seq 300); do
+    rays=$("$RAYMAP" info live.raymap --json 2>/dev/null |
+        /usr/bin/python3 -c 'import json, sys; print(json.load(sys.stdin)["rays"])' 2>/dev/null) || rays=0
+    [ "${rays:-0}" -gt 0 ] && break
+    sleep 0.1
+done
+[ "${rays:-0}" -gt 0 ] || fail "a live map shows no rays"
+"$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json || fail "a live map answers no query"
+
+status=0
+"$RAYMAP" trace "$scene" -o live.raymap --resume --quiet 2>refused.txt || status=$?
+[ $status -eq 2 ] || fail "a second trace of a live map ended with $status"
+grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
+kill -0 $writer || fail "the writer did not survive the second trace"
+
+kill -9 $writer
+wait $writer 2>/dev/null || true
+status=0
+"$RAYMAP" trace "$scene" -o live.raymap --resume --time-limit 1s --quiet 2>resumed.txt || status=$?
+[ $status -eq 6 ] || fail "taking over ended with $status: $(cat resumed.txt)"
+"$RAYMAP" verify live.raymap --quiet || fail "the map does not verify"
+rm -rf live.raymap
+echo "a live map is read and left alone"
