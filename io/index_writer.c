@@ -16,11 +16,13 @@
 #include "io/map_writer.h"
 #include "io/provenance.h"
 #include "io/publish.h"
+#include "io/scene_numbers.h"
 #include "io/seal.h"
 
 struct index {
     struct rmap_h5 h5;
     const struct rmap_run *run;
+    const struct rmap_map *before; /* or NULL */
     const struct rmap_tally *tally;
     struct rmap_tally *zeros; /* owned; used where no tally was given */
     struct rmap_piece_origin origin;
@@ -201,6 +203,19 @@ static enum rmap_status write_runs(struct index *self, struct rmap_error *err)
                                                 self->n_row, sizeof *self->row, err);
 }
 
+/* A space that the map had keeps the numbers that its pieces were written with. */
+static enum rmap_status write_models(struct index *self, struct rmap_error *err)
+{
+    enum rmap_status st = rmap_h5_group(&self->h5, "/model", err);
+    for (size_t k = 0; st == RMAP_OK && k < self->spaces.n; k++) {
+        bool old = self->before && k < self->before->spaces.n;
+        if (old || strcmp(self->spaces.space[k].digest, self->origin.space_digest) == 0)
+            st = rmap_scene_numbers_write(
+                &self->h5, old ? self->before->scene[k] : self->run->scene, k, err);
+    }
+    return st;
+}
+
 static enum rmap_status write_file(struct index *self, const char *temporary, bool complete,
                                    struct rmap_error *err)
 {
@@ -212,6 +227,7 @@ static enum rmap_status write_file(struct index *self, const char *temporary, bo
     RMAP_TRY(write_names(self, err));
     RMAP_TRY(write_light(self, err));
     RMAP_TRY(rmap_map_spaces_write(&self->h5, &self->spaces, err));
+    RMAP_TRY(write_models(self, err));
     RMAP_TRY(write_runs(self, err));
     RMAP_TRY(write_content(self, err));
     RMAP_TRY(rmap_map_tally_write(&self->h5, self->tally, err));
@@ -226,7 +242,7 @@ static enum rmap_status gather_history(struct index *self, const struct rmap_ind
                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_map *before = given->before;
+    const struct rmap_map *before = self->before = given->before;
     size_t n = before ? before->n_run : 0;
     RMAP_TRY(rmap_piece_origin_of(given->run, &self->origin, err));
     if (before)

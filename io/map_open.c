@@ -10,6 +10,7 @@
 #include "io/map_tally.h"
 #include "io/provenance.h"
 #include "io/publish.h"
+#include "io/scene_numbers.h"
 
 /* RMAP_INPUT, RMAP_FORMAT or RMAP_SYSTEM with a remedy before HDF5 sees anything. */
 static enum rmap_status check_path(const char *path, const char *index, struct rmap_map *map,
@@ -132,6 +133,7 @@ static enum rmap_status read_scenes(struct rmap_map *map, struct rmap_h5 *h5,
         const struct rmap_map_space *space = &map->spaces.space[i];
         RMAP_TRY(
             rmap_map_space_scene(space, map->bundle, map->scene[0], h5->path, &map->scene[i], err));
+        RMAP_TRY(rmap_scene_numbers_read(h5, map->scene[i], i, err));
         if (space->n_channel > map->n_channel_max)
             map->n_channel_max = space->n_channel;
     }
