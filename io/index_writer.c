@@ -210,8 +210,8 @@ static enum rmap_status write_models(struct index *self, struct rmap_error *err)
     for (size_t k = 0; st == RMAP_OK && k < self->spaces.n; k++) {
         bool old = self->before && k < self->before->spaces.n;
         if (old || strcmp(self->spaces.space[k].digest, self->origin.space_digest) == 0)
-            st = rmap_scene_numbers_write(
-                &self->h5, old ? self->before->scene[k] : self->run->scene, k, err);
+            st = rmap_scene_numbers_write(&self->h5,
+                                          old ? self->before->scene[k] : self->run->scene, k, err);
     }
     return st;
 }
@@ -381,5 +381,13 @@ enum rmap_status rmap_map_admit(const struct rmap_map *map, const struct rmap_ru
                               map->path, map->summary.isa, run->isa);
     int32_t space = rmap_map_spaces_find(&map->spaces, origin.space_digest);
     *space_ret = space >= 0 ? space : (int32_t)map->spaces.n;
-    return RMAP_OK;
+    bool same = true;
+    if (space >= 0)
+        st = rmap_scene_numbers_same(run->scene, map->scene[space], &same, err);
+    if (st == RMAP_OK && !same)
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "%s was traced on a machine, or with a version, that computes other "
+                            "numbers from the scene (sines, powers): rays would differ",
+                            map->path);
+    return st;
 }

@@ -13,6 +13,7 @@
 #include "io/map_internal.h"
 #include "io/map_run.h"
 #include "io/publish.h"
+#include "io/scene_numbers.h"
 
 enum { SHARD_END = 100000 };
 
@@ -105,6 +106,33 @@ struct merge {
     size_t n_symbolic;
 };
 
+/* The index has one set of numbers per space, and what is compact needs its own. */
+static enum rmap_status check_numbers(const struct rmap_scene *scene, const struct rmap_map *map,
+                                      size_t space, struct rmap_error *err)
+{
+    bool same = false;
+    enum rmap_status st = rmap_scene_numbers_same(scene, map->scene[space], &same, err);
+    if (st == RMAP_OK && !same)
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "%s was traced on a machine that computes other numbers from the scene "
+                            "(sines, powers)",
+                            map->path);
+    return st;
+}
+
+/* Scenes are the sources' own. */
+static enum rmap_status add_scene(struct merge *self, struct rmap_scene *scene,
+                                  struct rmap_error *err)
+{
+    size_t n = self->sum.spaces.n;
+    struct rmap_scene **list = rmap_realloc(self->sum.scene, n + 1, sizeof *list);
+    if (!list)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for colour spaces");
+    self->sum.scene = list;
+    list[n] = scene;
+    return RMAP_OK;
+}
+
 /* Number in the merged map of each space of a source; *space_ret: rmap_free. */
 static enum rmap_status join_spaces(struct merge *self, const struct rmap_map *map,
                                     int32_t **space_ret, struct rmap_error *err)
@@ -117,10 +145,14 @@ static enum rmap_status join_spaces(struct merge *self, const struct rmap_map *m
     for (size_t k = 0; k < map->spaces.n && st == RMAP_OK; k++) {
         struct rmap_map_spaces one = {.space = &map->spaces.space[k], .n = 1};
         number[k] = rmap_map_spaces_find(spaces, one.space->digest);
-        if (number[k] >= 0)
+        if (number[k] >= 0) {
+            st = check_numbers(self->sum.scene[number[k]], map, k, err);
             continue;
+        }
         number[k] = (int32_t)spaces->n;
-        st = rmap_map_spaces_copy(spaces, &one, err);
+        st = add_scene(self, map->scene[k], err);
+        if (st == RMAP_OK)
+            st = rmap_map_spaces_copy(spaces, &one, err);
     }
     if (st == RMAP_OK)
         *space_ret = number;
@@ -287,5 +319,6 @@ out:
     rmap_map_content_fini(&self.content);
     rmap_map_spaces_fini(&self.sum.spaces);
     rmap_free(self.sum.run);
+    rmap_free(self.sum.scene);
     return st;
 }

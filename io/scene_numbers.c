@@ -318,3 +318,39 @@ out:
     copies_fini(&copies);
     return st;
 }
+
+static bool same_table(const struct table *a, const struct table *b, int n_channel)
+{
+    bool same = a->n == b->n;
+    for (size_t f = 0; same && f < a->n_field; f++) {
+        const struct rmap_h5_field *field = &a->field[f];
+        size_t width = field->width ? field->width : (size_t)n_channel;
+        for (size_t i = 0; same && i < a->n; i++)
+            same = memcmp((const char *)a->row + i * a->row_nbytes + field->offset,
+                          (const char *)b->row + i * b->row_nbytes + field->offset,
+                          width * rmap_element_nbytes(field->element)) == 0;
+    }
+    return same;
+}
+
+enum rmap_status rmap_scene_numbers_same(const struct rmap_scene *a, const struct rmap_scene *b,
+                                         bool *same_ret, struct rmap_error *err)
+{
+    struct table table_a[N_TABLE], table_b[N_TABLE];
+    struct copies of_a, of_b;
+    enum rmap_status st = copies_init(a, &of_a, err);
+    if (st != RMAP_OK)
+        return st;
+    st = copies_init(b, &of_b, err);
+    if (st != RMAP_OK)
+        goto out;
+    list_tables((struct rmap_scene *)(uintptr_t)a, &of_a, table_a);
+    list_tables((struct rmap_scene *)(uintptr_t)b, &of_b, table_b);
+    *same_ret = a->channels.n == b->channels.n;
+    for (size_t k = 0; k < N_TABLE; k++)
+        *same_ret = *same_ret && same_table(&table_a[k], &table_b[k], a->channels.n);
+    copies_fini(&of_b);
+out:
+    copies_fini(&of_a);
+    return st;
+}

@@ -21,4 +21,8 @@ enum rmap_status rmap_scene_numbers_write(struct rmap_h5 *h5, const struct rmap_
 enum rmap_status rmap_scene_numbers_read(struct rmap_h5 *h5, struct rmap_scene *scene, size_t space,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* Whether two scenes have the same numbers, bit for bit; in one colour space. RMAP_SYSTEM. */
+enum rmap_status rmap_scene_numbers_same(const struct rmap_scene *a, const struct rmap_scene *b,
+                                         bool *same_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 #endif
