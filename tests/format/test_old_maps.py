@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: maps that an earlier version of the format wrote are read for ever, and say what
+they said then: digests, counts, fluxes and a ray in full. Read by the program and, as far as its
+index goes, by the reader in Python. tests/format/fixtures/make_fixtures.sh made them."""
+import glob
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+
+SOURCE = os.environ["SOURCE_DIR"]
+PROGRAM = os.environ["RAYMAP"]
+FIXTURES = os.path.join(SOURCE, "tests", "format", "fixtures")
+sys.path[:0] = [FIXTURES, os.path.join(SOURCE, "examples", "python")]
+import describe  # noqa: E402
+import raymap_reader  # noqa: E402
+
+failures = 0
+
+
+def check(good, what):
+    global failures
+    if not good:
+        failures += 1
+        print("FAIL " + what)
+
+
+def same(got, want, where):
+    """Equal, floats to the last bits: sums over threads may be ordered otherwise some day."""
+    if isinstance(want, dict):
+        check(isinstance(got, dict) and set(want) <= set(got), f"{where}: keys")
+        for key in want:
+            same(got.get(key), want[key], f"{where}.{key}")
+    elif isinstance(want, list):
+        check(isinstance(got, list) and len(got) == len(want), f"{where}: length")
+        for k, pair in enumerate(zip(got, want)):
+            same(*pair, f"{where}[{k}]")
+    elif isinstance(want, float):
+        check(isinstance(got, float) and abs(got - want) <= 1e-14 * abs(want),
+              f"{where}: {got} is not {want}")
+    else:
+        check(got == want, f"{where}: {got} is not {want}")
+
+
+def read_in_python(target, said):
+    """The rays that the index has, and those of the plain twin in the same numbers."""
+    lens = raymap_reader.Map(target)
+    columns = lens.columns()
+    check(len(columns["segment/event"]) == lens.n_segments, f"{target}: legs in Python")
+    ray = lens.ray(33)
+    check([[float(x) for x in p] for p in ray.segments["position"]]
+          == [step["position"] for step in said["ray"]["steps"]], f"{target}: ray 33 in Python")
+
+
+archives = sorted(glob.glob(os.path.join(FIXTURES, "maps-*.tar.xz")))
+check(len(archives) > 0, "there are fixtures")
+check(sum(os.path.getsize(name) for name in archives) < 100000, "they are small")
+for archive in archives:
+    version = os.path.basename(archive)[5:-7]
+    shutil.rmtree(version, ignore_errors=True)
+    with tarfile.open(archive) as tar:
+        tar.extractall(version)
+    with open(archive[:-7] + ".json", encoding="utf-8") as file:
+        told = json.load(file)
+    check(set(told) == set(os.listdir(version)), f"{version}: maps")
+    for name, said in told.items():
+        target = os.path.join(version, name)
+        same(describe.describe(PROGRAM, target), said, f"{version}/{name}")
+        if "left" not in name and "spaces" not in name:
+            read_in_python(target, said)
+    # A killed run's map goes on from what it left behind.
+    for name in (name for name in told if "left" in name):
+        target = os.path.join(version, name)
+        check(0 < told[name]["rays"] < 12288 and not told[name]["complete"], f"{name}: left over")
+        subprocess.run([PROGRAM, "trace", os.path.join(FIXTURES, "left.yaml"), "-o", target,
+                        "-n", "12288", "--seed", "5", "--resume", "--quiet"], check=True)
+        now = describe.describe(PROGRAM, target)
+        check(now["complete"] and now["rays"] == 12288, f"{target}: resumed")
+        same(now["ray"], {**told[name]["ray"], "flux": now["ray"]["flux"]}, f"{target}: ray 33")
+    check(told["plain.raymap"]["digest"] == told["compact.raymap"]["digest"], "digests")
+print(f"{len(archives)} archives, {failures} failures")
+sys.exit(failures > 0)
