@@ -194,6 +194,23 @@ out:
     return st;
 }
 
+/* What /chunk/stream counts, per encoding. */
+static enum rmap_status write_layouts(struct index *self, struct rmap_error *err)
+{
+    static const char *const path[RMAP_ENCODING_COUNT] = {"/layout/plain", "/layout/compact"};
+    enum rmap_status st = rmap_h5_group(&self->h5, "/layout", err);
+    for (int e = 0; st == RMAP_OK && e < RMAP_ENCODING_COUNT; e++) {
+        const struct rmap_layout *layout =
+            rmap_layout_of((enum rmap_encoding)e, self->run->scene->channels.mode);
+        const char *name[RMAP_STREAM_MAX];
+        for (int s = 0; s < layout->n_stream; s++)
+            name[s] = layout->stream[s].path;
+        st = rmap_h5_write_names(&self->h5, path[e], name, (size_t)layout->n_stream,
+                                 "datasets of such pieces; /chunk/stream counts them", err);
+    }
+    return st;
+}
+
 static enum rmap_status write_runs(struct index *self, struct rmap_error *err)
 {
     struct rmap_field_table runs = rmap_run_fields();
@@ -229,6 +246,7 @@ static enum rmap_status write_file(struct index *self, const char *temporary, bo
     RMAP_TRY(rmap_map_spaces_write(&self->h5, &self->spaces, err));
     RMAP_TRY(write_models(self, err));
     RMAP_TRY(write_runs(self, err));
+    RMAP_TRY(write_layouts(self, err));
     RMAP_TRY(write_content(self, err));
     RMAP_TRY(rmap_map_tally_write(&self->h5, self->tally, err));
     RMAP_TRY(rmap_h5_close(&self->h5, err));

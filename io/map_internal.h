@@ -59,6 +59,10 @@ enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
  * but RMAP_SYSTEM, and pieces that share some rays. */
 enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Sums over the content, once it is whole; flux per weight, from the tally. */
+enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_map_derive_flux(struct rmap_map *map);
+
 /* "MAP/shard-00000/piece-00000.h5"; rmap_free. NULL when memory is short. */
 char *rmap_map_piece_path(const struct rmap_map *map, size_t piece);
 

@@ -142,8 +142,7 @@ out:
     return st;
 }
 
-/* Sums over the content, once it is whole. */
-static enum rmap_status sum_up(struct rmap_map *map, struct rmap_error *err)
+enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err)
 {
     const struct rmap_map_content *content = &map->content;
     struct rmap_map_summary *summary = &map->summary;
@@ -192,7 +191,7 @@ out:
     return st;
 }
 
-static void derive_flux(struct rmap_map *map)
+void rmap_map_derive_flux(struct rmap_map *map)
 {
     const struct rmap_scene *scene = map->scene[0];
     for (size_t s = 0; s < scene->n_source; s++)
@@ -234,8 +233,8 @@ static enum rmap_status open_index(const char *path, const char *name, enum scop
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
         goto out;
     }
-    derive_flux(map);
-    RMAP_TRY(sum_up(map, err));
+    rmap_map_derive_flux(map);
+    RMAP_TRY(rmap_map_sum_up(map, err));
     *map_ret = map;
     map = NULL;
 out:
@@ -261,84 +260,6 @@ enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_re
                                       struct rmap_error *err)
 {
     return open_index(path, "map.h5", SCOPE_LISTED, map_ret, err);
-}
-
-/* Reads an added portion into the tally. */
-static enum rmap_status tally_portion(struct rmap_map *map, struct rmap_cursor *cursor,
-                                      size_t portion, struct rmap_error *err)
-{
-    const struct rmap_portion *rows = NULL;
-    enum rmap_status st = rmap_cursor_read(cursor, portion, &rows, err);
-    return st == RMAP_OK ? rmap_tally_add_portion(map->tally, rows, err) : st;
-}
-
-/* Adds the added portions to the tally. bad[i] says of one that it cannot be read: it is left out,
- * as if its writer had died a little earlier. */
-static enum rmap_status tally_portions(struct rmap_map *map, bool *bad, size_t *n_bad,
-                                       struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_cursor *cursor = NULL;
-    int32_t told = -1;
-    RMAP_TRY(rmap_cursor_create(map, RMAP_TALLY_COLUMNS, &cursor, err));
-    for (size_t i = 0; i < map->content.n_portion; i++) {
-        const struct rmap_portion_info *info = &map->content.portion[i];
-        struct rmap_error why = {0};
-        st = info->is_added ? tally_portion(map, cursor, i, &why) : RMAP_OK;
-        if (st == RMAP_SYSTEM && err)
-            *err = why;
-        if (st == RMAP_SYSTEM)
-            goto out;
-        bad[i] = st != RMAP_OK;
-        *n_bad += bad[i];
-        if (bad[i] && info->piece != told)
-            RMAP_TRY(rmap_map_note_trouble(map, why.text, err));
-        if (bad[i])
-            told = info->piece;
-        st = RMAP_OK;
-    }
-out:
-    rmap_cursor_destroy(cursor);
-    return st;
-}
-
-static enum rmap_status complete_tally(struct rmap_map *map, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_map_content *content = &map->content;
-    size_t n_bad = 0, n = 0, n_dropped;
-    bool *bad = rmap_alloc(content->n_portion, sizeof *bad);
-    if (!bad) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
-        goto out;
-    }
-    RMAP_TRY(tally_portions(map, bad, &n_bad, err));
-    derive_flux(map);
-    if (n_bad == 0)
-        goto out;
-    for (size_t i = 0; i < content->n_portion; i++)
-        if (!bad[i])
-            content->portion[n++] = content->portion[i];
-    content->n_portion = n;
-    rmap_map_content_drop_covered(content, &n_dropped); /* recounts rows of pieces */
-    RMAP_TRY(rmap_map_content_check(content, map->path, err));
-    RMAP_TRY(sum_up(map, err));
-out:
-    rmap_free(bad);
-    return st;
-}
-
-enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret, struct rmap_error *err)
-{
-    struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_map_open_untallied(path, &map, err);
-    if (st == RMAP_OK && !map->summary.complete)
-        st = complete_tally(map, err);
-    if (st == RMAP_OK)
-        *map_ret = map;
-    else
-        rmap_map_close(map);
-    return st;
 }
 
 void rmap_map_close(struct rmap_map *map)
@@ -369,121 +290,4 @@ void rmap_map_close(struct rmap_map *map)
     rmap_free(map->chunks);
     rmap_free(map->path);
     rmap_free(map);
-}
-
-const struct rmap_scene *rmap_map_scene(const struct rmap_map *map)
-{
-    return map->scene[0];
-}
-
-size_t rmap_map_n_space(const struct rmap_map *map)
-{
-    return map->spaces.n;
-}
-
-const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space)
-{
-    return map->scene[space];
-}
-
-size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray)
-{
-    const struct rmap_map_content *content = &map->content;
-    size_t low = 0, high = map->spaces.n > 1 ? content->n_portion : 0;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (content->portion[middle].first_ray <= ray)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low > 0 ? (size_t)content->portion[low - 1].space : 0;
-}
-
-int rmap_map_n_channel(const struct rmap_map *map)
-{
-    return map->n_channel_max;
-}
-
-size_t rmap_map_n_run(const struct rmap_map *map)
-{
-    return map->n_run;
-}
-
-const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run)
-{
-    return &map->run[run];
-}
-
-const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map)
-{
-    return &map->content;
-}
-
-size_t rmap_map_n_trouble(const struct rmap_map *map)
-{
-    return map->n_trouble;
-}
-
-const char *rmap_map_trouble(const struct rmap_map *map, size_t i)
-{
-    return map->trouble[i];
-}
-
-const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map)
-{
-    return map->bundle;
-}
-
-const struct rmap_tally *rmap_map_tally(const struct rmap_map *map)
-{
-    return map->tally;
-}
-
-size_t rmap_map_n_portion(const struct rmap_map *map)
-{
-    return map->content.n_portion;
-}
-
-const struct rmap_portion_info *rmap_map_portion(const struct rmap_map *map, size_t portion)
-{
-    return &map->content.portion[portion];
-}
-
-size_t rmap_map_n_piece(const struct rmap_map *map)
-{
-    return map->content.n_piece;
-}
-
-const struct rmap_piece_info *rmap_map_piece(const struct rmap_map *map, size_t piece)
-{
-    return &map->content.piece[piece];
-}
-
-void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary)
-{
-    *summary = map->summary;
-}
-
-const double *rmap_map_flux_per_weight(const struct rmap_map *map)
-{
-    return map->flux_per_weight;
-}
-
-size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part)
-{
-    size_t low = 0, high = map->content.n_portion;
-    if (part >= n_part)
-        return high;
-    /* work x part / n_part without overflow; a part's share may be off by n_part. */
-    uint64_t total = map->work[high];
-    uint64_t want = total / n_part * part + total % n_part * part / n_part;
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (map->work[middle] < want)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low;
 }

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What an open map tells of itself.
+ */
+#include "io/map_internal.h"
+
+const struct rmap_scene *rmap_map_scene(const struct rmap_map *map)
+{
+    return map->scene[0];
+}
+
+size_t rmap_map_n_space(const struct rmap_map *map)
+{
+    return map->spaces.n;
+}
+
+const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space)
+{
+    return map->scene[space];
+}
+
+size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray)
+{
+    const struct rmap_map_content *content = &map->content;
+    size_t low = 0, high = map->spaces.n > 1 ? content->n_portion : 0;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (content->portion[middle].first_ray <= ray)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low > 0 ? (size_t)content->portion[low - 1].space : 0;
+}
+
+int rmap_map_n_channel(const struct rmap_map *map)
+{
+    return map->n_channel_max;
+}
+
+size_t rmap_map_n_run(const struct rmap_map *map)
+{
+    return map->n_run;
+}
+
+const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run)
+{
+    return &map->run[run];
+}
+
+const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map)
+{
+    return &map->content;
+}
+
+size_t rmap_map_n_trouble(const struct rmap_map *map)
+{
+    return map->n_trouble;
+}
+
+const char *rmap_map_trouble(const struct rmap_map *map, size_t i)
+{
+    return map->trouble[i];
+}
+
+const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map)
+{
+    return map->bundle;
+}
+
+const struct rmap_tally *rmap_map_tally(const struct rmap_map *map)
+{
+    return map->tally;
+}
+
+size_t rmap_map_n_portion(const struct rmap_map *map)
+{
+    return map->content.n_portion;
+}
+
+const struct rmap_portion_info *rmap_map_portion(const struct rmap_map *map, size_t portion)
+{
+    return &map->content.portion[portion];
+}
+
+size_t rmap_map_n_piece(const struct rmap_map *map)
+{
+    return map->content.n_piece;
+}
+
+const struct rmap_piece_info *rmap_map_piece(const struct rmap_map *map, size_t piece)
+{
+    return &map->content.piece[piece];
+}
+
+void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary)
+{
+    *summary = map->summary;
+}
+
+const double *rmap_map_flux_per_weight(const struct rmap_map *map)
+{
+    return map->flux_per_weight;
+}
+
+size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part)
+{
+    size_t low = 0, high = map->content.n_portion;
+    if (part >= n_part)
+        return high;
+    /* work x part / n_part without overflow; a part's share may be off by n_part. */
+    uint64_t total = map->work[high];
+    uint64_t want = total / n_part * part + total % n_part * part / n_part;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (map->work[middle] < want)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
