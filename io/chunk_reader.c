@@ -103,7 +103,7 @@ static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece,
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     enum rmap_status st = RMAP_OK;
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0)
         st = rmap_error_set(err, errno == ENOENT ? RMAP_FORMAT : RMAP_SYSTEM,
                             "%s: cannot be opened: %s", path, strerror(errno));

@@ -359,7 +359,7 @@ enum rmap_status rmap_journal_read(const char *path, struct rmap_journal *journa
     *journal = (struct rmap_journal){0};
     struct source source; /* the hash's state wants its alignment, which the stack gives */
     struct reading self = {.journal = journal, .source = &source};
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0 || fstat(fd, &info) != 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
         goto out;

@@ -94,7 +94,7 @@ enum rmap_status rmap_journal_content(const struct rmap_journal *journal, const 
     }
     RMAP_TRY(rmap_map_content_add_piece(&own, &info, journal->portion, journal->n_portion,
                                         journal->entry, err));
-    fd = open(journal_path, O_RDONLY | O_CLOEXEC);
+    fd = open(journal_path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", journal_path, strerror(errno));
         goto out;

@@ -196,12 +196,17 @@ enum rmap_status rmap_seal_check(const char *path, struct rmap_error *err)
 {
     struct stat info;
     struct rmap_range *range = NULL;
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    /* A pipe would wait for its other end. */
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (fd < 0)
         return failed(path, "cannot be opened", err);
-    enum rmap_status st = fstat(fd, &info) != 0
-                              ? failed(path, "cannot be read", err)
-                              : check(fd, path, (uint64_t)info.st_size, &range, err);
+    enum rmap_status st = RMAP_OK;
+    if (fstat(fd, &info) != 0)
+        st = failed(path, "cannot be read", err);
+    else if (!S_ISREG(info.st_mode))
+        st = rmap_error_set(err, RMAP_FORMAT, "%s is not a regular file", path);
+    else
+        st = check(fd, path, (uint64_t)info.st_size, &range, err);
     (void)close(fd);
     rmap_free(range);
     return st;

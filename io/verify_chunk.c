@@ -102,7 +102,7 @@ static const char *prepare(struct rmap_chunk_verifier *self, size_t piece,
     if (self->fd >= 0)
         (void)close(self->fd);
     char *path = rmap_path_format("%s/%s", self->verification->path, info->name);
-    self->fd = path ? open(path, O_RDONLY | O_CLOEXEC) : -1;
+    self->fd = path ? open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
     int reason = errno;
     self->piece = piece;
     rmap_free(path);

@@ -9,6 +9,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include "io/journal.h"
 #include "io/map_scan.h"
 #include "io/seal.h"
 
@@ -365,13 +366,33 @@ static void test_out_of_memory(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* Who waits at a pipe's end waits for ever. */
+static void test_pipe(void **state)
+{
+    (void)state;
+    struct rmap_error err = {0};
+    struct rmap_journal journal;
+    char path[64];
+    (void)snprintf(path, sizeof path, "pipe-%ld", (long)getpid());
+    assert_int_equal(mkfifo(path, 0600), 0);
+    assert_int_equal(rmap_seal_check(path, &err), RMAP_FORMAT);
+    assert_int_equal(rmap_journal_read(path, &journal, &err), RMAP_FORMAT);
+    rmap_journal_fini(&journal);
+    assert_int_equal(unlink(path), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_no_map),        cmocka_unit_test(test_foreign_index),
-        cmocka_unit_test(test_other_version), cmocka_unit_test(test_missing_and_cut_pieces),
-        cmocka_unit_test(test_flipped_bits),  cmocka_unit_test(test_same_rays_twice),
-        cmocka_unit_test(test_create_over),   cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_pipe),
+        cmocka_unit_test(test_no_map),
+        cmocka_unit_test(test_foreign_index),
+        cmocka_unit_test(test_other_version),
+        cmocka_unit_test(test_missing_and_cut_pieces),
+        cmocka_unit_test(test_flipped_bits),
+        cmocka_unit_test(test_same_rays_twice),
+        cmocka_unit_test(test_create_over),
+        cmocka_unit_test(test_no_room),
         cmocka_unit_test(test_out_of_memory),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
