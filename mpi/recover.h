@@ -10,8 +10,8 @@
 
 /* Collective. Each unfinished piece of an incomplete map is made a finished one by one of the
  * ranks; *n_ret: how many there were, and the map is to be opened again unless it is 0. Rank 0
- * tells what was recovered and what was damaged. RMAP_USAGE: a writer is still at work; RMAP_SYSTEM:
- * memory, disk. */
+ * tells what was recovered and what was damaged. RMAP_USAGE: a writer is still at work;
+ * RMAP_SYSTEM: memory, disk. */
 enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,
                               const struct rmap_map *map, size_t *n_ret,
                               struct rmap_error *err) RMAP_MUST_USE;
