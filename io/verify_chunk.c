@@ -124,9 +124,9 @@ static void add_portions(struct rmap_verification *self, size_t piece,
     finding->n_row = rows < end ? (rows > first ? rows - first : 0) : RMAP_CHUNK_ROWS;
     for (size_t i = 0; i < content->n_portion; i++) {
         const struct rmap_portion_info *portion = &content->portion[i];
-        uint64_t from = portion->stored_first[table];
-        if ((size_t)portion->piece != piece ||
-            (!all && (from >= end || from + portion->stored_rows[table] <= first)))
+        uint64_t from = portion->stored_first[table], n = portion->stored_rows[table];
+        bool inside = n > 0 && from < end && from + n > first;
+        if ((size_t)portion->piece != piece || !(all || inside))
             continue;
         rmap_finding_add_rays(finding, portion->first_ray, portion->n_row[RMAP_TABLE_RAY]);
         rmap_verification_flag_portion(self, i, RMAP_PORTION_LOST);
