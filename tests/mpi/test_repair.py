@@ -137,6 +137,18 @@ shutil.copy("seed.raymap/shard-00000/piece-00000.h5", "b.raymap/shard-00001/piec
 run("repair", "b.raymap", status=4)
 assert os.path.exists("b.raymap/shard-00001/piece-00500.h5") and info() == WANT
 
+# The other encoding: a damaged dictionary of paths costs the piece, a chunk its portions.
+run("convert", "a.raymap", "-o", "c.raymap", "--encoding", "compact", "--quiet")
+os.rename("a.raymap", "plain.raymap")
+os.rename("c.raymap", "a.raymap")
+for dataset in ("path/segment_count", "ray/channel", "own/stop"):
+    again()
+    flip("shard-00000/piece-00000.h5", chunk("shard-00000/piece-00000.h5", dataset))
+    said = heal("compact " + dataset)
+    assert 0 < said["lost"]["rays"] <= RAYS, (dataset, said["lost"])
+shutil.rmtree("a.raymap")
+os.rename("plain.raymap", "a.raymap")
+
 # Killed traces: what they made safe is in the map, and the rest is traced again.
 for ranks in (1, 2):
     shutil.rmtree("b.raymap", ignore_errors=True)
