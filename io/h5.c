@@ -258,6 +258,27 @@ out:
     return st;
 }
 
+/* Tables of some size are deflated in chunks of about 1 MiB: whole trailing dimensions, and as much
+ * of the one before them as fits. */
+static bool set_deflate(hid_t create, int rank, const hsize_t *dims, size_t element_nbytes)
+{
+    const hsize_t worthwhile = 4096, chunk_nbytes = 1 << 20;
+    hsize_t chunk[RMAP_H5_RANK_MAX], nbytes = element_nbytes;
+    if (rank > RMAP_H5_RANK_MAX || element_nbytes == 0)
+        return false;
+    for (int k = rank - 1; k >= 0; k--) {
+        if (dims[k] == 0)
+            return true;
+        hsize_t room = chunk_nbytes / nbytes;
+        chunk[k] = dims[k] < room ? dims[k] : room > 0 ? room : 1;
+        nbytes *= chunk[k];
+    }
+    if (nbytes < worthwhile)
+        return true;
+    return H5Pset_chunk(create, rank, chunk) >= 0 && H5Pset_shuffle(create) >= 0 &&
+           H5Pset_deflate(create, 6) >= 0;
+}
+
 static enum rmap_status write_data(struct rmap_h5 *h5, const char *path, hid_t type, int rank,
                                    const hsize_t *dims, const void *data, struct rmap_error *err)
 {
@@ -268,6 +289,7 @@ static enum rmap_status write_data(struct rmap_h5 *h5, const char *path, hid_t t
     for (int k = 0; k < rank; k++)
         n *= dims[k];
     if (type < 0 || space < 0 || create < 0 || H5Pset_obj_track_times(create, false) < 0 ||
+        !set_deflate(create, rank, dims, H5Tget_size(type)) ||
         (set = H5Dcreate2(h5->file, path, type, space, H5P_DEFAULT, create, H5P_DEFAULT)) < 0 ||
         (n > 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0))
         st = rmap_h5_fail(h5, path, err);

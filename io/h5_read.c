@@ -96,16 +96,13 @@ static enum rmap_status read_data(struct rmap_h5 *h5, const char *path, hid_t se
     enum rmap_status st = RMAP_OK;
     void *data = NULL;
     uint64_t nbytes = cell;
-    hsize_t file_nbytes = 0;
     RMAP_TRY(get_extent(h5, path, set, rank, dims, err));
-    if (H5Fget_filesize(h5->file, &file_nbytes) < 0) {
-        st = rmap_h5_fail(h5, path, err);
-        goto out;
-    }
-    /* Such datasets are not compressed: a wrong extent must not become a huge allocation. */
+    /* A wrong extent must not become a huge allocation. */
+    const uint64_t deflate_ratio_max = 1032; /* RFC 1951: 258 bytes from 2 bits */
+    uint64_t most = H5Dget_storage_size(set) * deflate_ratio_max;
     for (int k = 0; k < rank; k++) {
-        if (dims[k] > 0 && nbytes > file_nbytes / dims[k]) {
-            st = wrong(h5, path, "claims to be larger than its file", err);
+        if (dims[k] > 0 && nbytes > most / dims[k]) {
+            st = wrong(h5, path, "claims to be larger than its file can hold", err);
             goto out;
         }
         nbytes *= dims[k];
