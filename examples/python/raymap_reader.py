@@ -12,9 +12,9 @@
     lens.ray(17).segments["position"]
     lens.columns("ray/weight", "ray/source")   # of all rays
 
-Plain pieces hold the columns as they are. Of compact ones raymap_compact.py, beside this file,
-makes them: the formulas of docs/encoding.md, in doubles and in the order given there, so that the
-same bits come out as from the program. Nothing here traces a ray to find out where it goes, and
+Plain pieces hold the columns as they are. Of compact ones raymap_compact.py and raymap_optics.py,
+beside this file, make them: the formulas of docs/encoding.md, in doubles and in the order given
+there, so that the same bits come out as from the program. Nothing here traces a ray to find out where it goes, and
 nothing here selects rays: that is what the program is for. No checksum is verified and no index
 beyond numpy's own: `raymap verify` does that; a map from a stranger is not for this reader.
 

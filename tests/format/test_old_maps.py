@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tarfile
 
+sys.dont_write_bytecode = True  # the source tree stays as it is
 SOURCE = os.environ["SOURCE_DIR"]
 PROGRAM = os.environ["RAYMAP"]
 FIXTURES = os.path.join(SOURCE, "tests", "format", "fixtures")

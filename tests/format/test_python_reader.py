@@ -11,6 +11,7 @@ import sys
 
 import numpy as np
 
+sys.dont_write_bytecode = True  # the source tree stays as it is
 SOURCE = os.environ["SOURCE_DIR"]
 PROGRAM = os.environ["RAYMAP"]
 sys.path.insert(0, os.path.join(SOURCE, "examples", "python"))
