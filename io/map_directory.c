@@ -155,6 +155,11 @@ static bool is_part(const char *name)
     return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".part");
 }
 
+static bool is_half_index(const char *name)
+{
+    return strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part");
+}
+
 static bool is_journal(const char *name)
 {
     return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".journal");
@@ -255,8 +260,7 @@ enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_lefto
 
 static bool is_temporary(const char *name)
 {
-    return is_part(name) || is_journal(name) ||
-           (strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part"));
+    return is_part(name) || is_journal(name) || is_half_index(name);
 }
 
 struct clearing {
@@ -328,6 +332,22 @@ static enum rmap_status clear_map(const char *path, struct rmap_error *err)
     enum rmap_status st = visit_directory(path, clear_entry, &clearing, err);
     clearing.remove = true;
     return st == RMAP_OK ? visit_directory(path, clear_entry, &clearing, err) : st;
+}
+
+static enum rmap_status remove_half_index(void *context, const char *name, struct rmap_error *err)
+{
+    const char *map_path = context;
+    return is_half_index(name) ? remove_path(rmap_path_format("%s/%s", map_path, name), unlink, err)
+                               : RMAP_OK;
+}
+
+enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_error *err)
+{
+    char *path = rmap_strdup(map_path);
+    enum rmap_status st = path ? visit_directory(path, remove_half_index, path, err)
+                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    rmap_free(path);
+    return st;
 }
 
 enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error *err)

@@ -30,6 +30,10 @@ struct rmap_leftover {
     bool has_part, has_journal;
 };
 
+/* Removes what killed runs left of an index that they were writing. */
+enum rmap_status rmap_map_remove_half_indexes(const char *map_path,
+                                              struct rmap_error *err) RMAP_MUST_USE;
+
 /* Sorted by name. *leftover_ret: rmap_free. */
 enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;

@@ -5,6 +5,7 @@
 #include <time.h>
 
 #include "base/alloc.h"
+#include "io/map_directory.h"
 #include "io/salvage.h"
 #include "mpi/agree.h"
 #include "mpi/progress.h"
@@ -48,6 +49,8 @@ static enum rmap_status share_list(const struct rmap_context *context, const cha
     uint8_t *blob = NULL;
     size_t nbytes = 0;
     if (context->rank == 0)
+        st = rmap_map_remove_half_indexes(map_path, err);
+    if (context->rank == 0 && st == RMAP_OK)
         st = rmap_map_list_leftovers(map_path, list, n, err);
     if (context->rank == 0 && st == RMAP_OK)
         st = check_idle(map_path, *list, *n, err);
