@@ -1,0 +1,52 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a process that was started under this preload library is told to suffer.
+ *
+ * Calls that touch files at or below FAULTS_DIR are counted from 1, and at the chosen one something
+ * happens. All of it is said by environment variables, so that the program under test is the very
+ * program that users run:
+ *
+ *   FAULTS_DIR     the directory, absolute, without links (required: without it nothing is counted)
+ *   FAULTS_CALLS   shell patterns of the calls that count, by commas (default "*": the calls that
+ *                  change files). Reading calls are "read:open", "read:pread", ...; memory asked
+ * for by the program itself "memory:calloc", ...; HDF5 functions have their own names. FAULTS_PATH
+ * shell pattern that the path must match too (default "*") FAULTS_RANK    only in this rank of MPI
+ * (default: in every one, each counting for itself) FAULTS_AT      number of the call (default 0:
+ * count only) FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE: the call fails so;
+ * kill: SIGKILL before the call; tear: SIGKILL after half of what it writes; exit: _exit before the
+ * call; short: half is written, and said so FAULTS_STICKY  1: every later call that counts fails
+ * too FAULTS_LOG     file that gets one line "NUMBER CALL PATH" per counted call, ".RANK" appended
+ *   FAULTS_RECORD  file that gets all changes with their bytes (fault_record.h), ".RANK" appended
+ */
+#ifndef FAULT_PLAN_H
+#define FAULT_PLAN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+enum fault_verdict { FAULT_NONE, FAULT_ERROR, FAULT_SHORT, FAULT_TEAR };
+
+/* Room for a path of /proc/self/fd. */
+enum { FAULT_PATH_CAP = 4096 };
+
+/* Whether a path, absolute or from the working directory, lies at or below FAULTS_DIR. */
+bool fault_watches(const char *path);
+
+/* The same for an open file, whose path is written to path[FAULT_PATH_CAP]. */
+bool fault_watches_file(int fd, char *path);
+
+/* Counts a call and says what is to happen to it. FAULT_ERROR: errno is set, the call returns its
+ * error value. FAULT_SHORT, FAULT_TEAR: for calls that write. Does not return when it is time to
+ * die. Thread-safe; keeps errno otherwise. */
+enum fault_verdict fault_judge(const char *call, const char *path);
+
+/* SIGKILL to this process. */
+_Noreturn void fault_die(void);
+
+/* Whether an address lies in the program itself, not in a library. */
+bool fault_in_program(const void *address);
+
+/* Opens FAULTS_LOG or FAULTS_RECORD for this rank; -1 where it is not asked for. */
+int fault_open_output(const char *variable);
+
+#endif

@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The calls that read files, and those that ask for memory.
+ */
+#include <dirent.h>
+#include <dlfcn.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "fault_plan.h"
+
+#define REAL(name)                                                                                 \
+    static __typeof__(name) *real;                                                                 \
+    if (!real) {                                                                                   \
+        void *found = dlsym(RTLD_NEXT, #name);                                                     \
+        memcpy(&real, &found, sizeof found);                                                       \
+    }
+
+ssize_t pread(int fd, void *data, size_t nbytes, off_t offset)
+{
+    REAL(pread)
+    char path[FAULT_PATH_CAP];
+    enum fault_verdict verdict =
+        fault_watches_file(fd, path) ? fault_judge("read:pread", path) : FAULT_NONE;
+    if (verdict == FAULT_ERROR)
+        return -1;
+    return real(fd, data, verdict == FAULT_NONE || nbytes < 2 ? nbytes : nbytes / 2, offset);
+}
+
+ssize_t read(int fd, void *data, size_t nbytes)
+{
+    REAL(read)
+    char path[FAULT_PATH_CAP];
+    enum fault_verdict verdict =
+        fault_watches_file(fd, path) ? fault_judge("read:read", path) : FAULT_NONE;
+    if (verdict == FAULT_ERROR)
+        return -1;
+    return real(fd, data, verdict == FAULT_NONE || nbytes < 2 ? nbytes : nbytes / 2);
+}
+
+int stat(const char *path, struct stat *info)
+{
+    REAL(stat)
+    if (fault_watches(path) && fault_judge("read:stat", path) != FAULT_NONE)
+        return -1;
+    return real(path, info);
+}
+
+int fstat(int fd, struct stat *info)
+{
+    REAL(fstat)
+    char path[FAULT_PATH_CAP];
+    if (fault_watches_file(fd, path) && fault_judge("read:fstat", path) != FAULT_NONE)
+        return -1;
+    return real(fd, info);
+}
+
+DIR *opendir(const char *path)
+{
+    REAL(opendir)
+    if (fault_watches(path) && fault_judge("read:opendir", path) != FAULT_NONE)
+        return NULL;
+    return real(path);
+}
+
+struct dirent *readdir(DIR *directory)
+{
+    REAL(readdir)
+    char path[FAULT_PATH_CAP];
+    if (fault_watches_file(dirfd(directory), path) &&
+        fault_judge("read:readdir", path) != FAULT_NONE)
+        return NULL;
+    return real(directory);
+}
+
+/* Memory: dlsym itself asks for some, so glibc's own names are used. Only what the program asks
+ * for counts; libraries that cannot bear a failure are their own makers' concern. */
+void *__libc_malloc(size_t nbytes);
+void *__libc_calloc(size_t n, size_t size);
+void *__libc_realloc(void *block, size_t nbytes);
+
+static bool memory_fails(const char *call, const void *caller)
+{
+    return fault_in_program(caller) && fault_judge(call, "") != FAULT_NONE;
+}
+
+void *malloc(size_t nbytes)
+{
+    return memory_fails("memory:malloc", __builtin_return_address(0)) ? NULL
+                                                                      : __libc_malloc(nbytes);
+}
+
+void *calloc(size_t n, size_t size)
+{
+    return memory_fails("memory:calloc", __builtin_return_address(0)) ? NULL
+                                                                      : __libc_calloc(n, size);
+}
+
+void *realloc(void *block, size_t nbytes)
+{
+    return memory_fails("memory:realloc", __builtin_return_address(0))
+               ? NULL
+               : __libc_realloc(block, nbytes);
+}

@@ -1,0 +1,106 @@
+# SPDX-License-Identifier: MIT
+"""The promise: at whatever call SIGKILL meets one rank or all of them, before the call or in the
+middle of what it writes, the map can be asked at once, tells how far it got, and `--resume` with
+another number of ranks makes it the map of an undisturbed run.
+
+Kill points are drawn by seed over ranks, phases and calls; tests/slow runs more of them.
+"""
+import os
+import shutil
+
+import harness
+
+OPTIONS = ["--threads", "1", "--piece-size", "8M", "--flush-portions", "1"]
+RAYS = 40000
+
+# Which calls make a phase: patterns of the call and of the path.
+PHASES = {
+    "start": ("mkdir,open", "*.raymap*"),
+    "first index": ("*", "*.map.h5.*.part"),
+    "block": ("pwrite,write", "*.piece-*.part"),
+    "flush": ("*", "*.journal"),
+    "sync": ("fsync,fdatasync", "*"),
+    "new piece": ("open,ftruncate,link,unlink,rename,fsync,close", "*piece-*"),
+    "any": ("mkdir,open,pwrite,write,ftruncate,fsync,fdatasync,link,rename,unlink", "*"),
+}
+
+
+def draw(counts, n, rng):
+    """n kill points: (ranks, killed rank or '', phase, number of the call, how)."""
+    points = []
+    for i in range(n):
+        ranks = 1 + i % 3
+        phase = list(PHASES)[(i // 3) % len(PHASES)]
+        rank = rng.choice([*range(ranks), ""]) if ranks > 1 else ""
+        most = max(1, counts[ranks, phase])
+        # The last calls are of the index at the end: as many points as anywhere before.
+        at = rng.randint(1, most) if rng.random() < 0.7 else max(1, most - rng.randint(0, 40))
+        points.append((ranks, rank, phase, at, rng.choice(["kill", "kill", "tear", "exit"])))
+    return points
+
+
+def ask(undisturbed, target, wrong):
+    """What a killed run left must answer; returns the rays it holds."""
+    if not os.path.exists(os.path.join(target, "map.h5")):
+        return 0  # killed before there was a map
+    status, facts = harness.info(target)
+    if status != 0:
+        wrong.append(f"info: status {status}: {facts.get('stderr', '')[:300]}")
+        return 0
+    if facts["complete"] and facts["digest"] != undisturbed.balance["digest"]:
+        wrong.append("says it is complete, and is not")
+    status, counted = harness.count(target)
+    if status != 0:
+        wrong.append(f"query: status {status}: {str(counted)[:300]}")
+    elif counted["rays"]["total"] != facts["rays"]:
+        wrong.append(f"query sees {counted['rays']['total']} rays, info {facts['rays']}")
+    wrong += harness.verify(target)
+    return facts["rays"]
+
+
+def judge(undisturbed, index, case, tally):
+    ranks, rank, phase, at, how = case
+    calls, path = PHASES[phase]
+    target = os.path.abspath(f"kill-{index}.raymap")
+    shutil.rmtree(target, ignore_errors=True)
+    faults = {"DIR": target, "CALLS": calls, "PATH": path, "AT": at, "ACTION": how}
+    if rank != "":
+        faults["RANK"] = rank
+    done = undisturbed.trace(target, ranks=ranks if ranks > 1 else 0, faults=faults, timeout=60)
+    wrong = []
+    killed = done.returncode != 0
+    if killed and how != "exit" and not harness.crashed(done):
+        wrong.append(f"status {done.returncode}: {done.stderr.strip()[-300:]}")
+    rays = ask(undisturbed, target, wrong)
+    tally.append((phase, killed, rays))
+    if os.path.exists(target):
+        wrong += undisturbed.resumed_differences(target, ranks=(0, 3, 2)[ranks - 1])
+    if not wrong:
+        shutil.rmtree(target, ignore_errors=True)
+    return wrong
+
+
+def main():
+    scene = harness.write_scene()
+    undisturbed = harness.Undisturbed(scene, RAYS, OPTIONS)
+    cases = harness.Cases("kill matrix")
+    counts = {}
+    for ranks in (1, 2, 3):
+        for phase, (calls, path) in PHASES.items():
+            found = harness.calls_of(undisturbed, os.path.abspath("counted.raymap"), calls,
+                                     ranks=ranks if ranks > 1 else 0, path=path)
+            counts[ranks, phase] = min(map(len, found))
+    tally = []
+    points = draw(counts, 252 if harness.SLOW else 42, cases.rng)
+    cases.all(lambda index, case: judge(undisturbed, index, case, tally), points)
+    for phase in PHASES:
+        of_phase = [entry for entry in tally if entry[0] == phase]
+        print(f"{phase}: {len(of_phase)} points, {sum(entry[1] for entry in of_phase)} killed, "
+              f"rays saved {sorted(entry[2] for entry in of_phase if entry[1])}")
+    if sum(entry[1] for entry in tally) < 0.8 * len(tally):
+        cases.failures.append("too few points were met")
+        print("FAILED: too few points were met")
+    cases.finish()
+
+
+main()

@@ -1,0 +1,98 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: jobs/slurm-trace.sh carries a trace over time limits and killed ranks to the same map
+# as an undisturbed run, on a real Slurm that this test brings up for itself; and it never circles
+# in the queue for nothing.
+. "$(dirname "$0")/../cli/expect.bash"
+. "$(dirname "$0")/slurm.bash"
+command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
+missing=$(slurm_missing)
+[ -z "$missing" ] || { echo "no Slurm here ($missing is missing): jobs/install-packages.sh tests installs it"; exit 77; }
+
+rm -rf ./*
+directory=$(mktemp -d "${TMPDIR:-/tmp}/raymap-slurm.XXXXXX")
+trap 'slurm_down; rm -rf "$directory"' EXIT
+trap 'exit 1' INT TERM
+slurm_up "$directory" || {
+    echo "FAILED: Slurm does not come up"
+    tail -n 20 "$directory"/*.log
+    exit 1
+}
+write_scene scene.yaml
+rays=1000000
+export RAYMAP LAUNCHER="mpirun -np 2 --bind-to none"
+
+field() { # JOB NAME: of scontrol show job
+    scontrol show job "$1" 2>/dev/null | grep -o "\b$2=[^ ]*" | head -1 | cut -d= -f2
+}
+fail() {
+    echo "FAILED: $*"
+    failures=$((failures + 1))
+    tail -n 20 job-*.log 2>/dev/null
+}
+submit() { # MAP [options of trace]: echoes the number of the job
+    sbatch --parsable --ntasks-per-node=2 -t 10 --output="$PWD/job-%j.log" "$SOURCE_DIR/jobs/slurm-trace.sh" \
+        scene.yaml "$@"
+}
+# A requeued job waits two minutes of its own; nobody else is here who could want the node.
+until_state() { # JOB RESTARTS PATTERN
+    local i state
+    for ((i = 0; i < 600; i++)); do
+        state=$(field "$1" JobState)
+        [[ $(field "$1" Restarts) -ge $2 && $state =~ $3 ]] && return 0
+        [ "$state" = PENDING ] && scontrol update jobid="$1" StartTime=now 2>/dev/null
+        sleep 0.1
+    done
+    fail "job $1 is $(field "$1" JobState) after $(field "$1" Restarts) restarts, not $3 after $2"
+    return 1
+}
+until_there() { # PATTERN of a file that is not empty
+    local i
+    for ((i = 0; i < 300; i++)); do
+        # shellcheck disable=SC2086 # a pattern
+        [ -z "$(find $1 -size +0 2>/dev/null)" ] || return 0
+        sleep 0.05
+    done
+    fail "no $1"
+}
+rays_of() {
+    "$RAYMAP" info "$1" --json | sed -n 's/^ *"rays": *\([0-9]*\).*/\1/p' | head -1
+}
+digest_of() {
+    "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\)".*/\1/p'
+}
+
+expect 0 '' "$RAYMAP" trace scene.yaml -o whole.raymap -n $rays --quiet
+
+# The herald of the time limit, then a rank killed from one moment to the next, then the rest.
+job=$(submit run.raymap $rays --threads 1 --quiet --flush 0.2) || exit 1
+until_there 'run.raymap/shard-00000/.piece-*.part' && scancel --batch --signal=USR1 "$job"
+until_state "$job" 1 'PENDING|RUNNING'
+first=$(rays_of run.raymap)
+[ "$first" -gt 0 ] && [ "$first" -lt $rays ] || fail "$first rays after the first attempt"
+until_state "$job" 1 RUNNING && until_there 'run.raymap/shard-0000[01]/.piece-*.journal' && sleep 0.5
+rank=$(pgrep -f "raymap trace scene.yaml -o run.raymap.*--resume" | tail -n 1)
+grep -qz 'OMPI_COMM_WORLD_RANK' "/proc/$rank/environ" || fail "process $rank is no rank"
+kill -KILL "$rank"
+until_state "$job" 2 'COMPLETED|FAILED'
+[ "$(field "$job" JobState)" = COMPLETED ] || fail "the job ends as $(field "$job" JobState)"
+[ "$(field "$job" Restarts)" = 2 ] || fail "$(field "$job" Restarts) restarts, not 2"
+expect 0 '' "$RAYMAP" info run.raymap
+[ "$(rays_of run.raymap)" = $rays ] || fail "$(rays_of run.raymap) rays in the end"
+[ "$(digest_of run.raymap)" = "$(digest_of whole.raymap)" ] || fail "another digest than undisturbed"
+
+# Jobs that must not go back into the queue, each with its own reason and status.
+ends() { # STATUS WORDS JOB
+    until_state "$3" 0 'FAILED|COMPLETED|TIMEOUT'
+    [ "$(field "$3" JobState) $(field "$3" Restarts) $(field "$3" ExitCode)" = "FAILED 0 $1:0" ] ||
+        fail "job $3: $(field "$3" JobState) $(field "$3" Restarts) $(field "$3" ExitCode), not $1"
+    grep -q "$2" "job-$3.log" || fail "job $3 does not say '$2'"
+}
+ends 3 'missing.yaml' "$(sbatch --parsable -n 1 -o "$PWD/job-%j.log" "$SOURCE_DIR/jobs/slurm-trace.sh" missing.yaml x.raymap 10)"
+ends 2 'usage' "$(sbatch --parsable -n 1 -o "$PWD/job-%j.log" "$SOURCE_DIR/jobs/slurm-trace.sh" scene.yaml)"
+export RESTARTS=0
+ends 6 'after 0 restarts' "$(submit late.raymap 100M --time-limit 1s --quiet --threads 1)"
+export LAUNCHER="timeout --signal=KILL 0.01 mpirun -np 1"
+ends 137 'added no ray' "$(submit none.raymap 1000 --quiet)"
+finish
