@@ -111,8 +111,9 @@ static enum rmap_status prepare(struct copy *copy, size_t space, enum rmap_encod
 {
     const struct rmap_copy_plan *plan = copy->plan;
     enum rmap_status st = RMAP_OK;
-    const struct rmap_shard_options options = {.piece_nbytes = plan->piece_nbytes,
-                                               .flush_seconds = RMAP_FLUSH_SECONDS};
+    /* A copy that is killed is begun again: nothing is flushed, and equal work gives equal bytes.
+     */
+    const struct rmap_shard_options options = {.piece_nbytes = plan->piece_nbytes};
     RMAP_TRY(rmap_map_run_init(plan->map, space, encoding, &copy->run, err));
     RMAP_TRY(rmap_shard_writer_create(plan->to, plan->shard + copy->context->rank, &copy->run.run,
                                       &options, &copy->writer, err));
