@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
+#define _DEFAULT_SOURCE /* madvise */
 #include "base/alloc.h"
 
 #include <stdatomic.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 /* Counters of the test hooks only; no behaviour rests on them outside tests. */
 static _Atomic int64_t live_count;
@@ -16,13 +18,30 @@ static int must_fail(void)
     return atomic_fetch_sub(&fail_countdown, 1) == 1;
 }
 
+/* Large blocks are read here and there: with huge pages, their addresses are found at once. */
+#define HUGE_PAGE ((uintptr_t)2 << 20)
+
+#ifdef MADV_HUGEPAGE
+static void prefer_huge_pages(void *block, size_t nbytes)
+{
+    uintptr_t first = ((uintptr_t)block + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+    uintptr_t end = ((uintptr_t)block + nbytes) / HUGE_PAGE * HUGE_PAGE;
+    if (nbytes >= 2 * HUGE_PAGE && end > first)
+        (void)madvise((void *)first, end - first, MADV_HUGEPAGE);
+}
+#else
+#define prefer_huge_pages(block, nbytes) ((void)(block), (void)(nbytes))
+#endif
+
 void *rmap_alloc(size_t n, size_t size)
 {
     if (must_fail())
         return NULL;
     void *block = calloc(n ? n : 1, size ? size : 1);
-    if (block)
-        atomic_fetch_add_explicit(&live_count, 1, memory_order_relaxed);
+    if (!block)
+        return NULL;
+    prefer_huge_pages(block, n * size);
+    atomic_fetch_add_explicit(&live_count, 1, memory_order_relaxed);
     return block;
 }
 
@@ -33,7 +52,10 @@ void *rmap_realloc(void *block, size_t n, size_t size)
     if (must_fail() || (size && n > SIZE_MAX / size))
         return NULL;
     size_t bytes = n * size;
-    return realloc(block, bytes ? bytes : 1);
+    void *grown = realloc(block, bytes ? bytes : 1);
+    if (grown)
+        prefer_huge_pages(grown, bytes);
+    return grown;
 }
 
 char *rmap_strdup(const char *text)

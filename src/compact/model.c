@@ -104,6 +104,45 @@ static void set_object(const struct rmap_scene *scene, const struct rmap_object 
     }
 }
 
+/* Triangles take so many bytes at most; those of larger scenes are followed one by one. */
+#define CORNERS_NBYTES ((size_t)512 << 20)
+#define LINE           16 /* floats */
+
+/* Copies the corners of a geometry's triangles to `to`; how many there are. */
+static size_t lay_out(const struct rmap_mesh *mesh, float *to)
+{
+    for (size_t i = 0; i < mesh->n_triangle; i++, to += LINE)
+        for (size_t k = 0; k < 3; k++)
+            memcpy(to + 4 * k, mesh->vertex[mesh->triangle[i][k]], 3 * sizeof *to);
+    return mesh->n_triangle;
+}
+
+/* Corners of all triangles, so that each is one read. */
+static enum rmap_status set_corners(struct rmap_compact_model *model, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = model->scene;
+    size_t n = 0;
+    for (size_t g = 0; g < scene->n_geometry; g++)
+        if (scene->geometry[g].kind == RMAP_GEOMETRY_MESH)
+            n += scene->geometry[g].mesh->n_triangle;
+    if (n == 0 || n > CORNERS_NBYTES / (LINE * sizeof(float)))
+        return RMAP_OK;
+    model->corner = rmap_alloc((n + 1) * LINE, sizeof(float));
+    if (!model->corner)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the triangles of a scene");
+    size_t skip = (size_t)(-(uintptr_t)model->corner % (LINE * sizeof(float))) / sizeof(float);
+    float *next = model->corner + skip;
+    for (size_t g = 0; g < scene->n_geometry; g++) {
+        if (scene->geometry[g].kind != RMAP_GEOMETRY_MESH)
+            continue;
+        for (size_t i = 0; i < scene->n_object; i++)
+            if (scene->object[i].geometry == (int32_t)g)
+                model->object[i].corner = (const float(*)[LINE])next;
+        next += LINE * lay_out(scene->geometry[g].mesh, next);
+    }
+    return RMAP_OK;
+}
+
 static void set_body(const struct rmap_scene *scene, const struct rmap_object *from,
                      struct rmap_compact_body *body)
 {
@@ -164,6 +203,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         set_object(scene, &scene->object[i], &model->object[i]);
         set_body(scene, &scene->object[i], &model->body[i]);
     }
+    RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);
@@ -184,6 +224,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
     rmap_free(model->source);
     rmap_free(model->source_colour);
     rmap_free(model->index);
+    rmap_free(model->corner);
     rmap_free(model);
 }
 

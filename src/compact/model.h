@@ -29,6 +29,7 @@ struct rmap_compact_object {
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape;
     const struct rmap_mesh *mesh;
+    const float (*corner)[16]; /* mesh: of each triangle, [3][4]; NULL: too many for memory */
     const struct rmap_surface *front, *back;
 };
 
@@ -59,6 +60,7 @@ struct rmap_compact_model {
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
     double *index;           /* [n_channel][n_medium] */
+    float *corner;           /* of all triangles, each in a cache line of its own */
 };
 
 /* Where a leg ends on the surface that the path names. */

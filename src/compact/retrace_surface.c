@@ -128,12 +128,18 @@ static void descend_asphere(const struct rmap_shape *shape, struct local *l)
 
 /* The triangle, its corners sheared so that the leg runs along one axis (Woop, Benthin and Wald
  * 2013, JCGT 2(1), "Watertight ray/triangle intersection"). */
-static bool meet_triangle(const struct rmap_mesh *mesh, int32_t primitive, struct local *l)
+static bool meet_triangle(const struct rmap_compact_object *o, int32_t primitive, struct local *l)
 {
-    if (primitive < 0 || (size_t)primitive >= mesh->n_triangle)
+    if (primitive < 0 || (size_t)primitive >= o->mesh->n_triangle)
         return false;
     struct rmap_vec3 corner[3];
-    rmap_mesh_corners(mesh, (size_t)primitive, corner);
+    if (o->corner)
+        for (int k = 0; k < 3; k++) {
+            const float *v = o->corner[primitive] + 4 * k;
+            corner[k] = rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
+        }
+    else
+        rmap_mesh_corners(o->mesh, (size_t)primitive, corner);
     const double d[3] = {l->direction.x, l->direction.y, l->direction.z};
     const double from[3] = {l->origin.x, l->origin.y, l->origin.z};
     int z = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
@@ -189,7 +195,7 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
         descend_asphere(o->shape, &l);
         break;
     case RMAP_FACING_MESH:
-        if (!meet_triangle(o->mesh, primitive, &l))
+        if (!meet_triangle(o, primitive, &l))
             return false;
         break;
     }

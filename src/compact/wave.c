@@ -25,15 +25,22 @@ void rmap_wave_fini(struct rmap_wave *wave)
     rmap_free(wave->ray);
     rmap_free(wave->alive);
     rmap_free(wave->sorted);
-    rmap_free(wave->kind);
     rmap_free(wave->now);
     rmap_free(wave->leg);
     rmap_free(wave->careful);
     *wave = (struct rmap_wave){0};
 }
 
-static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, size_t n_leg,
-                                  struct rmap_error *err)
+/* Legs of the rays of a range. */
+static size_t count_legs(const struct rmap_retrace *r, const struct rmap_wave_range *range)
+{
+    size_t n = 0;
+    for (size_t i = range->first; i < range->end; i++)
+        n += r->segment_count[i];
+    return n;
+}
+
+static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
 #define ROOM(field, n)                                                                             \
@@ -43,8 +50,6 @@ static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, size_t n
     ROOM(sorted, n_ray);
     ROOM(careful, n_ray);
     ROOM(now, n_ray);
-    ROOM(kind, n_leg);
-    ROOM(leg, n_leg);
 #undef ROOM
 out:
     return st;
@@ -58,17 +63,6 @@ out:
 #define soon(address) ((void)(address))
 #endif
 
-static bool is_mesh(uint32_t kind)
-{
-    return kind >= KIND_MESH && kind != KIND_END;
-}
-
-static const uint32_t *triangle_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
-{
-    const struct rmap_mesh *mesh = r->model->object[r->object[ray->row]].mesh;
-    return mesh->triangle[r->primitive[ray->row]];
-}
-
 /* Kind of a leg without its turn. from: object that it starts on. */
 static uint32_t kind_of(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
                         int32_t from)
@@ -77,22 +71,28 @@ static uint32_t kind_of(const struct rmap_compact_model *model, int32_t object, 
         return 0;
     const struct rmap_compact_object *o = &model->object[object];
     if (o->kind == RMAP_FACING_MESH)
-        return primitive >= 0 && (size_t)primitive < o->mesh->n_triangle ? KIND_MESH : 0;
+        return o->corner && primitive >= 0 && (size_t)primitive < o->mesh->n_triangle ? KIND_MESH
+                                                                                      : 0;
     if (o->kind == RMAP_FACING_ASPHERE || object >= (1 << 28) - 1)
         return 0;
     return ((uint32_t)object + 1) << KIND_OBJECT | (object == from ? KIND_OWN : 0);
 }
 
-static void set_kinds(struct rmap_wave *wave, const struct rmap_retrace *r,
-                      const struct rmap_wave_ray *ray)
+static void set_legs(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
 {
     int32_t from = ray->object;
-    for (size_t row = ray->row; row < ray->end; row++) {
+    struct rmap_wave_leg *leg = ray->leg;
+    for (size_t row = ray->row; row < ray->end; row++, leg++) {
         int32_t object = r->object[row];
         uint32_t turn =
             row + 1 < ray->end ? (uint32_t)rmap_step_turn(r->event[row]) : RMAP_TURN_NONE;
         uint32_t kind = kind_of(r->model, object, r->primitive[row], from);
-        wave->kind[row] = kind ? kind | turn << KIND_TURN : 0;
+        leg->kind = kind ? kind | turn << KIND_TURN : 0;
+        leg->corner =
+            kind == KIND_MESH ? r->model->object[object].corner[(size_t)r->primitive[row]] : NULL;
+        leg->object = object;
+        leg->event = r->event[row];
+        leg->medium = r->medium[row];
         from = object;
     }
 }
@@ -112,6 +112,7 @@ static void begin(struct rmap_wave *wave, const struct rmap_retrace *r,
             rmap_step_normal(departure.normal, out->ray.start_normal + 3 * i);
         *ray = (struct rmap_wave_ray){.position = departure.position,
                                       .direction = departure.direction,
+                                      .leg = wave->leg + (row - range->row),
                                       .first = row,
                                       .row = row,
                                       .end = row + r->segment_count[i],
@@ -124,8 +125,10 @@ static void begin(struct rmap_wave *wave, const struct rmap_retrace *r,
             ray->channel = 0;
         row = ray->end;
         crossing = ray->crossing_end;
-        set_kinds(wave, r, ray);
-        wave->now[i] = ray->row < ray->end ? wave->kind[ray->row] : KIND_END;
+        set_legs(r, ray);
+        wave->now[i] = ray->row < ray->end ? ray->leg->kind : KIND_END;
+        if (ray->row < ray->end && ray->leg->corner)
+            soon(ray->leg->corner);
     }
 }
 
@@ -175,13 +178,17 @@ static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct
                                  .channel = ray->channel};
 }
 
-static void next_leg(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index)
+static void next_leg(struct rmap_wave *wave, uint32_t index)
 {
     struct rmap_wave_ray *ray = &wave->ray[index];
     ray->row++;
-    wave->now[index] = ray->row < ray->end ? wave->kind[ray->row] : KIND_END;
-    if (is_mesh(wave->now[index]))
-        soon(triangle_of(r, ray));
+    ray->leg++;
+    wave->now[index] = KIND_END;
+    if (ray->row < ray->end) {
+        wave->now[index] = ray->leg->kind;
+        if (ray->leg->corner)
+            soon(ray->leg->corner);
+    }
 }
 
 /* One leg of one ray. */
@@ -201,11 +208,10 @@ static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, ui
         facing.position = rmap_axpy(facing.t, ray->direction, ray->position);
     }
     double cosine = rmap_dot(ray->direction, facing.normal);
-    wave->leg[row] = (struct rmap_wave_leg){facing.t, met ? cosine : (double)NAN};
-    if (out->segment.position)
-        rmap_step_float3(facing.position, out->segment.position + 3 * row);
-    if (out->segment.normal)
-        rmap_step_normal(facing.normal, out->segment.normal + 3 * row);
+    ray->leg->length = facing.t;
+    ray->leg->cosine = met ? cosine : (double)NAN;
+    rmap_step_float3(facing.position, ray->leg->position);
+    rmap_step_normal(facing.normal, ray->leg->normal);
     if (r->crossing_segment && ray->crossing < ray->crossing_end)
         cross(wave, r, index, facing.position, facing.t, out);
     if (met && row + 1 < ray->end) {
@@ -216,25 +222,26 @@ static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, ui
     }
     ray->position = facing.position;
     ray->object = met ? r->object[row] : -1;
-    next_leg(wave, r, index);
+    next_leg(wave, index);
 }
 
 static void load_turn(const struct rmap_retrace *r, const struct rmap_wave_ray *ray, uint32_t index,
                       enum rmap_turn turn, size_t i, struct rmap_wave_pack *pack)
 {
-    size_t row = ray->row, n = r->model->n_medium;
+    size_t n = r->model->n_medium;
+    const struct rmap_wave_leg *leg = ray->leg;
     if (turn == RMAP_TURN_REFRACT) {
         const double *by_channel = r->model->index + (size_t)ray->channel * n;
-        size_t near = (size_t)(uint16_t)r->medium[row], far = (size_t)(uint16_t)r->medium[row + 1];
-        bool known = near < n && far < n && r->medium[row] >= 0 && r->medium[row + 1] >= 0;
+        size_t near = (size_t)(uint16_t)leg[0].medium, far = (size_t)(uint16_t)leg[1].medium;
+        bool known = near < n && far < n && leg[0].medium >= 0 && leg[1].medium >= 0;
         pack->n1[i] = known ? by_channel[near] : 1.0;
         pack->n2[i] = known ? by_channel[far] : 1.0;
     } else {
         double u[4];
-        rmap_rng(r->seed, r->id[index], (uint32_t)(row - ray->first) + 1, RMAP_RNG_SURFACE, u);
+        rmap_rng(r->seed, r->id[index], (uint32_t)(ray->row - ray->first) + 1, RMAP_RNG_SURFACE, u);
         pack->u[i] = u[2];
         pack->v[i] = u[3];
-        pack->through[i] = r->event[row] & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
+        pack->through[i] = leg->event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
     }
 }
 
@@ -250,8 +257,8 @@ static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, con
         pack->dx[i] = ray->direction.x;
         pack->dy[i] = ray->direction.y;
         pack->dz[i] = ray->direction.z;
-        pack->triangle[i] = r->primitive[ray->row];
-        pack->object[i] = &r->model->object[r->object[ray->row]];
+        pack->corner[i] = ray->leg->corner;
+        pack->object[i] = &r->model->object[ray->leg->object];
         if (turn == RMAP_TURN_REFRACT || turn == RMAP_TURN_DIFFUSE)
             load_turn(r, ray, at, turn, i, pack);
     }
@@ -261,16 +268,15 @@ static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, con
 static void note(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
                  size_t n, const struct rmap_wave_pack *pack, struct rmap_portion *out)
 {
-    float *position = out->segment.position;
-    int16_t *normal = out->segment.normal;
     for (size_t i = 0; i < n; i++) {
         const struct rmap_wave_ray *ray = &wave->ray[index[i]];
-        size_t row = ray->row;
-        wave->leg[row] = (struct rmap_wave_leg){pack->t[i], pack->cosine[i]};
-        for (int k = 0; position && k < 3; k++)
-            position[3 * row + (size_t)k] = pack->position[k][i];
-        for (int k = 0; normal && k < 3; k++)
-            normal[3 * row + (size_t)k] = pack->normal[k][i];
+        struct rmap_wave_leg *leg = ray->leg;
+        leg->length = pack->t[i];
+        leg->cosine = pack->cosine[i];
+        for (int k = 0; k < 3; k++) {
+            leg->position[k] = pack->position[k][i];
+            leg->normal[k] = pack->normal[k][i];
+        }
         if (r->crossing_segment && ray->crossing < ray->crossing_end)
             cross(wave, r, index[i], rmap_vec3(pack->px[i], pack->py[i], pack->pz[i]), pack->t[i],
                   out);
@@ -296,25 +302,10 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
         struct rmap_wave_ray *ray = &wave->ray[index[i]];
         ray->position = rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]);
         ray->direction = rmap_vec3(pack.dx[i], pack.dy[i], pack.dz[i]);
-        ray->object = r->object[ray->row];
-        next_leg(wave, r, index[i]);
+        ray->object = ray->leg->object;
+        next_leg(wave, index[i]);
         if (pack.odd[i] != 0.0)
             wave->careful[index[i]] = 1;
-    }
-}
-
-/* Asks for the corners of the triangles that come next. */
-static void fetch_corners(const struct rmap_wave *wave, const struct rmap_retrace *r, size_t n)
-{
-    for (size_t i = 0; i < n; i++) {
-        uint32_t index = wave->alive[i];
-        if (!is_mesh(wave->now[index]))
-            continue;
-        const struct rmap_wave_ray *ray = &wave->ray[index];
-        const struct rmap_mesh *mesh = r->model->object[r->object[ray->row]].mesh;
-        const uint32_t *vertex = triangle_of(r, ray);
-        for (int k = 0; k < 3; k++)
-            soon(mesh->vertex[vertex[k]]);
     }
 }
 
@@ -358,7 +349,6 @@ static void follow(struct rmap_wave *wave, const struct rmap_retrace *r,
     while (n > 0) {
         size_t left = 0;
         bool many = n > 8 * FEW;
-        fetch_corners(wave, r, n);
         if (many)
             sort(wave, n);
         advance_all(wave, r, many ? wave->sorted : wave->alive, n, out);
@@ -375,10 +365,12 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
                                struct rmap_portion *predicted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(make_room(wave, r->n_ray, predicted->n_row[RMAP_TABLE_SEGMENT], err));
+    RMAP_TRY(make_room(wave, r->n_ray, err));
     struct rmap_wave_range range = {0, 0, 0, 0};
     for (; range.first < r->n_ray; range.first = range.end) {
         range.end = r->n_ray - range.first > WAVE_RAYS ? range.first + WAVE_RAYS : r->n_ray;
+        RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, count_legs(r, &range),
+                              sizeof *wave->leg, err));
         begin(wave, r, &range, predicted);
         follow(wave, r, &range, predicted);
         rmap_wave_sum(wave, r, &range, predicted);

@@ -21,7 +21,7 @@ struct rmap_wave_pack {
     double odd[RMAP_WAVE_WIDTH];        /* not 0: a case that only rmap_retrace decides */
     float position[3][RMAP_WAVE_WIDTH]; /* as it is recorded */
     int16_t normal[3][RMAP_WAVE_WIDTH];
-    int32_t triangle[RMAP_WAVE_WIDTH];                         /* meshes alone */
+    const float *corner[RMAP_WAVE_WIDTH];                      /* meshes: as of the leg */
     const struct rmap_compact_object *object[RMAP_WAVE_WIDTH]; /* meshes alone */
     double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH];           /* REFRACT */
     double u[RMAP_WAVE_WIDTH], v[RMAP_WAVE_WIDTH];             /* DIFFUSE: random numbers */
@@ -36,10 +36,13 @@ void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 
 void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack);
 
+struct rmap_wave_leg;
+
 /* wave.c */
 struct rmap_wave_ray {
     struct rmap_vec3 position, direction;
-    size_t first, row, end; /* legs */
+    struct rmap_wave_leg *leg; /* in hand */
+    size_t first, row, end;    /* legs */
     size_t crossing, crossing_end;
     int32_t object; /* the leg starts on, or -1 */
     int channel;    /* that refracts */
@@ -51,19 +54,25 @@ struct rmap_wave_range {
     size_t first, end, row, crossing;
 };
 
-/* What the sums along a ray need of a leg. */
+/* A leg, all in one place: where it goes by the path, and where it went. */
 struct rmap_wave_leg {
     double length, cosine;
+    const float *corner; /* mesh: of its triangle, [3][4] */
+    float position[3];   /* as recorded */
+    uint32_t kind;       /* equal for legs that may go together */
+    int32_t object;
+    uint32_t event;
+    int16_t normal[3];
+    int16_t medium;
 };
 
 struct rmap_wave {
     struct rmap_wave_ray *ray;
     uint32_t *alive, *sorted;
-    uint32_t *kind;            /* [legs]: equal for legs that may go together */
     uint32_t *now;             /* [rays]: kind of the leg in hand; all ones: no more */
-    struct rmap_wave_leg *leg; /* [legs] */
+    struct rmap_wave_leg *leg; /* [legs of the range in hand] */
     uint8_t *careful;          /* [rays]: only rmap_retrace can tell */
-    size_t cap_ray, cap_alive, cap_sorted, cap_kind, cap_now, cap_leg, cap_careful;
+    size_t cap_ray, cap_alive, cap_sorted, cap_now, cap_leg, cap_careful;
 };
 void rmap_wave_fini(struct rmap_wave *wave);
 

@@ -181,15 +181,13 @@ static void gather_corners(const struct local *l, const struct rmap_wave_pack *p
     {
         const double d[3] = {l->dx[i], l->dy[i], l->dz[i]};
         const double from[3] = {l->ox[i], l->oy[i], l->oz[i]};
-        const struct rmap_mesh *mesh = p->object[i]->mesh;
-        const uint32_t *vertex = mesh->triangle[p->triangle[i]];
         double d0 = fabs(d[0]), d1 = fabs(d[1]), d2 = fabs(d[2]), larger = d0 > d1 ? d0 : d1;
         unsigned last = d2 > larger ? 2u : 1u - (d0 > d1);
         const uint8_t *axis = turned_axes[last];
         for (int k = 0; k < 3; k++) {
             c->from[k][i] = from[axis[k]];
             c->way[k][i] = d[axis[k]];
-            const float *v = mesh->vertex[vertex[k]];
+            const float *v = p->corner[i] + 4 * k;
             for (int j = 0; j < 3; j++) {
                 c->at[k][j][i] = (double)v[j];
                 c->turned[k][j][i] = (double)v[axis[j]];

@@ -5,21 +5,21 @@
 #include "compact/step.h"
 #include "compact/wave.h"
 
-static void weigh_leg(const struct rmap_wave *wave, const struct rmap_retrace *r, size_t i,
-                      size_t row, struct rmap_compact_light *light)
+static void weigh_leg(const struct rmap_retrace *r, const struct rmap_wave_leg *leg, int channel,
+                      struct rmap_compact_light *light)
 {
-    const struct rmap_medium *near = rmap_step_medium(r->model, r->medium[row]);
-    double cosine = wave->leg[row].cosine, size = cosine < 0.0 ? -cosine : cosine;
+    const struct rmap_medium *near = rmap_step_medium(r->model, leg->medium);
+    double cosine = leg->cosine, size = cosine < 0.0 ? -cosine : cosine;
     if (!near || !(size >= 0.0)) /* nothing met */
         return;
-    const struct rmap_compact_object *o = &r->model->object[r->object[row]];
+    const struct rmap_compact_object *o = &r->model->object[leg->object];
     const struct rmap_encounter encounter = {
         .surface = cosine < 0.0 ? o->front : o->back,
         .near = near,
-        .far = rmap_medium_beyond(r->model, r->object[row], cosine < 0.0, near),
+        .far = rmap_medium_beyond(r->model, leg->object, cosine < 0.0, near),
         .cosine = size <= 1.0 ? size : 1.0,
-        .event = r->event[row],
-        .channel = (int)r->channel[i] - 1};
+        .event = leg->event,
+        .channel = channel};
     rmap_light_meet(&encounter, light);
 }
 
@@ -37,15 +37,18 @@ static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t 
     const struct rmap_wave_ray *ray = &wave->ray[i];
     size_t n = (size_t)r->model->n_channel;
     double path_length = 0.0, optical_path = 0.0;
-    for (size_t row = ray->first; row < ray->end; row++) {
+    const struct rmap_wave_leg *leg = ray->leg - (ray->row - ray->first);
+    for (size_t row = ray->first; row < ray->end; row++, leg++) {
         double index = 1.0;
+        if (out->segment.position)
+            memcpy(out->segment.position + 3 * row, leg->position, sizeof leg->position);
+        if (out->segment.normal)
+            memcpy(out->segment.normal + 3 * row, leg->normal, sizeof leg->normal);
         if (r->colour) {
-            const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
+            const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
             index = index_of(light, medium);
-            if (medium && medium->absorbing && wave->leg[row].length > 0.0 &&
-                light->end - light->begin > 1)
-                (void)rmap_light_absorb(medium, r->seed, r->id[i], 0, wave->leg[row].length, false,
-                                        light);
+            if (medium && medium->absorbing && leg->length > 0.0 && light->end - light->begin > 1)
+                (void)rmap_light_absorb(medium, r->seed, r->id[i], 0, leg->length, false, light);
             if (light->changed)
                 rmap_light_quantise(r->model->n_channel, light);
             if (out->colour && n == 3) /* worth a copy of constant size */
@@ -58,12 +61,12 @@ static void sum_up(struct rmap_wave *wave, const struct rmap_retrace *r, size_t 
              crossing++)
             out->registration.optical_path[crossing] =
                 rmap_step_double(optical_path + index * out->registration.optical_path[crossing]);
-        if (!(r->event[row] & RMAP_EVENT_LEFT)) {
-            path_length += wave->leg[row].length;
-            optical_path += index * wave->leg[row].length;
+        if (!(leg->event & RMAP_EVENT_LEFT)) {
+            path_length += leg->length;
+            optical_path += index * leg->length;
         }
         if (r->colour && row + 1 < ray->end && light->end - light->begin > 1)
-            weigh_leg(wave, r, i, row, light);
+            weigh_leg(r, leg, (int)r->channel[i] - 1, light);
     }
     if (out->ray.path_length)
         out->ray.path_length[i] = rmap_step_double(path_length);
