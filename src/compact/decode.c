@@ -258,7 +258,10 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
                 return damaged("it has too few triangles", err);
             primitive = (int32_t)triangle[k++];
         }
-        (void)rmap_lane_offer(lane, i, 1, sizeof primitive, &primitive);
+        if (i < lane->next && lane->to)
+            out->segment.primitive[i] = primitive;
+        else
+            (void)rmap_lane_offer(lane, i, 1, sizeof primitive, &primitive);
     }
     return k == n_triangle ? RMAP_OK : damaged("it has too many triangles", err);
 }

@@ -3,6 +3,7 @@
 
 #include "base/alloc.h"
 #include "compact/portable.h"
+#include "compact/wave.h"
 #include "trace/azimuth.h"
 #include "trace/event.h"
 #include "trace/portion_recorder.h"
@@ -143,6 +144,36 @@ static enum rmap_status set_corners(struct rmap_compact_model *model, struct rma
     return RMAP_OK;
 }
 
+static bool alike(const double *value, int n)
+{
+    for (int i = 1; i < n; i++)
+        if (value[i] != value[0])
+            return false;
+    return true;
+}
+
+/* Events at a side of a surface that weigh all channels alike (retrace_colour.c). */
+static uint32_t grey_events(const struct rmap_scene *scene, const struct rmap_surface *surface)
+{
+    bool dispersive = false;
+    int n = scene->channels.n;
+    uint32_t grey = 0;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        dispersive = dispersive || scene->medium[i].dispersive;
+    if (surface->type == RMAP_SURFACE_FRESNEL)
+        return dispersive || surface->coat == RMAP_COAT_REFLECTANCE ? 0 : UINT32_MAX;
+    if (!(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal) &&
+        alike(surface->reflect_specular, n))
+        grey |= RMAP_EVENT_REFLECT_SPECULAR;
+    if (alike(surface->reflect_diffuse, n))
+        grey |= RMAP_EVENT_REFLECT_DIFFUSE;
+    if (alike(surface->transmit_diffuse, n))
+        grey |= RMAP_EVENT_TRANSMIT_DIFFUSE;
+    if (!dispersive && alike(surface->transmit_specular, n))
+        grey |= RMAP_EVENT_TRANSMIT_SPECULAR;
+    return grey;
+}
+
 static void set_body(const struct rmap_scene *scene, const struct rmap_object *from,
                      struct rmap_compact_body *body)
 {
@@ -152,6 +183,8 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
     body->expected = usual_event(&scene->surface[from->surface_front]);
     if (body->expected == RMAP_EVENT_ABSORB)
         body->expected = usual_event(&scene->surface[from->surface_back]);
+    body->grey[0] = grey_events(scene, &scene->surface[from->surface_back]);
+    body->grey[1] = grey_events(scene, &scene->surface[from->surface_front]);
     body->mesh = geometry->kind == RMAP_GEOMETRY_MESH;
     bool closed = body->mesh || geometry->shape.type == RMAP_SHAPE_SPHERE;
     body->inside =
@@ -168,6 +201,19 @@ static void set_source(const struct rmap_compact_model *model, const struct rmap
     rmap_azimuth(turns >= 0.0 && turns <= 1.0 ? turns : 0.0, &cosine, &half_sine);
     source->cone = 2.0 * half_sine * half_sine;
     rmap_colour_quantise(from->colour, model->n_channel, source->colour);
+}
+
+/* Kinds are those of wave.h. */
+static void set_wave(const struct rmap_compact_object *object, size_t index,
+                     struct rmap_compact_body *body)
+{
+    body->corner = object->corner;
+    if (object->kind == RMAP_FACING_MESH) {
+        body->n_triangle = object->mesh->n_triangle;
+        body->wave = object->corner ? RMAP_WAVE_MESH : 0;
+    } else if (object->kind != RMAP_FACING_ASPHERE && index < RMAP_WAVE_OBJECTS) {
+        body->wave = ((uint32_t)index + 1) << RMAP_WAVE_OBJECT;
+    }
 }
 
 enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
@@ -204,6 +250,8 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         set_body(scene, &scene->object[i], &model->body[i]);
     }
     RMAP_TRY(set_corners(model, err));
+    for (size_t i = 0; i < scene->n_object; i++)
+        set_wave(&model->object[i], i, &model->body[i]);
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);

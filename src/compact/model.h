@@ -40,6 +40,10 @@ struct rmap_compact_body {
     int32_t inside;    /* medium in a closed body (mesh or sphere), if another is outside; else
                           INT32_MIN */
     bool mesh;
+    uint32_t grey[2]; /* events that leave any colour alone, at the back and at the front */
+    uint32_t wave;    /* for the waves: kind of its legs; 0: they go alone */
+    size_t n_triangle;
+    const float (*corner)[16];
 };
 
 struct rmap_compact_source {

@@ -12,11 +12,6 @@
 #define KEYS      (1u << KEY_BITS)
 #define KEY(kind) ((kind) & (KEYS - 1))
 
-/* kind: 1 + object, turn, and the rest; 0: a leg that goes alone. */
-enum { KIND_OWN = 1, KIND_TURN = 1, KIND_OBJECT = 3 };
-#define KIND_END  UINT32_MAX
-#define KIND_MESH (UINT32_C(0x10000000) << KIND_OBJECT) /* of any mesh */
-
 /* So few in a run, or at all, are followed one by one, unsorted. */
 #define FEW 3
 
@@ -63,19 +58,30 @@ out:
 #define soon(address) ((void)(address))
 #endif
 
-/* Kind of a leg without its turn. from: object that it starts on. */
-static uint32_t kind_of(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
-                        int32_t from)
+/* As rmap_step_turn, without branches: what comes next is anybody's guess. */
+static uint32_t turn_of(uint32_t event)
 {
-    if (object < 0 || (size_t)object >= model->n_object)
+    uint32_t turn = event & RMAP_EVENT_TRANSMIT_SPECULAR ? RMAP_TURN_REFRACT : RMAP_TURN_NONE;
+    turn = event & (RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_TOTAL_REFLECTION) ? RMAP_TURN_REFLECT
+                                                                               : turn;
+    return event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE) ? RMAP_TURN_DIFFUSE
+                                                                              : turn;
+}
+
+/* Kind of a leg without its turn. from: object that it starts on. */
+static uint32_t kind_of(const struct rmap_compact_model *model, int32_t primitive, int32_t from,
+                        struct rmap_wave_leg *leg)
+{
+    leg->corner = NULL;
+    if (leg->object < 0 || (size_t)leg->object >= model->n_object)
         return 0;
-    const struct rmap_compact_object *o = &model->object[object];
-    if (o->kind == RMAP_FACING_MESH)
-        return o->corner && primitive >= 0 && (size_t)primitive < o->mesh->n_triangle ? KIND_MESH
-                                                                                      : 0;
-    if (o->kind == RMAP_FACING_ASPHERE || object >= (1 << 28) - 1)
+    const struct rmap_compact_body *body = &model->body[leg->object];
+    if (body->wave != RMAP_WAVE_MESH)
+        return body->wave ? body->wave | (leg->object == from ? RMAP_WAVE_OWN : 0) : 0;
+    if (primitive < 0 || (size_t)primitive >= body->n_triangle)
         return 0;
-    return ((uint32_t)object + 1) << KIND_OBJECT | (object == from ? KIND_OWN : 0);
+    leg->corner = body->corner[primitive];
+    return RMAP_WAVE_MESH;
 }
 
 static void set_legs(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
@@ -83,17 +89,13 @@ static void set_legs(const struct rmap_retrace *r, const struct rmap_wave_ray *r
     int32_t from = ray->object;
     struct rmap_wave_leg *leg = ray->leg;
     for (size_t row = ray->row; row < ray->end; row++, leg++) {
-        int32_t object = r->object[row];
-        uint32_t turn =
-            row + 1 < ray->end ? (uint32_t)rmap_step_turn(r->event[row]) : RMAP_TURN_NONE;
-        uint32_t kind = kind_of(r->model, object, r->primitive[row], from);
-        leg->kind = kind ? kind | turn << KIND_TURN : 0;
-        leg->corner =
-            kind == KIND_MESH ? r->model->object[object].corner[(size_t)r->primitive[row]] : NULL;
-        leg->object = object;
+        leg->object = r->object[row];
         leg->event = r->event[row];
         leg->medium = r->medium[row];
-        from = object;
+        uint32_t kind = kind_of(r->model, r->primitive[row], from, leg);
+        uint32_t turn = row + 1 < ray->end ? turn_of(leg->event) : RMAP_TURN_NONE;
+        leg->kind = kind ? kind | turn << RMAP_WAVE_TURN : 0;
+        from = leg->object;
     }
 }
 
@@ -126,7 +128,7 @@ static void begin(struct rmap_wave *wave, const struct rmap_retrace *r,
         row = ray->end;
         crossing = ray->crossing_end;
         set_legs(r, ray);
-        wave->now[i] = ray->row < ray->end ? ray->leg->kind : KIND_END;
+        wave->now[i] = ray->row < ray->end ? ray->leg->kind : RMAP_WAVE_END;
         if (ray->row < ray->end && ray->leg->corner)
             soon(ray->leg->corner);
     }
@@ -183,7 +185,7 @@ static void next_leg(struct rmap_wave *wave, uint32_t index)
     struct rmap_wave_ray *ray = &wave->ray[index];
     ray->row++;
     ray->leg++;
-    wave->now[index] = KIND_END;
+    wave->now[index] = RMAP_WAVE_END;
     if (ray->row < ray->end) {
         wave->now[index] = ray->leg->kind;
         if (ray->leg->corner)
@@ -237,10 +239,11 @@ static void load_turn(const struct rmap_retrace *r, const struct rmap_wave_ray *
         pack->n1[i] = known ? by_channel[near] : 1.0;
         pack->n2[i] = known ? by_channel[far] : 1.0;
     } else {
-        double u[4];
-        rmap_rng(r->seed, r->id[index], (uint32_t)(ray->row - ray->first) + 1, RMAP_RNG_SURFACE, u);
-        pack->u[i] = u[2];
-        pack->v[i] = u[3];
+        uint64_t id = r->id[index];
+        pack->random[0][i] = (uint32_t)id;
+        pack->random[1][i] = (uint32_t)(id >> 32);
+        pack->random[2][i] = (uint32_t)(ray->row - ray->first) + 1;
+        pack->random[3][i] = RMAP_RNG_SURFACE;
         pack->through[i] = leg->event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
     }
 }
@@ -289,15 +292,15 @@ static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
 {
     struct rmap_wave_pack pack;
     uint32_t kind = wave->now[index[0]];
-    enum rmap_turn turn = (enum rmap_turn)(kind >> KIND_TURN & 3);
+    enum rmap_turn turn = (enum rmap_turn)(kind >> RMAP_WAVE_TURN & 3);
     load(wave, r, index, n, turn, &pack);
-    if (kind >= KIND_MESH)
+    if (kind >= RMAP_WAVE_MESH)
         rmap_wave_meet_meshes(&pack);
     else
-        rmap_wave_meet_shape(pack.object[0], kind & KIND_OWN, -r->model->epsilon, &pack);
+        rmap_wave_meet_shape(pack.object[0], kind & RMAP_WAVE_OWN, -r->model->epsilon, &pack);
     note(wave, r, index, n, &pack, out);
     if (turn != RMAP_TURN_NONE)
-        rmap_wave_turn(turn, &pack);
+        rmap_wave_turn(turn, r->seed, &pack);
     for (size_t i = 0; i < n; i++) {
         struct rmap_wave_ray *ray = &wave->ray[index[i]];
         ray->position = rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]);
@@ -355,7 +358,7 @@ static void follow(struct rmap_wave *wave, const struct rmap_retrace *r,
         for (size_t i = 0; i < n; i++) {
             uint32_t index = wave->alive[i];
             wave->alive[left] = index;
-            left += wave->now[index] != KIND_END;
+            left += wave->now[index] != RMAP_WAVE_END;
         }
         n = left;
     }

@@ -11,6 +11,12 @@
 
 #define RMAP_WAVE_WIDTH 8
 
+/* kind of a leg: 1 + object, turn, and the rest; 0: a leg that goes alone. */
+enum { RMAP_WAVE_OWN = 1, RMAP_WAVE_TURN = 1, RMAP_WAVE_OBJECT = 3 };
+#define RMAP_WAVE_END     UINT32_MAX
+#define RMAP_WAVE_MESH    (UINT32_C(0x10000000) << RMAP_WAVE_OBJECT) /* of any mesh */
+#define RMAP_WAVE_OBJECTS ((1u << 28) - 1)
+
 /* Rays that meet one object at the same time: in the world, before and after. */
 struct rmap_wave_pack {
     double px[RMAP_WAVE_WIDTH], py[RMAP_WAVE_WIDTH], pz[RMAP_WAVE_WIDTH]; /* leg from; then to */
@@ -24,7 +30,7 @@ struct rmap_wave_pack {
     const float *corner[RMAP_WAVE_WIDTH];                      /* meshes: as of the leg */
     const struct rmap_compact_object *object[RMAP_WAVE_WIDTH]; /* meshes alone */
     double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH];           /* REFRACT */
-    double u[RMAP_WAVE_WIDTH], v[RMAP_WAVE_WIDTH];             /* DIFFUSE: random numbers */
+    uint32_t random[4][RMAP_WAVE_WIDTH];                       /* DIFFUSE: counter; numbers */
     double through[RMAP_WAVE_WIDTH];                           /* DIFFUSE: 1 transmitted, else 0 */
 };
 
@@ -34,7 +40,7 @@ void rmap_wave_meet_shape(const struct rmap_compact_object *object, bool own, do
                           struct rmap_wave_pack *pack);
 void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 
-void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack);
+void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);
 
 struct rmap_wave_leg;
 

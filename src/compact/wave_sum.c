@@ -8,9 +8,13 @@
 static void weigh_leg(const struct rmap_retrace *r, const struct rmap_wave_leg *leg, int channel,
                       struct rmap_compact_light *light)
 {
-    const struct rmap_medium *near = rmap_step_medium(r->model, leg->medium);
     double cosine = leg->cosine, size = cosine < 0.0 ? -cosine : cosine;
-    if (!near || !(size >= 0.0)) /* nothing met */
+    if (!(size >= 0.0)) /* nothing met */
+        return;
+    if (leg->event & r->model->body[leg->object].grey[cosine < 0.0])
+        return;
+    const struct rmap_medium *near = rmap_step_medium(r->model, leg->medium);
+    if (!near)
         return;
     const struct rmap_compact_object *o = &r->model->object[leg->object];
     const struct rmap_encounter encounter = {

@@ -58,25 +58,56 @@ static inline void azimuth(const double turns[W], double cosine[W], double sine[
     }
 }
 
-static inline void diffuse(const double sx[W], const double sy[W], const double sz[W],
-                           struct rmap_wave_pack *p)
+/* Philox4x32-10 of base/rng.h (Salmon et al. 2011, doi:10.1145/2063384.2063405). */
+static inline void draw(uint64_t seed, uint32_t c[4][W])
 {
-    double cosine[W], sine[W];
-    azimuth(p->v, cosine, sine);
+    uint32_t key0 = (uint32_t)seed, key1 = (uint32_t)(seed >> 32);
+    for (int round = 0; round < 10; round++) {
+        EACH
+        {
+            uint64_t p0 = (uint64_t)c[0][i] * 0xD2511F53u, p1 = (uint64_t)c[2][i] * 0xCD9E8D57u;
+            uint32_t c0 = (uint32_t)(p1 >> 32) ^ c[1][i] ^ key0;
+            uint32_t c2 = (uint32_t)(p0 >> 32) ^ c[3][i] ^ key1;
+            c[0][i] = c0;
+            c[1][i] = (uint32_t)p1;
+            c[2][i] = c2;
+            c[3][i] = (uint32_t)p0;
+        }
+        key0 += 0x9E3779B9u;
+        key1 += 0xBB67AE85u;
+    }
+}
+
+static inline void uniform(const uint32_t bits[W], double out[W])
+{
+    EACH
+    {
+        out[i] = ((double)bits[i] + 0.5) * 0x1p-32;
+    }
+}
+
+static inline void diffuse(const double sx[W], const double sy[W], const double sz[W],
+                           uint64_t seed, struct rmap_wave_pack *p)
+{
+    double cosine[W], sine[W], u[W], v[W];
+    draw(seed, p->random);
+    uniform(p->random[2], u);
+    uniform(p->random[3], v);
+    azimuth(v, cosine, sine);
     EACH
     {
         double turn = p->through[i] > 0.0 ? -1.0 : 1.0;
         double nx = sx[i] * turn, ny = sy[i] * turn, nz = sz[i] * turn;
         double sign = copysign(1.0, nz), a = -1.0 / (sign + nz), b = nx * ny * a;
-        double r = sqrt(p->u[i]), x = r * cosine[i], y = r * sine[i];
-        double up = sqrt(1.0 - p->u[i]);
+        double r = sqrt(u[i]), x = r * cosine[i], y = r * sine[i];
+        double up = sqrt(1.0 - u[i]);
         p->dx[i] = ((b * y) + x * (1.0 + sign * nx * nx * a)) + up * nx;
         p->dy[i] = (((sign + ny * ny * a) * y) + x * (sign * b)) + up * ny;
         p->dz[i] = ((-ny * y) + x * (-sign * nx)) + up * nz;
     }
 }
 
-WIDE void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack)
+WIDE void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack)
 {
     double sx[W], sy[W], sz[W];
     EACH
@@ -91,5 +122,5 @@ WIDE void rmap_wave_turn(enum rmap_turn turn, struct rmap_wave_pack *pack)
     else if (turn == RMAP_TURN_REFRACT)
         refract(sx, sy, sz, pack);
     else
-        diffuse(sx, sy, sz, pack);
+        diffuse(sx, sy, sz, seed, pack);
 }
