@@ -183,8 +183,6 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
     body->expected = usual_event(&scene->surface[from->surface_front]);
     if (body->expected == RMAP_EVENT_ABSORB)
         body->expected = usual_event(&scene->surface[from->surface_back]);
-    body->grey[0] = grey_events(scene, &scene->surface[from->surface_back]);
-    body->grey[1] = grey_events(scene, &scene->surface[from->surface_front]);
     body->mesh = geometry->kind == RMAP_GEOMETRY_MESH;
     bool closed = body->mesh || geometry->shape.type == RMAP_SHAPE_SPHERE;
     body->inside =
@@ -204,15 +202,17 @@ static void set_source(const struct rmap_compact_model *model, const struct rmap
 }
 
 /* Kinds are those of wave.h. */
-static void set_wave(const struct rmap_compact_object *object, size_t index,
-                     struct rmap_compact_body *body)
+static void set_guide(const struct rmap_scene *scene, size_t index,
+                      const struct rmap_compact_object *object, struct rmap_compact_guide *guide)
 {
-    body->corner = object->corner;
+    guide->grey[0] = grey_events(scene, object->back);
+    guide->grey[1] = grey_events(scene, object->front);
+    guide->corner = object->corner;
     if (object->kind == RMAP_FACING_MESH) {
-        body->n_triangle = object->mesh->n_triangle;
-        body->wave = object->corner ? RMAP_WAVE_MESH : 0;
+        guide->n_triangle = object->mesh->n_triangle;
+        guide->wave = object->corner ? RMAP_WAVE_MESH : 0;
     } else if (object->kind != RMAP_FACING_ASPHERE && index < RMAP_WAVE_OBJECTS) {
-        body->wave = ((uint32_t)index + 1) << RMAP_WAVE_OBJECT;
+        guide->wave = ((uint32_t)index + 1) << RMAP_WAVE_OBJECT;
     }
 }
 
@@ -235,12 +235,14 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         model->absorbing = model->absorbing || scene->medium[i].absorbing;
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
+    model->guide = rmap_alloc(scene->n_object + 1, sizeof *model->guide);
     model->source = rmap_alloc(scene->n_source + 1, sizeof *model->source);
     model->source_colour =
         rmap_alloc((scene->n_source + 1) * (size_t)model->n_channel, sizeof *model->source_colour);
     model->index =
         rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
-    if (!model->object || !model->body || !model->source || !model->source_colour || !model->index)
+    if (!model->object || !model->body || !model->guide || !model->source ||
+        !model->source_colour || !model->index)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
     for (size_t c = 0; c < (size_t)model->n_channel; c++)
         for (size_t i = 0; i < scene->n_medium; i++)
@@ -251,7 +253,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     }
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++)
-        set_wave(&model->object[i], i, &model->body[i]);
+        set_guide(scene, i, &model->object[i], &model->guide[i]);
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);
@@ -269,6 +271,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
         return;
     rmap_free(model->object);
     rmap_free(model->body);
+    rmap_free(model->guide);
     rmap_free(model->source);
     rmap_free(model->source_colour);
     rmap_free(model->index);

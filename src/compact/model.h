@@ -40,6 +40,10 @@ struct rmap_compact_body {
     int32_t inside;    /* medium in a closed body (mesh or sphere), if another is outside; else
                           INT32_MIN */
     bool mesh;
+};
+
+/* What waves need of it beforehand. */
+struct rmap_compact_guide {
     uint32_t grey[2]; /* events that leave any colour alone, at the back and at the front */
     uint32_t wave;    /* for the waves: kind of its legs; 0: they go alone */
     size_t n_triangle;
@@ -59,6 +63,7 @@ struct rmap_compact_model {
     size_t n_object, n_source, n_medium, n_detector;
     struct rmap_compact_object *object; /* [n_object] */
     struct rmap_compact_body *body;     /* [n_object] */
+    struct rmap_compact_guide *guide;   /* [n_object] */
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */

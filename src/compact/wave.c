@@ -75,12 +75,12 @@ static uint32_t kind_of(const struct rmap_compact_model *model, int32_t primitiv
     leg->corner = NULL;
     if (leg->object < 0 || (size_t)leg->object >= model->n_object)
         return 0;
-    const struct rmap_compact_body *body = &model->body[leg->object];
-    if (body->wave != RMAP_WAVE_MESH)
-        return body->wave ? body->wave | (leg->object == from ? RMAP_WAVE_OWN : 0) : 0;
-    if (primitive < 0 || (size_t)primitive >= body->n_triangle)
+    const struct rmap_compact_guide *guide = &model->guide[leg->object];
+    if (guide->wave != RMAP_WAVE_MESH)
+        return guide->wave ? guide->wave | (leg->object == from ? RMAP_WAVE_OWN : 0) : 0;
+    if (primitive < 0 || (size_t)primitive >= guide->n_triangle)
         return 0;
-    leg->corner = body->corner[primitive];
+    leg->corner = guide->corner[primitive];
     return RMAP_WAVE_MESH;
 }
 

@@ -172,28 +172,42 @@ struct corners {
     double from[3][W], way[3][W];
 };
 
-/* The axes with one of them last. */
-static const uint8_t turned_axes[3][4] = {{1, 2, 0}, {2, 0, 1}, {0, 1, 2}};
-
-static void gather_corners(const struct local *l, const struct rmap_wave_pack *p, struct corners *c)
+static void gather_corners(const struct rmap_wave_pack *p, struct corners *c)
 {
     EACH
     {
-        const double d[3] = {l->dx[i], l->dy[i], l->dz[i]};
-        const double from[3] = {l->ox[i], l->oy[i], l->oz[i]};
-        double d0 = fabs(d[0]), d1 = fabs(d[1]), d2 = fabs(d[2]), larger = d0 > d1 ? d0 : d1;
-        unsigned last = d2 > larger ? 2u : 1u - (d0 > d1);
-        const uint8_t *axis = turned_axes[last];
-        for (int k = 0; k < 3; k++) {
-            c->from[k][i] = from[axis[k]];
-            c->way[k][i] = d[axis[k]];
-            const float *v = p->corner[i] + 4 * k;
-            for (int j = 0; j < 3; j++) {
-                c->at[k][j][i] = (double)v[j];
-                c->turned[k][j][i] = (double)v[axis[j]];
-            }
-        }
+        const float *v = p->corner[i];
+        for (int k = 0; k < 3; k++)
+            for (int j = 0; j < 3; j++)
+                c->at[k][j][i] = (double)v[4 * k + j];
     }
+}
+
+/* x, y, z with the axis `last` as the last one. */
+static inline void turn_axes(const double last[W], const double x[W], const double y[W],
+                             const double z[W], double (*turned)[W])
+{
+    EACH
+    {
+        turned[0][i] = last[i] == 0.0 ? y[i] : last[i] == 1.0 ? z[i] : x[i];
+        turned[1][i] = last[i] == 0.0 ? z[i] : last[i] == 1.0 ? x[i] : y[i];
+        turned[2][i] = last[i] == 0.0 ? x[i] : last[i] == 1.0 ? y[i] : z[i];
+    }
+}
+
+static inline void turn_corners(const struct local *l, struct corners *c)
+{
+    double last[W];
+    EACH
+    {
+        double d0 = fabs(l->dx[i]), d1 = fabs(l->dy[i]), d2 = fabs(l->dz[i]);
+        double larger = d0 > d1 ? d0 : d1, of_two = d0 > d1 ? 0.0 : 1.0;
+        last[i] = d2 > larger ? 2.0 : of_two;
+    }
+    turn_axes(last, l->ox, l->oy, l->oz, c->from);
+    turn_axes(last, l->dx, l->dy, l->dz, c->way);
+    for (int k = 0; k < 3; k++)
+        turn_axes(last, c->at[k][0], c->at[k][1], c->at[k][2], c->turned[k]);
 }
 
 static inline void meet_triangles(const struct corners *c, struct local *l,
@@ -357,7 +371,8 @@ WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
         shift(local.t[k], from[k]);
         apply_row(local.m[k], p->dx, p->dy, p->dz, way[k]);
     }
-    gather_corners(&l, p, &c);
+    gather_corners(p, &c);
+    turn_corners(&l, &c);
     meet_triangles(&c, &l, p);
     for (int k = 0; k < 3; k++) {
         apply_row(world.m[k], l.x, l.y, l.z, to[k]);

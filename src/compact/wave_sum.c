@@ -11,7 +11,7 @@ static void weigh_leg(const struct rmap_retrace *r, const struct rmap_wave_leg *
     double cosine = leg->cosine, size = cosine < 0.0 ? -cosine : cosine;
     if (!(size >= 0.0)) /* nothing met */
         return;
-    if (leg->event & r->model->body[leg->object].grey[cosine < 0.0])
+    if (leg->event & r->model->guide[leg->object].grey[cosine < 0.0])
         return;
     const struct rmap_medium *near = rmap_step_medium(r->model, leg->medium);
     if (!near)
