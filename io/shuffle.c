@@ -29,10 +29,56 @@ static void shuffle4(const uint32_t *restrict e, size_t n, uint8_t *restrict p0,
     }
 }
 
+/* Sixteen bytes of two planes become pairs; pairs of pairs, and so on. */
+typedef uint8_t bytes __attribute__((vector_size(16)));
+#if defined(__clang__)
+#define MIX(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define MIX(a, b, ...) __builtin_shuffle(a, b, (bytes){__VA_ARGS__})
+#endif
+
+static inline bytes get(const uint8_t *p)
+{
+    bytes b;
+    memcpy(&b, p, sizeof b);
+    return b;
+}
+
+static inline void put(void *p, bytes b)
+{
+    memcpy(p, &b, sizeof b);
+}
+
+static inline bytes pair_low(bytes a, bytes b)
+{
+    return MIX(a, b, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+}
+
+static inline bytes pair_high(bytes a, bytes b)
+{
+    return MIX(a, b, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31);
+}
+
+static inline bytes pair2_low(bytes a, bytes b)
+{
+    return MIX(a, b, 0, 1, 16, 17, 2, 3, 18, 19, 4, 5, 20, 21, 6, 7, 22, 23);
+}
+
+static inline bytes pair2_high(bytes a, bytes b)
+{
+    return MIX(a, b, 8, 9, 24, 25, 10, 11, 26, 27, 12, 13, 28, 29, 14, 15, 30, 31);
+}
+
 static void unshuffle2(const uint8_t *restrict p0, const uint8_t *restrict p1, size_t n,
                        uint16_t *restrict e)
 {
-    for (size_t i = 0; i < n; i++)
+    size_t i = 0;
+    for (; n - i >= 16; i += 16) {
+        bytes a = get(p0 + i), b = get(p1 + i);
+        put(e + i, pair_low(a, b));
+        put(e + i + 8, pair_high(a, b));
+    }
+    for (; i < n; i++)
         e[i] = (uint16_t)(p0[i] | p1[i] << 8);
 }
 
@@ -40,7 +86,17 @@ static void unshuffle4(const uint8_t *restrict p0, const uint8_t *restrict p1,
                        const uint8_t *restrict p2, const uint8_t *restrict p3, size_t n,
                        uint32_t *restrict e)
 {
-    for (size_t i = 0; i < n; i++)
+    size_t i = 0;
+    for (; n - i >= 16; i += 16) {
+        bytes a = get(p0 + i), b = get(p1 + i), c = get(p2 + i), d = get(p3 + i);
+        bytes low = pair_low(a, b), high = pair_high(a, b);
+        bytes low2 = pair_low(c, d), high2 = pair_high(c, d);
+        put(e + i, pair2_low(low, low2));
+        put(e + i + 4, pair2_high(low, low2));
+        put(e + i + 8, pair2_low(high, high2));
+        put(e + i + 12, pair2_high(high, high2));
+    }
+    for (; i < n; i++)
         e[i] =
             (uint32_t)p0[i] | (uint32_t)p1[i] << 8 | (uint32_t)p2[i] << 16 | (uint32_t)p3[i] << 24;
 }
