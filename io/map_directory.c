@@ -170,7 +170,9 @@ bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *lef
     char *part = rmap_path_format("%s/%s", map_path, leftover->name);
     char *journal = part ? rmap_journal_path(part) : NULL;
     int fd = journal ? open(journal, O_RDONLY | O_CLOEXEC) : -1;
-    bool held = fd >= 0 && flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
+    /* Shared: NFS gives no exclusive lock on a file that is open for reading, and two that look at
+     * a time are not to take each other for the writer. */
+    bool held = fd >= 0 && flock(fd, LOCK_SH | LOCK_NB) != 0 && errno == EWOULDBLOCK;
     if (fd >= 0)
         (void)close(fd);
     rmap_free(journal);

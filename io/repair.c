@@ -370,8 +370,9 @@ enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
         goto out;
     }
-    if (rmap_journal_read(journal_path, &journal, NULL) == RMAP_OK && journal.n_portion > 0)
-        goto out; /* of another scene or version: not ours to remove */
+    enum rmap_status read = rmap_journal_read(journal_path, &journal, NULL);
+    if (read == RMAP_SYSTEM || (read == RMAP_OK && journal.n_portion > 0))
+        goto out; /* nobody knows, or of another scene: not ours to remove */
     if ((unlink(journal_path) != 0 && errno != ENOENT) || (unlink(part) != 0 && errno != ENOENT)) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", part, strerror(errno));
         goto out;

@@ -69,6 +69,9 @@ static enum rmap_status find_portions(struct salvage *self, struct rmap_error *e
     while (self->piece < content->n_piece &&
            strcmp(content->piece[self->piece].name, self->leftover->name) != 0)
         self->piece++;
+    if (self->piece == content->n_piece) /* left out, or there since the map was opened */
+        return rmap_error_set(err, RMAP_FORMAT, "%s holds rays, but none that this map took in",
+                              self->part_path);
     self->portion = rmap_alloc(content->n_portion, sizeof *self->portion);
     if (!self->portion)
         return no_memory(err);

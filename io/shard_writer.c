@@ -331,7 +331,9 @@ enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct 
         return st;
     struct rmap_chunk *chunk;
     st = rmap_shard_flush_when_due(self, err);
-    while (st == RMAP_OK && (chunk = rmap_chunk_queue_pop(&self->queue))) {
+    /* A chunk that another thread failed to encode must not end up in a published piece. */
+    while (st == RMAP_OK && self->failed == RMAP_OK &&
+           (chunk = rmap_chunk_queue_pop(&self->queue))) {
         (void)pthread_mutex_unlock(&self->lock);
         st = store_chunk(self, chunk, err);
         (void)pthread_mutex_lock(&self->lock);

@@ -71,11 +71,11 @@ enum rmap_status rmap_forward_create(const struct rmap_context *context, uint64_
         return RMAP_OK;
     struct rmap_forward *self = rmap_alloc(1, sizeof *self);
     if (!self)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    RMAP_TRY(rmap_agree(context, st, err));
+        return rmap_agree(context, rmap_error_set(err, RMAP_SYSTEM, "out of memory"), err);
     self->comm = MPI_COMM_NULL;
     self->waiting_end = &self->waiting;
     (void)pthread_mutex_init(&self->lock, NULL);
+    RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(RMAP_MPI(MPI_Comm_dup(context->comm, &self->comm)));
     RMAP_TRY(find_writer(self, context, per_node, err));
     *forward_ret = self;

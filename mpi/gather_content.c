@@ -24,20 +24,20 @@ out:
     return st;
 }
 
-/* Rank 0: one rank's list, and into the content with it. */
-static enum rmap_status receive(const struct rmap_context *context, int from, uint64_t nbytes,
-                                struct rmap_map_content *content, struct rmap_error *err)
+/* Rank 0: all lists, one after the other through `room`, and into the content with them. What fails
+ * to be taken up is received all the same, for its sender waits. */
+static enum rmap_status receive(const struct rmap_context *context, const uint64_t *nbytes,
+                                uint8_t *room, struct rmap_map_content *content,
+                                struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    if (nbytes == 0)
-        return RMAP_OK;
-    uint8_t *blob = rmap_alloc((size_t)nbytes, 1);
-    if (!blob)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the pieces of rank %d", from);
-    RMAP_TRY(transfer(context, blob, (size_t)nbytes, from, err));
-    RMAP_TRY(rmap_map_content_unpack(blob, (size_t)nbytes, content, err));
+    enum rmap_status st = RMAP_OK, unpacked = RMAP_OK;
+    for (int from = 1; from < context->size; from++) {
+        RMAP_TRY(transfer(context, room, (size_t)nbytes[from], from, err));
+        if (unpacked == RMAP_OK && nbytes[from] > 0)
+            unpacked = rmap_map_content_unpack(room, (size_t)nbytes[from], content, err);
+    }
+    st = unpacked;
 out:
-    rmap_free(blob);
     return st;
 }
 
@@ -58,11 +58,19 @@ enum rmap_status rmap_gather_content(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     const uint64_t n = nbytes;
     RMAP_TRY(RMAP_MPI(MPI_Gather(&n, 1, MPI_UINT64_T, all, 1, MPI_UINT64_T, 0, context->comm)));
-    if (context->rank != 0)
+    if (context->rank == 0) {
+        for (int from = 1; from < context->size; from++)
+            nbytes = all[from] > nbytes ? (size_t)all[from] : nbytes;
+        blob = rmap_alloc(nbytes, 1);
+        if (!blob)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the pieces of other ranks");
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->rank == 0)
+        st = receive(context, all, blob, content, err);
+    else
         st = transfer(context, blob, nbytes, context->rank, err);
-    for (int from = 1; st == RMAP_OK && context->rank == 0 && from < context->size; from++)
-        st = receive(context, from, all[from], content, err);
-    RMAP_TRY(st);
+    RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_free(blob);
     rmap_free(all);

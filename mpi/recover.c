@@ -41,6 +41,20 @@ static enum rmap_status check_idle(const char *map_path, const struct rmap_lefto
     return RMAP_OK;
 }
 
+enum rmap_status rmap_recover_wait(const struct rmap_context *context, const char *map_path,
+                                   struct rmap_error *err)
+{
+    struct rmap_leftover *list = NULL;
+    size_t n = 0;
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0)
+        st = rmap_map_list_leftovers(map_path, &list, &n, err);
+    if (st == RMAP_OK)
+        st = check_idle(map_path, list, n, err);
+    rmap_free(list);
+    return rmap_agree_patiently(context, st, err);
+}
+
 /* Rank 0's list, on every rank. */
 static enum rmap_status share_list(const struct rmap_context *context, const char *map_path,
                                    struct rmap_leftover **list, size_t *n, struct rmap_error *err)

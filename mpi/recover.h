@@ -8,6 +8,11 @@
 #include "io/map_reader.h"
 #include "mpi/command.h"
 
+/* Collective. Gives writers that are being killed a moment to go; to be called before the map is
+ * opened, so that all ranks see the same. RMAP_USAGE: a writer is still at work. */
+enum rmap_status rmap_recover_wait(const struct rmap_context *context, const char *map_path,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 /* Collective. Each unfinished piece of an incomplete map is made a finished one by one of the
  * ranks; *n_ret: how many there were, and the map is to be opened again unless it is 0. Rank 0
  * tells what was recovered and what was damaged. RMAP_USAGE: a writer is still at work;

@@ -15,6 +15,7 @@
 #include "mpi/copy_run.h"
 #include "mpi/gather_findings.h"
 #include "mpi/progress.h"
+#include "mpi/recover.h"
 
 enum { ROUNDS_MAX = 8 };
 
@@ -261,8 +262,12 @@ out:
     return st;
 }
 
+/* Collective. What a writer at work has in hand is no leftover. */
 static enum rmap_status mend(struct repair *self, enum step step, struct rmap_error *err)
 {
+    enum rmap_status st = rmap_recover_wait(self->context, self->path, err);
+    if (st != RMAP_OK)
+        return st;
     self->changed = true;
     return step == STEP_INDEX    ? mend_index(self, err)
            : step == STEP_PIECES ? mend_pieces(self, err)
@@ -282,8 +287,8 @@ enum rmap_status rmap_repair_run(const struct rmap_context *context, const char 
         if (round == 0 && context->rank == 0)
             st = remember(&self, err);
         RMAP_TRY(rmap_agree(context, st, err));
-        if (step == STEP_NONE || mode == RMAP_REPAIR_SAY)
-            break;
+        if (step == STEP_NONE || mode == RMAP_REPAIR_SAY || round == ROUNDS_MAX - 1)
+            break; /* what is concluded from must have been looked at */
         RMAP_TRY(mend(&self, step, err));
     }
     if (context->rank == 0)

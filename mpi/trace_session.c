@@ -40,7 +40,8 @@ static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_
 {
     struct stat info;
     struct rmap_piece_name *name = NULL;
-    size_t n = 0;
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0, n_leftover = 0;
     char *index = rmap_path_format("%s/map.h5", path);
     if (!index)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -51,6 +52,11 @@ static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_
         return RMAP_OK;
     enum rmap_status st = rmap_map_list_pieces(path, &name, &n, err);
     rmap_free(name);
+    if (st == RMAP_OK)
+        st = rmap_map_list_leftovers(path, &leftover, &n_leftover, err);
+    for (size_t i = 0; i < n_leftover; i++)
+        n += leftover[i].has_journal;
+    rmap_free(leftover);
     if (st == RMAP_OK && n > 0)
         st = rmap_error_set(err, RMAP_FORMAT,
                             "%s has pieces but no map.h5: raymap repair makes it again", path);
@@ -71,8 +77,11 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
     if (!stands && self->request.mode == RMAP_TRACE_APPEND)
         st = rmap_error_set(err, RMAP_INPUT, "%s: there is no map to add to; leave out --append",
                             path);
-    if (stands)
-        st = rmap_map_open_untallied(path, &self->goal.map, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (!stands)
+        goto out;
+    RMAP_TRY(rmap_recover_wait(context, path, err));
+    st = rmap_map_open_untallied(path, &self->goal.map, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;
@@ -117,6 +126,29 @@ out:
     return st;
 }
 
+/* Collective. Ranks open the map one after the other; of one that changes meanwhile each would make
+ * a plan of its own, and rays would be traced twice or never. */
+static enum rmap_status agree_on_plan(const struct rmap_trace_session *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_trace_goal *goal = &self->goal;
+    struct rmap_map_summary summary;
+    rmap_map_summarise(goal->map, &summary);
+    const uint64_t mine[] = {goal->n_missing,    goal->n_phase,       goal->n_recount,
+                             goal->n_held,       goal->row.first_ray, summary.digest.low,
+                             summary.digest.high};
+    enum { N = sizeof mine / sizeof *mine };
+    uint64_t first[N];
+    memcpy(first, mine, sizeof mine);
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(first, N, MPI_UINT64_T, 0, self->context->comm)));
+    if (memcmp(first, mine, sizeof mine) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s is being written to by somebody else: try later",
+                            self->request.map_path);
+    RMAP_TRY(rmap_agree(self->context, st, err));
+out:
+    return st;
+}
+
 /* Collective. */
 static enum rmap_status find_goal(struct rmap_trace_session *self, struct rmap_error *err)
 {
@@ -133,6 +165,7 @@ static enum rmap_status find_goal(struct rmap_trace_session *self, struct rmap_e
     if (self->context->rank == 0)
         tell_trouble(self);
     RMAP_TRY(rmap_agree(self->context, rmap_trace_goal_plan(&self->goal, err), err));
+    RMAP_TRY(agree_on_plan(self, err));
     self->run.space = self->goal.space;
 out:
     return st;

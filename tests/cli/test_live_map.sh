@@ -24,10 +24,21 @@ status=0
 "$RAYMAP" trace "$scene" -o live.raymap --resume --quiet 2>refused.txt || status=$?
 [ $status -eq 2 ] || fail "a second trace of a live map ended with $status"
 grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
+status=0
+"$RAYMAP" repair live.raymap --quiet 2>refused.txt || status=$?
+[ $status -eq 2 ] || fail "repairing a live map ended with $status: $(cat refused.txt)"
+grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
 kill -0 $writer || fail "the writer did not survive the second trace"
 
 kill -9 $writer
 wait $writer 2>/dev/null || true
+# Rays of a journal are not thrown away for want of an index.
+mv live.raymap/map.h5 aside.h5
+status=0
+"$RAYMAP" trace "$scene" -o live.raymap --resume --time-limit 1s --quiet 2>refused.txt || status=$?
+[ $status -eq 4 ] || fail "without an index, taking over ended with $status: $(cat refused.txt)"
+compgen -G "live.raymap/shard-*/.piece-*.journal" >/dev/null || fail "the journal is gone"
+mv aside.h5 live.raymap/map.h5
 status=0
 "$RAYMAP" trace "$scene" -o live.raymap --resume --time-limit 1s --quiet 2>resumed.txt || status=$?
 [ $status -eq 6 ] || fail "taking over ended with $status: $(cat resumed.txt)"
