@@ -7,7 +7,7 @@ scene=$SOURCE_DIR/examples/double-gauss/scene.yaml
 fail() { echo "FAILED: $*" >&2; exit 1; }
 
 rm -rf live.raymap
-"$RAYMAP" trace "$scene" -o live.raymap -n 100M --flush 0.2 --threads 1 --quiet &
+"$RAYMAP" trace "$scene" -o live.raymap -n 100M --flush 0.2 --threads 1 --piece-size 64Gi --quiet &
 writer=$!
 trap 'kill -9 $writer 2>/dev/null || true' EXIT
 rays=0
