@@ -140,7 +140,7 @@ void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t 
         shuffle4(element, n, plane, plane + n, plane + 2 * n, plane + 3 * n);
     else if (element_nbytes == 8)
         shuffle8(element, n, plane);
-    else
+    else if (n > 0)
         memcpy(plane, element, n);
 }
 
