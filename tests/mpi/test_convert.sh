@@ -73,8 +73,11 @@ same plain-1.raymap
 piece=$(ls a.raymap/shard-*/piece-*.h5 | tail -n 1)
 /usr/bin/python3 - "$piece" <<'PYTHON'
 import sys
-with open(sys.argv[1], "r+b") as f: # among the first stored chunks
-    f.seek(30000); byte = f.read(1); f.seek(30000); f.write(bytes([byte[0] ^ 255]))
+import h5py
+with h5py.File(sys.argv[1]) as f:
+    at = int(f["chunk/offset"][0]) + int(f["chunk/nbytes"][0]) // 2
+with open(sys.argv[1], "r+b") as f:
+    f.seek(at); byte = f.read(1); f.seek(at); f.write(bytes([byte[0] ^ 255]))
 PYTHON
 expect 4 'piece-' mpirun -np 2 "$RAYMAP" convert a.raymap -o damaged.raymap
 finish
