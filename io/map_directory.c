@@ -10,6 +10,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
@@ -258,6 +259,39 @@ enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_lefto
     return RMAP_OK;
 }
 
+/* RMAP_USAGE, naming its file, if a writer is at work just now. */
+static enum rmap_status find_writer(const char *map_path, struct rmap_error *err)
+{
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0;
+    enum rmap_status st = rmap_map_list_leftovers(map_path, &leftover, &n, err);
+    for (size_t i = 0; st == RMAP_OK && i < n; i++)
+        if (rmap_leftover_is_held(map_path, &leftover[i]))
+            st = rmap_error_set(err, RMAP_USAGE,
+                                "%s is being traced by another raymap (it writes %s, which names "
+                                "its host and process): stop that first",
+                                map_path, leftover[i].name);
+    rmap_free(leftover);
+    return st;
+}
+
+/* One that was seen may be between two pieces when it is not seen any more: twice must be. */
+enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_error *err)
+{
+    const struct timespec nap = {.tv_nsec = 100000000};
+    const int naps_max = 50;
+    enum rmap_status st = find_writer(map_path, err);
+    int idle = st == RMAP_OK ? 2 : 0;
+    for (int naps = 0; idle < 2 && naps < naps_max; naps++) {
+        (void)nanosleep(&nap, NULL);
+        st = find_writer(map_path, err);
+        if (st != RMAP_OK && st != RMAP_USAGE)
+            return st;
+        idle = st == RMAP_OK ? idle + 1 : 0;
+    }
+    return st;
+}
+
 /* ---- making the directory, over an old map if told to ---- */
 
 static bool is_temporary(const char *name)
@@ -367,5 +401,6 @@ enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode))
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is no directory, so no ray map: it is left as it is", path);
-    return clear_map(path, err);
+    enum rmap_status st = rmap_map_await_writers(path, err);
+    return st == RMAP_OK ? clear_map(path, err) : st;
 }

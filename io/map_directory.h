@@ -42,6 +42,10 @@ enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_lefto
  * locks, or memory is short. */
 bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover);
 
+/* RMAP_USAGE when a writer of the map is still at work after a moment: those that are being killed
+ * are given time to go. */
+enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_error *err) RMAP_MUST_USE;
+
 /* Of the journal that goes with a .part file; rmap_free. NULL when memory is short. */
 char *rmap_journal_path(const char *part_path);
 

@@ -2,9 +2,11 @@
  *
  * The file of a piece: that it is there, whole, sealed, itself, and of one mind with the index.
  */
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/map_internal.h"
@@ -279,6 +281,10 @@ static enum rmap_status check_file(struct piece_check *check, bool *same,
     enum rmap_status st = RMAP_OK;
     if (stat(path, &file) != 0) {
         st = whole(check, info->name, "", RMAP_PIECE_GONE, "the piece is missing", err);
+        goto out;
+    }
+    if (access(path, R_OK) != 0 && errno == EACCES) { /* nothing is known of it: no finding */
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be opened: %s", path, strerror(errno));
         goto out;
     }
     bool cut = (uint64_t)file.st_size != info->nbytes;

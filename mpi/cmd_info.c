@@ -5,6 +5,8 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "base/alloc.h"
+#include "io/map_directory.h"
 #include "mpi/agree.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
@@ -133,6 +135,19 @@ static void print_detectors(const struct rmap_map *map, FILE *out)
     }
 }
 
+/* Why a map is not complete. */
+static const char *unfinished(const char *path)
+{
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0;
+    bool live = false;
+    if (rmap_map_list_leftovers(path, &leftover, &n, NULL) == RMAP_OK)
+        for (size_t i = 0; i < n; i++)
+            live = live || rmap_leftover_is_held(path, &leftover[i]);
+    rmap_free(leftover);
+    return live ? "NOT complete: it is being traced" : "NOT complete: tracing was stopped early";
+}
+
 static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_map_summary *summary, bool damaged, FILE *out)
 {
@@ -144,7 +159,7 @@ static void print_info(const char *path, const struct rmap_map *map,
     fprintf(out, "%s: %s\n", path,
             summary->complete ? "complete"
             : damaged         ? "damaged: pieces are missing or cut off"
-                              : "NOT complete: tracing was stopped early");
+                              : unfinished(path));
     fprintf(out, "  %s rays, %s segments, %s registrations\n",
             rmap_grouped(summary->n_row[RMAP_TABLE_RAY], rays),
             rmap_grouped(summary->n_row[RMAP_TABLE_SEGMENT], segments),

@@ -2,7 +2,6 @@
 #include "mpi/recover.h"
 
 #include <string.h>
-#include <time.h>
 
 #include "base/alloc.h"
 #include "io/map_directory.h"
@@ -22,47 +21,12 @@ static void note(struct result *result, const char *text)
         (void)snprintf(result->text, sizeof result->text, "%s", text);
 }
 
-/* The first whose writer is at work, or NULL. */
-static const struct rmap_leftover *find_held(const char *map_path, const struct rmap_leftover *list,
-                                             size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        if (rmap_leftover_is_held(map_path, &list[i]))
-            return &list[i];
-    return NULL;
-}
-
-/* Rank 0. Writers that are being killed are given a moment to go; *list: what they leave. */
-static enum rmap_status list_idle(const char *map_path, struct rmap_leftover **list, size_t *n,
-                                  struct rmap_error *err)
-{
-    const struct timespec nap = {.tv_nsec = 100000000};
-    const double patience_s = 5.0;
-    double begun = rmap_clock_seconds();
-    for (;;) { /* a writer that goes on to its next piece has another journal then */
-        enum rmap_status st = rmap_map_list_leftovers(map_path, list, n, err);
-        const struct rmap_leftover *held = st == RMAP_OK ? find_held(map_path, *list, *n) : NULL;
-        if (!held)
-            return st;
-        if (rmap_clock_seconds() - begun > patience_s)
-            return rmap_error_set(err, RMAP_USAGE,
-                                  "%s is being traced by another raymap (it writes %s, which names "
-                                  "its host and process): stop that first",
-                                  map_path, held->name);
-        rmap_free(*list);
-        *list = NULL;
-        *n = 0;
-        (void)nanosleep(&nap, NULL);
-    }
-}
-
 enum rmap_status rmap_recover_wait(const struct rmap_context *context, const char *map_path,
                                    struct rmap_error *err)
 {
-    struct rmap_leftover *list = NULL;
-    size_t n = 0;
-    enum rmap_status st = context->rank == 0 ? list_idle(map_path, &list, &n, err) : RMAP_OK;
-    rmap_free(list);
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0)
+        st = rmap_map_await_writers(map_path, err);
     return rmap_agree_patiently(context, st, err);
 }
 
@@ -74,9 +38,11 @@ static enum rmap_status share_list(const struct rmap_context *context, const cha
     uint8_t *blob = NULL;
     size_t nbytes = 0;
     if (context->rank == 0)
+        st = rmap_map_await_writers(map_path, err);
+    if (context->rank == 0 && st == RMAP_OK)
         st = rmap_map_remove_half_indexes(map_path, err);
     if (context->rank == 0 && st == RMAP_OK)
-        st = list_idle(map_path, list, n, err);
+        st = rmap_map_list_leftovers(map_path, list, n, err);
     RMAP_TRY(rmap_agree(context, st, err));
     blob = (uint8_t *)*list;
     nbytes = *n * sizeof **list;

@@ -63,6 +63,22 @@ static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_
     return st;
 }
 
+/* Rank 0. The index is believed about what rays there are, so its pieces must be there; with a
+ * shard directory they wait to be collected. */
+static enum rmap_status check_pieces(const struct rmap_trace_session *self, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    if (self->request.shard_dir)
+        return RMAP_OK;
+    enum rmap_status st = rmap_map_check_pieces(self->goal.map, &why);
+    if (st == RMAP_FORMAT)
+        return rmap_error_set(err, st,
+                              "%s; bring it back, or raymap repair gives its rays up and --resume "
+                              "traces them again",
+                              why.text);
+    return st == RMAP_OK ? st : rmap_error_set(err, st, "%s", why.text);
+}
+
 /* Collective. Opens the map that is gone on with, if one stands. */
 static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_error *err)
 {
@@ -161,6 +177,9 @@ static enum rmap_status find_goal(struct rmap_trace_session *self, struct rmap_e
     }
     st = rmap_trace_goal_admit(&self->request, &self->run, &self->goal, err);
     RMAP_TRY(rmap_agree(self->context, explain(self, st, err), err));
+    if (self->context->rank == 0)
+        st = check_pieces(self, err);
+    RMAP_TRY(rmap_agree(self->context, st, err));
     RMAP_TRY(recover_map(self, err));
     if (self->context->rank == 0)
         tell_trouble(self);

@@ -118,6 +118,16 @@ if [ "$(id -u)" -eq 0 ]; then
 else
     expect 5 '' "$RAYMAP" trace scene.yaml -o sealed/x.raymap -n 10
 fi
+as_other=
+[ "$(id -u)" -ne 0 ] || as_other='setpriv --reuid 65534 --regid 65534 --clear-groups'
+if $as_other "$RAYMAP" info a.raymap >/dev/null 2>&1; then
+    cp -r a.raymap closed.raymap
+    chmod 000 closed.raymap/shard-00000/piece-00000.h5
+    for command in verify repair; do
+        expect 5 'Permission denied' $as_other "$RAYMAP" $command closed.raymap
+    done
+    expect 5 'Permission denied' $as_other "$RAYMAP" query closed.raymap all
+fi
 if [ -w /dev/full ]; then
     "$RAYMAP" info a.raymap >/dev/full 2>stderr.txt
     [ $? -eq 5 ] || { echo "FAILED: a full disk under stdout is not told"; failures=1; }

@@ -20,15 +20,19 @@ done
 [ "${rays:-0}" -gt 0 ] || fail "a live map shows no rays"
 "$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json || fail "a live map answers no query"
 
-status=0
-"$RAYMAP" trace "$scene" -o live.raymap --resume --quiet 2>refused.txt || status=$?
-[ $status -eq 2 ] || fail "a second trace of a live map ended with $status"
-grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
-status=0
-"$RAYMAP" repair live.raymap --quiet 2>refused.txt || status=$?
-[ $status -eq 2 ] || fail "repairing a live map ended with $status: $(cat refused.txt)"
-grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
-kill -0 $writer || fail "the writer did not survive the second trace"
+"$RAYMAP" info live.raymap | grep -q 'NOT complete: it is being traced' || fail "info does not say that it is being traced"
+
+refused() { # WHAT COMMAND...
+    local what=$1 status=0
+    shift
+    "$RAYMAP" "$@" --quiet >/dev/null 2>refused.txt || status=$?
+    [ $status -eq 2 ] || fail "$what a live map ended with $status: $(cat refused.txt)"
+    grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
+    kill -0 $writer || fail "the writer did not survive $what"
+}
+refused 'a second trace of' trace "$scene" -o live.raymap --resume
+refused 'replacing' trace "$scene" -o live.raymap -n 10 --force
+refused 'repair of' repair live.raymap
 
 kill -9 $writer
 wait $writer 2>/dev/null || true

@@ -95,11 +95,11 @@ done
 echo "$recovered rays recovered in $n lives"
 
 # The time limit, twice, with other ranks and pieces each time; then one writer for all ranks.
-expect 6 'resume' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap -n $rays --quiet --time-limit 1s --piece-size 4Mi
-expect 6 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --quiet --time-limit 1s
+expect 6 'resume' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap -n $rays --quiet --time-limit 200ms --piece-size 4Mi
+expect 6 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --quiet --time-limit 200ms
 expect 0 'held already' mpirun -np 4 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --shards-per-node 1
 same time.raymap 'the time limit'
-expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap -n $rays --quiet --time-limit 1s
+expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap -n $rays --quiet --time-limit 200ms
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap --resume --encoding compact --quiet
 same mixed.raymap 'another encoding'
 expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
@@ -121,6 +121,14 @@ expect 4 'missing' "$RAYMAP" info apart.raymap
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n $((rays - 300000)) --quiet --shard-dir disk
 mv disk/shard-* apart.raymap
 same apart.raymap 'shards on other disks'
+
+# Of a map that has lost a piece nothing is called complete: that is for repair to mend.
+mv apart.raymap/shard-00001 lost
+expect 4 'shard-00001/piece-00000.h5 is missing.*repair' "$RAYMAP" trace scene.yaml -o apart.raymap --resume
+expect 4 'shard-00001/piece-00000.h5 is missing.*repair' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --append -n 1
+expect 0 '' "$RAYMAP" repair apart.raymap
+expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o apart.raymap --resume --quiet
+same apart.raymap 'a lost shard'
 
 # A job that died before it wrote anything is begun anew.
 mkdir young.raymap young.raymap/shard-00000
