@@ -100,8 +100,10 @@ static enum rmap_status read_data(struct rmap_h5 *h5, const char *path, hid_t se
     /* A wrong extent must not become a huge allocation. */
     const uint64_t deflate_ratio_max = 1032; /* RFC 1951: 258 bytes from 2 bits */
     uint64_t most = H5Dget_storage_size(set) * deflate_ratio_max;
+    for (int k = 0; k < rank; k++)
+        nbytes = dims[k] == 0 ? 0 : nbytes;
     for (int k = 0; k < rank; k++) {
-        if (dims[k] > 0 && nbytes > most / dims[k]) {
+        if (nbytes > 0 && nbytes > most / dims[k]) {
             st = wrong(h5, path, "claims to be larger than its file can hold", err);
             goto out;
         }
