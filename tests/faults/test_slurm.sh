@@ -40,8 +40,15 @@ until_state() { # JOB RESTARTS PATTERN
     local i state
     for ((i = 0; i < 600; i++)); do
         state=$(field "$1" JobState)
-        [[ $(field "$1" Restarts) -ge $2 && $state =~ $3 ]] && return 0
-        [ "$state" = PENDING ] && scontrol update jobid="$1" StartTime=now 2>/dev/null
+        if [[ $(field "$1" Restarts) -ge $2 && $state =~ $3 ]]; then
+            [ "$state" = FAILED ] || return 0
+            sleep 3 # a job on its way back into the queue looks so for a moment
+            [ "$(field "$1" JobState)" = FAILED ] && return 0
+        fi
+        if [ "$state" = PENDING ]; then
+            sleep 3 # the script that asked for the requeue must have left
+            scontrol update jobid="$1" StartTime=now 2>/dev/null
+        fi
         sleep 0.1
     done
     fail "job $1 is $(field "$1" JobState) after $(field "$1" Restarts) restarts, not $3 after $2"
