@@ -26,7 +26,7 @@ for map in whole grown; do expect 0 '' "$RAYMAP" detector $map.raymap sensor -o 
 cmp whole.csv grown.csv || { echo "FAILED: a grown map has another image"; failures=1; }
 
 # What was asked for first comes first; any of the numbers that were asked for may be repeated.
-expect 6 '' "$RAYMAP" trace scene.yaml -o two.raymap -n 400k --quiet --time-limit 1s
+expect 6 '' "$RAYMAP" trace scene.yaml -o two.raymap -n 400k --quiet --time-limit 0.2s
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o two.raymap --append -n 20000 --quiet
 expect 0 '' "$RAYMAP" trace scene.yaml -o one.raymap -n 420k --quiet
 [ "$(digest two.raymap)" = "$(digest one.raymap)" ] || { echo "FAILED: the incomplete part was not completed"; failures=1; }
@@ -59,7 +59,7 @@ expect 0 '' "$RAYMAP" report colours.raymap 70000
 expect 0 '' "$RAYMAP" report colours.raymap 130000
 # The same again is found, not made again; a stop in the middle is resumed in each space.
 cp -r colours.raymap ends.raymap
-expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 1M --color rgb --quiet --time-limit 1s
+expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 1M --color rgb --quiet --time-limit 0.3s
 expect 0 '' "$RAYMAP" trace scene.yaml -o ends.raymap --resume --quiet
 expect 0 '1,180,000 rays' "$RAYMAP" info ends.raymap
 expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 1M --color rgb --quiet
