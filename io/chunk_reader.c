@@ -10,6 +10,7 @@
 #include "io/chunk_cache.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
+#include "io/read_exactly.h"
 #include "io/shuffle.h"
 
 #define FILES_MAX 32
@@ -117,24 +118,6 @@ static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece,
     return RMAP_OK;
 }
 
-static enum rmap_status read_exactly(int fd, uint8_t *to, size_t nbytes, uint64_t offset,
-                                     struct rmap_error *err)
-{
-    while (nbytes > 0) {
-        ssize_t got = pread(fd, to, nbytes, (off_t)offset);
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got < 0)
-            return rmap_error_set(err, RMAP_SYSTEM, "reading failed: %s", strerror(errno));
-        if (got == 0)
-            return rmap_error_set(err, RMAP_FORMAT, "the file ends before the chunk does");
-        to += got;
-        nbytes -= (size_t)got;
-        offset += (uint64_t)got;
-    }
-    return RMAP_OK;
-}
-
 static enum rmap_status decode(struct rmap_chunk_reader *self, const struct place *place,
                                const struct rmap_chunk_entry *entry, int fd, uint8_t *plane,
                                struct rmap_error *err)
@@ -147,7 +130,7 @@ static enum rmap_status decode(struct rmap_chunk_reader *self, const struct plac
     self->stored = block;
     if (st != RMAP_OK)
         return st;
-    RMAP_TRY(read_exactly(fd, self->stored, entry->nbytes, entry->offset, err));
+    RMAP_TRY(rmap_read_exactly(fd, self->stored, entry->nbytes, entry->offset, err));
     self->nbytes += entry->nbytes;
     if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
         return rmap_error_set(err, RMAP_FORMAT, "checksum does not match: the data are damaged");

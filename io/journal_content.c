@@ -9,6 +9,7 @@
 #include "base/alloc.h"
 #include "io/journal.h"
 #include "io/publish.h"
+#include "io/read_exactly.h"
 
 void rmap_journal_origin(const struct rmap_journal *journal, struct rmap_piece_origin *origin)
 {
@@ -21,24 +22,6 @@ void rmap_journal_origin(const struct rmap_journal *journal, struct rmap_piece_o
                    header->scene_digest);
     (void)snprintf(origin->space_digest, sizeof origin->space_digest, "%.32s",
                    header->space_digest);
-}
-
-static enum rmap_status read_exactly(int fd, uint8_t *to, size_t nbytes, uint64_t offset,
-                                     struct rmap_error *err)
-{
-    while (nbytes > 0) {
-        ssize_t got = pread(fd, to, nbytes, (off_t)offset);
-        if (got < 0 && errno == EINTR)
-            continue;
-        if (got < 0)
-            return rmap_error_set(err, RMAP_SYSTEM, "reading failed: %s", strerror(errno));
-        if (got == 0)
-            return rmap_error_set(err, RMAP_FORMAT, "the file ends before the rows do");
-        to += got;
-        nbytes -= (size_t)got;
-        offset += (uint64_t)got;
-    }
-    return RMAP_OK;
 }
 
 /* One tail of the records [*at, ...) of a stream, which follow each other. */
@@ -61,7 +44,7 @@ static enum rmap_status add_tail(const struct rmap_journal *journal, int fd, siz
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the last rows of a piece");
     uint8_t *to = tail.data;
     for (size_t i = 0; i < n; i++) {
-        RMAP_TRY(read_exactly(fd, to, record[i].n_row * row, record[i].offset, err));
+        RMAP_TRY(rmap_read_exactly(fd, to, record[i].n_row * row, record[i].offset, err));
         to += record[i].n_row * row;
     }
     RMAP_TRY(rmap_map_content_add_tail(content, &tail, err));
