@@ -15,7 +15,15 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-enum action { ACTION_NONE, ACTION_ERROR, ACTION_KILL, ACTION_TEAR, ACTION_EXIT, ACTION_SHORT };
+enum action {
+    ACTION_NONE,
+    ACTION_ERROR,
+    ACTION_KILL,
+    ACTION_TEAR,
+    ACTION_EXIT,
+    ACTION_SHORT,
+    ACTION_STOP
+};
 
 /* Set once by the constructor, before any other thread is there; only the counter moves. */
 static struct {
@@ -41,7 +49,7 @@ static const struct {
     {"EINTR", ACTION_ERROR, EINTR},   {"EACCES", ACTION_ERROR, EACCES},
     {"EMFILE", ACTION_ERROR, EMFILE}, {"kill", ACTION_KILL, 0},
     {"tear", ACTION_TEAR, 0},         {"exit", ACTION_EXIT, 0},
-    {"short", ACTION_SHORT, 0},
+    {"short", ACTION_SHORT, 0},       {"stop", ACTION_STOP, 0},
 };
 
 static _Noreturn void misuse(const char *variable, const char *value)
@@ -222,6 +230,9 @@ enum fault_verdict fault_judge(const char *call, const char *path)
         fault_die();
     case ACTION_EXIT:
         _exit(99);
+    case ACTION_STOP:
+        (void)kill(getpid(), SIGSTOP);
+        break;
     case ACTION_TEAR:
         if (!moves_bytes(call))
             fault_die();

@@ -6,17 +6,21 @@
  * happens. All of it is said by environment variables, so that the program under test is the very
  * program that users run:
  *
- *   FAULTS_DIR     the directory, absolute, without links (required: without it nothing is counted)
+ *   FAULTS_DIR     the directory, absolute, without links (without it nothing is counted)
  *   FAULTS_CALLS   shell patterns of the calls that count, by commas (default "*": the calls that
  *                  change files). Reading calls are "read:open", "read:pread", ...; memory asked
- * for by the program itself "memory:calloc", ...; HDF5 functions have their own names. FAULTS_PATH
- * shell pattern that the path must match too (default "*") FAULTS_RANK    only in this rank of MPI
- * (default: in every one, each counting for itself) FAULTS_AT      number of the call (default 0:
- * count only) FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE: the call fails so;
- * kill: SIGKILL before the call; tear: SIGKILL after half of what it writes; exit: _exit before the
- * call; short: half is written, and said so FAULTS_STICKY  1: every later call that counts fails
- * too FAULTS_LOG     file that gets one line "NUMBER CALL PATH" per counted call, ".RANK" appended
- *   FAULTS_RECORD  file that gets all changes with their bytes (fault_record.h), ".RANK" appended
+ *                  for by the program itself "memory:calloc", ...; HDF5 functions have their
+ *                  own names
+ *   FAULTS_PATH    shell pattern that the path must match too (default "*")
+ *   FAULTS_RANK    only in this rank of MPI (default: in each, and each counts for itself)
+ *   FAULTS_AT      number of the call (default 0: count only)
+ *   FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE: the call fails so;
+ *                  kill: SIGKILL before the call; tear: SIGKILL after half of what it writes;
+ *                  exit: _exit before the call; short: half is written, and said so;
+ *                  stop: SIGSTOP before the call, which is made once somebody sends SIGCONT
+ *   FAULTS_STICKY  1: every later call that counts fails too
+ *   FAULTS_LOG     file of a line "NUMBER CALL PATH" per counted call, ".RANK" appended
+ *   FAULTS_RECORD  file of all changes with their bytes (fault_record.h), ".RANK" appended
  */
 #ifndef FAULT_PLAN_H
 #define FAULT_PLAN_H
