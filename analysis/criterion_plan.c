@@ -8,7 +8,7 @@
 #include "trace/event.h"
 
 /* Relative cost of evaluating a node, cheapest first. */
-enum cost { COST_NONE, COST_RAY, COST_REGISTRATION, COST_STEP, COST_GEOMETRY, COST_CLASSES };
+enum cost { COST_NONE, COST_RAY, COST_REGISTRATION, COST_STEP, COST_PATH, COST_GEOMETRY, COST_CLASSES };
 
 /* Bits (index mod n_bit) of a set's members. */
 static void set_bits(const struct rmap_index_set *set, uint64_t *bits, uint32_t n_bit)
@@ -174,6 +174,9 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
         if (node->registrations.where >= 0)
             (void)plan_node(criterion, node->registrations.where, &(int){0});
         return COST_REGISTRATION;
+    case RMAP_CRITERION_PATH:
+        criterion->columns |= node->path.columns;
+        return COST_PATH;
     case RMAP_CRITERION_ITS_NUMBER:
         criterion->columns |= its_number_columns(node->its_number);
         return COST_NONE;

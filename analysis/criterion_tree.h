@@ -51,6 +51,7 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_NUMBER,        /* of the ray */
     RMAP_CRITERION_STEPS,         /* a count of rows of /segment */
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
+    RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence */
     RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
 };
 
@@ -120,6 +121,12 @@ struct rmap_registration_test {
     int32_t where; /* node, or -1 */
 };
 
+/* path("..."): an automaton over the letters and names of steps and registrations. */
+struct rmap_path_test {
+    rmap_column_set columns;             /* that rmap_path_mark reads */
+    const struct rmap_path_table *table; /* owned by the criterion */
+};
+
 struct rmap_criterion_node {
     enum rmap_criterion_kind kind;
     int32_t first, next; /* first child, next sibling; -1: none */
@@ -135,6 +142,7 @@ struct rmap_criterion_node {
         struct rmap_ending_test ending;
         struct rmap_step_test steps;
         struct rmap_registration_test registrations;
+        struct rmap_path_test path;
     };
 };
 
@@ -199,5 +207,13 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
                              const struct rmap_registration_test *test,
                              const struct rmap_portion *portion, const struct rmap_strip *strip,
                              uint8_t *flag);
+
+/* Evaluates a PATH node, its comparison included: match[i] = 1 or 0 for row i of /ray. Discrete
+ * columns alone decide it (node->path.columns), so that it may run on a dictionary of histories.
+ * RMAP_FORMAT when the rows do not add up, RMAP_SYSTEM. Thread-safe. */
+enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
+                                const struct rmap_criterion_node *node,
+                                const struct rmap_portion *portion, uint8_t *match,
+                                struct rmap_error *err) RMAP_MUST_USE;
 
 #endif
