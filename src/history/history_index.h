@@ -36,7 +36,7 @@
 struct rmap_history_index;
 void rmap_history_destroy(struct rmap_history_index *index);
 
-/* What can happen at the end of a leg, and on a detector: those that do in the piece, ascending. */
+/* What can happen at the end of a leg, and on a detector: those that do in the piece. */
 struct rmap_history_class {
     int32_t object; /* -1: none */
     uint32_t event; /* bits */
@@ -79,7 +79,7 @@ struct rmap_history_view {
 
     /* PATHS. Rays of path k, path_rays[k] of them, are those with path[ray] == k. */
     size_t n_path;             /* distinct ones in this portion: some hundreds */
-    const uint32_t *path_row;  /* [n_path] row of the dictionary, ascending */
+    const uint32_t *path_row;  /* [n_path] row of the dictionary */
     const uint16_t *path_rays; /* [n_path] */
     const uint16_t *path;      /* [n_ray] in [0, n_path) */
 
@@ -89,13 +89,12 @@ struct rmap_history_view {
     size_t n_kind;                      /* distinct (source, stop) of rays */
     const int32_t *kind_source;         /* [n_kind] */
     const uint8_t *kind_stop;           /* [n_kind] */
-    const uint8_t *kind;                /* [n_ray] in [0, n_kind), or NULL: all are of kind 0 */
+    const uint16_t *kind;               /* [n_ray] in [0, n_kind), or NULL: all are of kind 0 */
     size_t n_local;                     /* distinct classes of legs in this portion */
     const uint16_t *local_class;        /* [n_local] number of the class in the index */
     const uint32_t *local_rows;         /* [n_local] legs of that class */
 
-    struct rmap_history_rows *rows; /* how classes are stored; and buffers */
-    struct rmap_history_buffer *buffer;
+    struct rmap_history_rows *rows; /* how classes are stored, and buffers; owned */
 };
 
 /* RMAP_FORMAT when the portion's bytes are damaged; RMAP_SYSTEM. portion in [0, n_portion). */
