@@ -2,12 +2,14 @@
  *
  * Evaluation: every test becomes a byte per ray; and, or, not combine bytes. Tests that count
  * rows mark them strip by strip and take each ray's share from a running sum, so that the inner
- * loops have no branch per ray's end.
+ * loops have no branch per ray's end. A test whose columns may not all be fetched counts the rows
+ * that could count: more it cannot be.
  */
+#include "analysis/criterion_evaluate.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "analysis/criterion_tree.h"
 #include "base/alloc.h"
 
 /* Rows marked at a time: marks and sums stay in the first-level cache. */
@@ -15,12 +17,18 @@ enum { STRIP_ROWS = 4096 };
 
 struct evaluation {
     const struct rmap_criterion *criterion;
-    const struct rmap_portion *portion;
-    const double *flux_per_weight;
+    const struct rmap_evidence *evidence;
+    const struct rmap_portion *portion; /* of the evidence */
     size_t n_ray;
     uint32_t *count; /* [n_ray] */
     uint8_t *mask;   /* [criterion->n_mask][n_ray] */
 };
+
+static enum rmap_status fetch(const struct evaluation *ev, rmap_column_set columns,
+                              struct rmap_error *err)
+{
+    return ev->evidence->fetch ? ev->evidence->fetch(ev->evidence->context, columns, err) : RMAP_OK;
+}
 
 static void mark(const struct evaluation *ev, const struct rmap_criterion_node *node,
                  const struct rmap_strip *strip, uint8_t *flag)
@@ -58,18 +66,53 @@ static void count_rows(const struct evaluation *ev, const struct rmap_criterion_
     }
 }
 
-static void compare_counts(const struct evaluation *ev, const struct rmap_interval *interval,
-                           uint8_t *match)
+/* Counts that an interval holds: least <= count <= least + span, or, when `flip`, the others. */
+struct whole_range {
+    bool empty, flip;
+    uint32_t least, span;
+};
+
+static struct whole_range whole_range(const struct rmap_interval *interval)
 {
     double low = ceil(fmax(interval->low, 0.0)), high = floor(fmin(interval->high, UINT32_MAX));
-    bool empty = low > high;
-    uint32_t least = empty ? 1 : (uint32_t)low, span = empty ? 0 : (uint32_t)(high - low);
-    uint8_t flip = interval->outside;
-    if (empty)
-        memset(match, flip, ev->n_ray);
+    struct whole_range range = {.empty = low > high, .flip = interval->outside};
+    if (!range.empty) {
+        range.least = (uint32_t)low;
+        range.span = (uint32_t)(high - low);
+    }
+    return range;
+}
+
+static void compare_counts(const struct evaluation *ev, const struct rmap_interval *interval,
+                           uint8_t *verdict)
+{
+    struct whole_range range = whole_range(interval);
+    uint8_t flip = range.flip ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+    if (range.empty)
+        memset(verdict, flip, ev->n_ray);
     else
         for (size_t i = 0; i < ev->n_ray; i++)
-            match[i] = (ev->count[i] - least <= span) ^ flip;
+            verdict[i] =
+                (uint8_t)(ev->count[i] - range.least <= range.span ? RMAP_VERDICT_YES : 0) ^ flip;
+}
+
+static uint8_t negation(uint8_t verdict)
+{
+    return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
+}
+
+/* The same where a count may be anything from 0 up to the one given. */
+static void compare_bounds(const struct evaluation *ev, const struct rmap_interval *interval,
+                           uint8_t *verdict)
+{
+    struct whole_range range = whole_range(interval);
+    for (size_t i = 0; i < ev->n_ray; i++) {
+        uint32_t most = ev->count[i];
+        bool may = !range.empty && most >= range.least;
+        bool does = may && range.least == 0 && most <= range.span;
+        uint8_t its = does ? RMAP_VERDICT_YES : may ? RMAP_VERDICT_OPEN : RMAP_VERDICT_NO;
+        verdict[i] = range.flip ? negation(its) : its;
+    }
 }
 
 static double ray_number(const struct evaluation *ev, enum rmap_ray_number number, size_t i)
@@ -84,7 +127,7 @@ static double ray_number(const struct evaluation *ev, enum rmap_ray_number numbe
         return ray->wavelength[i];
     case RMAP_RAY_NUMBER_FLUX:
         return (size_t)ray->source[i] < ev->criterion->scene->n_source
-                   ? ray->weight[i] * ev->flux_per_weight[ray->source[i]]
+                   ? ray->weight[i] * ev->evidence->flux_per_weight[ray->source[i]]
                    : (double)NAN;
     case RMAP_RAY_NUMBER_PATH_LENGTH:
         return ray->path_length[i];
@@ -117,63 +160,170 @@ static void count_endings(const struct evaluation *ev, const struct rmap_ending_
     }
 }
 
-static void evaluate_test(const struct evaluation *ev, const struct rmap_criterion_node *node,
-                          uint8_t *match)
+static enum rmap_status count_steps(const struct evaluation *ev,
+                                    const struct rmap_criterion_node *node, struct rmap_error *err)
 {
     const struct rmap_portion *portion = ev->portion;
+    if (ev->evidence->count_steps && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
+        return ev->evidence->count_steps(ev->evidence->context, &node->steps, ev->count, err);
+    enum rmap_status st = fetch(ev, node->columns, err);
+    if (st == RMAP_OK)
+        count_rows(ev, node, portion->ray.segment_count, portion->n_row[RMAP_TABLE_SEGMENT]);
+    return st;
+}
+
+static enum rmap_status count_registrations(const struct evaluation *ev,
+                                            const struct rmap_criterion_node *node,
+                                            struct rmap_error *err)
+{
+    const struct rmap_portion *portion = ev->portion;
+    enum rmap_status st = fetch(ev, node->columns, err);
+    if (st == RMAP_OK)
+        count_rows(ev, node, portion->ray.registration_count,
+                   portion->n_row[RMAP_TABLE_REGISTRATION]);
+    return st;
+}
+
+/* A test that asks for columns which may not be fetched: without what needs them. */
+static enum rmap_status bound_test(const struct evaluation *ev,
+                                   const struct rmap_criterion_node *node, uint8_t *verdict,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node loose = *node;
+    loose.columns &= ev->evidence->columns;
+    if (node->kind == RMAP_CRITERION_STEPS) {
+        loose.steps.part = RMAP_PART_ALL;
+        loose.steps.side = NULL;
+        st = count_steps(ev, &loose, err);
+    } else if (node->kind == RMAP_CRITERION_REGISTRATIONS) {
+        loose.registrations.region = RMAP_REGION_ALL;
+        loose.registrations.box = NULL;
+        loose.registrations.where = -1;
+        st = count_registrations(ev, &loose, err);
+    } else {
+        memset(verdict, RMAP_VERDICT_OPEN, ev->n_ray);
+        return RMAP_OK;
+    }
+    if (st == RMAP_OK)
+        compare_bounds(ev, &node->interval, verdict);
+    return st;
+}
+
+static enum rmap_status evaluate_test(const struct evaluation *ev,
+                                      const struct rmap_criterion_node *node, uint8_t *verdict,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (node->columns & ~ev->evidence->columns)
+        return bound_test(ev, node, verdict, err);
     switch (node->kind) {
     case RMAP_CRITERION_ALL:
-        memset(match, rmap_interval_holds(&node->interval, 1.0), ev->n_ray);
-        return;
+        memset(verdict,
+               rmap_interval_holds(&node->interval, 1.0) ? RMAP_VERDICT_YES : RMAP_VERDICT_NO,
+               ev->n_ray);
+        return RMAP_OK;
     case RMAP_CRITERION_NUMBER:
+        RMAP_TRY(fetch(ev, node->columns, err));
         for (size_t i = 0; i < ev->n_ray; i++)
-            match[i] = rmap_interval_holds(&node->interval, ray_number(ev, node->ray_number, i));
-        return;
+            verdict[i] = rmap_interval_holds(&node->interval, ray_number(ev, node->ray_number, i))
+                             ? RMAP_VERDICT_YES
+                             : RMAP_VERDICT_NO;
+        return RMAP_OK;
     case RMAP_CRITERION_SOURCE:
+        RMAP_TRY(fetch(ev, node->columns, err));
         for (size_t i = 0; i < ev->n_ray; i++)
-            ev->count[i] = rmap_index_set_has(&node->source, portion->ray.source[i]);
+            ev->count[i] = rmap_index_set_has(&node->source, ev->portion->ray.source[i]);
         break;
     case RMAP_CRITERION_ENDED:
+        RMAP_TRY(fetch(ev, node->columns, err));
         count_endings(ev, &node->ending);
         break;
     case RMAP_CRITERION_STEPS:
-        count_rows(ev, node, portion->ray.segment_count, portion->n_row[RMAP_TABLE_SEGMENT]);
+        RMAP_TRY(count_steps(ev, node, err));
         break;
     default:
-        count_rows(ev, node, portion->ray.registration_count,
-                   portion->n_row[RMAP_TABLE_REGISTRATION]);
+        RMAP_TRY(count_registrations(ev, node, err));
         break;
     }
-    compare_counts(ev, &node->interval, match);
+    compare_counts(ev, &node->interval, verdict);
+out:
+    return st;
+}
+
+/* True when every ray has this verdict, which further children cannot change. */
+static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
+{
+    uint8_t other = 0;
+    for (size_t i = 0; i < n; i++)
+        other |= verdict[i] ^ which;
+    return !other;
 }
 
 /* level: masks that are in use above. */
-static void evaluate_node(const struct evaluation *ev, int32_t index, int level, uint8_t *match)
+static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
+                                      uint8_t *verdict, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const struct rmap_criterion_node *node = &ev->criterion->node[index];
     size_t n = ev->n_ray;
     bool is_and = node->kind == RMAP_CRITERION_AND;
     if (node->kind == RMAP_CRITERION_NOT) {
-        evaluate_node(ev, node->first, level, match);
+        RMAP_TRY(evaluate_node(ev, node->first, level, verdict, err));
         for (size_t i = 0; i < n; i++)
-            match[i] ^= 1;
-    } else if (is_and || node->kind == RMAP_CRITERION_OR) {
-        uint8_t *own = ev->mask + (size_t)level * n;
-        memset(match, is_and, n);
-        for (int32_t child = node->first; child >= 0; child = ev->criterion->node[child].next) {
-            if (!memchr(match, is_and, n))
-                return; /* every ray is decided */
-            evaluate_node(ev, child, level + 1, own);
-            if (is_and)
-                for (size_t i = 0; i < n; i++)
-                    match[i] &= own[i];
-            else
-                for (size_t i = 0; i < n; i++)
-                    match[i] |= own[i];
-        }
-    } else {
-        evaluate_test(ev, node, match);
+            verdict[i] = negation(verdict[i]);
+        return RMAP_OK;
     }
+    if (!is_and && node->kind != RMAP_CRITERION_OR)
+        return evaluate_test(ev, node, verdict, err);
+    uint8_t *own = ev->mask + (size_t)level * n;
+    const uint8_t last_word = is_and ? RMAP_VERDICT_NO : RMAP_VERDICT_YES;
+    RMAP_TRY(evaluate_node(ev, node->first, level, verdict, err));
+    for (int32_t child = ev->criterion->node[node->first].next;
+         child >= 0 && !all_are(verdict, last_word, n); child = ev->criterion->node[child].next) {
+        RMAP_TRY(evaluate_node(ev, child, level + 1, own, err));
+        if (is_and)
+            for (size_t i = 0; i < n; i++)
+                verdict[i] &= own[i];
+        else
+            for (size_t i = 0; i < n; i++)
+                verdict[i] |= own[i];
+    }
+out:
+    return st;
+}
+
+void rmap_judge_fini(struct rmap_judge *judge)
+{
+    rmap_free(judge->count);
+    rmap_free(judge->mask);
+    *judge = (struct rmap_judge){0};
+}
+
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
+                                      const struct rmap_evidence *evidence,
+                                      struct rmap_judge *judge, uint8_t *verdict,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
+    void *count = judge->count, *mask = judge->mask;
+    if (n_ray == 0)
+        return RMAP_OK;
+    st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
+    judge->count = count;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&mask, &judge->mask_cap, n_ray * (size_t)criterion->n_mask, 1, err);
+    judge->mask = mask;
+    if (st != RMAP_OK)
+        return st;
+    struct evaluation ev = {.criterion = criterion,
+                            .evidence = evidence,
+                            .portion = evidence->portion,
+                            .n_ray = n_ray,
+                            .count = judge->count,
+                            .mask = judge->mask};
+    return evaluate_node(&ev, criterion->root, 0, verdict, err);
 }
 
 static bool sums_to(const uint32_t *rows, size_t n_ray, size_t n_row)
@@ -210,20 +360,14 @@ enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,
                                          struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct evaluation ev = {.criterion = criterion,
-                            .portion = portion,
-                            .flux_per_weight = flux_per_weight,
-                            .n_ray = portion->n_row[RMAP_TABLE_RAY]};
+    struct rmap_judge judge = {0};
+    const struct rmap_evidence evidence = {
+        .portion = portion, .columns = RMAP_COLUMNS_ALL, .flux_per_weight = flux_per_weight};
     RMAP_TRY(check_portion(criterion, portion, err));
-    ev.count = rmap_alloc(ev.n_ray, sizeof *ev.count);
-    ev.mask = rmap_alloc(ev.n_ray, (size_t)criterion->n_mask);
-    if (!ev.count || !ev.mask) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu rays", ev.n_ray);
-        goto out;
-    }
-    evaluate_node(&ev, criterion->root, 0, match);
+    RMAP_TRY(rmap_criterion_judge(criterion, &evidence, &judge, match, err));
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
+        match[i] &= 1;
 out:
-    rmap_free(ev.mask);
-    rmap_free(ev.count);
+    rmap_judge_fini(&judge);
     return st;
 }

@@ -129,8 +129,9 @@ struct rmap_path_test {
 
 struct rmap_criterion_node {
     enum rmap_criterion_kind kind;
-    int32_t first, next; /* first child, next sibling; -1: none */
-    size_t begin, end;   /* bytes of the text */
+    int32_t first, next;     /* first child, next sibling; -1: none */
+    size_t begin, end;       /* bytes of the text */
+    rmap_column_set columns; /* that decide it; set by the plan, so that of a subtree */
     struct rmap_interval interval;
     union {
         enum rmap_ray_number ray_number;

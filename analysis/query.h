@@ -26,11 +26,26 @@ void rmap_count_add(struct rmap_count *into, const struct rmap_count *from, size
 void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map, double *flux_ret,
                      double *standard_error_ret);
 
-/* Scans portions [first, last) with n_criterion criteria. count: [n_criterion], added to.
- * collect: NULL, or where the rays that match criterion 0 are appended (all columns), at most
- * `limit` of them (UINT64_MAX: all); the scan of criterion 0 then stops once it has them, and its
- * count is that of the portions read until then. Thread-safe: threads may scan ranges of their
- * own at the same time. RMAP_FORMAT when stored rows do not fit together. */
+/* One thread's scan, in as many ranges as it likes: what it reads and finds out of the map is kept
+ * from range to range. The map, the criteria and their array are borrowed. */
+struct rmap_query_scanner;
+enum rmap_status rmap_query_scanner_create(const struct rmap_map *map,
+                                           struct rmap_criterion *const *criterion,
+                                           size_t n_criterion,
+                                           struct rmap_query_scanner **scanner_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+void rmap_query_scanner_destroy(struct rmap_query_scanner *scanner);
+
+/* Scans portions [first, last). count: [n_criterion], added to. collect: NULL, or where the rays
+ * that match criterion 0 are appended (all columns), at most `limit` of them (UINT64_MAX: all); the
+ * scan of criterion 0 then stops once it has them, and its count is that of the portions read until
+ * then. RMAP_FORMAT when stored rows do not fit together. */
+enum rmap_status rmap_query_scanner_scan(struct rmap_query_scanner *scanner, size_t first,
+                                         size_t last, struct rmap_count *count,
+                                         struct rmap_portion *collect, uint64_t limit,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* A scanner made for one range. Threads may scan ranges of their own at the same time. */
 enum rmap_status rmap_query_scan(const struct rmap_map *map,
                                  struct rmap_criterion *const *criterion, size_t n_criterion,
                                  size_t first, size_t last, struct rmap_count *count,

@@ -1,30 +1,40 @@
 /* SPDX-License-Identifier: MIT
  *
- * Reads the portions that may hold matches, and of those only the columns that the criteria and
- * the sums need. Rays that are wanted whole are read by a second cursor, and only from portions
- * in which some matched.
+ * Reads the portions that may hold matches, and of those a column when a test, or the sums over
+ * rays that matched, first ask for it. Criteria of one scan share what was read.
  */
+#include <stdlib.h>
 #include <string.h>
 
-#include "analysis/criterion_tree.h"
+#include "analysis/criterion_evaluate.h"
 #include "analysis/query.h"
+#include "analysis/query_collect.h"
 #include "base/alloc.h"
 
-struct scan {
+/* What adding up matched rays takes. */
+static const rmap_column_set sum_columns = RMAP_COLUMN_BIT(RMAP_RAY_source) |
+                                           RMAP_COLUMN_BIT(RMAP_RAY_weight) |
+                                           RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
+
+struct place {
+    int32_t piece;
+    size_t portion;
+};
+
+struct rmap_query_scanner {
     const struct rmap_map *map;
     struct rmap_criterion *const *criterion;
-    size_t n_criterion;
-    struct rmap_count *count;
-    bool *wanted; /* [n_criterion] that the portion in hand may answer */
-    uint8_t *match;
-    size_t match_cap;
+    size_t n_criterion, n_source;
+    bool *wanted;        /* [n_criterion] that the portion in hand may answer */
+    struct place *place; /* of the range in hand, in the order of reading */
+    size_t place_cap;
+    uint8_t *verdict; /* [n_ray] */
+    size_t verdict_cap;
+    struct rmap_judge judge;
     struct rmap_cursor *cursor; /* columns of the criteria and the sums */
-    struct rmap_cursor *whole;  /* all columns; made when first needed */
-    struct rmap_portion *collect;
-    uint16_t *wide; /* colours of a portion with fewer channels than `collect` has */
-    size_t wide_cap;
-    uint64_t n_left; /* rays still to collect */
-    bool collected;  /* criterion 0 has all it was asked for */
+    const struct rmap_portion *portion;
+    struct rmap_count *count; /* [n_criterion], of the scan in hand */
+    struct rmap_collector collector;
 };
 
 static bool skips(const struct rmap_criterion *criterion, const struct rmap_portion_info *info)
@@ -33,119 +43,187 @@ static bool skips(const struct rmap_criterion *criterion, const struct rmap_port
            !rmap_criterion_may_match(criterion, &info->summary);
 }
 
-/* Without a branch per ray: which rays match is random. */
-static enum rmap_status add_sums(const struct scan *scan, const struct rmap_portion *portion,
-                                 struct rmap_count *count, struct rmap_error *err)
+static enum rmap_status fetch(void *context, rmap_column_set columns, struct rmap_error *err)
 {
+    struct rmap_query_scanner *self = context;
+    return rmap_cursor_fetch(self->cursor, columns, err);
+}
+
+/* Without a branch per ray: which rays match is random. */
+static enum rmap_status add_sums(const struct rmap_query_scanner *self, struct rmap_count *count,
+                                 struct rmap_error *err)
+{
+    const struct rmap_portion *portion = self->portion;
     const struct rmap_ray_columns *ray = &portion->ray;
-    size_t n_source = rmap_map_scene(scan->map)->n_source, n_ray = portion->n_row[RMAP_TABLE_RAY];
-    const uint8_t *match = scan->match;
+    size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    const uint8_t *verdict = self->verdict;
     for (size_t i = 0; i < n_ray; i++) {
-        count->rays += match[i];
-        count->segments += ray->segment_count[i] & (0u - match[i]);
+        uint32_t match = verdict[i] & 1;
+        count->rays += match;
+        count->segments += ray->segment_count[i] & (0u - match);
     }
     for (size_t i = 0; i < n_ray; i++) {
         size_t source = (size_t)ray->source[i];
-        double weight = match[i] ? ray->weight[i] : 0.0;
-        if (source >= n_source)
+        double weight = verdict[i] ? ray->weight[i] : 0.0;
+        if (source >= self->n_source)
             return rmap_error_set(
                 err, RMAP_FORMAT, "a ray of the portion from id %llu on has source %d of %zu",
-                (unsigned long long)portion->first_ray, (int)ray->source[i], n_source);
+                (unsigned long long)portion->first_ray, (int)ray->source[i], self->n_source);
         count->source_weight[source] += weight;
         count->source_weight_squared[source] += weight * weight;
     }
     return RMAP_OK;
 }
 
-/* The portion with as many channels as the collected rays have, those it lacks being 0. */
-static enum rmap_status widen(struct scan *scan, struct rmap_portion *portion,
-                              struct rmap_error *err)
-{
-    size_t n = portion->n_row[RMAP_TABLE_SEGMENT], few = (size_t)portion->n_channel;
-    size_t many = (size_t)scan->collect->n_channel;
-    void *block = scan->wide;
-    if (few == many)
-        return RMAP_OK;
-    enum rmap_status st =
-        rmap_reserve(&block, &scan->wide_cap, n * many + 1, sizeof *scan->wide, err);
-    scan->wide = block;
-    if (st != RMAP_OK)
-        return st;
-    for (size_t i = 0; i < n; i++)
-        for (size_t c = 0; c < many; c++)
-            scan->wide[i * many + c] = c < few ? portion->colour[i * few + c] : 0;
-    portion->colour = scan->wide;
-    portion->n_channel = scan->collect->n_channel;
-    return RMAP_OK;
-}
-
-/* Appends the marked rays of a portion, whole, until enough are there. */
-static enum rmap_status collect_rays(struct scan *scan, size_t index, struct rmap_error *err)
+static enum rmap_status answer(struct rmap_query_scanner *self, size_t index, size_t c,
+                               struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *read = NULL;
-    size_t segment = 0, registration = 0;
-    if (!scan->whole)
-        RMAP_TRY(rmap_cursor_create(scan->map, RMAP_COLUMNS_ALL, &scan->whole, err));
-    RMAP_TRY(rmap_cursor_read(scan->whole, index, &read, err));
-    struct rmap_portion portion = *read; /* its columns stay the cursor's */
-    RMAP_TRY(widen(scan, &portion, err));
-    for (size_t i = 0; i < portion.n_row[RMAP_TABLE_RAY] && scan->n_left > 0; i++) {
-        if (scan->match[i]) {
-            RMAP_TRY(
-                rmap_portion_append_ray(scan->collect, &portion, i, segment, registration, err));
-            scan->n_left--;
-        }
-        segment += portion.ray.segment_count[i];
-        registration += portion.ray.registration_count[i];
-    }
-    scan->collected = scan->n_left == 0;
+    const struct rmap_evidence evidence = {.portion = self->portion,
+                                           .columns = RMAP_COLUMNS_ALL,
+                                           .flux_per_weight = rmap_map_flux_per_weight(self->map),
+                                           .context = self,
+                                           .fetch = fetch};
+    self->count[c].portions_read++;
+    RMAP_TRY(rmap_criterion_judge(self->criterion[c], &evidence, &self->judge, self->verdict, err));
+    if (!memchr(self->verdict, RMAP_VERDICT_YES, self->portion->n_row[RMAP_TABLE_RAY]))
+        return RMAP_OK;
+    RMAP_TRY(fetch(self, sum_columns, err));
+    RMAP_TRY(add_sums(self, &self->count[c], err));
+    if (c == 0 && self->collector.rays)
+        RMAP_TRY(rmap_collector_add(&self->collector, index, self->verdict, err));
 out:
     return st;
 }
 
-static enum rmap_status scan_portion(struct scan *scan, size_t index, struct rmap_error *err)
+static enum rmap_status scan_portion(struct rmap_query_scanner *self, size_t index,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = NULL;
-    RMAP_TRY(rmap_cursor_read(scan->cursor, index, &portion, err));
-    size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    void *block = scan->match;
-    RMAP_TRY(rmap_reserve(&block, &scan->match_cap, n_ray, 1, err));
-    scan->match = block;
-    for (size_t c = 0; c < scan->n_criterion; c++) {
-        if (!scan->wanted[c])
-            continue;
-        scan->count[c].portions_read++;
-        RMAP_TRY(rmap_criterion_evaluate(scan->criterion[c], portion,
-                                         rmap_map_flux_per_weight(scan->map), scan->match, err));
-        RMAP_TRY(add_sums(scan, portion, &scan->count[c], err));
-        if (c == 0 && scan->collect && memchr(scan->match, 1, n_ray))
-            RMAP_TRY(collect_rays(scan, index, err));
-    }
+    RMAP_TRY(rmap_cursor_enter(self->cursor, index, &self->portion, err));
+    void *block = self->verdict;
+    RMAP_TRY(
+        rmap_reserve(&block, &self->verdict_cap, self->portion->n_row[RMAP_TABLE_RAY], 1, err));
+    self->verdict = block;
+    for (size_t c = 0; c < self->n_criterion; c++)
+        if (self->wanted[c])
+            RMAP_TRY(answer(self, index, c, err));
 out:
     return st;
 }
 
 /* Which criteria the portion may answer; true when any of them. */
-static bool choose(struct scan *scan, size_t index)
+static bool choose(struct rmap_query_scanner *self, size_t index)
 {
-    const struct rmap_portion_info *info = rmap_map_portion(scan->map, index);
+    if (self->n_criterion == 1 && rmap_collector_is_done(&self->collector))
+        return false;
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, index);
     bool any = false;
-    for (size_t c = 0; c < scan->n_criterion; c++) {
-        scan->wanted[c] = !(c == 0 && scan->collected) && !skips(scan->criterion[c], info);
-        any |= scan->wanted[c];
+    for (size_t c = 0; c < self->n_criterion; c++) {
+        self->wanted[c] = !(c == 0 && rmap_collector_is_done(&self->collector)) &&
+                          !skips(self->criterion[c], info);
+        any |= self->wanted[c];
     }
     return any;
 }
 
 static rmap_column_set columns_of(struct rmap_criterion *const *criterion, size_t n_criterion)
 {
-    rmap_column_set columns = RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight) |
-                              RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
+    rmap_column_set columns = sum_columns;
     for (size_t c = 0; c < n_criterion; c++)
         columns |= rmap_criterion_columns(criterion[c]);
     return columns;
+}
+
+enum rmap_status rmap_query_scanner_create(const struct rmap_map *map,
+                                           struct rmap_criterion *const *criterion,
+                                           size_t n_criterion,
+                                           struct rmap_query_scanner **scanner_ret,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_scanner *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    *self = (struct rmap_query_scanner){.map = map,
+                                        .criterion = criterion,
+                                        .n_criterion = n_criterion,
+                                        .n_source = rmap_map_scene(map)->n_source,
+                                        .collector.map = map};
+    self->wanted = rmap_alloc(n_criterion, sizeof *self->wanted);
+    if (!self->wanted)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", n_criterion));
+    RMAP_TRY(rmap_cursor_create(map, columns_of(criterion, n_criterion), &self->cursor, err));
+    *scanner_ret = self;
+    self = NULL;
+out:
+    rmap_query_scanner_destroy(self);
+    return st;
+}
+
+void rmap_query_scanner_destroy(struct rmap_query_scanner *self)
+{
+    if (!self)
+        return;
+    rmap_collector_fini(&self->collector);
+    rmap_cursor_destroy(self->cursor);
+    rmap_judge_fini(&self->judge);
+    rmap_free(self->verdict);
+    rmap_free(self->place);
+    rmap_free(self->wanted);
+    rmap_free(self);
+}
+
+static uint64_t nbytes_read(const struct rmap_query_scanner *self, bool with_rays)
+{
+    return rmap_cursor_nbytes_of_rows(self->cursor) +
+           (with_rays && self->collector.whole ? rmap_cursor_nbytes_of_rows(self->collector.whole)
+                                               : 0);
+}
+
+static int compare_places(const void *a, const void *b)
+{
+    const struct place *x = a, *y = b;
+    if (x->piece != y->piece)
+        return x->piece < y->piece ? -1 : 1;
+    return (x->portion > y->portion) - (x->portion < y->portion);
+}
+
+/* Rays are collected in the order of their ids; to be counted, portions are read piece by piece:
+ * chunks, and what is known of a piece, then are at hand. */
+static enum rmap_status arrange(struct rmap_query_scanner *self, size_t first, size_t last,
+                                struct rmap_error *err)
+{
+    void *block = self->place;
+    enum rmap_status st =
+        rmap_reserve(&block, &self->place_cap, last - first, sizeof *self->place, err);
+    self->place = block;
+    if (st != RMAP_OK || first == last)
+        return st;
+    for (size_t p = first; p < last; p++)
+        self->place[p - first] = (struct place){rmap_map_portion(self->map, p)->piece, p};
+    if (!self->collector.rays)
+        qsort(self->place, last - first, sizeof *self->place, compare_places);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_query_scanner_scan(struct rmap_query_scanner *self, size_t first, size_t last,
+                                         struct rmap_count *count, struct rmap_portion *collect,
+                                         uint64_t limit, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint64_t before[2] = {nbytes_read(self, false), nbytes_read(self, true)};
+    self->count = count;
+    self->collector.rays = collect;
+    self->collector.n_left = limit;
+    RMAP_TRY(arrange(self, first, last, err));
+    for (size_t i = 0; i < last - first; i++)
+        if (choose(self, self->place[i].portion))
+            RMAP_TRY(scan_portion(self, self->place[i].portion, err));
+    for (size_t c = 0; c < self->n_criterion; c++)
+        count[c].nbytes_read += nbytes_read(self, c == 0) - before[c == 0];
+out:
+    return st;
 }
 
 enum rmap_status rmap_query_scan(const struct rmap_map *map,
@@ -154,29 +232,10 @@ enum rmap_status rmap_query_scan(const struct rmap_map *map,
                                  struct rmap_portion *collect, uint64_t limit,
                                  struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct scan scan = {.map = map,
-                        .criterion = criterion,
-                        .n_criterion = n_criterion,
-                        .count = count,
-                        .collect = collect,
-                        .n_left = limit,
-                        .collected = collect && limit == 0};
-    scan.wanted = rmap_alloc(n_criterion, sizeof *scan.wanted);
-    if (!scan.wanted)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", n_criterion);
-    RMAP_TRY(rmap_cursor_create(map, columns_of(criterion, n_criterion), &scan.cursor, err));
-    for (size_t p = first; p < last && !(n_criterion == 1 && scan.collected); p++)
-        if (choose(&scan, p))
-            RMAP_TRY(scan_portion(&scan, p, err));
-    for (size_t c = 0; c < n_criterion; c++)
-        count[c].nbytes_read += rmap_cursor_nbytes_of_rows(scan.cursor) +
-                                (c == 0 && scan.whole ? rmap_cursor_nbytes_of_rows(scan.whole) : 0);
-out:
-    rmap_cursor_destroy(scan.whole);
-    rmap_cursor_destroy(scan.cursor);
-    rmap_free(scan.match);
-    rmap_free(scan.wide);
-    rmap_free(scan.wanted);
+    struct rmap_query_scanner *scanner = NULL;
+    enum rmap_status st = rmap_query_scanner_create(map, criterion, n_criterion, &scanner, err);
+    if (st == RMAP_OK)
+        st = rmap_query_scanner_scan(scanner, first, last, count, collect, limit, err);
+    rmap_query_scanner_destroy(scanner);
     return st;
 }

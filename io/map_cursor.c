@@ -24,6 +24,9 @@ struct rmap_cursor {
     rmap_column_set columns;
     struct rmap_chunk_reader *reader;
     struct cursor_space *space;   /* [n_space] */
+    size_t in_hand;               /* portion of the map */
+    rmap_column_set present;      /* columns of it that have been read */
+    uint64_t streams;             /* of a compact one, in `buffer` */
     struct rmap_portion *portion; /* of the space in hand; borrowed from there */
     struct rmap_portion shown;    /* that, without columns that only decoding needed */
     struct row_buffer buffer[RMAP_STREAM_MAX];
@@ -157,18 +160,20 @@ static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, stru
 
 /* The streams are the columns. */
 static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_portion_info *info,
-                                   struct rmap_error *err)
+                                   rmap_column_set columns, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *rows = self->portion;
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+        rows->n_row[t] = 0;
         RMAP_TRY(rmap_portion_reserve(rows, (enum rmap_table)t, (size_t)info->n_row[t],
-                                      self->columns, err));
+                                      columns | self->present, err));
+    }
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         rows->n_row[t] = (size_t)info->n_row[t];
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         enum rmap_table table = rmap_column_info((enum rmap_column)c)->table;
-        if (self->columns & RMAP_COLUMN_BIT(c))
+        if (columns & RMAP_COLUMN_BIT(c))
             RMAP_TRY(rmap_chunk_reader_rows(self->reader, (size_t)info->piece, c,
                                             info->stored_first[table], rows->n_row[table],
                                             rmap_portion_column(rows, (enum rmap_column)c), err));
@@ -177,12 +182,13 @@ out:
     return st;
 }
 
-/* Rows of the streams that the cursor's columns take, into its own buffers. */
+/* Rows of the streams that the columns take, into the cursor's own buffers. */
 static enum rmap_status read_rows(struct rmap_cursor *self, const struct rmap_portion_info *info,
-                                  struct rmap_rows *rows, struct rmap_error *err)
+                                  rmap_column_set columns, struct rmap_rows *rows,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint64_t wanted = rmap_compact_streams(self->columns);
+    uint64_t wanted = rmap_compact_streams(columns);
     for (int t = 0; t < rows->layout->n_table; t++)
         rows->n_row[t] = (size_t)info->stored_rows[t];
     for (int s = 0; st == RMAP_OK && s < rows->layout->n_stream; s++) {
@@ -196,17 +202,19 @@ static enum rmap_status read_rows(struct rmap_cursor *self, const struct rmap_po
                                   self->map->path);
         st =
             rmap_reserve(&buffer->data, &buffer->cap, rows->n_row[stream->table] * row + 1, 1, err);
-        if (st == RMAP_OK)
+        if (st == RMAP_OK && !(self->streams & (UINT64_C(1) << s)))
             st = rmap_chunk_reader_rows(self->reader, (size_t)info->piece, s,
                                         info->stored_first[stream->table],
                                         rows->n_row[stream->table], buffer->data, err);
         rows->data[s] = buffer->data;
     }
+    if (st == RMAP_OK)
+        self->streams |= wanted;
     return st;
 }
 
 static enum rmap_status read_compact(struct rmap_cursor *self, const struct rmap_portion_info *info,
-                                     struct rmap_error *err)
+                                     rmap_column_set columns, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct cursor_space *space = &self->space[info->space];
@@ -221,9 +229,8 @@ static enum rmap_status read_compact(struct rmap_cursor *self, const struct rmap
     RMAP_TRY(rmap_map_paths(self->map, (size_t)info->piece, self->reader, &paths, err));
     if (!space->decoder)
         RMAP_TRY(rmap_compact_decoder_create(model, &space->decoder, err));
-    RMAP_TRY(read_rows(self, info, &rows, err));
-    st =
-        rmap_compact_decode(space->decoder, paths, &rows, n_row, self->columns, self->portion, err);
+    RMAP_TRY(read_rows(self, info, columns, &rows, err));
+    st = rmap_compact_decode(space->decoder, paths, &rows, n_row, columns, self->portion, err);
     if (st != RMAP_OK)
         rmap_error_context(err, "%s: block from ray %llu on",
                            self->map->content.piece[info->piece].name,
@@ -232,38 +239,28 @@ out:
     return st;
 }
 
-/* A column of the portion in hand, or NULL when it was not asked for. */
-static const void *asked(const struct rmap_cursor *self, enum rmap_column column)
-{
-    return self->columns & RMAP_COLUMN_BIT(column) ? rmap_portion_column(self->portion, column)
-                                                   : NULL;
-}
-
 /* Counts must add up, or whoever walks the tables walks past their ends. */
 static enum rmap_status check_counts(const struct rmap_cursor *self, enum rmap_column column,
-                                     enum rmap_table table, size_t portion, struct rmap_error *err)
+                                     enum rmap_table table, struct rmap_error *err)
 {
     static const char *const table_name[] = {"/ray", "/segment", "/registration"};
     uint64_t sum = 0;
     const struct rmap_portion *rows = self->portion;
-    const uint32_t *count = asked(self, column);
-    for (size_t i = 0; count && i < rows->n_row[RMAP_TABLE_RAY]; i++)
+    const uint32_t *count = rmap_portion_column(rows, column);
+    for (size_t i = 0; i < rows->n_row[RMAP_TABLE_RAY]; i++)
         sum += count[i];
-    if (!count || sum == rows->n_row[table])
+    if (sum == rows->n_row[table])
         return RMAP_OK;
     return rmap_error_set(err, RMAP_FORMAT, "%s: the counts of portion %zu do not add up to its %s",
-                          self->map->path, portion, table_name[table]);
+                          self->map->path, self->in_hand, table_name[table]);
 }
 
 /* Cells index images. */
-static enum rmap_status check_cells(const struct rmap_cursor *self, size_t portion,
-                                    struct rmap_error *err)
+static enum rmap_status check_cells(const struct rmap_cursor *self, struct rmap_error *err)
 {
     const struct rmap_registration_columns *hit = &self->portion->registration;
     const struct rmap_detector *detector = self->map->scene[0]->detector;
     bool outside = false;
-    if (!asked(self, RMAP_REGISTRATION_cell) || !asked(self, RMAP_REGISTRATION_detector))
-        return RMAP_OK;
     for (size_t i = 0; i < self->portion->n_row[RMAP_TABLE_REGISTRATION]; i++) {
         const uint32_t *cells = detector[hit->detector[i]].cells;
         outside |= hit->cell[2 * i] >= cells[0] || hit->cell[2 * i + 1] >= cells[1];
@@ -271,37 +268,83 @@ static enum rmap_status check_cells(const struct rmap_cursor *self, size_t porti
     if (!outside)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_FORMAT, "%s: a cell in portion %zu lies outside its detector",
-                          self->map->path, portion);
+                          self->map->path, self->in_hand);
+}
+
+enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
+                                   const struct rmap_portion **portion_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[portion];
+    const struct rmap_piece_chunks *chunks;
+    self->present = 0;
+    self->streams = 0;
+    self->in_hand = portion;
+    RMAP_TRY(enter_space(self, (size_t)info->space, err));
+    /* The piece's chunks vouch for its rows before memory is taken for them. */
+    RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
+    self->portion->first_ray = info->first_ray;
+    self->shown = *self->portion;
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        self->shown.n_row[t] = (size_t)info->n_row[t];
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        *rmap_portion_column_address(&self->shown, (enum rmap_column)c) = NULL;
+    *portion_ret = &self->shown;
+out:
+    return st;
+}
+
+/* What the columns `fresh`, just read, say of the rows. */
+static enum rmap_status check_columns(const struct rmap_cursor *self,
+                                      const struct rmap_portion_info *info, rmap_column_set fresh,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set cells =
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (fresh & RMAP_COLUMN_BIT(c))
+            RMAP_TRY(check_limits(self, (enum rmap_column)c, info, err));
+    if (fresh & RMAP_COLUMN_BIT(RMAP_RAY_segment_count))
+        RMAP_TRY(check_counts(self, RMAP_RAY_segment_count, RMAP_TABLE_SEGMENT, err));
+    if (fresh & RMAP_COLUMN_BIT(RMAP_RAY_registration_count))
+        RMAP_TRY(check_counts(self, RMAP_RAY_registration_count, RMAP_TABLE_REGISTRATION, err));
+    if ((self->present & cells) == cells && fresh & cells)
+        RMAP_TRY(check_cells(self, err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set columns,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    rmap_column_set fresh = columns & ~self->present;
+    if (!fresh)
+        return RMAP_OK;
+    if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN) {
+        RMAP_TRY(read_plain(self, info, fresh, err));
+    } else {
+        /* Rows are decoded as a whole: again at most once, for what the paths do not tell. */
+        fresh = (self->present ? self->columns : self->columns & RMAP_COLUMNS_DISCRETE) | columns;
+        RMAP_TRY(read_compact(self, info, fresh | self->present, err));
+        fresh &= ~self->present;
+    }
+    self->portion->first_ray = info->first_ray;
+    self->present |= fresh;
+    RMAP_TRY(check_columns(self, info, fresh, err));
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (self->present & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
+                rmap_portion_column(self->portion, (enum rmap_column)c);
+out:
+    return st;
 }
 
 enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
                                   const struct rmap_portion **portion_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_portion_info *info = &self->map->content.portion[portion];
-    const struct rmap_piece_chunks *chunks;
-    struct rmap_portion *rows;
-    RMAP_TRY(enter_space(self, (size_t)info->space, err));
-    rows = self->portion;
-    /* The piece's chunks vouch for its rows before memory is taken for them. */
-    RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
-    if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN)
-        RMAP_TRY(read_plain(self, info, err));
-    else
-        RMAP_TRY(read_compact(self, info, err));
-    rows->first_ray = info->first_ray;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (self->columns & RMAP_COLUMN_BIT(c))
-            RMAP_TRY(check_limits(self, (enum rmap_column)c, info, err));
-    RMAP_TRY(check_counts(self, RMAP_RAY_segment_count, RMAP_TABLE_SEGMENT, portion, err));
-    RMAP_TRY(
-        check_counts(self, RMAP_RAY_registration_count, RMAP_TABLE_REGISTRATION, portion, err));
-    RMAP_TRY(check_cells(self, portion, err));
-    self->shown = *rows;
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (!(self->columns & RMAP_COLUMN_BIT(c)))
-            *rmap_portion_column_address(&self->shown, (enum rmap_column)c) = NULL;
-    *portion_ret = &self->shown;
-out:
-    return st;
+    enum rmap_status st = rmap_cursor_enter(self, portion, portion_ret, err);
+    return st == RMAP_OK ? rmap_cursor_fetch(self, self->columns, err) : st;
 }

@@ -141,6 +141,16 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
                                   const struct rmap_portion **portion_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same in steps. enter takes a portion in hand: its rows are counted, all its columns NULL.
+ * fetch adds columns to the struct that enter gave, where they are not there yet. `columns` of
+ * rmap_cursor_create are those that fetch may ask for; a compact piece decodes a portion at most
+ * twice, the discrete columns first. Errors as above. */
+enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
+                                   const struct rmap_portion **portion_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 /* Bytes read from files so far. */
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
 

@@ -76,6 +76,14 @@ typedef uint64_t rmap_column_set;
 #define RMAP_COLUMN_BIT(column) ((rmap_column_set)1 << (column))
 #define RMAP_COLUMNS_ALL        (RMAP_COLUMN_BIT(RMAP_COLUMN_COUNT) - 1)
 
+/* What of a ray is no number measured: equal for all rays of the same path. */
+#define RMAP_COLUMNS_DISCRETE                                                                      \
+    (RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_stop) |                           \
+     RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
+     RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |                  \
+     RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |           \
+     RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
+
 struct rmap_column_info {
     enum rmap_table table;
     const char *field;
