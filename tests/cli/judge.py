@@ -1,0 +1,347 @@
+# SPDX-License-Identifier: MIT
+"""An evaluator of criteria for tests alone: straight from the definition of the language, row by
+row over the columns of a plain map. It shares nothing with the program but the text.
+
+    judge = Judge(PlainMap("lens.raymap"))
+    judge.match("hit(lens) >= 2")       # a bool per ray, in the order of the map's view
+"""
+import operator
+import re
+
+import numpy as np
+
+from judge_map import BIT, STOPS, glob
+from judge_path import PathJudge
+
+UNIONS = {
+    "reflect": ("reflect_specular", "reflect_diffuse", "total_reflection"),
+    "transmit": ("transmit_specular", "transmit_diffuse"),
+    "specular": ("reflect_specular", "transmit_specular", "total_reflection"),
+    "diffuse": ("reflect_diffuse", "transmit_diffuse"),
+    "scatter": ("reflect_diffuse", "transmit_diffuse", "scatter_volume"),
+}
+MASK = dict(BIT, **{word: sum(BIT[m] for m in members) for word, members in UNIONS.items()})
+LENGTH = {"pm": 1e-12, "nm": 1e-9, "um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "km": 1e3,
+          "in": 0.0254}
+UNITS = {
+    "angle": {"deg": 1.0, "rad": 180 / np.pi, "mrad": 0.18 / np.pi},
+    "time": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "ps": 1e-12, "fs": 1e-15},
+    "W": {"kW": 1e3, "W": 1.0, "mW": 1e-3, "uW": 1e-6},
+    "lm": {"klm": 1e3, "lm": 1.0, "mlm": 1e-3},
+    "wavelength": {word: value / 1e-9 for word, value in LENGTH.items()},
+}
+RELATIONS = {"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le,
+             ">": operator.gt, ">=": operator.ge}
+TOKEN = re.compile(r"""\s*(?:
+    (?P<number>[-+]?(?:\d+(?:\.(?!\.)\d*)?|\.\d+)(?:[eE][-+]?\d+)?) | (?P<quoted>'(?:[^']|'')*') |
+    (?P<string>"[^"]*") | (?P<word>[A-Za-z_*?](?:[\w*?]|\.(?!\.))*) |
+    (?P<sign>==|!=|<=|>=|&&|\|\||\.\.|[<>!&|(),@]) | (?P<end>$))""", re.VERBOSE)
+
+
+def tokens_of(text):
+    at, found = 0, []
+    while not found or found[-1][0] != "end":
+        token = TOKEN.match(text, at)
+        if not token:
+            raise ValueError(f"the judge does not understand {text[at:]!r}")
+        at = token.end()
+        value = token.group(token.lastgroup)
+        if token.lastgroup in ("quoted", "string"):
+            value = value[1:-1].replace("''", "'") if token.lastgroup == "quoted" else value[1:-1]
+        found.append((token.lastgroup, value))
+    return found
+
+
+def in_polygon(x, y, corners):
+    """Even-odd rule."""
+    inside = np.zeros(len(x), dtype=bool)
+    for (x0, y0), (x1, y1) in zip(corners, corners[1:] + corners[:1]):
+        if y0 != y1:
+            crosses = (y0 > y) != (y1 > y)
+            inside ^= crosses & (x < x0 + (x1 - x0) * (y - y0) / (y1 - y0))
+    return inside
+
+
+class Judge:
+    def __init__(self, plain_map):
+        self.map = plain_map
+        self.paths = PathJudge(plain_map, self.objects)
+        self.names = {}  # let
+        self.tokens, self.at = [], 0
+
+    def let(self, name, text):
+        self.names[name] = self.match(text)
+
+    def match(self, text):
+        kept = self.tokens, self.at
+        self.tokens, self.at = tokens_of(text), 0
+        found = self._logic(self._test)
+        if self._kind() != "end":
+            raise ValueError(f"the judge does not understand the rest of {text!r}")
+        self.tokens, self.at = kept
+        return found
+
+    # ------------------------------------------------------------------ reading
+
+    def _kind(self):
+        return self.tokens[self.at][0]
+
+    def _is(self, *texts):
+        return self._kind() in ("word", "sign") and self.tokens[self.at][1] in texts
+
+    def _next(self):
+        self.at += 1
+        return self.tokens[self.at - 1][1]
+
+    def _accept(self, *texts):
+        if self._is(*texts):
+            return self._next()
+        return None
+
+    def _expect(self, text):
+        if not self._is(text):
+            raise ValueError(f"the judge expects {text!r}, finds {self.tokens[self.at]}")
+        self.at += 1
+
+    def _logic(self, test):
+        found = self._and(test)
+        while self._accept("or", "||", "|"):
+            found = self._and(test) | found
+        return found
+
+    def _and(self, test):
+        found = self._not(test)
+        while self._accept("and", "&&", "&"):
+            found = self._not(test) & found
+        return found
+
+    def _not(self, test):
+        if self._accept("not", "!"):
+            return ~self._not(test)
+        if self._accept("("):
+            found = self._logic(test)
+            self._expect(")")
+            return found
+        return test()
+
+    def _number(self, units=None):
+        """A number with its unit, if any: (value, factor or None)."""
+        value = float(self._next())
+        if units and self._is(*units) and not self._is("in") or units and self._inch(units):
+            return value, units[self._next()]
+        return value, None
+
+    def _inch(self, units):
+        """`in` behind a number is an inch unless a range follows."""
+        return "in" in units and self._is("in") and self.tokens[self.at + 1][0] != "number"
+
+    def _relation(self, units=None):
+        """The comparison that stands here as a function of an array, or None."""
+        word = self._accept("in", *RELATIONS)
+        if word is None:
+            return None
+        value, unit = self._number(units)
+        if word != "in":
+            bound = value * (unit or 1.0)
+            return lambda x: ~np.isnan(x) & RELATIONS[word](x, bound)
+        self._expect("..")
+        last, last_unit = self._number(units)
+        least, most = value * (unit or last_unit or 1.0), last * (last_unit or 1.0)
+        return lambda x: (x >= least) & (x <= most)
+
+    # ------------------------------------------------------------------ names
+
+    def objects(self, pattern):
+        """Objects meant by a name: themselves, or all below a group."""
+        m = self.map
+        group = [glob(pattern, name) for name in m.names["group"]]
+        found = [glob(pattern, name) for name in m.names["object"]]
+        for o, parent in enumerate(m.object_group):
+            while parent >= 0:
+                found[o] |= group[parent]
+                parent = m.group_group[parent]
+        return np.array(found + [False])  # the last: of row -1
+
+    def _named(self, kind, pattern):
+        return np.array([glob(pattern, name) for name in self.map.names[kind]] + [False])
+
+    def _length(self):
+        return {word: value / self.map.length_unit for word, value in LENGTH.items()}
+
+    # ------------------------------------------------------------------ tests
+
+    def _test(self):
+        m = self.map
+        if self._accept("@"):
+            return self.names[self._next()].copy()
+        word = self._next()
+        numbers = {"segments": m.ray["segment_count"], "ray": m.ray["id"],
+                   "wavelength": m.ray["wavelength"], "flux": m.flux,
+                   "path_length": m.ray["path_length"], "optical_path": m.ray["optical_path"]}
+        if word == "bounces":
+            return self._relation()(self._count(np.isin(m.letter, list("OFSIRTDd"))).astype(float))
+        if word in numbers:
+            units = {"wavelength": UNITS["wavelength"], "flux": UNITS[m.flux_unit],
+                     "path_length": self._length(), "optical_path": self._length()}.get(word)
+            return self._relation(units)(numbers[word].astype(float))
+        if word == "all":
+            return self._counted(np.ones(m.n_ray, dtype=int))
+        self._expect("(")
+        found = getattr(self, "_test_" + word)()
+        if found.dtype == bool:
+            return found
+        return self._counted(found)
+
+    def _counted(self, count):
+        relation = self._relation()
+        return relation(count.astype(float)) if relation else count >= 1
+
+    def _count(self, rows):
+        return np.bincount(self.map.ray_of_segment[rows], minlength=self.map.n_ray)
+
+    def _test_source(self):
+        wanted = self._named("source", self._next())
+        self._expect(")")
+        return wanted[self.map.ray["source"]].astype(int)
+
+    def _event(self):
+        return self.map.segment["event"] & MASK[self._next()] != 0
+
+    def _more_events(self, rows):
+        while self._accept(","):
+            rows = rows & self._event()
+        self._expect(")")
+        return self._count(rows)
+
+    def _whole_range(self):
+        first = last = int(self._next())
+        if self._accept(".."):
+            last = int(self._next())
+        return first, last
+
+    def _test_hit(self):
+        m, which = self.map, self.map.segment["object"]
+        rows = self.objects(self._next())[which]
+        while self._accept(","):
+            if self._is("face", "triangle"):
+                word = self._next()
+                first, last = self._whole_range()
+                part = m.segment["primitive"].copy()
+                if word == "face":
+                    part[which >= 0] = m.triangles_of_face(which[which >= 0], part[which >= 0])
+                rows = rows & (part >= first) & (part <= last)
+            else:
+                rows = rows & self._event()
+        self._expect(")")
+        return self._count(rows)
+
+    def _test_event(self):
+        rows = self._event()
+        self._expect(")")
+        return self._count(rows)
+
+    def _test_medium(self):
+        wanted = self._named("medium", self._next())
+        self._expect(")")
+        return self._count(wanted[self.map.segment["medium"]])
+
+    def _test_surface(self):
+        m, word = self.map, self._next()
+        relation = self._relation()
+        if relation:
+            wanted = np.append(relation(m.surface_number(word)), False)
+        else:
+            wanted = self._named("surface", word)
+        return self._more_events(wanted[m.surface_met])
+
+    def _test_ended(self):
+        m, stop = self.map, STOPS.index(self._next())
+        found = m.ray["stop"] == stop
+        if self._accept(","):
+            place = self._next()
+            last = m.first_segment + m.ray["segment_count"] - 1
+            has_leg = m.ray["segment_count"] > 0
+            last = np.where(has_leg, last, 0)
+            which, medium = m.segment["object"][last], m.segment["medium"][last]
+            inside = (which < 0) & self._named("medium", place)[medium]
+            found = found & has_leg & (self.objects(place)[which] | inside)
+        self._expect(")")
+        return found.astype(int)
+
+    def _test_path(self):
+        found = self.paths.match(self._next())
+        self._expect(")")
+        return self._counted(found.astype(int))
+
+    # ------------------------------------------------------------------ registrations
+
+    def _test_registered(self, crossed=False):
+        m, pattern = self.map, self._next()
+        rows = self._named("detector", pattern)[m.registration["detector"]]
+        if not crossed:
+            rows = rows & (m.registration["registered"] == 1)
+        while self._accept(","):
+            rows = rows & self._region(pattern)
+        if self._accept("where"):
+            rows = rows & self._logic(lambda: self._its_number(self._next(), pattern))
+        self._expect(")")
+        return np.bincount(m.ray_of_registration[rows], minlength=m.n_ray)
+
+    def _test_crossed(self):
+        return self._test_registered(crossed=True)
+
+    def _place_units(self, pattern):
+        which = np.flatnonzero(self._named("detector", pattern)[:-1])
+        far = self.map.detector["type"][which] == 1
+        return UNITS["angle"] if far.all() else self._length()
+
+    def _its_number(self, word, pattern):
+        units = UNITS.get(word) or self._place_units(pattern)
+        return self._relation(units)(getattr(self.map, word))
+
+    def _any_registration(self, word):
+        pattern = self._next()
+        self._expect(")")
+        m = self.map
+        rows = self._named("detector", pattern)[m.registration["detector"]]
+        rows = rows & (m.registration["registered"] == 1) & self._its_number(word, pattern)
+        return np.bincount(m.ray_of_registration[rows], minlength=m.n_ray) > 0
+
+    def _test_angle(self):
+        return self._any_registration("angle")
+
+    def _test_x(self):
+        return self._any_registration("x")
+
+    def _test_y(self):
+        return self._any_registration("y")
+
+    def _test_time(self):
+        return self._any_registration("time")
+
+    def _region(self, pattern):
+        m, shape = self.map, self._next()
+        self._expect("(")
+        if shape == "cells":
+            ranges = [self._whole_range()]
+            self._expect(",")
+            ranges.append(self._whole_range())
+            self._expect(")")
+            cell = m.registration["cell"]
+            return np.logical_and.reduce([(cell[:, k] >= ranges[k][0]) & (cell[:, k] <= ranges[k][1])
+                                          for k in range(2)])
+        units, values, relative = self._place_units(pattern), [], False
+        while not relative and self._kind() == "number":
+            value, unit = self._number(units)
+            values.append(value * (unit or 1.0))
+            if self._accept(","):
+                relative = self._accept("rel") is not None
+        self._expect(")")
+        x, y = (m.relative[:, 0], m.relative[:, 1]) if relative else (m.x, m.y)
+        if shape == "rect":
+            (x0, x1), (y0, y1) = sorted(values[0::2]), sorted(values[1::2])
+            return (x >= x0) & (x <= x1) & (y >= y0) & (y <= y1)
+        if shape == "ellipse":
+            cx, cy, rx, ry = values
+            return ((x - cx) / rx) ** 2 + ((y - cy) / ry) ** 2 <= 1
+        return in_polygon(x, y, list(zip(values[0::2], values[1::2])))

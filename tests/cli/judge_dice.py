@@ -1,0 +1,337 @@
+# SPDX-License-Identifier: MIT
+"""Random criteria over a map's names and numbers, such that most of them match some rays and not
+others: places and thresholds are those of rays that are there."""
+import random
+import re
+
+import numpy as np
+
+from judge import LENGTH, MASK
+from judge_map import EVENTS, STOPS
+
+SURFACE_NUMBERS = ("reflectance", "reflect_specular", "reflect_diffuse", "transmit_specular",
+                   "transmit_diffuse", "absorb")
+
+
+class Dice:
+    def __init__(self, plain_map, seed, path=True):
+        self.map, self.random = plain_map, random.Random(seed)
+        self.use_path = path
+        self.lets = {}  # name: text
+
+    # ------------------------------------------------------------------ words
+
+    def one_of(self, *choices):
+        return self.random.choice(choices)
+
+    def chance(self, probability):
+        return self.random.random() < probability
+
+    def row(self, column):
+        """A row of a column that is there, or 0."""
+        return self.random.randrange(len(column)) if len(column) else 0
+
+    def blur(self, name):
+        """A pattern that the name fits."""
+        if self.chance(0.5):
+            return name[:self.random.randrange(len(name))] + "*"
+        at = self.random.randrange(len(name))
+        return name[:at] + "?" + name[at + 1:]
+
+    def write(self, name):
+        """As a criterion may write it: in quotes where it must, and sometimes where it need not."""
+        if re.fullmatch(r"[A-Za-z_*?][\w*?]*(\.[\w*?]+)*", name, re.ASCII) and self.chance(0.85):
+            return name
+        return "'" + name + "'"
+
+    def name(self, kind, likely=None):
+        names = self.map.names[kind]
+        name = names[likely] if likely is not None and likely >= 0 and self.chance(0.7) \
+            else self.random.choice(names)
+        if kind == "object" and self.map.names["group"] and self.chance(0.2):
+            name = self.random.choice(self.map.names["group"])
+        if self.chance(0.2):
+            name = self.blur(name)
+        return name if not self.chance(0.04) else "*"
+
+    def object(self):
+        which = self.map.segment["object"]
+        return self.name("object", which[self.row(which)])
+
+    def event(self):
+        column = self.map.segment["event"]
+        bits = int(column[self.row(column)])
+        words = [word for word in MASK if MASK[word] & bits]
+        return self.random.choice(words) if self.chance(0.9) else self.random.choice(EVENTS)
+
+    def value(self, number):
+        return f"{number:.4g}" if self.chance(0.8) else f"{number:.3e}"
+
+    def close_to(self, column):
+        """A number among those of a column, on none of them."""
+        known = column[~np.isnan(column)]
+        if len(known) == 0:
+            return 1.0
+        return float(known[self.row(known)]) * self.random.uniform(0.7, 1.3)
+
+    def comparison(self, column, units):
+        """`< 3 mm`, `in 1..2 mm`: units {word: in the column's unit}; one is written or none."""
+        unit = self.one_of("", *units)
+        scale = units.get(unit, 1.0)
+        a, b = (self.close_to(column) / scale for _ in range(2))
+        blank = " " if unit else ""
+        if self.chance(0.3):
+            return f"in {self.value(min(a, b))}..{self.value(max(a, b))}{blank}{unit}"
+        return f"{self.one_of('<', '<=', '>', '>=', '!=')} {self.value(a)}{blank}{unit}"
+
+    def times(self, most=4):
+        n = self.random.randrange(most + 1)
+        if self.chance(0.25):
+            return f" in {n}..{n + self.random.randrange(3)}"
+        return f" {self.one_of('==', '!=', '<', '<=', '>', '>=')} {n}"
+
+    # ------------------------------------------------------------------ tests
+
+    def test_source(self):
+        return f"source({self.write(self.name('source'))})"
+
+    def test_hit(self):
+        m, which, extra = self.map, self.object(), ""
+        if self.chance(0.25):
+            met = np.flatnonzero(m.is_mesh[m.segment["object"]] & (m.segment["object"] >= 0))
+            row = self.random.choice(met) if len(met) else 0
+            which = m.names["object"][m.segment["object"][row]]
+            first = int(m.segment["primitive"][row])
+            word = self.one_of("face", "triangle")
+            if word == "face" and len(met):
+                first = int(m.faces[m.segment["object"][row]][first])
+            last = first + self.random.randrange(40)
+            extra = f", {word} {first}" + (f"..{last}" if self.chance(0.6) else "")
+        if self.chance(0.5):
+            extra += f", {self.event()}"
+        return f"hit({self.write(which)}{extra})" + (self.times() if self.chance(0.4) else "")
+
+    def test_event(self):
+        return f"event({self.event()})" + (self.times() if self.chance(0.5) else "")
+
+    def test_medium(self):
+        medium = self.map.segment["medium"]
+        name = self.name("medium", medium[self.row(medium)])
+        return f"medium({self.write(name)})" + (self.times() if self.chance(0.5) else "")
+
+    def test_surface(self):
+        if self.chance(0.6):
+            what = self.write(self.name("surface"))
+        else:
+            what = f"{self.one_of(*SURFACE_NUMBERS)} {self.one_of('<', '>', '<=', '>=')} " \
+                   f"{self.random.uniform(0, 1):.3f}"
+        extra = f", {self.event()}" if self.chance(0.5) else ""
+        return f"surface({what}{extra})" + (self.times(3) if self.chance(0.3) else "")
+
+    def test_ended(self):
+        m = self.map
+        ray = self.row(m.ray["id"])
+        stop = STOPS[m.ray["stop"][ray]]
+        if self.chance(0.5):
+            return f"ended({stop if self.chance(0.9) else self.random.choice(STOPS)})"
+        last = m.first_segment[ray] + m.ray["segment_count"][ray] - 1
+        which = m.segment["object"][last]
+        if which >= 0:
+            return f"ended({stop}, {self.write(self.name('object', which))})"
+        return f"ended({stop}, {self.write(self.name('medium', m.segment['medium'][last]))})"
+
+    def test_number(self):
+        m = self.map
+        word = self.one_of("segments", "bounces", "wavelength", "flux", "path_length",
+                           "optical_path", "ray")
+        if word in ("segments", "bounces"):
+            return word + self.times(9)
+        if word == "ray":
+            first = self.row(m.ray["id"])
+            return f"ray in {first}..{first + self.row(m.ray['id'])}" if self.chance(0.6) \
+                else f"ray {self.one_of('<', '==', '>=', '!=')} {first}"
+        if word == "flux":
+            least = self.random.choice(m.source_flux / m.source_emitted) * self.one_of(0.5, 1.5)
+            unit = self.one_of("", "m", "k")
+            scale = {"": 1, "m": 1e-3, "k": 1e3}[unit]
+            return f"flux {self.one_of('<', '>')} {least / scale:.6g}" + \
+                (f" {unit}{m.flux_unit}" if unit else "")
+        if word == "wavelength":
+            known = m.ray["wavelength"][~np.isnan(m.ray["wavelength"])]
+            if len(known) and self.chance(0.5):  # the stored number itself
+                exact = known[self.row(known)]
+                return f"wavelength {self.one_of('==', '!=', '<', '<=', '>', '>=')} {exact!r}"
+            return "wavelength " + self.comparison(m.ray["wavelength"], {"um": 1e3, "nm": 1.0})
+        column = m.ray[word]
+        if self.chance(0.2):  # the stored number itself
+            return f"{word} {self.one_of('<', '<=', '>', '>=', '==')} " \
+                   f"{float(column[self.row(column)])!r}"
+        return f"{word} " + self.comparison(column, self.lengths())
+
+    def lengths(self):
+        return {word: LENGTH[word] / self.map.length_unit for word in ("mm", "cm", "m", "in")}
+
+    # ------------------------------------------------------------------ registrations
+
+    def detector(self):
+        """A detector, the rows of its registrations, and the units of its places."""
+        m = self.map
+        which = self.random.randrange(len(m.names["detector"]))
+        rows = np.flatnonzero(m.registration["detector"] == which)
+        units = {"deg": 1.0, "rad": 180 / np.pi} if m.detector["type"][which] == 1 \
+            else self.lengths()
+        name = m.names["detector"][which]
+        return self.write(name if self.chance(0.9) else name[:-1] + "?"), rows, units
+
+    def its_number(self, rows, units, of=""):
+        m, word = self.map, self.one_of("angle", "x", "y", "time")
+        known = {"angle": {"deg": 1.0, "mrad": 0.18 / np.pi}, "time": {"ns": 1e-9, "ps": 1e-12}}
+        return f"{word}{of} " + self.comparison(getattr(m, word)[rows], known.get(word, units))
+
+    def test_any(self):
+        name, rows, units = self.detector()
+        return self.its_number(rows, units, f"({name})")
+
+    def region(self, rows, units):
+        m = self.map
+        shape = self.one_of("rect", "ellipse", "polygon", "cells")
+        if len(rows) == 0:
+            return "rect(0, 0, 1, 1)"
+        if shape == "cells":
+            i, j = m.registration["cell"][self.random.choice(list(rows))]
+            first = max(0, int(i) - self.random.randrange(30))
+            return f"cells({first}..{int(i) + self.random.randrange(40)}, " \
+                   f"{max(0, int(j) - 20)}..{int(j) + self.random.randrange(40)})"
+        relative = self.chance(0.4)
+        x, y = (m.relative[rows, 0], m.relative[rows, 1]) if relative else (m.x[rows], m.y[rows])
+        unit = "" if relative else self.one_of("", *units)
+        scale, tail = units.get(unit, 1.0), ", rel" if relative else ""
+        unit = " " + unit if unit else ""
+
+        def place():
+            k = self.row(x)
+            return x[k] / scale + self.random.gauss(0, 0.1 * np.ptp(x) / scale), \
+                y[k] / scale + self.random.gauss(0, 0.1 * np.ptp(y) / scale)
+
+        if shape == "rect":
+            numbers = [*place(), *place()]
+        elif shape == "ellipse":
+            numbers = [*place(), self.random.uniform(0.05, 0.6) * np.ptp(x) / scale + 1e-3,
+                       self.random.uniform(0.05, 0.6) * np.ptp(y) / scale + 1e-3]
+        else:
+            numbers = [v for _ in range(self.random.randrange(3, 7)) for v in place()]
+        return f"{shape}({', '.join(f'{v:.5g}{unit}' for v in numbers)}{tail})"
+
+    def where(self, rows, units, depth=0):
+        if depth < 2 and self.chance(0.4):
+            return f"({self.where(rows, units, depth + 1)} {self.one_of('and', 'or')} " \
+                   f"{self.where(rows, units, depth + 1)})"
+        return ("not " if self.chance(0.2) else "") + self.its_number(rows, units)
+
+    def test_registered(self):
+        name, rows, units = self.detector()
+        text = f"{self.one_of('registered', 'registered', 'crossed')}({name}"
+        if self.chance(0.5):
+            text += f", {self.region(rows, units)}"
+        if self.chance(0.4):
+            text += f" where {self.where(rows, units)}"
+        return text + ")" + (self.times(3) if self.chance(0.3) else "")
+
+    # ------------------------------------------------------------------ sequences
+
+    def path_name(self, kind):
+        letter, which, medium, detector = kind
+        if letter == "V":
+            name = self.name("detector", detector)
+        elif which >= 0:
+            name = self.name("object", which)
+        elif letter in "AS":
+            name = self.name("medium", medium)
+        else:
+            return ""
+        if re.fullmatch(r"[A-Za-z_]\w*(\.\w+)*", name, re.ASCII) and self.chance(0.9):
+            return f"@{name} "  # letters and dots behind it would belong to the name
+        return f"@'{name}'"
+
+    def path_step(self, kind):
+        letter = kind[0]
+        roll = self.random.random()
+        others = [c for c in "TRIDdSAXKVFOE" if c != letter]
+        if roll < 0.2:
+            letter = "."
+        elif roll < 0.35:
+            letter = f"[{letter}{''.join(self.random.sample('TRDIdX', 2))}]"
+            return letter  # a name would have to be one of each kind
+        elif roll < 0.45:
+            return f"[^{''.join(self.random.sample(others, 2))}]"
+        if letter == "." and self.chance(0.7) or self.chance(0.3):
+            return letter
+        return letter + self.path_name(kind)
+
+    def test_path(self, history, kinds):
+        """A history that is there, with steps made more general, repeated, optional or skipped."""
+        steps = [kinds[ord(c) - 0x4E00] for c in history]
+        out, at = [], 0
+        while at < len(steps):
+            roll = self.random.random()
+            n = self.random.randrange(1, 5)
+            if roll < 0.25:
+                out.append(self.one_of(".*", ".+", "[^E]*", ".{%d}" % n, ".{%d,%d}" % (n, n + 2)))
+                at += n
+            elif roll < 0.35:
+                out.append(f"({self.path_step(steps[at])}|{self.path_step(steps[-1])})" +
+                           self.one_of("", "+", "{1,3}"))
+                at += 1
+            elif roll < 0.42:
+                out.append(f"({''.join(self.path_step(s) for s in steps[at:at + 2])})" +
+                           self.one_of("*", "+", "{0,2}", "?"))
+                at += 2
+            else:
+                out.append(self.path_step(steps[at]) + self.one_of("", "", "", "", "?", "+", "*"))
+                at += 1
+            if self.chance(0.06):
+                out.append(".*")
+                break
+        text = self.one_of("", " ").join(out)
+        if self.chance(0.5):
+            text = re.sub(r" (?=[*+?{|)\[(])", "", text)
+        return f'path("{text}")'
+
+    # ------------------------------------------------------------------ logic
+
+    def test(self, judge):
+        kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "ended", "number",
+                 "number", "registered", "registered", "any"]
+        kind = self.random.choice(kinds + (["path", "path"] if self.use_path else []))
+        if kind == "path":
+            paths = judge.paths
+            if paths.kinds is None:
+                paths.match(".")
+            return self.test_path(paths.histories[paths.history_of_ray[self.row(self.map.ray["id"])]],
+                                  paths.kinds)
+        if kind in ("registered", "any") and not self.map.names["detector"]:
+            kind = "hit"
+        return getattr(self, "test_" + kind)()
+
+    def criterion(self, judge, depth=0):
+        roll = self.random.random()
+        if self.lets and roll > 0.93:
+            return "@" + self.random.choice(list(self.lets))
+        if depth > 3 or roll < 0.3:
+            return self.test(judge)
+        if roll < 0.42:
+            return self.one_of("not ", "!") + f"({self.criterion(judge, depth + 1)})"
+        if roll < 0.5:
+            return "not " + self.test(judge)
+        sign = self.one_of("and", "and", "or", "or", "&", "|", "&&", "||")
+        parts = [self.criterion(judge, depth + 1) for _ in range(self.one_of(2, 2, 3))]
+        text = f" {sign} ".join(parts)
+        return f"({text})" if depth and self.chance(0.6) else text
+
+    def let(self, judge):
+        """A new name for a criterion."""
+        name = self.one_of("ghost", "stray", "direct", "_2nd") + str(len(self.lets))
+        text = self.criterion(judge, depth=2)
+        self.lets[name] = text
+        judge.let(name, text)
+        return f"let {name} = {text}"

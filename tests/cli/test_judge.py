@@ -1,0 +1,176 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The query engine against an evaluator of its own (judge.py): random criteria over the examples
+and an odd little scene must select as many rays, segments and as much flux, whatever the map's
+encoding, pieces, index of histories, and however many ranks and threads ask.
+
+RAYMAP_JUDGE says how many criteria in all (60), RAYMAP_JUDGE_SEED which (1), RAYMAP_JUDGE_RAYS
+how many times as many rays (1): tests/slow asks for more.
+"""
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+
+sys.dont_write_bytecode = True
+
+import judge_dice
+import judge_scene
+from judge import Judge
+from judge_map import PlainMap
+
+PROGRAM, SOURCE = os.environ["RAYMAP"], pathlib.Path(os.environ["SOURCE_DIR"])
+N_CRITERION = int(os.environ.get("RAYMAP_JUDGE", "60"))
+SEED = int(os.environ.get("RAYMAP_JUDGE_SEED", "1"))
+TIMES = int(os.environ.get("RAYMAP_JUDGE_RAYS", "1"))
+AT_ONCE = 40
+
+failures = 0
+
+
+def fail(text):
+    global failures
+    failures += 1
+    print("FAIL " + text, flush=True)
+
+
+def program(*arguments, ranks=1, check=True):
+    command = [PROGRAM, *map(str, arguments)]
+    if ranks > 1:
+        command = ["mpirun", "-np", str(ranks), *command]
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                          check=False)
+    if check and done.returncode != 0:
+        sys.exit(f"{' '.join(command)[:2000]}: status {done.returncode}\n{done.stderr}")
+    return done
+
+
+def knows(text):
+    """Whether the program has an option: "query --criteria"."""
+    command, option = text.split()
+    return option in program(command, "--help", check=False).stdout
+
+
+def trace(scene, name, n_ray, *options, ranks=1):
+    program("trace", scene, "-o", name, "-n", n_ray, "--quiet", "--force", *options, ranks=ranks)
+    return name
+
+
+def standard_error(plain, found):
+    """Of the flux of rays that were or were not selected, source by source."""
+    variance = 0.0
+    for s, n in enumerate(plain.source_emitted):
+        weight = plain.ray["weight"][found & (plain.ray["source"] == s)]
+        spread = (weight ** 2).sum() - weight.sum() ** 2 / n
+        variance += (plain.source_flux[s] / n) ** 2 * n / (n - 1) * spread
+    return math.sqrt(max(variance, 0.0))
+
+
+def expected(plain, found):
+    return {"rays": int(found.sum()), "segments": int(plain.ray["segment_count"][found].sum()),
+            "flux": float(plain.flux[found].sum()), "standard_error": standard_error(plain, found)}
+
+
+def agrees(want, answer):
+    flux, error = answer["flux"]["matched"], answer["flux"]["standard_error"]
+    return answer["rays"]["matched"] == want["rays"] \
+        and answer["segments"]["matched"] == want["segments"] \
+        and math.isclose(flux, want["flux"], rel_tol=1e-9, abs_tol=1e-12) \
+        and (error is None or math.isclose(error, want["standard_error"], rel_tol=1e-6, abs_tol=1e-7))
+
+
+def ask(target, texts, *options, ranks=1):
+    """The program's answers to many criteria, a scan for every AT_ONCE of them."""
+    answers = []
+    for at in range(0, len(texts), AT_ONCE):
+        some = texts[at:at + AT_ONCE]
+        out = program("query", target, *some, "--count", "--json", *options, ranks=ranks).stdout
+        found = json.loads(out)
+        answers += found if len(some) > 1 else [found]
+    return answers
+
+
+def check_complements(target, dice, judge, n):
+    """not (a and b) is not a or not b; a and b, a and not b, not a and b, neither add up."""
+    for _ in range(n):
+        a, b = (f"({dice.test(judge)})" for _ in range(2))
+        texts = [f"not ({a} and {b})", f"not {a} or not {b}", f"{a} and {b}", f"{a} and not {b}",
+                 f"not {a} and {b}", f"not ({a} or {b})", "all"]
+        rays = [answer["rays"]["matched"] for answer in ask(target, texts)]
+        if rays[0] != rays[1] or sum(rays[2:6]) != rays[6] or rays[0] != rays[6] - rays[2]:
+            fail(f"{target}: {a} and {b}: {rays}")
+
+
+class Verdicts:
+    """Random criteria for a map, and what the judge finds there."""
+
+    def __init__(self, name, target, n_criterion, seed):
+        self.options, self.missing = [], set()
+        plain = PlainMap(target)
+        self.judge = Judge(plain)
+        has_path = program("query", target, 'path(".*")', check=False).returncode == 0
+        self.dice = judge_dice.Dice(plain, seed, path=has_path)
+        if not has_path:
+            self.missing.add("path(...)")
+        if knows("query --criteria"):
+            with open(name + ".criteria", "w", encoding="utf-8") as file:
+                file.write("\n".join(self.dice.let(self.judge) for _ in range(4)) + "\n")
+            self.options = ["--criteria", name + ".criteria"]
+        else:
+            self.missing.add("let and @names")
+        self.texts = [self.dice.criterion(self.judge) for _ in range(n_criterion)]
+        self.wanted = [expected(plain, self.judge.match(text)) for text in self.texts]
+        some = sum(0 < want["rays"] < plain.n_ray for want in self.wanted)
+        print(f"{name}: {plain.n_ray} rays, {len(plain.leg)} segments; {some} of {n_criterion} "
+              f"criteria select some and not all", flush=True)
+
+    def compare(self, target, *options, ranks=1):
+        options, bad = self.options + list(options), 0
+        answers = ask(target, self.texts, *options, ranks=ranks)
+        for text, want, answer in zip(self.texts, self.wanted, answers):
+            if not agrees(want, answer):
+                bad += 1
+                fail(f"{target}, {ranks} ranks {' '.join(options)}: {text}\n     the judge: {want}\n"
+                     f"     the program: {answer['rays']} {answer['segments']} {answer['flux']}")
+        print(f"{target}, {ranks} ranks {' '.join(options)}: {len(self.texts)} criteria, "
+              f"{bad} disagree", flush=True)
+
+
+def judge_scene_in(name, scene, n_ray, k):
+    """All maps of a scene against the judge; what the program does not know yet."""
+    plain = trace(scene, f"{name}.raymap", n_ray)
+    verdicts = Verdicts(name, plain, N_CRITERION // 3, SEED * 1000 + k)
+    verdicts.compare(plain)
+    verdicts.compare(plain, ranks=2 + k)
+    pieces = trace(scene, f"{name}-pieces.raymap", n_ray, "--piece-size", "1Mi", "--encoding",
+                   ("plain", "compact")[k % 2], ranks=2 + (k + 1) % 2)
+    verdicts.compare(pieces, "--threads", "3")
+    compact = trace(scene, f"{name}-compact.raymap", n_ray, "--encoding", "compact")
+    verdicts.compare(compact)
+    if program("index", "--help", check=False).returncode == 0:
+        for target, ranks in ((plain, 1), (compact, 2), (pieces, 3)):
+            program("index", target, "--quiet")
+            verdicts.compare(target, ranks=ranks)
+    else:
+        verdicts.missing.add("raymap index")
+    check_complements(plain, verdicts.dice, verdicts.judge, max(2, N_CRITERION // 60))
+    return verdicts.missing
+
+
+def main():
+    pathlib.Path("box.obj").write_text(judge_scene.BOX, encoding="utf-8")
+    pathlib.Path("odd.yaml").write_text(judge_scene.SCENE, encoding="utf-8")
+    scenes = (("odd", "odd.yaml", 10000), ("lens", SOURCE / "examples/double-gauss/scene.yaml", 9000),
+              ("room", SOURCE / "examples/room/scene.yaml", 5000))
+    missing = set()
+    for k, (name, scene, n_ray) in enumerate(scenes):
+        missing |= judge_scene_in(name, scene, TIMES * n_ray, k)
+    for word in sorted(missing):
+        print(f"skipped: the program does not know {word} yet")
+    print(f"{failures} failures")
+    sys.exit(1 if failures else 0)
+
+
+main()
