@@ -328,8 +328,8 @@ class Judge:
             ranges.append(self._whole_range())
             self._expect(")")
             cell = m.registration["cell"]
-            return np.logical_and.reduce([(cell[:, k] >= ranges[k][0]) & (cell[:, k] <= ranges[k][1])
-                                          for k in range(2)])
+            return np.logical_and.reduce([(cell[:, k] >= first) & (cell[:, k] <= last)
+                                          for k, (first, last) in enumerate(ranges)])
         units, values, relative = self._place_units(pattern), [], False
         while not relative and self._kind() == "number":
             value, unit = self._number(units)

@@ -307,8 +307,8 @@ class Dice:
             paths = judge.paths
             if paths.kinds is None:
                 paths.match(".")
-            return self.test_path(paths.histories[paths.history_of_ray[self.row(self.map.ray["id"])]],
-                                  paths.kinds)
+            which = paths.history_of_ray[self.row(self.map.ray["id"])]
+            return self.test_path(paths.histories[which], paths.kinds)
         if kind in ("registered", "any") and not self.map.names["detector"]:
             kind = "hit"
         return getattr(self, "test_" + kind)()

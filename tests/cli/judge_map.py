@@ -88,7 +88,8 @@ class PlainMap:
         self.ray_of_registration = np.repeat(np.arange(self.n_ray), seen)
         self.first_segment = np.cumsum(count, dtype=int) - count
         self.leg = np.arange(len(self.ray_of_segment)) - self.first_segment[self.ray_of_segment]
-        self.flux = (self.source_flux / self.source_emitted)[self.ray["source"]] * self.ray["weight"]
+        flux_per_weight = self.source_flux / self.source_emitted
+        self.flux = flux_per_weight[self.ray["source"]] * self.ray["weight"]
         self._letters()
         self._registered_numbers()
         self._sides()
