@@ -3,6 +3,7 @@
 
 #include "base/alloc.h"
 #include "io/chunk_reader.h"
+#include "io/column_store.h"
 #include "io/map_internal.h"
 #include "io/map_paths.h"
 #include "trace/event.h"
@@ -26,6 +27,7 @@ struct rmap_cursor {
     struct cursor_space *space;   /* [n_space] */
     size_t in_hand;               /* portion of the map */
     rmap_column_set present;      /* columns of it that have been read */
+    rmap_column_set kept;         /* and those that the map's store lends */
     uint64_t streams;             /* of a compact one, in `buffer` */
     struct rmap_portion *portion; /* of the space in hand; borrowed from there */
     struct rmap_portion shown;    /* that, without columns that only decoding needed */
@@ -133,8 +135,8 @@ static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_c
     int64_t low, high;
     const struct rmap_column_info *what = rmap_column_info(column);
     if (!column_limits(self->map->scene[0], column, &low, &high) ||
-        all_within(what->element, rmap_portion_column(self->portion, column),
-                   self->portion->n_row[what->table], low, high))
+        all_within(what->element, rmap_portion_column(&self->shown, column),
+                   self->shown.n_row[what->table], low, high))
         return RMAP_OK;
     return rmap_error_set(err, RMAP_FORMAT,
                           "%s: %s: a value of the block from ray %llu on names "
@@ -245,7 +247,7 @@ static enum rmap_status check_counts(const struct rmap_cursor *self, enum rmap_c
 {
     static const char *const table_name[] = {"/ray", "/segment", "/registration"};
     uint64_t sum = 0;
-    const struct rmap_portion *rows = self->portion;
+    const struct rmap_portion *rows = &self->shown;
     const uint32_t *count = rmap_portion_column(rows, column);
     for (size_t i = 0; i < rows->n_row[RMAP_TABLE_RAY]; i++)
         sum += count[i];
@@ -258,10 +260,10 @@ static enum rmap_status check_counts(const struct rmap_cursor *self, enum rmap_c
 /* Cells index images. */
 static enum rmap_status check_cells(const struct rmap_cursor *self, struct rmap_error *err)
 {
-    const struct rmap_registration_columns *hit = &self->portion->registration;
+    const struct rmap_registration_columns *hit = &self->shown.registration;
     const struct rmap_detector *detector = self->map->scene[0]->detector;
     bool outside = false;
-    for (size_t i = 0; i < self->portion->n_row[RMAP_TABLE_REGISTRATION]; i++) {
+    for (size_t i = 0; i < self->shown.n_row[RMAP_TABLE_REGISTRATION]; i++) {
         const uint32_t *cells = detector[hit->detector[i]].cells;
         outside |= hit->cell[2 * i] >= cells[0] || hit->cell[2 * i + 1] >= cells[1];
     }
@@ -278,6 +280,7 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     const struct rmap_portion_info *info = &self->map->content.portion[portion];
     const struct rmap_piece_chunks *chunks;
     self->present = 0;
+    self->kept = 0;
     self->streams = 0;
     self->in_hand = portion;
     RMAP_TRY(enter_space(self, (size_t)info->space, err));
@@ -300,8 +303,6 @@ static enum rmap_status check_columns(const struct rmap_cursor *self,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set cells =
-        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (fresh & RMAP_COLUMN_BIT(c))
             RMAP_TRY(check_limits(self, (enum rmap_column)c, info, err));
@@ -309,20 +310,52 @@ static enum rmap_status check_columns(const struct rmap_cursor *self,
         RMAP_TRY(check_counts(self, RMAP_RAY_segment_count, RMAP_TABLE_SEGMENT, err));
     if (fresh & RMAP_COLUMN_BIT(RMAP_RAY_registration_count))
         RMAP_TRY(check_counts(self, RMAP_RAY_registration_count, RMAP_TABLE_REGISTRATION, err));
-    if ((self->present & cells) == cells && fresh & cells)
-        RMAP_TRY(check_cells(self, err));
 out:
     return st;
 }
 
-enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set columns,
-                                   struct rmap_error *err)
+/* Shows what the store has of these columns; returns them. */
+static rmap_column_set borrow_columns(struct rmap_cursor *self, rmap_column_set columns)
+{
+    rmap_column_set found = 0;
+    for (int c = 0; self->map->store && c < RMAP_COLUMN_COUNT; c++) {
+        void *rows =
+            columns & RMAP_COLUMN_BIT(c)
+                ? rmap_column_store_get(self->map->store, self->in_hand, (enum rmap_column)c)
+                : NULL;
+        if (!rows)
+            continue;
+        *rmap_portion_column_address(&self->shown, (enum rmap_column)c) = rows;
+        found |= RMAP_COLUMN_BIT(c);
+    }
+    return found;
+}
+
+static void show_columns(struct rmap_cursor *self)
+{
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (self->present & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
+                rmap_portion_column(self->portion, (enum rmap_column)c);
+}
+
+static void keep_columns(const struct rmap_cursor *self, rmap_column_set fresh)
+{
+    for (int c = 0; self->map->store && c < RMAP_COLUMN_COUNT; c++)
+        if (fresh & RMAP_COLUMN_BIT(c))
+            rmap_column_store_offer(
+                self->map->store, self->in_hand, (enum rmap_column)c,
+                rmap_portion_column(&self->shown, (enum rmap_column)c),
+                self->shown.n_row[rmap_column_info((enum rmap_column)c)->table] *
+                    rmap_portion_row_nbytes(&self->shown, (enum rmap_column)c));
+}
+
+static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set columns,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
-    rmap_column_set fresh = columns & ~self->present;
-    if (!fresh)
-        return RMAP_OK;
+    rmap_column_set fresh = columns;
     if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN) {
         RMAP_TRY(read_plain(self, info, fresh, err));
     } else {
@@ -333,11 +366,27 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
     }
     self->portion->first_ray = info->first_ray;
     self->present |= fresh;
+    show_columns(self);
     RMAP_TRY(check_columns(self, info, fresh, err));
-    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (self->present & RMAP_COLUMN_BIT(c))
-            *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
-                rmap_portion_column(self->portion, (enum rmap_column)c);
+    keep_columns(self, fresh);
+out:
+    return st;
+}
+
+enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set columns,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set cells =
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector);
+    rmap_column_set before = self->present | self->kept;
+    self->kept |= borrow_columns(self, columns & ~before);
+    rmap_column_set fresh = columns & ~(self->present | self->kept);
+    if (fresh)
+        RMAP_TRY(read_columns(self, fresh, err));
+    rmap_column_set now = self->present | self->kept;
+    if ((now & cells) == cells && (before & cells) != cells)
+        RMAP_TRY(check_cells(self, err));
 out:
     return st;
 }
@@ -347,4 +396,16 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
 {
     enum rmap_status st = rmap_cursor_enter(self, portion, portion_ret, err);
     return st == RMAP_OK ? rmap_cursor_fetch(self, self->columns, err) : st;
+}
+
+enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes, struct rmap_error *err)
+{
+    if (map->store)
+        return rmap_error_set(err, RMAP_USAGE, "%s: columns are kept already", map->path);
+    return rmap_column_store_create(map->content.n_portion, budget_nbytes, &map->store, err);
+}
+
+size_t rmap_map_kept_nbytes(const struct rmap_map *map)
+{
+    return map->store ? rmap_column_store_nbytes(map->store) : 0;
 }

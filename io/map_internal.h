@@ -40,6 +40,7 @@ struct rmap_map {
     struct rmap_compact_model **model; /* [spaces.n] */
     pthread_mutex_t paths_lock;        /* taken before `lock` */
     struct rmap_path_table **paths;    /* [n_piece] */
+    struct rmap_column_store *store;   /* NULL: nothing is kept */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/column_store.h"
 #include "io/map_format.h"
 #include "io/map_internal.h"
 #include "io/map_tally.h"
@@ -268,6 +269,7 @@ void rmap_map_close(struct rmap_map *map)
         return;
     (void)pthread_mutex_destroy(&map->lock);
     rmap_tally_destroy(map->tally);
+    rmap_column_store_destroy(map->store);
     (void)pthread_mutex_destroy(&map->paths_lock);
     for (size_t i = 0; map->paths && i < map->content.n_piece; i++)
         rmap_path_table_destroy(map->paths[i]);

@@ -123,6 +123,12 @@ const double *rmap_map_flux_per_weight(const struct rmap_map *map);
 #define RMAP_PART_PORTIONS 64
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
+/* From now on columns that cursors decode stay in memory, up to so many bytes, and cursors take
+ * them from there. Not while a cursor is in use. RMAP_SYSTEM; RMAP_USAGE when called again. */
+enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes,
+                               struct rmap_error *err) RMAP_MUST_USE;
+size_t rmap_map_kept_nbytes(const struct rmap_map *map);
+
 struct rmap_cursor;
 
 /* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks
