@@ -1,0 +1,215 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Counts the legs of each ray whose class is wanted. Codes become a bit per leg; bits become counts
+ * either one by one, where there are few (the ray of a leg is the number of ends before it), or ray
+ * by ray. Where most legs are wanted, the others are counted.
+ */
+#include <string.h>
+
+#include "history/history_parts.h"
+
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#include <immintrin.h>
+#define RMAP_HISTORY_AVX2 1
+#endif
+
+/* What is wanted, by local class. */
+struct wanted {
+    uint8_t common[256]; /* by code; of RMAP_HISTORY_RARE: 0 */
+    bool rare;           /* any of those without a code */
+    uint64_t rows;       /* legs in all */
+};
+
+static void localise(const struct rmap_history_view *view, const uint8_t *wanted, bool inverted,
+                     struct wanted *out)
+{
+    const uint32_t n_common = view->rows->shape.n_common;
+    *out = (struct wanted){.rows = 0};
+    for (size_t k = 0; k < view->n_local; k++) {
+        bool is = (wanted[view->local_class[k]] != 0) != inverted;
+        out->rows += is ? view->local_rows[k] : 0;
+        if (k < n_common)
+            out->common[k] = is;
+        else
+            out->rare |= is;
+    }
+}
+
+/* ---- a bit per leg ---- */
+
+static inline uint64_t pack_bits(const uint8_t *code, size_t n, const uint8_t member[256])
+{
+    uint64_t bits = 0;
+    for (size_t i = 0; i < n; i++)
+        bits |= (uint64_t)member[code[i]] << i;
+    return bits;
+}
+
+static void mark_plain(const uint8_t *code, size_t first, size_t n, const uint8_t member[256],
+                       uint64_t *mark)
+{
+    for (size_t i = first; i < n; i += 64)
+        mark[i / 64] = pack_bits(code + i, n - i < 64 ? n - i : 64, member);
+}
+
+#ifdef RMAP_HISTORY_AVX2
+/* A set of bytes as two tables by the low half of the byte: bit h of an entry stands for the high
+ * half h (and h + 8). */
+struct nibbles {
+    __m256i low, high;
+};
+
+__attribute__((target("avx2"))) static struct nibbles nibbles_of(const uint8_t member[256])
+{
+    uint8_t table[2][32] = {{0}};
+    for (unsigned c = 0; c < 256; c++)
+        if (member[c])
+            table[c >> 7][c & 15] |= (uint8_t)(1u << (c >> 4 & 7));
+    memcpy(table[0] + 16, table[0], 16);
+    memcpy(table[1] + 16, table[1], 16);
+    return (struct nibbles){_mm256_loadu_si256((const void *)table[0]),
+                            _mm256_loadu_si256((const void *)table[1])};
+}
+
+__attribute__((target("avx2"))) static inline uint64_t mark_32(const uint8_t *code,
+                                                               const struct nibbles *set)
+{
+    const __m256i power = _mm256_set1_epi64x((long long)UINT64_C(0x8040201008040201));
+    const __m256i half = _mm256_set1_epi8(15);
+    __m256i c = _mm256_loadu_si256((const void *)code), low = _mm256_and_si256(c, half);
+    __m256i high = _mm256_and_si256(_mm256_srli_epi16(c, 4), half);
+    __m256i bit = _mm256_shuffle_epi8(power, high);
+    __m256i row = _mm256_blendv_epi8(_mm256_shuffle_epi8(set->low, low),
+                                     _mm256_shuffle_epi8(set->high, low), c);
+    __m256i is = _mm256_cmpeq_epi8(_mm256_and_si256(row, bit), bit);
+    return (uint32_t)_mm256_movemask_epi8(is);
+}
+
+__attribute__((target("avx2"))) static void mark_wide(const uint8_t *code, size_t n,
+                                                      const uint8_t member[256], uint64_t *mark)
+{
+    const struct nibbles set = nibbles_of(member);
+    size_t i = 0;
+    for (; i + 64 <= n; i += 64)
+        mark[i / 64] = mark_32(code + i, &set) | mark_32(code + i + 32, &set) << 32;
+    mark_plain(code, i, n, member, mark);
+}
+
+static void mark_codes(const uint8_t *code, size_t n, const uint8_t member[256], uint64_t *mark)
+{
+    if (__builtin_cpu_supports("avx2"))
+        mark_wide(code, n, member, mark);
+    else
+        mark_plain(code, 0, n, member, mark);
+}
+#else
+static void mark_codes(const uint8_t *code, size_t n, const uint8_t member[256], uint64_t *mark)
+{
+    mark_plain(code, 0, n, member, mark);
+}
+#endif
+
+/* Rare classes stand in their list in the order of the legs. */
+static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, bool inverted,
+                      uint64_t *mark)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    const uint8_t *at = rows->code, *end = rows->code + view->n_row[RMAP_TABLE_SEGMENT];
+    for (uint32_t k = 0; k < rows->shape.n_rare; k++) {
+        at = memchr(at, RMAP_HISTORY_RARE, (size_t)(end - at));
+        size_t i = (size_t)(at++ - rows->code);
+        bool is = (wanted[view->local_class[rows->rare[k]]] != 0) != inverted;
+        mark[i / 64] |= (uint64_t)is << i % 64;
+    }
+}
+
+/* ---- counts from bits ---- */
+
+#if defined(RMAP_HISTORY_AVX2) && !defined(__clang__)
+#define COUNTING __attribute__((target_clones("avx2", "default")))
+#else
+#define COUNTING
+#endif
+
+COUNTING static void count_few(const uint64_t *mark, const uint64_t *end, size_t n_segment,
+                               uint32_t *count)
+{
+    size_t ray = 0;
+    for (size_t w = 0; w * 64 < n_segment; w++) {
+        for (uint64_t left = mark[w]; left != 0; left &= left - 1) {
+            uint64_t below = (left & (0 - left)) - 1;
+            count[ray + (size_t)__builtin_popcountll(end[w] & below)]++;
+        }
+        ray += (size_t)__builtin_popcountll(end[w]);
+    }
+}
+
+COUNTING static void count_many(const uint64_t *mark, const uint32_t *segment_count, size_t n_ray,
+                                uint32_t *count)
+{
+    uint64_t row = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        uint32_t n = segment_count[i], sum = 0;
+        /* Eight bytes from any byte on hold 57 bits from any bit of it on. */
+        for (uint32_t part; n > 0; n -= part, row += part) {
+            uint64_t bits;
+            part = n < 57 ? n : 57;
+            memcpy(&bits, (const char *)mark + row / 8, sizeof bits);
+            bits = bits >> row % 8 & ((UINT64_C(1) << part) - 1);
+            sum += (uint32_t)__builtin_popcountll(bits);
+        }
+        count[i] = sum;
+    }
+}
+
+void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wanted,
+                        uint32_t *count)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_segment = view->n_row[RMAP_TABLE_SEGMENT];
+    struct wanted local;
+    bool inverted = false;
+    localise(view, wanted, false, &local);
+    if (2 * local.rows > n_segment) {
+        inverted = true;
+        localise(view, wanted, true, &local);
+    }
+    if (local.rows == 0) {
+        memset(count, 0, n_ray * sizeof *count);
+    } else {
+        mark_codes(rows->code, n_segment, local.common, rows->mark);
+        if (local.rare)
+            mark_rare(view, wanted, inverted, rows->mark);
+        if (rows->end && local.rows < n_ray) {
+            memset(count, 0, n_ray * sizeof *count);
+            count_few(rows->mark, rows->end, n_segment, count);
+        } else {
+            count_many(rows->mark, view->segment_count, n_ray, count);
+        }
+    }
+    for (size_t i = 0; inverted && i < n_ray; i++)
+        count[i] = view->segment_count[i] - count[i];
+}
+
+void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t *wanted,
+                             uint32_t *count)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY], at = 0;
+    unsigned nbytes = rows->shape.hit_nbytes;
+    if (!view->registration_count) {
+        memset(count, 0, n_ray * sizeof *count);
+        return;
+    }
+    if (nbytes == 0) {
+        uint32_t all = wanted[rmap_history_number(rows->hit, 0, 0)] ? UINT32_MAX : 0;
+        for (size_t i = 0; i < n_ray; i++)
+            count[i] = view->registration_count[i] & all;
+        return;
+    }
+    for (size_t i = 0; i < n_ray; i++) {
+        count[i] = 0;
+        for (size_t end = at + view->registration_count[i]; at < end; at++)
+            count[i] += wanted[rmap_history_number(rows->hit, nbytes, at)] != 0;
+    }
+}

@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The bytes of a history index, for the files that write and read them: docs/map.md, "The history
+ * index". Numbers are little-endian, every array begins at a multiple of 8 bytes.
+ */
+#ifndef RMAP_HISTORY_PARTS_H
+#define RMAP_HISTORY_PARTS_H
+
+#include "history/history_index.h"
+
+#define RMAP_HISTORY_MAGIC UINT64_C(0x31747369482e6d72) /* "rm.Hist1" */
+
+enum {
+    RMAP_HISTORY_RARE = 255,         /* code of a leg whose class stands in the list of rare ones */
+    RMAP_HISTORY_RAY_MAX = 65535,    /* of a portion */
+    RMAP_HISTORY_CLASS_MAX = 65535,  /* of a piece; kinds of rays of a portion */
+    RMAP_HISTORY_PATH_MAX = 1 << 20, /* of a piece */
+    RMAP_HISTORY_PATH_ROW_MAX = 1 << 22 /* legs of all paths of a piece; registrations likewise */
+};
+
+/* The head: this, then its arrays in the order of enum rmap_history_head_part, then the XXH3-64 of
+ * all before. */
+struct rmap_history_head {
+    uint64_t magic;
+    uint64_t n_class, n_hit, n_path, n_path_segment, n_path_registration, n_portion;
+    uint64_t body_nbytes;
+};
+
+enum rmap_history_head_part {
+    RMAP_HEAD_CLASS,              /* struct rmap_history_class [n_class] */
+    RMAP_HEAD_HIT,                /* struct rmap_history_hit [n_hit] */
+    RMAP_HEAD_SOURCE,             /* i32 [n_path] */
+    RMAP_HEAD_STOP,               /* u8 [n_path] */
+    RMAP_HEAD_SEGMENT_COUNT,      /* u32 [n_path] */
+    RMAP_HEAD_REGISTRATION_COUNT, /* u32 [n_path] */
+    RMAP_HEAD_PATH_CLASS,         /* u16 [n_path_segment] */
+    RMAP_HEAD_PATH_LEG,           /* u32 [n_path_registration] */
+    RMAP_HEAD_PATH_HIT,           /* u16 [n_path_registration] */
+    RMAP_HEAD_PORTION,            /* struct rmap_history_place [n_portion] */
+    RMAP_HEAD_PARTS
+};
+
+/* Where a portion's bytes stand in the body. */
+struct rmap_history_place {
+    uint64_t first_ray;
+    uint64_t digest_low, digest_high; /* of its rays */
+    uint64_t offset, checksum;        /* XXH3-64 of its bytes */
+    uint32_t nbytes;
+    uint32_t n_row[RMAP_TABLE_COUNT];
+    uint8_t form, unit_weight, has_relative, zero[5];
+};
+
+/* A portion's bytes: this, then its arrays. Those that its form does not have are empty. */
+struct rmap_history_shape {
+    uint32_t n_path;
+    uint32_t n_kind, n_local;
+    uint32_t n_common;   /* of the local classes, the first ones: they have codes */
+    uint32_t n_rare;     /* legs of the others */
+    uint32_t n_long;     /* rays of 255 legs and more */
+    uint32_t n_many;     /* rays of 255 registrations and more */
+    uint8_t kind_nbytes; /* of a number: 0 (all the same), 1 or 2 */
+    uint8_t hit_nbytes;
+    uint8_t leg_nbytes; /* 1, 2 or 4 */
+    uint8_t zero;
+};
+
+enum rmap_history_part {
+    RMAP_PART_PATH_ROW,    /* u32 [n_path] */
+    RMAP_PART_PATH_RAYS,   /* u16 [n_path] */
+    RMAP_PART_PATH,        /* u16 [n_ray] */
+    RMAP_PART_KIND_SOURCE, /* i32 [n_kind] */
+    RMAP_PART_KIND_STOP,   /* u8 [n_kind] */
+    RMAP_PART_KIND,        /* [n_ray] */
+    RMAP_PART_LOCAL_CLASS, /* u16 [n_local] */
+    RMAP_PART_LOCAL_ROWS,  /* u32 [n_local], the most first */
+    RMAP_PART_CODE,        /* u8 [n_segment]: local class, or RMAP_HISTORY_RARE */
+    RMAP_PART_RARE,        /* u16 [n_rare]: local class */
+    RMAP_PART_END,         /* u64 [n_segment / 64 + 1]: bit of each leg that is a ray's last */
+    RMAP_PART_COUNT,       /* u8 [n_ray]: legs; 255: the next of the long ones */
+    RMAP_PART_LONG,        /* u32 [n_long] */
+    RMAP_PART_HITS,        /* u8 [n_ray], if there are registrations; 255: the next of the many */
+    RMAP_PART_MANY,        /* u32 [n_many] */
+    RMAP_PART_HIT,         /* [n_registration], or [1] if all are the same */
+    RMAP_PART_LEG,         /* [n_registration] */
+    RMAP_PART_RELATIVE,    /* u16 [n_registration][2], if it has them */
+    RMAP_PART_COUNT_OF
+};
+
+/* Bytes from the start of the portion's (or of the head) to each array; the last is their end.
+ * Rounded up to multiples of 8. */
+struct rmap_history_layout {
+    uint64_t at[RMAP_PART_COUNT_OF + 1];
+};
+void rmap_history_arrange(const struct rmap_history_place *place,
+                          const struct rmap_history_shape *shape,
+                          struct rmap_history_layout *layout);
+void rmap_history_arrange_head(const struct rmap_history_head *head,
+                               struct rmap_history_layout *layout);
+
+struct rmap_history_index {
+    size_t n_class, n_hit, n_portion, n_source; /* n_source: of the scene */
+    struct rmap_history_class *class_of;        /* [n_class] */
+    struct rmap_history_hit *hit;               /* [n_hit] */
+    struct rmap_portion *paths;
+    uint32_t *path_segment, *path_registration; /* first rows of each path */
+    struct rmap_history_place *place;           /* [n_portion], by first ray */
+    struct rmap_history_body body;
+};
+
+/* What a view of the form ROWS has beside what it shows. */
+struct rmap_history_rows {
+    uint8_t *bytes; /* the portion's, if they were read */
+    size_t cap_bytes;
+    uint32_t *segment_count, *registration_count; /* widened */
+    uint16_t *kind;
+    size_t cap_segment_count, cap_registration_count, cap_kind;
+    /* As stored: */
+    const uint8_t *code;
+    const uint16_t *rare;
+    const uint64_t *end;
+    const uint8_t *hit, *leg; /* numbers of as many bytes as the shape says */
+    struct rmap_history_shape shape;
+    /* For counting: */
+    uint64_t *mark; /* a bit per leg */
+    size_t cap_mark;
+};
+
+/* Number k of an array of numbers of nbytes bytes; nbytes 0: the same for all, in two bytes. */
+static inline uint32_t rmap_history_number(const uint8_t *array, unsigned nbytes, size_t k)
+{
+    const uint16_t *two = (const uint16_t *)(const void *)array;
+    const uint32_t *four = (const uint32_t *)(const void *)array;
+    if (nbytes == 1)
+        return array[k];
+    return nbytes == 4 ? four[k] : two[nbytes == 2 ? k : 0];
+}
+
+#endif
