@@ -31,6 +31,9 @@ static const struct {
     [RMAP_WANTED_MEDIUM] = {"medium", 1u << RMAP_NAME_MEDIUM},
     [RMAP_WANTED_PLACE] = {"object or medium",
                            1u << RMAP_NAME_OBJECT | 1u << RMAP_NAME_GROUP | 1u << RMAP_NAME_MEDIUM},
+    [RMAP_WANTED_ANYWHERE] = {"object, medium or detector",
+                              1u << RMAP_NAME_OBJECT | 1u << RMAP_NAME_GROUP |
+                                  1u << RMAP_NAME_MEDIUM | 1u << RMAP_NAME_DETECTOR},
 };
 
 static int by_name(const void *left, const void *right)

@@ -25,7 +25,8 @@ enum rmap_name_wanted {
     RMAP_WANTED_DETECTOR,
     RMAP_WANTED_SURFACE,
     RMAP_WANTED_MEDIUM,
-    RMAP_WANTED_PLACE /* an object or a medium: for messages alone */
+    RMAP_WANTED_PLACE,   /* an object or a medium: for messages alone */
+    RMAP_WANTED_ANYWHERE /* or a detector: also */
 };
 
 struct rmap_name {

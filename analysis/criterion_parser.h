@@ -93,6 +93,8 @@ enum rmap_status rmap_parse_registered(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_crossed(struct rmap_parser *parser,
                                     struct rmap_criterion_node *node) RMAP_MUST_USE;
+enum rmap_status rmap_parse_path(struct rmap_parser *parser,
+                                 struct rmap_criterion_node *node) RMAP_MUST_USE;
 
 /* angle(detector) < ... and its like: any registration there satisfies the comparison. */
 enum rmap_status rmap_parse_any_number(struct rmap_parser *parser,

@@ -221,6 +221,7 @@ static const struct word {
     {"registered", rmap_parse_registered},
     {"crossed", rmap_parse_crossed},
     {"ended", parse_ended},
+    {"path", rmap_parse_path},
     {"segments", NULL, true, RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE},
     {"bounces", parse_bounces, true},
     {"wavelength", NULL, true, RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH},
@@ -243,8 +244,6 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
     char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
     if (token->kind == RMAP_TOKEN_AT || rmap_parser_at_word(parser, "let"))
         return RMAP_PARSER_FAIL(parser, token, "named criteria (let, @name) are not available yet");
-    if (rmap_parser_at_word(parser, "path"))
-        return RMAP_PARSER_FAIL(parser, token, "path(\"...\") is not available yet");
     if (token->kind != RMAP_TOKEN_WORD && token->kind != RMAP_TOKEN_QUOTED)
         return rmap_parser_expected(parser, "a test such as hit(name) or all");
     rmap_token_name(parser->text, token, word);

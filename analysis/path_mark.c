@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Histories through an automaton. Rows become symbols by small tables, column by column; then a
+ * step is one look-up. Several rays run at once, as each waits for its own look-up; a ray's end is
+ * a symbol too, so that no branch depends on what the rays did.
+ */
+#include <string.h>
+
+#include "analysis/path_table.h"
+#include "base/alloc.h"
+
+/* Symbols at a time: they stay in the first-level cache. A longer ray goes alone. */
+enum { GROUP_SYMBOLS = 8192, LANES = 4 };
+
+/* Rays' symbols are copied eight at a time, a little beyond their end. */
+enum { COPY = 8 };
+
+/* Consecutive rays and where their rows begin. */
+struct group {
+    size_t ray, n_ray;
+    size_t segment, n_segment;
+    size_t registration, n_registration;
+};
+
+struct run {
+    const struct rmap_path_table *table;
+    const struct rmap_portion *portion;
+    const struct rmap_path_rows *rows; /* or NULL: the columns */
+    uint16_t *step;                    /* symbols of the group's rows of /segment */
+    uint16_t *symbol;                  /* of all its rows, in order */
+    size_t step_cap, symbol_cap;
+    size_t lane_ray[LANES + 1], lane_symbol[LANES + 1];
+};
+
+static size_t index_within(int32_t index, size_t n)
+{
+    return (uint32_t)index < n ? (uint32_t)index : n;
+}
+
+static void add_kinds(const struct rmap_path_table *table, const struct rmap_segment_columns *from,
+                      size_t first, size_t n, uint16_t *step)
+{
+    const int32_t *object = from->object + first;
+    for (size_t i = 0; i < n; i++)
+        step[i] =
+            (uint16_t)(step[i] + table->kind_of_object[index_within(object[i], table->n_object)]);
+    if (!table->of_medium)
+        return;
+    uint16_t nowhere = table->kind_of_object[table->n_object];
+    const int16_t *medium = from->medium + first;
+    for (size_t i = 0; i < n; i++)
+        if (object[i] < 0)
+            step[i] = (uint16_t)(step[i] - nowhere +
+                                 table->kind_of_medium[index_within(medium[i], table->n_medium)]);
+}
+
+static void mark_steps(const struct run *run, size_t first, size_t n)
+{
+    const struct rmap_path_table *table = run->table;
+    const struct rmap_segment_columns *segment = &run->portion->segment;
+    uint16_t *step = run->step;
+    if (run->rows) {
+        for (size_t i = 0; i < n; i++)
+            step[i] = run->rows->symbol[run->rows->row_class[first + i]];
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        step[i] = table->base_of_event[segment->event[first + i] % RMAP_PATH_EVENT_CODES];
+    if (table->of_object | table->of_medium)
+        add_kinds(table, segment, first, n, step);
+    for (size_t i = 0; i < n; i++)
+        step[i] = table->symbol_of_base[step[i]];
+}
+
+static uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
+{
+    for (size_t i = 0; i < n; i += COPY)
+        memcpy(to + i, from + i, COPY * sizeof *to);
+    return to + n;
+}
+
+/* A ray's steps and, in their places, its registrations. */
+static uint16_t *merge_ray(const struct run *run, const uint16_t *step, size_t n_step,
+                           size_t registration, size_t n_registration, uint16_t *to)
+{
+    const struct rmap_path_table *table = run->table;
+    const struct rmap_registration_columns *from = &run->portion->registration;
+    size_t at = 0;
+    for (size_t i = registration; i < registration + n_registration; i++) {
+        if (!from->registered[i])
+            continue;
+        size_t detector = index_within(from->detector[i], table->n_detector);
+        size_t place = (size_t)from->segment[i] + table->follows_object[detector];
+        place = place > n_step ? n_step : place;
+        if (place > at) {
+            to = copy_symbols(to, step + at, place - at);
+            at = place;
+        }
+        *to++ = table->symbol_of_hit[detector];
+    }
+    return copy_symbols(to, step + at, n_step - at);
+}
+
+/* All symbols of a group in order, each ray's last one marked. */
+static void merge_group(struct run *run, const struct group *group)
+{
+    const uint32_t *n_step = run->portion->ray.segment_count + group->ray;
+    const uint32_t *n_registration =
+        group->n_registration ? run->portion->ray.registration_count + group->ray : NULL;
+    uint16_t n_symbol = (uint16_t)run->table->n_symbol;
+    const uint16_t *step = run->step;
+    uint16_t *to = run->symbol;
+    size_t registration = group->registration;
+    for (size_t lane = 0; lane < LANES; lane++) {
+        run->lane_ray[lane + 1] = group->n_ray * (lane + 1) / LANES;
+        for (size_t ray = run->lane_ray[lane]; ray < run->lane_ray[lane + 1]; ray++) {
+            const uint16_t *begin = to;
+            if (n_registration && n_registration[ray] > 0) {
+                to = merge_ray(run, step, n_step[ray], registration, n_registration[ray], to);
+                registration += n_registration[ray];
+            } else {
+                to = copy_symbols(to, step, n_step[ray]);
+            }
+            step += n_step[ray];
+            if (to > begin)
+                to[-1] = (uint16_t)(to[-1] + n_symbol);
+            else
+                *to++ = (uint16_t)(2 * n_symbol);
+        }
+        run->lane_symbol[lane + 1] = (size_t)(to - run->symbol);
+    }
+}
+
+/* One step of one lane: behind a ray's last symbol, the state says whether it matched. */
+#define STEP(lane, i)                                                                              \
+    do {                                                                                           \
+        uint16_t symbol_ = at[lane][i];                                                            \
+        state[lane] = next[state[lane] + symbol_];                                                 \
+        *to[lane] = state[lane] == width;                                                          \
+        to[lane] += symbol_ >= n_symbol;                                                           \
+    } while (0)
+
+static void run_lanes(const struct run *run, uint8_t *restrict match)
+{
+    const uint32_t *next = run->table->next;
+    uint32_t width = run->table->width, n_symbol = run->table->n_symbol;
+    uint32_t state[LANES] = {0};
+    const uint16_t *at[LANES];
+    uint8_t *to[LANES];
+    size_t n[LANES], shared = SIZE_MAX;
+    for (int lane = 0; lane < LANES; lane++) {
+        at[lane] = run->symbol + run->lane_symbol[lane];
+        to[lane] = match + run->lane_ray[lane];
+        n[lane] = run->lane_symbol[lane + 1] - run->lane_symbol[lane];
+        shared = n[lane] < shared ? n[lane] : shared;
+    }
+    for (size_t i = 0; i < shared; i++)
+        for (int lane = 0; lane < LANES; lane++)
+            STEP(lane, i);
+    for (int lane = 0; lane < LANES; lane++)
+        for (size_t i = shared; i < n[lane]; i++)
+            STEP(lane, i);
+}
+
+/* The rays from group->ray on that fit together. False: the rows do not add up. */
+static bool next_group(const struct run *run, struct group *group)
+{
+    const struct rmap_portion *portion = run->portion;
+    size_t n_segment = portion->n_row[RMAP_TABLE_SEGMENT] - group->segment;
+    size_t n_registration = portion->n_row[RMAP_TABLE_REGISTRATION] - group->registration;
+    size_t n_symbol = 0;
+    group->n_ray = group->n_segment = group->n_registration = 0;
+    for (size_t ray = group->ray; ray < portion->n_row[RMAP_TABLE_RAY]; ray++) {
+        uint32_t steps = portion->ray.segment_count[ray];
+        uint32_t hits =
+            portion->n_row[RMAP_TABLE_REGISTRATION] > 0 ? portion->ray.registration_count[ray] : 0;
+        n_symbol += (size_t)steps + hits + 1;
+        if (n_symbol > GROUP_SYMBOLS && group->n_ray > 0)
+            break;
+        group->n_ray++;
+        group->n_segment += steps;
+        group->n_registration += hits;
+    }
+    return group->n_segment <= n_segment && group->n_registration <= n_registration;
+}
+
+static enum rmap_status reserve(struct run *run, const struct group *group, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *step = run->step, *symbol = run->symbol;
+    size_t n_symbol = group->n_segment + group->n_registration + group->n_ray;
+    if (n_symbol < GROUP_SYMBOLS)
+        n_symbol = GROUP_SYMBOLS;
+    RMAP_TRY(rmap_reserve(&step, &run->step_cap, n_symbol + COPY, sizeof *run->step, err));
+    run->step = step;
+    RMAP_TRY(rmap_reserve(&symbol, &run->symbol_cap, n_symbol + COPY, sizeof *run->symbol, err));
+    run->symbol = symbol;
+out:
+    return st;
+}
+
+static void compare(const struct rmap_interval *interval, uint8_t *match, size_t n)
+{
+    bool one = rmap_interval_holds(interval, 1.0), zero = rmap_interval_holds(interval, 0.0);
+    if (one == zero)
+        memset(match, one, n);
+    else if (zero)
+        for (size_t i = 0; i < n; i++)
+            match[i] ^= 1;
+}
+
+uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
+                          int32_t medium)
+{
+    const struct rmap_path_table *table = node->path.table;
+    uint16_t kind = object < 0 ? table->kind_of_medium[index_within(medium, table->n_medium)]
+                               : table->kind_of_object[index_within(object, table->n_object)];
+    return table->symbol_of_base[table->base_of_event[event % RMAP_PATH_EVENT_CODES] + kind];
+}
+
+enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
+                                     const struct rmap_portion *portion,
+                                     const struct rmap_path_rows *rows, uint8_t *match,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    struct run run = {.table = node->path.table, .portion = portion, .rows = rows};
+    struct group group = {0};
+    while (group.ray < n_ray) {
+        if (!next_group(&run, &group)) {
+            st =
+                rmap_error_set(err, RMAP_FORMAT,
+                               "the rays from id %llu on do not add up to the rows of their tables",
+                               (unsigned long long)portion->first_ray);
+            goto out;
+        }
+        RMAP_TRY(reserve(&run, &group, err));
+        mark_steps(&run, group.segment, group.n_segment);
+        merge_group(&run, &group);
+        run_lanes(&run, match + group.ray);
+        group.ray += group.n_ray;
+        group.segment += group.n_segment;
+        group.registration += group.n_registration;
+    }
+    compare(&node->interval, match, n_ray);
+out:
+    rmap_free(run.symbol);
+    rmap_free(run.step);
+    return st;
+}
+
+enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
+                                const struct rmap_criterion_node *node,
+                                const struct rmap_portion *portion, uint8_t *match,
+                                struct rmap_error *err)
+{
+    (void)criterion;
+    return rmap_path_mark_rows(node, portion, NULL, match, err);
+}
