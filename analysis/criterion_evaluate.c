@@ -242,6 +242,12 @@ static enum rmap_status evaluate_test(const struct evaluation *ev,
     case RMAP_CRITERION_STEPS:
         RMAP_TRY(count_steps(ev, node, err));
         break;
+    case RMAP_CRITERION_PATH:
+        RMAP_TRY(fetch(ev, node->columns, err));
+        RMAP_TRY(rmap_path_mark(ev->criterion, node, ev->portion, verdict, err));
+        for (size_t i = 0; i < ev->n_ray; i++)
+            verdict[i] = verdict[i] ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+        return RMAP_OK;
     default:
         RMAP_TRY(count_registrations(ev, node, err));
         break;

@@ -9,6 +9,7 @@
  *          4 mirror   no group         front mirror, back black, air in front, glass behind
  *          5 'odd näme'  no group      mixed
  *   group lens lies in group housing. So housing has the objects 0 to 3.
+ *   detector 0 sensor, free; 1 screen, on the tube; 2 far, an intensity grid
  */
 #ifndef RMAP_TEST_CRITERION_SCENE_H
 #define RMAP_TEST_CRITERION_SCENE_H
@@ -98,14 +99,20 @@ static inline void test_scene_ends(struct test_scene *t)
     t->source[0].name = test_name(t, "lamp");
     t->source[1].name = test_name(t, "sun");
     t->detector[0] = (struct rmap_detector){.name = test_name(t, "sensor"),
+                                            .on_object = -1,
+                                            .on_group = -1,
                                             .type = RMAP_DETECTOR_PLANE,
                                             .size = {36.0, 24.0},
                                             .axis = {0, 0, -1}};
     t->detector[1] = (struct rmap_detector){.name = test_name(t, "screen"),
+                                            .on_object = 1,
+                                            .on_group = -1,
                                             .type = RMAP_DETECTOR_PLANE,
                                             .size = {2.0, 2.0},
                                             .axis = {1, 0, 0}};
     t->detector[2] = (struct rmap_detector){.name = test_name(t, "far"),
+                                            .on_object = -1,
+                                            .on_group = -1,
                                             .type = RMAP_DETECTOR_INTENSITY,
                                             .size = {RMAP_PI, 2 * RMAP_PI},
                                             .axis = {0, 0, 1}};
@@ -161,6 +168,7 @@ struct test_registration {
     uint8_t registered;
     float direction[3];
     double optical_path;
+    uint32_t segment;
 };
 
 /* Appends a ray; its steps and registrations follow. False: out of memory. */
@@ -209,6 +217,7 @@ static inline bool test_add_registration(struct rmap_portion *p, const struct te
     p->registration.registered[i] = r->registered;
     memcpy(p->registration.direction + 3 * i, r->direction, sizeof r->direction);
     p->registration.optical_path[i] = r->optical_path;
+    p->registration.segment[i] = r->segment;
     return true;
 }
 
