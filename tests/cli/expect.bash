@@ -28,6 +28,14 @@ expect() {
     fi
 }
 
+until_traces() { # MAP: something of it is on disk, for two minutes at most
+    local i
+    for ((i = 0; i < 1200; i++)); do
+        ! compgen -G "$1/shard-*/.piece-*.part" >/dev/null || return 0
+        sleep 0.1
+    done
+}
+
 # A small scene: a lamp shines on a glass plate before a screen that a detector lies on.
 write_scene() {
     cat >"$1" <<'SCENE'

@@ -139,7 +139,7 @@ expect 0 'NOT complete' "$RAYMAP" info late.raymap
 expect 0 'rays' "$RAYMAP" query late.raymap all
 for signal in TERM INT USR1; do
     "$RAYMAP" trace scene.yaml -o $signal.raymap -n 1G --quiet 2>stderr.txt &
-    sleep 2
+    until_traces $signal.raymap
     kill -$signal $!
     wait $!
     [ $? -eq 6 ] && grep -q "SIG$signal" stderr.txt || { echo "FAILED: SIG$signal"; cat stderr.txt; failures=1; }

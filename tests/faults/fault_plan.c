@@ -22,14 +22,14 @@ enum action {
     ACTION_TEAR,
     ACTION_EXIT,
     ACTION_SHORT,
-    ACTION_STOP
+    ACTION_SIGNAL
 };
 
 /* Set once by the constructor, before any other thread is there; only the counter moves. */
 static struct {
     bool ready, sticky;
     enum action action;
-    int error;
+    int error; /* of the call, or the signal */
     unsigned long at;
     const char *directory, *path;
     size_t directory_len;
@@ -44,12 +44,19 @@ static const struct {
     enum action action;
     int error;
 } actions[] = {
-    {"ENOSPC", ACTION_ERROR, ENOSPC}, {"EIO", ACTION_ERROR, EIO},
-    {"EDQUOT", ACTION_ERROR, EDQUOT}, {"ENOMEM", ACTION_ERROR, ENOMEM},
-    {"EINTR", ACTION_ERROR, EINTR},   {"EACCES", ACTION_ERROR, EACCES},
-    {"EMFILE", ACTION_ERROR, EMFILE}, {"kill", ACTION_KILL, 0},
-    {"tear", ACTION_TEAR, 0},         {"exit", ACTION_EXIT, 0},
-    {"short", ACTION_SHORT, 0},       {"stop", ACTION_STOP, 0},
+    {"ENOSPC", ACTION_ERROR, ENOSPC},
+    {"EIO", ACTION_ERROR, EIO},
+    {"EDQUOT", ACTION_ERROR, EDQUOT},
+    {"ENOMEM", ACTION_ERROR, ENOMEM},
+    {"EINTR", ACTION_ERROR, EINTR},
+    {"EACCES", ACTION_ERROR, EACCES},
+    {"EMFILE", ACTION_ERROR, EMFILE},
+    {"kill", ACTION_KILL, 0},
+    {"tear", ACTION_TEAR, 0},
+    {"exit", ACTION_EXIT, 0},
+    {"short", ACTION_SHORT, 0},
+    {"stop", ACTION_SIGNAL, SIGSTOP},
+    {"SIGUSR1", ACTION_SIGNAL, SIGUSR1},
 };
 
 static _Noreturn void misuse(const char *variable, const char *value)
@@ -230,8 +237,8 @@ enum fault_verdict fault_judge(const char *call, const char *path)
         fault_die();
     case ACTION_EXIT:
         _exit(99);
-    case ACTION_STOP:
-        (void)kill(getpid(), SIGSTOP);
+    case ACTION_SIGNAL:
+        (void)kill(getpid(), plan.error);
         break;
     case ACTION_TEAR:
         if (!moves_bytes(call))

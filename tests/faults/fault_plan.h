@@ -17,7 +17,8 @@
  *   FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE: the call fails so;
  *                  kill: SIGKILL before the call; tear: SIGKILL after half of what it writes;
  *                  exit: _exit before the call; short: half is written, and said so;
- *                  stop: SIGSTOP before the call, which is made once somebody sends SIGCONT
+ *                  stop: SIGSTOP before the call, which is made once somebody sends SIGCONT;
+ *                  SIGUSR1: the signal before the call, which is made
  *   FAULTS_STICKY  1: every later call that counts fails too
  *   FAULTS_LOG     file of a line "NUMBER CALL PATH" per counted call, ".RANK" appended
  *   FAULTS_RECORD  file of all changes with their bytes (fault_record.h), ".RANK" appended

@@ -6,6 +6,7 @@
 # in the queue for nothing.
 . "$(dirname "$0")/../cli/expect.bash"
 . "$(dirname "$0")/slurm.bash"
+. "$(dirname "$0")/commits.bash"
 command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 missing=$(slurm_missing)
 [ -z "$missing" ] || { echo "no Slurm here ($missing is missing): jobs/install-packages.sh tests installs it"; exit 77; }
@@ -21,19 +22,15 @@ slurm_up "$directory" || {
 }
 write_scene scene.yaml
 rays=500000
-export RAYMAP SOURCE_DIR LAUNCHER="$PWD/launch.sh"
-FAULTS=$(dirname "$RAYMAP")/tests/faults.so
-export FAULTS
-
-# In its first two attempts a job's ranks stop, as by SIGSTOP, when they have committed some portions.
-# So a fast machine does not finish before anybody has looked, and a slow one is waited for.
-cat >launch.sh <<'SCRIPT'
+set_at_commit 3 stop
+export RAYMAP LAUNCHER="$PWD/launch.sh"
+cat >launch.sh <<SCRIPT
 #!/usr/bin/env bash
-faults=()
-[ "${SLURM_RESTART_COUNT:-0}" -ge 2 ] || [[ " $* " != *" run.raymap "* ]] ||
-    faults=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD/run.raymap" FAULTS_CALLS=fdatasync
-        'FAULTS_PATH=*.journal' FAULTS_AT=3 FAULTS_ACTION=stop)
-exec mpirun -np 2 --bind-to none "${faults[@]}" "$@"
+# In the first two attempts ranks stop when they have committed some portions.
+at_commit=()
+[ "\${SLURM_RESTART_COUNT:-0}" -ge 2 ] || [[ " \$* " != *" run.raymap "* ]] ||
+    at_commit=(${at_commit[*]@Q})
+exec mpirun -np 2 --bind-to none "\${at_commit[@]}" "\$@"
 SCRIPT
 chmod +x launch.sh
 
@@ -68,29 +65,8 @@ until_state() { # JOB RESTARTS PATTERN
     fail "job $1 is $(field "$1" JobState) after $(field "$1" Restarts) restarts, not $3 after $2"
     return 1
 }
-stopped_ranks() { # of the job in this directory
-    local pid
-    for pid in $(pgrep -f 'trace scene.yaml -o run.raymap'); do
-        [ "$(readlink "/proc/$pid/cwd")" = "$PWD" ] && grep -q '^State:.*T' "/proc/$pid/status" &&
-            grep -qz '^OMPI_COMM_WORLD_RANK=' "/proc/$pid/environ" && echo "$pid"
-    done 2>/dev/null
-}
-until_stopped() { # echoes a rank that stopped itself
-    local i rank
-    for ((i = 0; i < 1200; i++)); do
-        rank=$(stopped_ranks | tail -n 1)
-        [ -z "$rank" ] || { echo "$rank"; return; }
-        sleep 0.05
-    done
-}
-until_signalled() { # RANK: SIGUSR1 waits for it
-    local i pending
-    for ((i = 0; i < 600; i++)); do
-        pending=$(sed -n 's/^ShdPnd:\t*//p' "/proc/$1/status")
-        ((0x${pending:-0} & 1 << (10 - 1))) && return
-        sleep 0.05
-    done
-    fail "rank $1 gets no SIGUSR1"
+runs_first() {
+    [ "$(field "$job" Restarts)" = 0 ] && [ "$(field "$job" JobState)" = RUNNING ]
 }
 rays_of() {
     "$RAYMAP" info "$1" --json | sed -n 's/^ *"rays": *\([0-9]*\).*/\1/p' | head -1
@@ -103,19 +79,16 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o whole.raymap -n $rays --quiet
 
 # The herald of the time limit, then a rank killed from one moment to the next, then the rest.
 job=$(submit run.raymap $rays --threads 1 --quiet --flush-portions 2) || exit 1
-rank=$(until_stopped)
+rank=$(until_stopped run.raymap)
 [ -n "$rank" ] || fail "no rank commits anything in the first attempt"
 scancel --batch --signal=USR1 "$job"
-until_signalled "$rank"
-while [ "$(field "$job" Restarts)" = 0 ] && [ "$(field "$job" JobState)" = RUNNING ]; do
-    kill -CONT $(stopped_ranks) 2>/dev/null # the other one may stop only now
-    sleep 0.05
-done
+until_signalled "$rank" 10 || fail "rank $rank gets no SIGUSR1"
+wake_while run.raymap runs_first
 until_state "$job" 1 'PENDING|RUNNING'
 first=$(rays_of run.raymap)
 [ "$first" -gt 0 ] && [ "$first" -lt $rays ] || fail "$first rays after the first attempt"
 until_state "$job" 1 RUNNING
-rank=$(until_stopped)
+rank=$(until_stopped run.raymap)
 [ -n "$rank" ] || fail "no rank commits anything in the second attempt"
 second=$(rays_of run.raymap)
 [ "$second" -gt "$first" ] || fail "$second rays in the second attempt, $first after the first"

@@ -4,6 +4,7 @@
 # The promise: a map can grow, also in another colour space; its rays are those of one long trace,
 # and flux stays normalised over all of them.
 . "$(dirname "$0")/../cli/expect.bash"
+. "$(dirname "$0")/../faults/commits.bash"
 command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 rm -rf ./*
 write_scene scene.yaml
@@ -26,7 +27,8 @@ for map in whole grown; do expect 0 '' "$RAYMAP" detector $map.raymap sensor -o 
 cmp whole.csv grown.csv || { echo "FAILED: a grown map has another image"; failures=1; }
 
 # What was asked for first comes first; any of the numbers that were asked for may be repeated.
-expect 6 '' "$RAYMAP" trace scene.yaml -o two.raymap -n 400k --quiet --time-limit 0.2s
+set_at_commit 4 SIGUSR1
+expect 6 '' "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o two.raymap -n 400k --quiet --flush-portions 3
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o two.raymap --append -n 20000 --quiet
 expect 0 '' "$RAYMAP" trace scene.yaml -o one.raymap -n 420k --quiet
 [ "$(digest two.raymap)" = "$(digest one.raymap)" ] || { echo "FAILED: the incomplete part was not completed"; failures=1; }
@@ -59,7 +61,8 @@ expect 0 '' "$RAYMAP" report colours.raymap 70000
 expect 0 '' "$RAYMAP" report colours.raymap 130000
 # The same again is found, not made again; a stop in the middle is resumed in each space.
 cp -r colours.raymap ends.raymap
-expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 1M --color rgb --quiet --time-limit 0.3s
+expect 6 '' mpirun -np 2 "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o ends.raymap --append -n 1M \
+    --color rgb --quiet --flush-portions 3
 expect 0 '' "$RAYMAP" trace scene.yaml -o ends.raymap --resume --quiet
 expect 0 '1,180,000 rays' "$RAYMAP" info ends.raymap
 expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 1M --color rgb --quiet

@@ -35,7 +35,7 @@ once 4 'shard-00002' query a.raymap all
 
 # SIGUSR1 given to mpirun reaches the ranks; the map can be asked.
 mpirun -np 2 "$RAYMAP" trace scene.yaml -o usr1.raymap -n 1G --quiet 2>stderr.txt &
-sleep 3
+until_traces usr1.raymap
 kill -USR1 $!
 wait $!
 status=$?

@@ -11,7 +11,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import time
 
 try:
     import h5py
@@ -23,6 +22,7 @@ if not shutil.which("mpirun"):
     sys.exit(77)
 
 PROGRAM = os.environ["RAYMAP"]
+FAULTS = os.path.join(os.path.dirname(PROGRAM), "tests", "faults.so")
 SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
 RANDOM = random.Random(int(os.environ.get("RAYMAP_TEST_SEED", "3")))
 RAYS = 40000
@@ -149,57 +149,75 @@ for dataset in ("path/segment_count", "ray/channel", "own/stop"):
 shutil.rmtree("a.raymap")
 os.rename("plain.raymap", "a.raymap")
 
+def under(faults, *arguments, ranks=1):
+    """Status of a run that suffers a fault (tests/faults/fault_plan.h) at some call of a file here."""
+    start = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
+    words = [f"FAULTS_{name}={value}" for name, value in {"DIR": os.getcwd(), **faults}.items()]
+    return subprocess.run([*start, "env", "LD_PRELOAD=" + FAULTS, *words, PROGRAM,
+                           *map(str, arguments)], stdout=subprocess.DEVNULL,
+                          stderr=subprocess.DEVNULL, timeout=120, check=False).returncode
+
+
+def calls_of(*arguments):
+    """How many calls that change files a run makes."""
+    log = os.path.abspath("calls.log")
+    assert under({"LOG": log}, *arguments) == 0, arguments
+    with open(log + ".0", encoding="utf-8", errors="replace") as file:
+        n = sum(1 for _ in file)
+    os.remove(log + ".0")
+    return n
+
+
+def moments(n_call, n):
+    """n calls to be killed at, spread over all of a run, each drawn in its part."""
+    return [1 + RANDOM.randrange(i * n_call // n, (i + 1) * n_call // n) for i in range(n)]
+
+
+def killed(at, *arguments):
+    """Runs the program until its call number `at`; false when it made fewer."""
+    return under({"AT": at, "ACTION": "kill"}, *arguments) == -signal.SIGKILL
+
+
 # Killed traces: what they made safe is in the map, and the rest is traced again.
 for ranks in (1, 2):
     shutil.rmtree("b.raymap", ignore_errors=True)
-    trace = subprocess.Popen(["mpirun", "-np", str(ranks), PROGRAM, "trace", SCENE, "-o", "b.raymap",
-                              "-n", str(RAYS), "--flush", "0.05", "--quiet", "--piece-size", "3Mi"],
-                             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                             start_new_session=True)
-    while trace.poll() is None and not glob.glob("b.raymap/shard-*/.piece-*.journal"):
-        time.sleep(0.01)
-    time.sleep(RANDOM.random() * 0.2)
-    if trace.poll() is None:
-        os.killpg(trace.pid, signal.SIGKILL)
-    trace.wait()
-    time.sleep(0.3)  # orphans of mpirun
+    faults = {"CALLS": "fdatasync", "PATH": "*.journal", "AT": RANDOM.choice((2, 3)), "ACTION": "kill"}
+    assert under(faults, "trace", SCENE, "-o", "b.raymap", "-n", RAYS, "--flush-portions", 1, "--quiet",
+                 "--piece-size", "8Mi", ranks=ranks) != 0
+    assert glob.glob("b.raymap/shard-*/.piece-*.journal"), "nothing is left"
     said = heal("killed trace", 0, ranks=3 - ranks)
     assert not glob.glob("b.raymap/shard-*/.piece-*"), "leftovers are left"
 
-
-def killed(delay, *arguments):
-    """Starts the program and kills it after a while; false when it was faster."""
-    process = subprocess.Popen([PROGRAM, *arguments], stdout=subprocess.DEVNULL,
-                               stderr=subprocess.DEVNULL)
-    try:
-        process.wait(delay)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        process.wait()
-        return True
-    return False
-
-
 # Killed in the middle, and again, until it comes through.
-hits = 0
-for delay in (0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5):
+
+
+def damage():
     again()
     flip(piece, chunk(piece, "segment/event"))
     flip(other, chunk(other, "registration/detector"))
     flip("map.h5", 4000)
-    hits += killed(delay, "repair", "b.raymap")
-    hits += killed(delay * 1.3, "repair", "b.raymap")
-    heal(f"repair killed after {delay} s")
-assert hits >= 4, hits
+
+
+hits = 0
+damage()
+for moment in moments(calls_of("repair", "b.raymap", "--quiet"), 7):
+    damage()
+    hits += killed(moment, "repair", "b.raymap")
+    hits += killed(RANDOM.randint(1, moment), "repair", "b.raymap")
+    heal(f"repair killed at call {moment}")
+assert hits >= 7, hits
 shutil.rmtree("b.raymap")
-for delay in (0.1, 0.15, 0.2, 0.3):
-    if killed(delay, "convert", "a.raymap", "-o", "b.raymap", "--force") and os.path.exists("b.raymap/map.h5"):
-        heal(f"convert killed after {delay} s")
+convert = ("convert", "a.raymap", "-o", "b.raymap", "--force", "--quiet")
+for moment in moments(calls_of(*convert), 4):
+    assert killed(moment, *convert)
+    if os.path.exists("b.raymap/map.h5"):
+        heal(f"convert killed at call {moment}")
     run("verify", "a.raymap", "--quiet")
 run("trace", SCENE, "-o", "c.raymap", "-n", 4096, "--first-ray", 49152, "--quiet")
-for delay in (0.03, 0.05, 0.08, 0.1, 0.15):
-    killed(delay, "merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force")
+merge = ("merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force", "--quiet")
+for moment in moments(calls_of(*merge), 5):
+    assert killed(moment, *merge)
     run("verify", "a.raymap", "--quiet")
-    run("merge", "a.raymap", "c.raymap", "-o", "m.raymap", "--force", "--quiet")
+    run(*merge)
     run("verify", "m.raymap", "--quiet")
-print(f"all as expected ({hits} kills hit)")
+print(f"all as expected ({hits} kills of repair hit)")

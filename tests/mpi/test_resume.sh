@@ -3,8 +3,10 @@
 #
 # The promise: whatever ends a trace, what it flushed can be read, and --resume with any number of
 # ranks makes the map that an undisturbed run makes: same rays, same balance, same images.
-# Moments of death are random; RAYMAP_TEST_SEED repeats them, RAYMAP_TEST_KILLS asks for more.
+# Moments of death are random commits of a rank; RAYMAP_TEST_SEED repeats them, RAYMAP_TEST_KILLS asks
+# for more.
 . "$(dirname "$0")/../cli/expect.bash"
+. "$(dirname "$0")/../faults/commits.bash"
 command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
 RANDOM=${RAYMAP_TEST_SEED:-7}
@@ -28,36 +30,35 @@ same() { # MAP WHAT: compares with the undisturbed map
     cmp -s want.csv got.csv || { echo "FAILED: another image after $2"; failures=$((failures + 1)); }
 }
 ranks_of() { ps -o pid= --ppid "$1" | tr -d ' '; }
-begin() { # MAP RANKS OPTIONS...: in the background, as $job
+fail() { echo "FAILED: $*"; cat stderr.txt; failures=$((failures + 1)); }
+held_by() { "$RAYMAP" info "$1" --json | sed -n 's/.*"rays": \([0-9]*\),.*/\1/p' | head -1; }
+begin() { # MAP RANKS COMMIT OPTIONS...: in the background, as $job, until a rank stops at a commit
     local map=$1 ranks=$2
-    shift 2
-    mpirun -np "$ranks" "$RAYMAP" trace scene.yaml -o "$map" -n $rays --quiet --threads 1 --flush 100ms \
-        "$@" >/dev/null 2>stderr.txt </dev/null &
+    set_at_commit "$3" stop
+    shift 3
+    mpirun -np "$ranks" "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o "$map" -n $rays --quiet --threads 1 \
+        --flush-portions 3 "$@" >/dev/null 2>stderr.txt </dev/null &
     job=$!
-    # until it traces: the index stands and a journal grows
-    for _ in $(seq 200); do
-        compgen -G "$map/shard-*/.piece-*.journal" >/dev/null && break
-        kill -0 $job 2>/dev/null || break
-        sleep 0.05
-    done
+    stopped=$(until_stopped "$map")
+    [ -n "$stopped" ] || fail "no rank of $map commits"
 }
-later() { sleep "0.$((RANDOM % 9))$((RANDOM % 10))"; }
 disturb() { # HOW MAP: to the running $job
-    local pids
+    local pids number=0
     pids=$(ranks_of $job)
-    later
     case $1 in
     one-rank) kill -9 $(shuf -n 1 -e --random-source=<(yes $RANDOM) $pids) ;;
     all-ranks) kill -9 $pids ;;
-    mpirun) kill -9 $job ;;
+    mpirun) kill -9 $job && kill -CONT $pids ;; # they outlive it until they notice
     SIGTERM) kill -TERM $job ;;
-    SIGUSR1) kill -USR1 $job ;;
-    SIGINT-rank) kill -INT $(echo "$pids" | head -1) ;;
-    esac 2>/dev/null
+    SIGUSR1) kill -USR1 $job && number=10 ;;
+    SIGINT-rank) kill -INT "$stopped" && number=2 ;;
+    esac
+    [ $number -eq 0 ] || until_signalled "$stopped" $number || fail "no signal reaches $stopped"
+    [ $number -eq 0 ] || wake_while "$2" kill -0 $job 2>/dev/null
     wait $job 2>/dev/null
     status=$?
-    for pid in $pids; do # ranks outlive a killed mpirun for a moment
-        for _ in $(seq 100); do kill -0 "$pid" 2>/dev/null || break; sleep 0.05; done
+    for pid in $pids; do
+        wake_while "$2" kill -0 "$pid" 2>/dev/null
     done
 }
 
@@ -65,25 +66,23 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o want.raymap -n $rays --quiet
 balance want.raymap >want.txt
 image want.raymap want.csv
 
-recovered=0
 n=0
 for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "${RAYMAP_TEST_KILLS:-2}" -r --random-source=<(yes 3) one-rank all-ranks mpirun); do
     n=$((n + 1))
     map=kill-$n.raymap
     encoding=plain # of both lives, at every third map
     [ $((n % 3)) -ne 0 ] || encoding=compact
-    begin $map $((1 + n % 3)) --encoding $encoding
-    disturb "$how"
+    begin $map $((1 + n % 3)) $((2 + RANDOM % 9)) --encoding $encoding
+    disturb "$how" $map
     case $how in SIGUSR1 | SIGINT-rank)
-        [ $status -eq 6 ] || grep -q 'Exit code: *6' stderr.txt || [ $status -eq 0 ] ||
-            { echo "FAILED: $how: status $status"; cat stderr.txt; failures=$((failures + 1)); } ;;
+        [ $status -eq 6 ] || grep -q 'Exit code: *6' stderr.txt || fail "$how: status $status" ;;
     esac
     expect 0 '' "$RAYMAP" query $map 'registered(sensor)' --json
-    held=$("$RAYMAP" info $map --json | sed -n 's/.*"rays": \([0-9]*\),.*/\1/p' | head -1)
-    recovered=$((recovered + held))
+    held=$(held_by $map)
+    [ "$held" -gt 0 ] && [ "$held" -lt $rays ] || fail "$how: $held rays held"
     if [ $((n % 2)) -eq 0 ]; then # the second life ends as badly as the first
-        begin $map $((1 + (n + 1) % 3)) --resume
-        disturb one-rank
+        begin $map $((1 + (n + 1) % 3)) $((1 + RANDOM % 5)) --resume
+        disturb one-rank $map
     fi
     expect 0 '' mpirun -np $((1 + (n + 1) % 3)) "$RAYMAP" trace scene.yaml -o $map -n $rays --resume --quiet
     same $map "$how ($held rays held)"
@@ -91,26 +90,27 @@ for how in one-rank all-ranks mpirun SIGTERM SIGUSR1 SIGINT-rank $(shuf -e -n "$
     [ "$left" -eq 0 ] || { echo "FAILED: $how leaves files behind"; find $map -name '.*'; failures=$((failures + 1)); }
     rm -rf $map
 done
-[ $recovered -gt 0 ] || { echo "FAILED: nothing was ever recovered"; failures=$((failures + 1)); }
-echo "$recovered rays recovered in $n lives"
 
-# The time limit, twice, with other ranks and pieces each time; then one writer for all ranks.
-expect 6 'resume' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap -n $rays --quiet --time-limit 200ms --piece-size 4Mi
-expect 6 '' mpirun -np 3 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --quiet --time-limit 200ms
+# Stopped twice, with other ranks and pieces each time; then one writer for all ranks.
+set_at_commit 4 SIGUSR1
+stop=("${at_commit[@]}" "$RAYMAP" trace scene.yaml -n $rays --quiet --flush-portions 3)
+expect 6 'resume' mpirun -np 2 "${stop[@]}" -o time.raymap --piece-size 4Mi
+expect 6 '' mpirun -np 3 "${stop[@]}" -o time.raymap --resume
 expect 0 'held already' mpirun -np 4 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --shards-per-node 1
-same time.raymap 'the time limit'
-expect 6 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap -n $rays --quiet --time-limit 200ms
+same time.raymap 'two stops'
+expect 6 '' mpirun -np 2 "${stop[@]}" -o mixed.raymap
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap --resume --encoding compact --quiet
 same mixed.raymap 'another encoding'
 expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
 
 # Damaged pieces and journals are told, left out, and their rays traced again.
-begin hurt.raymap 2 --piece-size 2Mi
-disturb all-ranks
+begin hurt.raymap 2 9 --piece-size 8Mi
+disturb all-ranks hurt.raymap
 piece=$(find hurt.raymap -name 'piece-*.h5' | sort | head -1)
 journal=$(find hurt.raymap -name '*.journal' | sort | head -1)
-[ -z "$piece" ] || truncate -s -1000 "$piece"
-[ -z "$journal" ] || printf 'rmapjrnX' | dd of="$journal" conv=notrunc status=none
+[ -n "$piece" ] && [ -n "$journal" ] || fail "no piece or no journal in hurt.raymap"
+truncate -s -1000 "$piece"
+printf 'rmapjrnX' | dd of="$journal" conv=notrunc status=none
 expect 0 "warning: left out: .*$(basename "$piece")" mpirun -np 2 "$RAYMAP" trace scene.yaml -o hurt.raymap --resume
 same hurt.raymap 'damage'
 
