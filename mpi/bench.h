@@ -15,20 +15,12 @@
 
 enum { RMAP_BENCH_REPEAT_MAX = 32 };
 
-/* source(S) and hit(O, reflect_specular) >= N and registered(D, rect(-x, -y, x, y)) */
-struct rmap_bench_question {
-    const char *source, *objects, *detector; /* objects: with wildcards */
-    int at_least;
-    double half_size[2]; /* x, y */
-};
-
 /* One scene, ready on this rank. */
 struct rmap_bench_scene {
     const char *name;   /* "room" */
     const char *folder; /* of the example */
     const char *set;    /* KEY=VALUE for the scene; NULL: none */
     bool sizes_only;    /* takes part in bytes_per_segment alone */
-    struct rmap_bench_question question;
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_accel *accel;

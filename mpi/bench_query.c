@@ -1,150 +1,167 @@
 /* SPDX-License-Identifier: MIT
  *
- * Measurement of a question put to a map against the same question put to the reference's file.
+ * Measurement of questions put to a map: each class of criteria against the same question put to
+ * the reference's file, and several criteria in one scan against the slowest of them.
  */
-#include <fnmatch.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/bench.h"
+#include "mpi/bench_questions.h"
 #include "mpi/bench_seed.h"
 #include "mpi/progress.h"
 #include "mpi/scan.h"
-#include "trace/event.h"
 
-/* The scene's criterion in the reference's terms. */
-static enum rmap_status pose(const struct rmap_bench_scene *scene, bool *in_set,
-                             struct rmap_seed_question *question, struct rmap_error *err)
-{
-    const struct rmap_scene *light = scene->scene;
-    const struct rmap_bench_question *asked = &scene->question;
-    *question = (struct rmap_seed_question){.source = -1,
-                                            .in_set = in_set,
-                                            .n_object = light->n_object,
-                                            .events = RMAP_EVENT_REFLECT_SPECULAR,
-                                            .at_least = asked->at_least,
-                                            .detector = -1};
-    for (size_t s = 0; s < light->n_source; s++)
-        if (strcmp(light->source[s].name, asked->source) == 0)
-            question->source = (int32_t)s;
-    for (size_t o = 0; o < light->n_object; o++)
-        in_set[o] = fnmatch(asked->objects, light->object[o].name, 0) == 0;
-    for (size_t d = 0; d < light->n_detector; d++) {
-        if (strcmp(light->detector[d].name, asked->detector) != 0)
-            continue;
-        question->detector = (int32_t)d;
-        for (int k = 0; k < 2; k++) {
-            double half = asked->half_size[k] / light->detector[d].size[k];
-            question->from[k] = 0.5 - half;
-            question->to[k] = 0.5 + half;
-        }
-    }
-    if (question->source < 0 || question->detector < 0)
-        return rmap_error_set(err, RMAP_INPUT, "%s: source '%s' or detector '%s' is missing",
-                              scene->name, asked->source, asked->detector);
-    return RMAP_OK;
-}
+enum { QUESTION_MAX = 8 };
 
+/* The same rays in maps of every encoding, and in the reference's file. */
 struct search {
-    struct rmap_map *map;
-    struct rmap_criterion *criterion;
-    struct rmap_count count;
-    char text[256];
-    enum rmap_encoding encoding;
-    bool *in_set;
-    struct rmap_seed_question question;
-    char map_path[600], seed_path[600];
-    uint64_t n_segment;
+    struct rmap_bench *bench;
+    const struct rmap_bench_scene *scene;
+    const struct rmap_bench_question *question;
+    size_t n_question;
+    char map[RMAP_BENCH_ENCODINGS][600], seed[600];
+    double n_segment; /* millions */
 };
 
-static void release(struct search *search)
-{
-    rmap_free(search->in_set);
-    rmap_count_fini(&search->count);
-    rmap_criterion_destroy(search->criterion);
-    rmap_map_close(search->map);
-}
+/* What an answer took, and how many rays it found for the first criterion. */
+struct answer {
+    double seconds, cpu;
+    uint64_t n_ray;
+};
 
-/* The same rays in both stores, and the same question to both. */
-static enum rmap_status prepare(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
-                                struct search *search, struct rmap_error *err)
+static enum rmap_status prepare(struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_bench_question *asked = &scene->question;
+    struct rmap_bench *bench = search->bench;
+    const struct rmap_bench_scene *scene = search->scene;
     uint64_t n_ray = bench->quick ? 200000 : 1000000;
     struct rmap_seed_result seed;
     double seconds, n_segment;
-    (void)snprintf(search->map_path, sizeof search->map_path, "%s/query-%s.raymap", bench->folder,
+    search->n_question = rmap_bench_questions(scene->name, &search->question);
+    for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++) {
+        (void)snprintf(search->map[e], sizeof search->map[e], "%s/query-%s-%s.raymap",
+                       bench->folder, scene->name, rmap_bench_encoding[e].name);
+        const struct rmap_bench_store store = {.path = search->map[e],
+                                               .encoding = rmap_bench_encoding[e].encoding};
+        RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store,
+                                  &seconds, &n_segment, err));
+    }
+    (void)snprintf(search->seed, sizeof search->seed, "%s/query-%s.seed", bench->folder,
                    scene->name);
-    (void)snprintf(search->seed_path, sizeof search->seed_path, "%s/query-%s.seed", bench->folder,
-                   scene->name);
-    (void)snprintf(search->text, sizeof search->text,
-                   "source(%s) and hit('%s', reflect_specular) >= %d and registered(%s, "
-                   "rect(%g, %g, %g, %g))",
-                   asked->source, asked->objects, asked->at_least, asked->detector,
-                   -asked->half_size[0], -asked->half_size[1], asked->half_size[0],
-                   asked->half_size[1]);
-    search->in_set = rmap_alloc(scene->scene->n_object, sizeof *search->in_set);
-    if (!search->in_set)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory"));
-    RMAP_TRY(pose(scene, search->in_set, &search->question, err));
-    const struct rmap_bench_store store = {.path = search->map_path, .encoding = search->encoding};
-    RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store, &seconds,
-                              &n_segment, err));
     RMAP_TRY(rmap_seed_record(scene->scene, scene->accel, n_ray, bench->alone.n_thread,
-                              search->seed_path, &seed, err));
-    search->n_segment = seed.n_segment;
-    RMAP_TRY(rmap_map_open(search->map_path, &search->map, err));
-    RMAP_TRY(
-        rmap_criterion_compile(search->text, rmap_map_scene(search->map), &search->criterion, err));
+                              search->seed, &seed, err));
+    search->n_segment = 1e-6 * (double)seed.n_segment;
 out:
     return st;
 }
 
-/* Both must find the same rays: else there is nothing to compare. */
-static enum rmap_status ask_both(struct rmap_bench *bench, struct search *search,
-                                 struct rmap_bench_series *series, struct rmap_error *err)
+/* Puts questions to a map opened for them, all in one scan, which alone is timed. */
+static enum rmap_status ask_map(const struct search *search, size_t encoding,
+                                const struct rmap_bench_question *question, size_t n_question,
+                                struct answer *answer, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint64_t n_seed = 0;
-    double seed_s, n_segment = 1e-6 * (double)search->n_segment;
-    rmap_count_fini(&search->count);
-    RMAP_TRY(rmap_count_init(&search->count, rmap_map_scene(search->map)->n_source, err));
+    struct rmap_map *map = NULL;
+    struct rmap_criterion *criterion[QUESTION_MAX] = {NULL};
+    struct rmap_count count[QUESTION_MAX] = {{0}};
+    if (n_question > QUESTION_MAX)
+        return rmap_error_set(err, RMAP_INTERNAL, "too many questions in one scan");
+    RMAP_TRY(rmap_map_open(search->map[encoding], &map, err));
+    for (size_t q = 0; q < n_question; q++) {
+        RMAP_TRY(rmap_criterion_compile(question[q].text, rmap_map_scene(map), &criterion[q], err));
+        RMAP_TRY(rmap_count_init(&count[q], rmap_map_scene(map)->n_source, err));
+    }
     double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
-    RMAP_TRY(rmap_scan_map(&bench->alone, search->map, &search->criterion, 1, &search->count, NULL,
+    RMAP_TRY(rmap_scan_map(&search->bench->alone, map, criterion, n_question, count, NULL,
                            UINT64_MAX, err));
-    double map_s = rmap_clock_seconds() - begun, map_cpu = rmap_bench_cpu() - cpu;
-    RMAP_TRY(rmap_seed_query(search->seed_path, &search->question, bench->alone.n_thread, &n_seed,
-                             &seed_s, err));
-    rmap_bench_add(series, n_segment / map_s, n_segment / seed_s);
-    rmap_bench_add_cpu(series, map_cpu, rmap_bench_cpu() - cpu - map_cpu);
-    if (n_seed != search->count.rays)
-        RMAP_TRY(rmap_error_set(
-            err, RMAP_INTERNAL, "the map finds %llu rays, the reference %llu: %s",
-            (unsigned long long)search->count.rays, (unsigned long long)n_seed, search->text));
+    *answer = (struct answer){.seconds = rmap_clock_seconds() - begun,
+                              .cpu = rmap_bench_cpu() - cpu,
+                              .n_ray = count[0].rays};
 out:
+    for (size_t q = 0; q < n_question; q++) {
+        rmap_count_fini(&count[q]);
+        rmap_criterion_destroy(criterion[q]);
+    }
+    rmap_map_close(map);
     return st;
 }
 
-static enum rmap_status query_encoding(struct rmap_bench *bench,
-                                       const struct rmap_bench_scene *scene, size_t encoding,
-                                       struct rmap_error *err)
+/* Both must find the same rays, or as nearly as the reference's numbers tell: else there is nothing
+ * to compare. */
+static enum rmap_status check_answer(const struct rmap_bench_question *question,
+                                     const struct answer *answer, uint64_t n_seed,
+                                     struct rmap_error *err)
+{
+    double apart = fabs((double)answer->n_ray - (double)n_seed);
+    if (apart <= question->tolerance * (double)n_seed)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_INTERNAL, "the map finds %llu rays, the reference %llu: %s",
+                          (unsigned long long)answer->n_ray, (unsigned long long)n_seed,
+                          question->text);
+}
+
+/* One question: the reference and the maps in turns. */
+static enum rmap_status measure_class(const struct search *search,
+                                      const struct rmap_bench_question *question,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct search search = {.encoding = rmap_bench_encoding[encoding].encoding};
-    struct rmap_bench_series series = {0};
-    struct rmap_bench_series warming = {0}; /* brings both into the page cache */
-    RMAP_TRY(prepare(bench, scene, &search, err));
-    RMAP_TRY(ask_both(bench, &search, &warming, err));
-    for (int i = 0; i < bench->n_repeat; i++)
-        RMAP_TRY(ask_both(bench, &search, &series, err));
-    rmap_bench_report(bench, "query_vs_seed", scene, &series, "million segments/s",
-                      json_pack("{s:s, s:s, s:I}", "encoding", rmap_bench_encoding[encoding].name,
-                                "criterion", search.text, "matched",
-                                (json_int_t)search.count.rays));
+    struct rmap_bench *bench = search->bench;
+    struct rmap_seed_question asked;
+    struct rmap_bench_series series[RMAP_BENCH_ENCODINGS] = {{0}};
+    struct answer answer = {0};
+    bool *in_set = NULL;
+    RMAP_TRY(rmap_bench_question_pose(question, search->scene->scene, &asked, &in_set, err));
+    for (int i = -1; i < bench->n_repeat; i++) { /* -1: brings all into the page cache */
+        uint64_t n_seed = 0;
+        double seed_s, cpu = rmap_bench_cpu();
+        RMAP_TRY(
+            rmap_seed_query(search->seed, &asked, bench->alone.n_thread, &n_seed, &seed_s, err));
+        cpu = rmap_bench_cpu() - cpu;
+        for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++) {
+            RMAP_TRY(ask_map(search, e, question, 1, &answer, err));
+            RMAP_TRY(check_answer(question, &answer, n_seed, err));
+            if (i < 0)
+                continue;
+            rmap_bench_add(&series[e], search->n_segment / answer.seconds,
+                           search->n_segment / seed_s);
+            rmap_bench_add_cpu(&series[e], answer.cpu, cpu);
+        }
+    }
+    for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++)
+        rmap_bench_report(bench, "query_vs_seed", search->scene, &series[e], "million segments/s",
+                          json_pack("{s:s, s:s, s:s, s:I}", "encoding", rmap_bench_encoding[e].name,
+                                    "class", question->class, "criterion", question->text,
+                                    "matched", (json_int_t)answer.n_ray));
 out:
-    release(&search);
+    rmap_free(in_set);
+    return st;
+}
+
+/* All questions in one scan against the slowest of them alone. */
+static enum rmap_status measure_several(const struct search *search, size_t encoding,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bench_series series = {0};
+    for (int i = 0; i < search->bench->n_repeat; i++) {
+        struct answer together = {0}, alone = {0}, slowest = {0};
+        RMAP_TRY(ask_map(search, encoding, search->question, search->n_question, &together, err));
+        for (size_t q = 0; q < search->n_question; q++) {
+            RMAP_TRY(ask_map(search, encoding, &search->question[q], 1, &alone, err));
+            if (alone.seconds > slowest.seconds)
+                slowest = alone;
+        }
+        rmap_bench_add(&series, 1e3 * together.seconds, 1e3 * slowest.seconds);
+        rmap_bench_add_cpu(&series, slowest.cpu, together.cpu); /* as the times: together / alone */
+    }
+    rmap_bench_report(search->bench, "query_several_vs_slowest", search->scene, &series, "ms",
+                      json_pack("{s:s, s:I}", "encoding", rmap_bench_encoding[encoding].name,
+                                "criteria", (json_int_t)search->n_question));
+out:
     return st;
 }
 
@@ -152,7 +169,14 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    for (size_t e = 0; st == RMAP_OK && e < RMAP_BENCH_ENCODINGS; e++)
-        st = query_encoding(bench, scene, e, err);
+    struct search search = {.bench = bench, .scene = scene};
+    RMAP_TRY(prepare(&search, err));
+    for (size_t q = 0; q < search.n_question && rmap_bench_wanted(bench, "query_vs_seed"); q++)
+        if (search.question[q].class)
+            RMAP_TRY(measure_class(&search, &search.question[q], err));
+    if (rmap_bench_wanted(bench, "query_several_vs_slowest"))
+        for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++)
+            RMAP_TRY(measure_several(&search, e, err));
+out:
     return st;
 }

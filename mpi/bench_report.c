@@ -57,6 +57,14 @@ static double median(const double *value, int n)
     return 0.5 * (sorted[(n - 1) / 2] + sorted[n / 2]);
 }
 
+/* What tells rows of one name apart. */
+static void print_text(const json_t *extra, const char *key)
+{
+    const char *text = json_string_value(json_object_get(extra, key));
+    if (text)
+        printf(" %-7s", text);
+}
+
 void rmap_bench_report(struct rmap_bench *bench, const char *name,
                        const struct rmap_bench_scene *scene, const struct rmap_bench_series *series,
                        const char *unit, json_t *extra)
@@ -79,14 +87,17 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
         (void)json_object_set_new(result, "cpu_ratio", json_real(cpu_ratio));
     if (extra)
         (void)json_object_update(result, extra);
-    json_decref(extra);
     (void)json_array_append_new(bench->results, result);
     if (!bench->context->json) {
-        printf("%-18s %-13s %9.4g against %9.4g %s: %.3f (%.3f to %.3f)", name, scene->name, ours,
-               reference, unit, middle, least, most);
+        printf("%-18s %-13s", name, scene->name);
+        print_text(extra, "encoding");
+        print_text(extra, "class");
+        printf(" %9.4g against %9.4g %s: %.3f (%.3f to %.3f)", ours, reference, unit, middle, least,
+               most);
         if (series->n_cpu)
             printf(", by processor time %.3f", cpu_ratio);
         putchar('\n');
         (void)fflush(stdout);
     }
+    json_decref(extra);
 }

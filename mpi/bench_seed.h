@@ -25,16 +25,30 @@ enum rmap_status rmap_seed_record(const struct rmap_scene *scene, const struct r
                                   struct rmap_seed_result *result,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
-/* The rays of one source that met objects of a set with one of some events so many times and
- * were registered on a detector within a rectangle of relative coordinates. */
+enum { RMAP_SEED_ELEMENT_MAX = 4 };
+
+/* One of some events on an object of a set, or (events 0) a registration on a detector. */
+struct rmap_seed_element {
+    uint32_t events;
+    const bool *in_set;
+    int32_t detector;
+};
+
+/* The rays of one source that met objects of a set with one of some events so many times, were
+ * registered on a detector within a rectangle of relative coordinates and an angle of its normal,
+ * went no farther than a length, and did certain things in order, the first at once. */
 struct rmap_seed_question {
-    int32_t source;
+    int32_t source;     /* -1: any */
     const bool *in_set; /* [n_object] */
     size_t n_object;
     uint32_t events;
-    int at_least;
-    int32_t detector;
+    int at_least, at_most;
+    int32_t detector; /* -1: none */
     double from[2], to[2];
+    double least_cosine;
+    double longest; /* path */
+    struct rmap_seed_element element[RMAP_SEED_ELEMENT_MAX];
+    int n_element;
 };
 
 /* Counts them with n_thread readers; seconds of it. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include <errno.h>
 #include <libdeflate.h>
+#include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
 #include <stdio.h>
@@ -12,6 +13,7 @@
 #include "mpi/bench_seed.h"
 #include "mpi/bench_seed_record.h"
 #include "mpi/progress.h"
+#include "trace/event.h"
 
 struct reader {
     const struct rmap_seed_question *question; /* NULL: inflate only, by libdeflate */
@@ -77,43 +79,99 @@ static bool inflate_portion(struct portion *portion)
     return true;
 }
 
-static bool registered(const struct rmap_seed_question *question,
-                       const struct rmap_seed_segment *record,
-                       const struct rmap_seed_device *device)
+/* A ray's records: n legs and the end. */
+struct history {
+    const struct rmap_seed_segment *record;
+    const struct rmap_seed_device *device; /* of the portion */
+    size_t n;
+};
+
+static bool is_in(const struct rmap_seed_question *question, const bool *in_set, int16_t object)
 {
-    for (uint32_t d = record->first_device; d < record->first_device + record->n_device; d++) {
-        double u = device[d].relative[0] / 65535.0, v = device[d].relative[1] / 65535.0;
-        if (device[d].device == question->detector && device[d].registered &&
-            u >= question->from[0] && u <= question->to[0] && v >= question->from[1] &&
-            v <= question->to[1])
+    return object >= 0 && (size_t)object < question->n_object && in_set[object];
+}
+
+static bool registered(const struct rmap_seed_question *question, const struct history *ray)
+{
+    uint32_t first = ray->record[0].first_device;
+    uint32_t last = ray->record[ray->n].first_device + ray->record[ray->n].n_device;
+    for (uint32_t d = first; d < last; d++) {
+        const struct rmap_seed_device *device = &ray->device[d];
+        double u = device->relative[0] / 65535.0, v = device->relative[1] / 65535.0;
+        if (device->device == question->detector && device->registered && u >= question->from[0] &&
+            u <= question->to[0] && v >= question->from[1] && v <= question->to[1] &&
+            device->cosine / 32767.0 > question->least_cosine)
             return true;
     }
     return false;
 }
 
-/* Rays of a portion that match. A record's event took place on the object of the next record. */
+/* A record's event took place on the object of the next record. */
+static bool met_often(const struct rmap_seed_question *question, const struct history *ray)
+{
+    int met = 0;
+    for (size_t i = 0; i < ray->n; i++)
+        met += (ray->record[i].event & question->events) &&
+               is_in(question, question->in_set, ray->record[i + 1].object);
+    return met >= question->at_least && met <= question->at_most;
+}
+
+static bool went_far(const struct rmap_seed_question *question, const struct history *ray)
+{
+    double length = 0.0;
+    for (size_t i = 0; i < ray->n; i++) {
+        const float *a = ray->record[i].point, *b = ray->record[i + 1].point;
+        if (!(ray->record[i].event & RMAP_EVENT_LEFT))
+            length += sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]) +
+                           (b[2] - a[2]) * (b[2] - a[2]));
+    }
+    return length >= question->longest;
+}
+
+/* What arrived on a surface is registered after the step that took place there. */
+static bool in_order(const struct rmap_seed_question *question, const struct history *ray)
+{
+    int done = 0;
+    for (size_t i = 0; i < ray->n && done < question->n_element; i++) {
+        const struct rmap_seed_segment *record = &ray->record[i];
+        const struct rmap_seed_element *next = &question->element[done];
+        if ((record->event & next->events) && is_in(question, next->in_set, record[1].object))
+            next = &question->element[++done];
+        else if (done == 0)
+            return false;
+        for (uint32_t d = 0; d < record->n_device && done < question->n_element; d++) {
+            const struct rmap_seed_device *device = &ray->device[record->first_device + d];
+            if (!next->events && device->device == next->detector && device->registered)
+                next = &question->element[++done];
+        }
+    }
+    return done == question->n_element;
+}
+
+static bool matches(const struct rmap_seed_question *question, const struct history *ray)
+{
+    return (question->source < 0 || ray->record[0].source == question->source) &&
+           met_often(question, ray) && (question->detector < 0 || registered(question, ray)) &&
+           (isinf(question->longest) || !went_far(question, ray)) && in_order(question, ray);
+}
+
+/* Rays of a portion that match. */
 static uint64_t count_matches(const struct rmap_seed_question *question,
                               const struct portion *portion)
 {
     const struct rmap_seed_segment *record = (const void *)portion->raw[RMAP_SEED_SEGMENT];
-    const struct rmap_seed_device *device = (const void *)portion->raw[RMAP_SEED_DEVICE];
-    size_t n = portion->header.raw[RMAP_SEED_SEGMENT] / sizeof *record;
-    uint64_t matches = 0;
-    int met = 0;
-    bool seen = false;
+    size_t n = portion->header.raw[RMAP_SEED_SEGMENT] / sizeof *record, first = 0;
+    uint64_t n_match = 0;
     for (size_t i = 0; i < n; i++) {
-        seen = seen || registered(question, &record[i], device);
-        if (record[i].event != RMAP_SEED_END) {
-            int16_t object = i + 1 < n ? record[i + 1].object : -1;
-            met += object >= 0 && (size_t)object < question->n_object && question->in_set[object] &&
-                   (record[i].event & question->events);
+        if (record[i].event != RMAP_SEED_END)
             continue;
-        }
-        matches += record[i].source == question->source && seen && met >= question->at_least;
-        met = 0;
-        seen = false;
+        n_match += matches(question,
+                           &(struct history){.record = record + first,
+                                             .device = (const void *)portion->raw[RMAP_SEED_DEVICE],
+                                             .n = i - first});
+        first = i + 1;
     }
-    return matches;
+    return n_match;
 }
 
 static void work(void *context, int thread)

@@ -10,9 +10,9 @@ import subprocess
 PROGRAM = os.environ["RAYMAP"]
 NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_segment",
          "durable_vs_not", "resume_vs_anew", "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
-         "ranks_vs_threads"]
+         "query_several_vs_slowest", "ranks_vs_threads"]
 BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "decode_vs_seed",
-                  "verify_vs_decode", "query_vs_seed"]
+                  "verify_vs_decode", "query_vs_seed", "query_several_vs_slowest"]
 
 
 def bench(*arguments):
@@ -30,11 +30,15 @@ assert found == wanted | {("bytes_per_segment", "double-gauss-31")}, found
 for name in BOTH_ENCODINGS:
     encodings = {result["encoding"] for result in document["results"] if result["name"] == name}
     assert encodings == {"plain", "compact"}, name
+classes = set()
 for result in document["results"]:
     assert result["value"] > 0 and result["reference"] > 0, result
     assert result["spread"][0] <= result["ratio"] <= result["spread"][1], result
     if result["name"] == "query_vs_seed":
-        assert "hit(" in result["criterion"] and result["matched"] > 0, result
+        assert result["criterion"] and result["matched"] > 0, result
+        classes.add((result["scene"], result["class"]))
+assert classes == {(scene, word) for scene in ("room", "double-gauss")
+                   for word in ("objects", "never", "numbers")}, classes
 
 alone = bench("--repeats", "1", "--only", "trace_vs_roofline", "--scene", "room")
 assert [result["name"] for result in alone["results"]] == ["trace_vs_roofline"]
