@@ -139,27 +139,12 @@ static void read_registrations(struct rmap_ray_report *report, const struct rmap
     }
 }
 
-/* Portion whose block may hold the ray: the last one that begins at or before it. */
-static bool find_portion(const struct rmap_map *map, uint64_t ray, size_t *portion_ret)
-{
-    size_t low = 0, high = rmap_map_n_portion(map);
-    while (low < high) {
-        size_t middle = low + (high - low) / 2;
-        if (rmap_map_portion(map, middle)->first_ray <= ray)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    *portion_ret = low - 1;
-    return low > 0;
-}
-
-enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rmap_portion *portion,
-                                     size_t row, size_t segment, size_t registration,
-                                     struct rmap_ray_report **report_ret, struct rmap_error *err)
+enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
+                                     const struct rmap_portion *portion, size_t row, size_t segment,
+                                     size_t registration, struct rmap_ray_report **report_ret,
+                                     struct rmap_error *err)
 {
     struct rmap_ray_report *report = NULL;
-    size_t space = rmap_map_space_of_ray(map, portion->ray.id[row]);
     enum rmap_status st =
         rmap_ray_report_create(rmap_map_scene_of(map, space), portion->ray.segment_count[row],
                                portion->ray.registration_count[row], &report, err);
@@ -181,28 +166,39 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rm
     return RMAP_OK;
 }
 
+/* The ray of a portion, if it is there (*report_ret). */
+static enum rmap_status read_ray(const struct rmap_map *map, struct rmap_cursor *cursor,
+                                 size_t index, uint64_t ray, struct rmap_ray_report **report_ret,
+                                 struct rmap_error *err)
+{
+    const struct rmap_portion *portion = NULL;
+    size_t row = 0, segment = 0, registration = 0;
+    enum rmap_status st = rmap_cursor_read(cursor, index, &portion, err);
+    if (st != RMAP_OK)
+        return st;
+    while (row < portion->n_row[RMAP_TABLE_RAY] && portion->ray.id[row] != ray) {
+        segment += portion->ray.segment_count[row];
+        registration += portion->ray.registration_count[row++];
+    }
+    return row == portion->n_row[RMAP_TABLE_RAY]
+               ? RMAP_OK
+               : rmap_ray_report_row(map, (size_t)rmap_map_portion(map, index)->space, portion, row,
+                                     segment, registration, report_ret, err);
+}
+
 enum rmap_status rmap_ray_report_read(const struct rmap_map *map, uint64_t ray,
                                       struct rmap_ray_report **report_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor *cursor = NULL;
-    const struct rmap_portion *portion = NULL;
-    size_t index = 0;
-    bool found = find_portion(map, ray, &index);
-    if (found) {
-        RMAP_TRY(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, err));
-        RMAP_TRY(rmap_cursor_read(cursor, index, &portion, err));
-        size_t row = 0, segment = 0, registration = 0;
-        while (row < portion->n_row[RMAP_TABLE_RAY] && portion->ray.id[row] != ray) {
-            segment += portion->ray.segment_count[row];
-            registration += portion->ray.registration_count[row++];
-        }
-        found = row < portion->n_row[RMAP_TABLE_RAY];
-        if (found)
-            st = rmap_ray_report_row(map, portion, row, segment, registration, report_ret, err);
-    }
-    if (!found)
+    struct rmap_ray_report *report = NULL;
+    size_t index = rmap_map_n_portion(map);
+    RMAP_TRY(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, err));
+    while (!report && rmap_map_find_ray(map, ray, &index))
+        RMAP_TRY(read_ray(map, cursor, index, ray, &report, err));
+    if (!report)
         st = rmap_error_set(err, RMAP_INPUT, "no ray %" PRIu64 " in this map", ray);
+    *report_ret = report;
 out:
     rmap_cursor_destroy(cursor);
     return st;

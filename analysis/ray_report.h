@@ -65,11 +65,11 @@ enum rmap_status rmap_ray_report_read(const struct rmap_map *map, uint64_t ray,
                                       struct rmap_ray_report **report_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* Row `row` of a portion that has all columns; its rows of the other tables begin at `segment` and
- * `registration`. */
-enum rmap_status rmap_ray_report_row(const struct rmap_map *map, const struct rmap_portion *portion,
-                                     size_t row, size_t segment, size_t registration,
-                                     struct rmap_ray_report **report_ret,
+/* Row `row` of a portion of colour space `space` that has all columns; its rows of the other tables
+ * begin at `segment` and `registration`. */
+enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
+                                     const struct rmap_portion *portion, size_t row, size_t segment,
+                                     size_t registration, struct rmap_ray_report **report_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* A ray traced again, its history in double: all digits. Its flux is the source's flux times the

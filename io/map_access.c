@@ -4,6 +4,19 @@
  */
 #include "io/map_internal.h"
 
+uint64_t rmap_portion_end(const struct rmap_portion_info *portion)
+{
+    uint64_t n = portion->n_row[RMAP_TABLE_RAY];
+    if (portion->last_ray >= portion->first_ray && portion->last_ray - portion->first_ray >= n)
+        return portion->last_ray == UINT64_MAX ? UINT64_MAX : portion->last_ray + 1;
+    return n > UINT64_MAX - portion->first_ray ? UINT64_MAX : portion->first_ray + n;
+}
+
+bool rmap_portion_has_gaps(const struct rmap_portion_info *portion)
+{
+    return rmap_portion_end(portion) - portion->first_ray > portion->n_row[RMAP_TABLE_RAY];
+}
+
 const struct rmap_scene *rmap_map_scene(const struct rmap_map *map)
 {
     return map->scene[0];
@@ -19,18 +32,31 @@ const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t sp
     return map->scene[space];
 }
 
-size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray)
+bool rmap_map_find_ray(const struct rmap_map *map, uint64_t ray, size_t *portion)
 {
-    const struct rmap_map_content *content = &map->content;
-    size_t low = 0, high = map->spaces.n > 1 ? content->n_portion : 0;
+    const struct rmap_portion_info *info = map->content.portion;
+    size_t low = 0, high = *portion;
     while (low < high) {
         size_t middle = low + (high - low) / 2;
-        if (content->portion[middle].first_ray <= ray)
+        if (info[middle].first_ray <= ray)
             low = middle + 1;
         else
             high = middle;
     }
-    return low > 0 ? (size_t)content->portion[low - 1].space : 0;
+    while (low > 0 && map->reach[low] > ray)
+        if (rmap_portion_end(&info[--low]) > ray) {
+            *portion = low;
+            return true;
+        }
+    return false;
+}
+
+size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray)
+{
+    size_t portion = map->content.n_portion;
+    if (map->spaces.n < 2 || !rmap_map_find_ray(map, ray, &portion))
+        return 0;
+    return (size_t)map->content.portion[portion].space;
 }
 
 int rmap_map_n_channel(const struct rmap_map *map)

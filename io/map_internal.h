@@ -34,6 +34,7 @@ struct rmap_map {
     struct rmap_tally *tally;
     double *flux_per_weight; /* [n_source] */
     uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
+    uint64_t *reach;         /* [n_portion + 1], largest end of the portions before */
 
     pthread_mutex_t lock;              /* of chunks and models */
     struct rmap_piece_chunks *chunks;  /* [n_piece] */

@@ -148,16 +148,21 @@ enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err)
     const struct rmap_map_content *content = &map->content;
     struct rmap_map_summary *summary = &map->summary;
     rmap_free(map->work);
+    rmap_free(map->reach);
     rmap_free(map->chunks);
     map->work = rmap_alloc(content->n_portion + 1, sizeof *map->work);
+    map->reach = rmap_alloc(content->n_portion + 1, sizeof *map->reach);
     map->chunks = rmap_alloc(content->n_piece, sizeof *map->chunks);
     if (!map->paths)
         map->paths = rmap_alloc(content->n_piece, sizeof *map->paths);
-    if (!map->work || !map->chunks || !map->paths)
+    if (!map->work || !map->reach || !map->chunks || !map->paths)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
-    for (size_t i = 0; i < content->n_portion; i++)
+    for (size_t i = 0; i < content->n_portion; i++) {
+        uint64_t end = rmap_portion_end(&content->portion[i]);
         map->work[i + 1] = map->work[i] + content->portion[i].n_row[RMAP_TABLE_RAY] +
                            content->portion[i].n_row[RMAP_TABLE_SEGMENT];
+        map->reach[i + 1] = end > map->reach[i] ? end : map->reach[i];
+    }
     summary->nbytes = map->index_nbytes;
     summary->n_shard = 0;
     for (size_t i = 0; i < content->n_piece; i++) {
@@ -289,6 +294,7 @@ void rmap_map_close(struct rmap_map *map)
     rmap_map_content_fini(&map->content);
     rmap_free(map->flux_per_weight);
     rmap_free(map->work);
+    rmap_free(map->reach);
     rmap_free(map->chunks);
     rmap_free(map->path);
     rmap_free(map);

@@ -22,6 +22,7 @@ struct rmap_portion_info {
     int32_t space;        /* colour space, as its piece has it */
     int32_t is_added;     /* 1: not in the index, found beside it; not in its tally either */
     uint64_t first_ray;
+    uint64_t last_ray;                /* of a portion with gaps; else it may be anything below */
     uint64_t n_row[RMAP_TABLE_COUNT]; /* of the columns */
     /* Where it stands in the stored tables of the piece's layout; 0 behind the last of them. */
     uint64_t stored_first[RMAP_STORED_TABLE_MAX];
@@ -29,6 +30,11 @@ struct rmap_portion_info {
     struct rmap_digest digest;
     struct rmap_portion_summary summary;
 };
+
+/* Ids of a portion ascend. In a traced one they are consecutive; one that a query picked may have
+ * gaps: then id i is not first_ray + i, and other portions may have rays in between. */
+bool rmap_portion_has_gaps(const struct rmap_portion_info *portion);
+uint64_t rmap_portion_end(const struct rmap_portion_info *portion); /* behind the last id */
 
 struct rmap_piece_info {
     int32_t shard, number;
@@ -83,7 +89,10 @@ const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t sp
 enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
                                      struct rmap_bundle **options_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
-/* Space of the portion that holds the ray with this id; 0 when none does. */
+/* Portions that may hold the ray, the last one first: *portion is the number of portions, or what
+ * the call before gave. False: there is none left. More than one only where portions have gaps. */
+bool rmap_map_find_ray(const struct rmap_map *map, uint64_t ray, size_t *portion);
+/* Space of the first of them; 0 when there is none. */
 size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray);
 int rmap_map_n_channel(const struct rmap_map *map); /* of the space that has most */
 size_t rmap_map_n_run(const struct rmap_map *map);

@@ -10,23 +10,52 @@
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
 #include "mpi/query_rays_out.h"
+#include "mpi/ray_sample.h"
 #include "mpi/scan.h"
 
 static const struct rmap_option options[] = {
     {"count", 'c', NULL, "rays, segments and flux that match (the default)"},
     {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
+    {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
+    {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
     {"output", 'o', "OUT", "write the matching rays: OUT.csv or OUT.json"},
+    {"local", 0, NULL,
+     "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
     {"explain", 'e', NULL, "say what would be read; read nothing"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
 
 struct request {
     const char *map_path, *output_path;
-    uint64_t limit; /* UINT64_MAX: all */
+    uint64_t limit;                  /* UINT64_MAX: all */
+    struct rmap_sample_order sample; /* most 0: none */
+    enum rmap_deal_kind deal;
     bool count, explain, force;
     size_t n_criterion;
     char **text; /* [n_criterion], borrowed */
 };
+
+/* Which and how many rays are listed. */
+static enum rmap_status read_selection(const struct rmap_arguments *given, struct request *request,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *limit = rmap_argument(given, "limit"), *sample = rmap_argument(given, "sample");
+    request->sample = (struct rmap_sample_order){.by_hash = true, .seed = 1};
+    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
+    RMAP_TRY(rmap_argument_count(given, "sample", &request->sample.most, err));
+    RMAP_TRY(rmap_argument_count(given, "seed", &request->sample.seed, err));
+    if (limit && sample)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--limit takes the first rays, --sample any of them: give one");
+    else if ((limit && request->limit == 0) || (sample && request->sample.most == 0))
+        st = rmap_error_set(err, RMAP_USAGE, "%s 0 lists nothing; ask for at least one ray",
+                            limit ? "--limit" : "--sample");
+    else if (rmap_argument(given, "seed") && !sample)
+        st = rmap_error_set(err, RMAP_USAGE, "--seed is that of --sample N; give both");
+out:
+    return st;
+}
 
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
@@ -36,23 +65,22 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .map_path = given->operand[0],
         .output_path = rmap_argument(given, "output"),
         .limit = UINT64_MAX,
+        .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
         .explain = rmap_argument(given, "explain") != NULL,
         .force = rmap_argument(given, "force") != NULL,
         .n_criterion = (size_t)given->n_operand - 1,
         .text = given->operand + 1,
     };
-    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
-    bool list = request->output_path || rmap_argument(given, "limit");
+    RMAP_TRY(read_selection(given, request, err));
+    bool list = request->output_path || rmap_argument(given, "limit") || request->sample.most > 0;
     request->count = rmap_argument(given, "count") || !list;
     if (list && rmap_argument(given, "count"))
         return rmap_error_set(err, RMAP_USAGE,
-                              "--count adds up all matching rays; it goes with neither --limit "
-                              "nor -o");
+                              "--count adds up all matching rays; it goes with none of --limit, "
+                              "--sample and -o");
     if (list && request->n_criterion > 1)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "--limit and -o take one criterion; join several with 'or'");
-    if (rmap_argument(given, "limit") && request->limit == 0)
-        return rmap_error_set(err, RMAP_USAGE, "--limit 0 lists nothing; ask for at least one ray");
+        return rmap_error_set(
+            err, RMAP_USAGE, "--limit, --sample and -o take one criterion; join several with 'or'");
     if (request->output_path)
         RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
 out:
@@ -63,7 +91,8 @@ struct search {
     struct rmap_map *map;
     struct rmap_criterion **criterion; /* [n_criterion] */
     struct rmap_count *count;          /* [n_criterion] */
-    struct rmap_portion *rays;         /* rank 0 */
+    uint64_t *id;                      /* [n_id] of a sample */
+    size_t n_id;
 };
 
 static enum rmap_status compile(const struct request *request, struct search *search,
@@ -93,27 +122,62 @@ static void release(const struct request *request, struct search *search)
     }
     rmap_free(search->criterion);
     rmap_free(search->count);
-    rmap_portion_destroy(search->rays);
+    rmap_free(search->id);
     rmap_map_close(search->map);
 }
 
 /* Collective. */
-static enum rmap_status answer(const struct rmap_context *context, const struct request *request,
-                               struct search *search, struct rmap_error *err)
+static enum rmap_status count_rays(const struct rmap_context *context,
+                                   const struct request *request, struct search *search,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
     RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->n_criterion,
-                           search->count, request->count ? NULL : &search->rays, request->limit,
-                           err));
+                           search->count, NULL, UINT64_MAX, err));
     double seconds = rmap_clock_seconds() - begun;
-    if (context->rank == 0 && request->count)
+    if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
                                     request->n_criterion, seconds, err);
-    else if (context->rank == 0)
-        st = rmap_query_rays_print(context, search->map, search->rays, request->output_path, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    return st;
+}
+
+/* Collective. What a sample picks is found first. */
+static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
+                               struct search *search, struct rmap_pick *pick,
+                               struct rmap_error *err)
+{
+    *pick = (struct rmap_pick){.criterion = search->criterion[0]};
+    if (request->sample.most == 0)
+        return RMAP_OK;
+    enum rmap_status st = rmap_ray_sample(context, search->map, pick, request->deal,
+                                          &request->sample, &search->id, &search->n_id, err);
+    *pick = (struct rmap_pick){.id = search->id, .n_id = search->n_id};
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status list_rays(const struct rmap_context *context, const struct request *request,
+                                  struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_rays_out *out = NULL;
+    struct rmap_pick pick;
+    uint64_t n = 0;
+    RMAP_TRY(choose(context, request, search, &pick, err));
+    if (context->rank == 0)
+        st = rmap_rays_out_begin(context, search->map, request->output_path, &out, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    const struct rmap_ray_sink sink = {out, rmap_rays_out_take};
+    RMAP_TRY(rmap_ray_stream(context, search->map, &pick, request->deal, request->limit, &sink, &n,
+                             err));
+    if (context->rank == 0)
+        st = rmap_rays_out_finish(out, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_rays_out_destroy(out);
     return st;
 }
 
@@ -131,7 +195,8 @@ static enum rmap_status run_query(const struct rmap_context *context,
         st = rmap_query_explain(context, search.map, search.criterion, request.n_criterion,
                                 !request.count, err);
     else if (!request.explain)
-        st = answer(context, &request, &search, err);
+        st = request.count ? count_rays(context, &request, &search, err)
+                           : list_rays(context, &request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     release(&request, &search);

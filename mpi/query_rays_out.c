@@ -7,6 +7,7 @@
 #include <sys/stat.h>
 
 #include "analysis/ray_report.h"
+#include "base/alloc.h"
 #include "mpi/json_out.h"
 #include "mpi/ray_lines.h"
 
@@ -60,51 +61,90 @@ enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap
     return RMAP_OK;
 }
 
-static enum rmap_status write_rays(const struct rmap_map *map, const struct rmap_portion *rays,
-                                   const struct format *format, FILE *out, struct rmap_error *err)
+struct rmap_rays_out {
+    const struct rmap_context *context;
+    const struct rmap_map *map;
+    const char *path; /* NULL: stdout */
+    const struct format *format;
+    FILE *file;
+    uint64_t n_ray, n_segment;
+};
+
+enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
+                                     const char *path, struct rmap_rays_out **out_ret,
+                                     struct rmap_error *err)
+{
+    struct rmap_rays_out *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answer");
+    self->context = context;
+    self->map = map;
+    self->path = path;
+    self->format = path ? format_of(path) : context->json ? &json_format : &text_format;
+    self->file = path ? fopen(path, "w") : stdout;
+    if (!self->file) {
+        rmap_free(self);
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    }
+    fputs(self->format->first, self->file);
+    *out_ret = self;
+    return RMAP_OK;
+}
+
+static enum rmap_status cannot_write(const struct rmap_rays_out *self, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s",
+                          self->path ? self->path : "stdout", strerror(errno));
+}
+
+enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *ray,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t segment = 0, registration = 0;
-    fputs(format->first, out);
-    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY] && st == RMAP_OK; i++) {
-        struct rmap_ray_report *report = NULL;
-        st = rmap_ray_report_row(map, rays, i, segment, registration, &report, err);
-        if (st != RMAP_OK)
-            break;
-        if (i > 0)
-            fputs(format->between, out);
-        st = format->write(report, out, err);
-        rmap_ray_report_destroy(report);
-        segment += rays->ray.segment_count[i];
-        registration += rays->ray.registration_count[i];
-    }
-    fputs(format->last, out);
+    struct rmap_rays_out *self = out;
+    struct rmap_ray_report *report = NULL;
+    RMAP_TRY(rmap_ray_report_row(self->map, ray->space, ray->portion, ray->row, ray->segment,
+                                 ray->registration, &report, err));
+    if (self->n_ray > 0)
+        fputs(self->format->between, self->file);
+    RMAP_TRY(self->format->write(report, self->file, err));
+    if (ferror(self->file))
+        st = cannot_write(self, err);
+    self->n_ray++;
+    self->n_segment += ray->portion->ray.segment_count[ray->row];
+out:
+    rmap_ray_report_destroy(report);
     return st;
 }
 
-enum rmap_status rmap_query_rays_print(const struct rmap_context *context,
-                                       const struct rmap_map *map, const struct rmap_portion *rays,
-                                       const char *path, struct rmap_error *err)
+enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_error *err)
 {
-    if (!path)
-        return write_rays(map, rays, context->json ? &json_format : &text_format, stdout, err);
-    FILE *out = fopen(path, "w");
-    if (!out)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    enum rmap_status st = write_rays(map, rays, format_of(path), out, err);
-    bool failed = ferror(out) != 0;
-    if ((fclose(out) != 0 || failed) && st == RMAP_OK)
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    if (st != RMAP_OK) {
-        (void)remove(path); /* half an answer is none */
+    FILE *file = self->file;
+    fputs(self->format->last, file);
+    if (!self->path)
+        return fflush(file) == 0 ? RMAP_OK : cannot_write(self, err);
+    bool failed = ferror(file) != 0;
+    self->file = NULL;
+    if (fclose(file) != 0 || failed) {
+        enum rmap_status st = cannot_write(self, err);
+        (void)remove(self->path);
         return st;
     }
-    if (context->json)
-        return rmap_json_print(json_pack("{s:s, s:I}", "output", path, "rays",
-                                         (json_int_t)rays->n_row[RMAP_TABLE_RAY]),
-                               stdout, err);
-    if (!context->quiet)
-        fprintf(stderr, "%s: %zu rays, %zu segments\n", path, rays->n_row[RMAP_TABLE_RAY],
-                rays->n_row[RMAP_TABLE_SEGMENT]);
+    if (self->context->json)
+        return rmap_json_print(
+            json_pack("{s:s, s:I}", "output", self->path, "rays", (json_int_t)self->n_ray), stdout,
+            err);
+    if (!self->context->quiet)
+        fprintf(stderr, "%s: %llu rays, %llu segments\n", self->path,
+                (unsigned long long)self->n_ray, (unsigned long long)self->n_segment);
     return RMAP_OK;
+}
+
+void rmap_rays_out_destroy(struct rmap_rays_out *self)
+{
+    if (self && self->path && self->file) {
+        (void)fclose(self->file);
+        (void)remove(self->path);
+    }
+    rmap_free(self);
 }

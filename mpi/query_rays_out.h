@@ -7,16 +7,25 @@
 
 #include "analysis/query.h"
 #include "mpi/command.h"
+#include "mpi/ray_stream.h"
 
 /* RMAP_USAGE when the path names no kind that can be written, or something stands there. */
 enum rmap_status rmap_query_rays_check(const char *path, bool force,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* Rank 0. path NULL: on stdout, a line per ray (its id and its path in letters), or with --json
- * the array of rays. */
-enum rmap_status rmap_query_rays_print(const struct rmap_context *context,
-                                       const struct rmap_map *map, const struct rmap_portion *rays,
-                                       const char *path, struct rmap_error *err) RMAP_MUST_USE;
+/* Where the rays of an answer go, one after another; all of it on rank 0. path NULL: on stdout, a
+ * line per ray (its id and its path in letters), or with --json the array of rays. */
+struct rmap_rays_out;
+enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
+                                     const char *path, struct rmap_rays_out **out_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *ray,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+/* Ends the list, and says of a file what is in it. */
+enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *out,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+/* Removes the file when it was not finished: half an answer is none. NULL is fine. */
+void rmap_rays_out_destroy(struct rmap_rays_out *out);
 
 /* Rank 0. What would be read; rays_wanted: with all columns of the rays that match. */
 enum rmap_status rmap_query_explain(const struct rmap_context *context, const struct rmap_map *map,

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The ids of N of the rays that a question picks: the first ones, or a sample.
+ */
+#ifndef RMAP_RAY_SAMPLE_H
+#define RMAP_RAY_SAMPLE_H
+
+#include "analysis/query_mark.h"
+#include "mpi/command.h"
+#include "mpi/deal.h"
+
+struct rmap_sample_order {
+    uint64_t most; /* rays, >= 1 */
+    bool by_hash;  /* the smallest hashes of (seed, id); else the smallest ids */
+    uint64_t seed;
+};
+
+/* Collective. *id_ret: ascending [*n_ret], the same on every rank; rmap_free. Takes memory for the
+ * ids alone. Without hashes reading stops soon after the last of them. */
+enum rmap_status rmap_ray_sample(const struct rmap_context *context, const struct rmap_map *map,
+                                 const struct rmap_pick *pick, enum rmap_deal_kind deal,
+                                 const struct rmap_sample_order *order, uint64_t **id_ret,
+                                 size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
