@@ -95,7 +95,7 @@ __attribute__((target("avx2"))) static void mark_wide(const uint8_t *code, size_
     mark_plain(code, i, n, member, mark);
 }
 
-static void mark_codes(const uint8_t *code, size_t n, const uint8_t member[256], uint64_t *mark)
+static void mark_any(const uint8_t *code, size_t n, const uint8_t member[256], uint64_t *mark)
 {
     if (__builtin_cpu_supports("avx2"))
         mark_wide(code, n, member, mark);
@@ -103,24 +103,33 @@ static void mark_codes(const uint8_t *code, size_t n, const uint8_t member[256],
         mark_plain(code, 0, n, member, mark);
 }
 #else
-static void mark_codes(const uint8_t *code, size_t n, const uint8_t member[256], uint64_t *mark)
+static void mark_any(const uint8_t *code, size_t n, const uint8_t member[256], uint64_t *mark)
 {
     mark_plain(code, 0, n, member, mark);
 }
 #endif
 
-/* Rare classes stand in their list in the order of the legs. */
+void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t member[256],
+                             uint64_t *mark)
+{
+    mark_any(view->rows->code, view->n_row[RMAP_TABLE_SEGMENT], member, mark);
+}
+
+/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should:
+ * damage that a checksum hides. */
 static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, bool inverted,
                       uint64_t *mark)
 {
     const struct rmap_history_rows *rows = view->rows;
-    const uint8_t *at = rows->code, *end = rows->code + view->n_row[RMAP_TABLE_SEGMENT];
-    for (uint32_t k = 0; k < rows->shape.n_rare; k++) {
-        at = memchr(at, RMAP_HISTORY_RARE, (size_t)(end - at));
-        size_t i = (size_t)(at++ - rows->code);
-        bool is = (wanted[view->local_class[rows->rare[k]]] != 0) != inverted;
-        mark[i / 64] |= (uint64_t)is << i % 64;
-    }
+    const uint8_t member[256] = {[RMAP_HISTORY_RARE] = 1};
+    uint64_t *rare = rows->mark + rmap_history_mark_words(view);
+    uint32_t k = 0;
+    rmap_history_mark_codes(view, member, rare);
+    for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
+        for (uint64_t left = rare[w]; left != 0 && k < rows->shape.n_rare; left &= left - 1) {
+            bool is = (wanted[view->local_class[rows->rare[k++]]] != 0) != inverted;
+            mark[w] |= is ? left & (0 - left) : 0;
+        }
 }
 
 /* ---- counts from bits ---- */
@@ -177,7 +186,7 @@ void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wan
     if (local.rows == 0) {
         memset(count, 0, n_ray * sizeof *count);
     } else {
-        mark_codes(rows->code, n_segment, local.common, rows->mark);
+        rmap_history_mark_codes(view, local.common, rows->mark);
         if (local.rare)
             mark_rare(view, wanted, inverted, rows->mark);
         if (rows->end && local.rows < n_ray) {

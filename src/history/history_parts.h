@@ -121,9 +121,19 @@ struct rmap_history_rows {
     const uint8_t *hit, *leg; /* numbers of as many bytes as the shape says */
     struct rmap_history_shape shape;
     /* For counting: */
-    uint64_t *mark; /* a bit per leg */
+    uint64_t *mark; /* [2][rmap_history_mark_words], a bit per leg */
     size_t cap_mark;
 };
+
+/* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */
+static inline size_t rmap_history_mark_words(const struct rmap_history_view *view)
+{
+    return view->n_row[RMAP_TABLE_SEGMENT] / 64 + 2;
+}
+
+/* A bit for each leg whose code is a member. */
+void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t member[256],
+                             uint64_t *mark);
 
 /* Number k of an array of numbers of nbytes bytes; nbytes 0: the same for all, in two bytes. */
 static inline uint32_t rmap_history_number(const uint8_t *array, unsigned nbytes, size_t k)

@@ -10,17 +10,21 @@
 void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class)
 {
     const struct rmap_history_rows *rows = view->rows;
-    const uint16_t *rare = rows->rare;
+    const uint8_t member[256] = {[RMAP_HISTORY_RARE] = 1};
     uint16_t class_of[256] = {0};
+    uint32_t used = 0;
     for (uint32_t k = 0; k < rows->shape.n_common; k++)
         class_of[k] = view->local_class[k];
     for (size_t i = 0; i < view->n_row[RMAP_TABLE_SEGMENT]; i++)
         row_class[i] = class_of[rows->code[i]];
-    const uint8_t *at = rows->code, *end = rows->code + view->n_row[RMAP_TABLE_SEGMENT];
-    for (uint32_t k = 0; k < rows->shape.n_rare; k++) {
-        at = memchr(at, RMAP_HISTORY_RARE, (size_t)(end - at));
-        row_class[at++ - rows->code] = view->local_class[*rare++];
-    }
+    if (rows->shape.n_rare == 0)
+        return;
+    rmap_history_mark_codes(view, member, rows->mark);
+    for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
+        for (uint64_t left = rows->mark[w]; left != 0 && used < rows->shape.n_rare;
+             left &= left - 1)
+            row_class[w * 64 + (size_t)__builtin_ctzll(left)] =
+                view->local_class[rows->rare[used++]];
 }
 
 static bool asked(rmap_column_set columns, enum rmap_column column)

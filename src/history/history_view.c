@@ -62,18 +62,6 @@ WIDE static bool all_below_u32(const uint32_t *number, size_t n, size_t limit)
     return n == 0 || most < limit;
 }
 
-/* Codes are of common classes, or of as many rare ones as are listed. */
-WIDE static bool codes_hold(const uint8_t *code, size_t n, const struct rmap_history_shape *shape)
-{
-    uint32_t n_rare = 0, n_wrong = 0;
-    const uint8_t common = (uint8_t)shape->n_common;
-    for (size_t i = 0; i < n; i++) {
-        n_rare += code[i] == RMAP_HISTORY_RARE;
-        n_wrong += code[i] >= common;
-    }
-    return n_rare == shape->n_rare && n_wrong == n_rare;
-}
-
 /* One bit for each ray, the last on the last leg: then no leg belongs to a ray that is not there.
  */
 WIDE static bool ends_hold(const uint64_t *end, size_t n_segment, size_t n_ray)
@@ -116,8 +104,7 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     RMAP_TRY(
         rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(rmap_reserve(&kind, &rows->cap_kind, n_ray, sizeof(uint16_t), err));
-    /* One more word, so that eight bytes may be read at any of them. */
-    RMAP_TRY(rmap_reserve(&mark, &rows->cap_mark, view->n_row[RMAP_TABLE_SEGMENT] / 64 + 2,
+    RMAP_TRY(rmap_reserve(&mark, &rows->cap_mark, 2 * rmap_history_mark_words(view),
                           sizeof(uint64_t), err));
 out:
     rows->segment_count = segments;
@@ -201,13 +188,15 @@ static bool open_legs(struct rmap_history_view *view, const uint8_t *bytes, cons
     rows->hit = bytes + at[RMAP_PART_HIT];
     rows->leg = bytes + at[RMAP_PART_LEG];
     bool good = all_below_u16(view->local_class, view->n_local, (uint32_t)view->index->n_class) &&
-                all_below_u16(rows->rare, shape->n_rare, shape->n_local) &&
-                codes_hold(rows->code, n_segment, shape);
+                all_below_u16(rows->rare, shape->n_rare, shape->n_local);
     uint64_t n_listed = 0;
     for (size_t k = 0; k < view->n_local; k++)
         n_listed += view->local_rows[k];
     good = good && n_listed == n_segment;
-    for (size_t i = 0; good && i < view->n_row[RMAP_TABLE_REGISTRATION]; i++)
+    size_t n_hit = view->n_row[RMAP_TABLE_REGISTRATION];
+    if (shape->hit_nbytes == 0 && n_hit > 0)
+        n_hit = 1;
+    for (size_t i = 0; good && i < n_hit; i++)
         good = rmap_history_number(rows->hit, shape->hit_nbytes, i) < view->index->n_hit;
     return good;
 }
