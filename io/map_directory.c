@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/history_file.h"
 #include "io/map_format.h"
 #include "io/map_writer.h"
 #include "io/publish.h"
@@ -45,6 +46,11 @@ static int shard_number(const char *name)
 static int piece_number(const char *name)
 {
     return numbered(name, "piece-", ".h5");
+}
+
+static int history_number(const char *name)
+{
+    return numbered(name, "piece-", RMAP_HISTORY_SUFFIX);
 }
 
 /* Calls visit for every entry but . and .. until it fails. */
@@ -328,7 +334,7 @@ static enum rmap_status remove_path(char *path, int (*how)(const char *), struct
 static enum rmap_status clear_piece(void *context, const char *name, struct rmap_error *err)
 {
     const struct clearing *clearing = context;
-    if (piece_number(name) < 0 && !is_temporary(name))
+    if (piece_number(name) < 0 && history_number(name) < 0 && !is_temporary(name))
         return foreign(clearing->shard, name, err);
     if (!clearing->remove)
         return RMAP_OK;

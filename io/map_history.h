@@ -17,4 +17,28 @@ enum rmap_status rmap_map_history(const struct rmap_map *map, size_t piece,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_history_release(const struct rmap_map *map, size_t piece);
 
+/* Makes the index of a piece from its columns. tick: NULL, or called with the rows of /ray and
+ * /segment of each portion once it is done. bytes: rmap_free both. */
+enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece,
+                                       void (*tick)(void *context, uint64_t n_row), void *context,
+                                       struct rmap_history_bytes *bytes,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Gives an open map the index of a piece that has none; it stays in memory until the map is closed.
+ * The bytes are taken over, on success alone. */
+enum rmap_status rmap_map_history_keep(const struct rmap_map *map, size_t piece,
+                                       struct rmap_history_bytes *bytes,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Opens the file of a piece's index and compares it with the piece. RMAP_INPUT: there is none;
+ * RMAP_FORMAT: it is damaged or of other rays. index_ret: NULL, or to be destroyed. */
+enum rmap_status rmap_map_history_open(const struct rmap_map *map, size_t piece,
+                                       struct rmap_history_index **index_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Pieces beside which the file of an index stands, and the bytes of these files. Opens none. */
+enum rmap_status rmap_map_history_measure(const struct rmap_map *map, size_t *n_piece_ret,
+                                          uint64_t *nbytes_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -42,6 +42,7 @@ struct rmap_map {
     pthread_mutex_t paths_lock;        /* taken before `lock` */
     struct rmap_path_table **paths;    /* [n_piece] */
     struct rmap_column_store *store;   /* NULL: nothing is kept */
+    struct rmap_histories *histories;  /* history indexes; NULL: none asked for yet */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its
@@ -64,6 +65,9 @@ enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err
 /* Sums over the content, once it is whole; flux per weight, from the tally. */
 enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_derive_flux(struct rmap_map *map);
+
+/* Lets go of every history index. */
+void rmap_histories_destroy(struct rmap_histories *histories);
 
 /* "MAP/shard-00000/piece-00000.h5"; rmap_free. NULL when memory is short. */
 char *rmap_map_piece_path(const struct rmap_map *map, size_t piece);

@@ -275,6 +275,7 @@ void rmap_map_close(struct rmap_map *map)
     (void)pthread_mutex_destroy(&map->lock);
     rmap_tally_destroy(map->tally);
     rmap_column_store_destroy(map->store);
+    rmap_histories_destroy(map->histories);
     (void)pthread_mutex_destroy(&map->paths_lock);
     for (size_t i = 0; map->paths && i < map->content.n_piece; i++)
         rmap_path_table_destroy(map->paths[i]);

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "io/map_directory.h"
+#include "io/map_history.h"
 #include "mpi/agree.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
@@ -104,23 +105,32 @@ static json_t *trouble_json(const struct rmap_map *map)
     return list;
 }
 
-static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary)
+/* What `raymap index` made. */
+struct indexed {
+    size_t n_piece;
+    uint64_t nbytes;
+};
+
+static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
+                         const struct indexed *indexed)
 {
     char digest[33];
     rmap_digest_text(summary->digest, digest);
     json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s}", "raymap", summary->program_version,
                                  "git", summary->git_revision, "hdf5", summary->hdf5_version,
                                  "embree", summary->embree_version, "isa", summary->isa);
-    return json_pack(
-        "{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, s:o}", "rays",
-        (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
-        (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
-        (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes", (json_int_t)summary->nbytes,
-        "complete", (int)summary->complete, "seed", (json_int_t)summary->seed, "digest", digest,
-        "units", rmap_map_scene(map)->unit, "sources", rmap_balance_json(rmap_map_tally(map)),
-        "objects", objects_json(rmap_map_scene(map)), "detectors", detectors_json(map), "shards",
-        shards_json(map), "ranks", summary->n_rank, "versions", versions, "spaces",
-        spaces_json(map), "trouble", trouble_json(map));
+    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
+                     "s:o, s:{s:I, s:I}}",
+                     "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
+                     (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
+                     (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
+                     (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
+                     (json_int_t)summary->seed, "digest", digest, "units",
+                     rmap_map_scene(map)->unit, "sources", rmap_balance_json(rmap_map_tally(map)),
+                     "objects", objects_json(rmap_map_scene(map)), "detectors", detectors_json(map),
+                     "shards", shards_json(map), "ranks", summary->n_rank, "versions", versions,
+                     "spaces", spaces_json(map), "trouble", trouble_json(map), "index", "pieces",
+                     (json_int_t)indexed->n_piece, "bytes", (json_int_t)indexed->nbytes);
 }
 
 static void print_detectors(const struct rmap_map *map, FILE *out)
@@ -149,7 +159,8 @@ static const char *unfinished(const char *path)
 }
 
 static void print_info(const char *path, const struct rmap_map *map,
-                       const struct rmap_map_summary *summary, bool damaged, FILE *out)
+                       const struct rmap_map_summary *summary, const struct indexed *indexed,
+                       bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
     char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], registrations[RMAP_GROUPED_LEN];
@@ -168,6 +179,9 @@ static void print_info(const char *path, const struct rmap_map *map,
     if (n_segment > 0)
         fprintf(out, ", %.2f bytes per segment", (double)summary->nbytes / n_segment);
     fprintf(out, ", %d shards, %zu pieces\n", summary->n_shard, rmap_map_n_piece(map));
+    if (indexed->n_piece > 0)
+        fprintf(out, "  history indexes of %zu pieces: %.1f MB beside that\n", indexed->n_piece,
+                1e-6 * (double)indexed->nbytes);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
     fprintf(out, "  made by raymap %s (%s) with Embree %s (%s), HDF5 %s\n",
@@ -199,10 +213,14 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     for (size_t i = 0; i < rmap_map_n_trouble(map); i++)
         fprintf(stderr, "raymap: %s\n", rmap_map_trouble(map, i));
     summary.complete = summary.complete && pieces == RMAP_OK;
+    struct indexed indexed;
+    st = rmap_map_history_measure(map, &indexed.n_piece, &indexed.nbytes, err);
+    if (st != RMAP_OK)
+        return st;
     if (context->json)
-        st = rmap_json_print(info_json(map, &summary), stdout, err);
+        st = rmap_json_print(info_json(map, &summary, &indexed), stdout, err);
     else
-        print_info(path, map, &summary, pieces != RMAP_OK, stdout);
+        print_info(path, map, &summary, &indexed, pieces != RMAP_OK, stdout);
     return st == RMAP_OK ? pieces : st;
 }
 

@@ -3,9 +3,22 @@
  * raymap trace: a scene's rays, traced on all ranks, every one of them kept in a ray map.
  */
 #include "mpi/agree.h"
+#include "mpi/index_run.h"
 #include "mpi/load.h"
 #include "mpi/progress.h"
 #include "mpi/trace_session.h"
+
+/* Collective. */
+static enum rmap_status make_index(const struct rmap_context *context, const char *path,
+                                   struct rmap_error *err)
+{
+    struct rmap_index_result result;
+    enum rmap_status st = rmap_index_run(context, path, false, &result, err);
+    if (st == RMAP_OK && context->rank == 0 && !context->quiet)
+        fprintf(stderr, "history indexes: %.1f MB, in %.2f s\n", 1e-6 * (double)result.nbytes,
+                result.seconds);
+    return st;
+}
 
 static enum rmap_status run_trace(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
@@ -20,6 +33,8 @@ static enum rmap_status run_trace(const struct rmap_context *context,
     RMAP_TRY(rmap_trace_session_begin(&session, err));
     RMAP_TRY(rmap_trace_session_run(&session, err));
     RMAP_TRY(rmap_trace_session_conclude(&session, err));
+    if (rmap_argument(given, "index") && session.request.map_path)
+        RMAP_TRY(make_index(context, session.request.map_path, err));
 out:
     rmap_trace_session_fini(&session);
     return st;

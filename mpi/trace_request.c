@@ -14,6 +14,7 @@ const struct rmap_option rmap_trace_options[] = {
     {"force", 'f', NULL, "replace a ray map that stands there"},
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
+    {"index", 0, NULL, "prepare the map for fast questions at the end, as raymap index does"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
     {"encoding", 0, "NAME", "plain or compact: how the map is stored (default plain)"},
     {"piece-size", 0, "BYTES", "close a file of the map at this size (default 256Mi)"},

@@ -36,6 +36,9 @@
 struct rmap_history_index;
 void rmap_history_destroy(struct rmap_history_index *index);
 
+/* Memory that it holds, without a body in memory. */
+size_t rmap_history_nbytes(const struct rmap_history_index *index);
+
 /* What can happen at the end of a leg, and on a detector: those that do in the piece. */
 struct rmap_history_class {
     int32_t object; /* -1: none */

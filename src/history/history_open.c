@@ -213,6 +213,18 @@ void rmap_history_destroy(struct rmap_history_index *self)
 
 /* ---- what it shows ---- */
 
+size_t rmap_history_nbytes(const struct rmap_history_index *self)
+{
+    size_t nbytes = sizeof *self + self->n_class * sizeof *self->class_of +
+                    self->n_hit * sizeof *self->hit + self->n_portion * sizeof *self->place +
+                    2 * sizeof(uint32_t) * self->paths->n_row[RMAP_TABLE_RAY];
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (RMAP_HISTORY_DISCRETE & RMAP_COLUMN_BIT(c))
+            nbytes += self->paths->cap[rmap_column_info((enum rmap_column)c)->table] *
+                      rmap_portion_row_nbytes(self->paths, (enum rmap_column)c);
+    return nbytes;
+}
+
 size_t rmap_history_n_class(const struct rmap_history_index *self)
 {
     return self->n_class;
