@@ -19,9 +19,10 @@ struct evaluation {
     const struct rmap_criterion *criterion;
     const struct rmap_evidence *evidence;
     const struct rmap_portion *portion; /* of the evidence */
+    const int32_t *slot;
+    struct rmap_judge *judge;
     size_t n_ray;
-    uint32_t *count; /* [n_ray] */
-    uint8_t *mask;   /* [criterion->n_mask][n_ray] */
+    uint32_t *count; /* of the judge */
 };
 
 static enum rmap_status fetch(const struct evaluation *ev, rmap_column_set columns,
@@ -160,99 +161,85 @@ static void count_endings(const struct evaluation *ev, const struct rmap_ending_
     }
 }
 
-static enum rmap_status count_steps(const struct evaluation *ev,
-                                    const struct rmap_criterion_node *node, struct rmap_error *err)
+static bool is_discrete(const struct rmap_criterion_node *node)
 {
-    const struct rmap_portion *portion = ev->portion;
-    if (ev->evidence->count_steps && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
-        return ev->evidence->count_steps(ev->evidence->context, &node->steps, ev->count, err);
-    enum rmap_status st = fetch(ev, node->columns, err);
-    if (st == RMAP_OK)
-        count_rows(ev, node, portion->ray.segment_count, portion->n_row[RMAP_TABLE_SEGMENT]);
-    return st;
+    return !(node->columns & ~RMAP_COLUMNS_DISCRETE);
 }
 
-static enum rmap_status count_registrations(const struct evaluation *ev,
-                                            const struct rmap_criterion_node *node,
-                                            struct rmap_error *err)
+/* What a test counts per ray. index: of the node, which may stand looser here. */
+static enum rmap_status count_test(const struct evaluation *ev, int32_t index,
+                                   const struct rmap_criterion_node *node, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = ev->portion;
-    enum rmap_status st = fetch(ev, node->columns, err);
-    if (st == RMAP_OK)
+    bool counted = false;
+    if (ev->evidence->count && is_discrete(node))
+        RMAP_TRY(ev->evidence->count(ev->evidence->context, index, node, ev->count, &counted, err));
+    if (counted)
+        return RMAP_OK;
+    RMAP_TRY(fetch(ev, node->columns, err));
+    if (node->kind == RMAP_CRITERION_SOURCE)
+        for (size_t i = 0; i < ev->n_ray; i++)
+            ev->count[i] = rmap_index_set_has(&node->source, portion->ray.source[i]);
+    else if (node->kind == RMAP_CRITERION_ENDED)
+        count_endings(ev, &node->ending);
+    else if (node->kind == RMAP_CRITERION_STEPS)
+        count_rows(ev, node, portion->ray.segment_count, portion->n_row[RMAP_TABLE_SEGMENT]);
+    else
         count_rows(ev, node, portion->ray.registration_count,
                    portion->n_row[RMAP_TABLE_REGISTRATION]);
+out:
     return st;
 }
 
 /* A test that asks for columns which may not be fetched: without what needs them. */
-static enum rmap_status bound_test(const struct evaluation *ev,
-                                   const struct rmap_criterion_node *node, uint8_t *verdict,
+static enum rmap_status bound_test(const struct evaluation *ev, int32_t index, uint8_t *verdict,
                                    struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_criterion_node loose = *node;
+    struct rmap_criterion_node loose = ev->criterion->node[index];
     loose.columns &= ev->evidence->columns;
-    if (node->kind == RMAP_CRITERION_STEPS) {
+    if (loose.kind == RMAP_CRITERION_STEPS) {
         loose.steps.part = RMAP_PART_ALL;
         loose.steps.side = NULL;
-        st = count_steps(ev, &loose, err);
-    } else if (node->kind == RMAP_CRITERION_REGISTRATIONS) {
+    } else if (loose.kind == RMAP_CRITERION_REGISTRATIONS) {
         loose.registrations.region = RMAP_REGION_ALL;
         loose.registrations.box = NULL;
         loose.registrations.where = -1;
-        st = count_registrations(ev, &loose, err);
     } else {
         memset(verdict, RMAP_VERDICT_OPEN, ev->n_ray);
         return RMAP_OK;
     }
+    enum rmap_status st = count_test(ev, index, &loose, err);
     if (st == RMAP_OK)
-        compare_bounds(ev, &node->interval, verdict);
+        compare_bounds(ev, &loose.interval, verdict);
     return st;
 }
 
-static enum rmap_status evaluate_test(const struct evaluation *ev,
-                                      const struct rmap_criterion_node *node, uint8_t *verdict,
+static enum rmap_status evaluate_test(const struct evaluation *ev, int32_t index, uint8_t *verdict,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_criterion_node *node = &ev->criterion->node[index];
     if (node->columns & ~ev->evidence->columns)
-        return bound_test(ev, node, verdict, err);
-    switch (node->kind) {
-    case RMAP_CRITERION_ALL:
-        memset(verdict,
-               rmap_interval_holds(&node->interval, 1.0) ? RMAP_VERDICT_YES : RMAP_VERDICT_NO,
-               ev->n_ray);
-        return RMAP_OK;
-    case RMAP_CRITERION_NUMBER:
+        return bound_test(ev, index, verdict, err);
+    if (node->kind == RMAP_CRITERION_ALL) {
+        bool holds = rmap_interval_holds(&node->interval, 1.0);
+        memset(verdict, holds ? RMAP_VERDICT_YES : RMAP_VERDICT_NO, ev->n_ray);
+    } else if (node->kind == RMAP_CRITERION_NUMBER) {
         RMAP_TRY(fetch(ev, node->columns, err));
         for (size_t i = 0; i < ev->n_ray; i++)
             verdict[i] = rmap_interval_holds(&node->interval, ray_number(ev, node->ray_number, i))
                              ? RMAP_VERDICT_YES
                              : RMAP_VERDICT_NO;
-        return RMAP_OK;
-    case RMAP_CRITERION_SOURCE:
-        RMAP_TRY(fetch(ev, node->columns, err));
-        for (size_t i = 0; i < ev->n_ray; i++)
-            ev->count[i] = rmap_index_set_has(&node->source, ev->portion->ray.source[i]);
-        break;
-    case RMAP_CRITERION_ENDED:
-        RMAP_TRY(fetch(ev, node->columns, err));
-        count_endings(ev, &node->ending);
-        break;
-    case RMAP_CRITERION_STEPS:
-        RMAP_TRY(count_steps(ev, node, err));
-        break;
-    case RMAP_CRITERION_PATH:
+    } else if (node->kind == RMAP_CRITERION_PATH) {
         RMAP_TRY(fetch(ev, node->columns, err));
         RMAP_TRY(rmap_path_mark(ev->criterion, node, ev->portion, verdict, err));
         for (size_t i = 0; i < ev->n_ray; i++)
             verdict[i] = verdict[i] ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
-        return RMAP_OK;
-    default:
-        RMAP_TRY(count_registrations(ev, node, err));
-        break;
+    } else {
+        RMAP_TRY(count_test(ev, index, node, err));
+        compare_counts(ev, &node->interval, verdict);
     }
-    compare_counts(ev, &node->interval, verdict);
 out:
     return st;
 }
@@ -266,28 +253,27 @@ static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
     return !other;
 }
 
-/* level: masks that are in use above. */
 static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
-                                      uint8_t *verdict, struct rmap_error *err)
+                                      uint8_t *verdict, struct rmap_error *err);
+
+/* level: masks that are in use above. is_rest: as in the evidence, and this node is its `and` or
+ * `or`. */
+static enum rmap_status evaluate_logic(const struct evaluation *ev,
+                                       const struct rmap_criterion_node *node, int level,
+                                       bool is_rest, uint8_t *verdict, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_criterion_node *node = &ev->criterion->node[index];
     size_t n = ev->n_ray;
     bool is_and = node->kind == RMAP_CRITERION_AND;
-    if (node->kind == RMAP_CRITERION_NOT) {
-        RMAP_TRY(evaluate_node(ev, node->first, level, verdict, err));
-        for (size_t i = 0; i < n; i++)
-            verdict[i] = negation(verdict[i]);
-        return RMAP_OK;
-    }
-    if (!is_and && node->kind != RMAP_CRITERION_OR)
-        return evaluate_test(ev, node, verdict, err);
-    uint8_t *own = ev->mask + (size_t)level * n;
     const uint8_t last_word = is_and ? RMAP_VERDICT_NO : RMAP_VERDICT_YES;
-    RMAP_TRY(evaluate_node(ev, node->first, level, verdict, err));
-    for (int32_t child = ev->criterion->node[node->first].next;
-         child >= 0 && !all_are(verdict, last_word, n); child = ev->criterion->node[child].next) {
-        RMAP_TRY(evaluate_node(ev, child, level + 1, own, err));
+    uint8_t *own = ev->judge->mask + (size_t)level * n;
+    enum rmap_status st = RMAP_OK;
+    memset(verdict, last_word ^ RMAP_VERDICT_YES, n);
+    for (int32_t child = node->first;
+         st == RMAP_OK && child >= 0 && !all_are(verdict, last_word, n);
+         child = ev->criterion->node[child].next) {
+        if (is_rest && is_discrete(&ev->criterion->node[child]))
+            continue;
+        st = evaluate_node(ev, child, level + 1, own, err);
         if (is_and)
             for (size_t i = 0; i < n; i++)
                 verdict[i] &= own[i];
@@ -295,7 +281,39 @@ static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index
             for (size_t i = 0; i < n; i++)
                 verdict[i] |= own[i];
     }
-out:
+    return st;
+}
+
+/* A node whose verdicts are not known yet. */
+static enum rmap_status evaluate_anew(const struct evaluation *ev, int32_t index, int level,
+                                      bool is_rest, uint8_t *verdict, struct rmap_error *err)
+{
+    const struct rmap_criterion_node *node = &ev->criterion->node[index];
+    if (node->kind == RMAP_CRITERION_AND || node->kind == RMAP_CRITERION_OR)
+        return evaluate_logic(ev, node, level, is_rest, verdict, err);
+    if (node->kind != RMAP_CRITERION_NOT)
+        return evaluate_test(ev, index, verdict, err);
+    enum rmap_status st = is_rest ? evaluate_anew(ev, node->first, level, true, verdict, err)
+                                  : evaluate_node(ev, node->first, level, verdict, err);
+    for (size_t i = 0; st == RMAP_OK && i < ev->n_ray; i++)
+        verdict[i] = negation(verdict[i]);
+    return st;
+}
+
+static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
+                                      uint8_t *verdict, struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    int32_t slot = ev->slot ? ev->slot[index] : -1;
+    if (slot >= 0 && judge->is_kept[slot]) {
+        memcpy(verdict, judge->kept + (size_t)slot * ev->n_ray, ev->n_ray);
+        return RMAP_OK;
+    }
+    enum rmap_status st = evaluate_anew(ev, index, level, false, verdict, err);
+    if (slot >= 0 && st == RMAP_OK) {
+        memcpy(judge->kept + (size_t)slot * ev->n_ray, verdict, ev->n_ray);
+        judge->is_kept[slot] = 1;
+    }
     return st;
 }
 
@@ -303,20 +321,35 @@ void rmap_judge_fini(struct rmap_judge *judge)
 {
     rmap_free(judge->count);
     rmap_free(judge->mask);
+    rmap_free(judge->kept);
+    rmap_free(judge->is_kept);
     *judge = (struct rmap_judge){0};
 }
 
-enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
+                                  struct rmap_error *err)
+{
+    void *kept = judge->kept, *is_kept = judge->is_kept;
+    enum rmap_status st = rmap_reserve(&kept, &judge->kept_cap, n_slot * n_ray, 1, err);
+    judge->kept = kept;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&is_kept, &judge->is_kept_cap, n_slot, 1, err);
+    judge->is_kept = is_kept;
+    if (st == RMAP_OK && n_slot > 0)
+        memset(judge->is_kept, 0, n_slot);
+    return st;
+}
+
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
                                       const struct rmap_evidence *evidence,
                                       struct rmap_judge *judge, uint8_t *verdict,
                                       struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
     void *count = judge->count, *mask = judge->mask;
     if (n_ray == 0)
         return RMAP_OK;
-    st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
+    enum rmap_status st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
     judge->count = count;
     if (st == RMAP_OK)
         st = rmap_reserve(&mask, &judge->mask_cap, n_ray * (size_t)criterion->n_mask, 1, err);
@@ -326,10 +359,12 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
     struct evaluation ev = {.criterion = criterion,
                             .evidence = evidence,
                             .portion = evidence->portion,
+                            .slot = slot,
+                            .judge = judge,
                             .n_ray = n_ray,
-                            .count = judge->count,
-                            .mask = judge->mask};
-    return evaluate_node(&ev, criterion->root, 0, verdict, err);
+                            .count = judge->count};
+    return evidence->is_rest ? evaluate_anew(&ev, criterion->root, 0, true, verdict, err)
+                             : evaluate_node(&ev, criterion->root, 0, verdict, err);
 }
 
 static bool sums_to(const uint32_t *rows, size_t n_ray, size_t n_row)
@@ -370,7 +405,7 @@ enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,
     const struct rmap_evidence evidence = {
         .portion = portion, .columns = RMAP_COLUMNS_ALL, .flux_per_weight = flux_per_weight};
     RMAP_TRY(check_portion(criterion, portion, err));
-    RMAP_TRY(rmap_criterion_judge(criterion, &evidence, &judge, match, err));
+    RMAP_TRY(rmap_criterion_judge(criterion, NULL, &evidence, &judge, match, err));
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
         match[i] &= 1;
 out:

@@ -13,16 +13,21 @@ enum rmap_verdict { RMAP_VERDICT_NO = 0, RMAP_VERDICT_OPEN = 1, RMAP_VERDICT_YES
 
 /* Rays, and how to learn about them. */
 struct rmap_evidence {
-    const struct rmap_portion *portion; /* its rows are counted; columns as far as fetched */
+    const struct rmap_portion *portion; /* its rays are counted; columns, and rows of the other
+                                           tables, as far as fetched */
     rmap_column_set columns;            /* that may be fetched */
-    const double *flux_per_weight;      /* [n_source] */
+    bool is_rest; /* discrete columns left the rays of interest open: what only they decide, and is
+                     joined to the rest by one `and` or `or`, need not be asked again. Verdicts of
+                     other rays mean nothing */
+    const double *flux_per_weight; /* [n_source]; NULL: `flux` may not be fetched */
     void *context;
     /* Makes the portion have these columns, too. NULL: it has all that may be fetched. */
     enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
-    /* Rows per ray that a test of discrete columns counts, without these columns: count [n_ray].
-     * NULL: from the columns. */
-    enum rmap_status (*count_steps)(void *context, const struct rmap_step_test *test,
-                                    uint32_t *count, struct rmap_error *err);
+    /* What a test of discrete columns counts per ray, found otherwise: count [n_ray] is set, or
+     * *counted_ret false: look at the columns. index: of a node, whose test may stand looser in
+     * `node`. NULL: always the columns. */
+    enum rmap_status (*count)(void *context, int32_t index, const struct rmap_criterion_node *node,
+                              uint32_t *count, bool *counted_ret, struct rmap_error *err);
 };
 
 /* Memory of an evaluation, to be used again. All zero at first. */
@@ -30,12 +35,21 @@ struct rmap_judge {
     uint32_t *count; /* [n_ray] */
     uint8_t *mask;   /* [n_mask][n_ray] */
     size_t count_cap, mask_cap;
+    uint8_t *kept; /* [n_slot][n_ray] verdicts on the same evidence, of shared subtrees */
+    size_t kept_cap;
+    uint8_t *is_kept; /* [n_slot] */
+    size_t is_kept_cap;
 };
 void rmap_judge_fini(struct rmap_judge *judge);
 
+/* New evidence: what is kept of earlier evidence is forgotten. */
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
 /* verdict: [n_ray], enum rmap_verdict; none is open when all the criterion's columns may be
- * fetched. Stops as soon as every ray is decided. */
-enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
+ * fetched. Stops as soon as every ray is decided. slot: [n_node] where the judge keeps a subtree's
+ * verdicts, or -1; NULL: nowhere. */
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
                                       const struct rmap_evidence *evidence,
                                       struct rmap_judge *judge, uint8_t *verdict,
                                       struct rmap_error *err) RMAP_MUST_USE;

@@ -98,7 +98,9 @@ static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *si
         int32_t object = portion->segment.object[row];
         const struct rmap_object *met = &criterion->scene->object[object];
         int16_t medium = portion->segment.medium[row];
-        if (side[object] == 3)
+        if (side[object] == 0)
+            flag[i] = 0;
+        if (side[object] == 0 || side[object] == 3)
             continue;
         unsigned own = rmap_object_medium_tells(met)
                            ? (unsigned)(medium == met->medium_front) |

@@ -14,6 +14,7 @@
 #include <cmocka.h>
 
 #include "analysis/criterion.h"
+#include "analysis/criterion_evaluate.h"
 #include "base/alloc.h"
 #include "base/rng.h"
 #include "tests/criterion_scene.h"
@@ -502,10 +503,35 @@ static void read_histories(struct maker *m, const struct rmap_portion *portion,
     }
 }
 
+/* From discrete columns alone a verdict may stay open, but never be wrong. */
+static void check_bounds(const struct formula *f, const struct rmap_criterion *criterion,
+                         const struct rmap_portion *portion, size_t *n_open)
+{
+    struct rmap_portion part = *portion;
+    struct rmap_judge judge = {0};
+    uint8_t verdict[N_RAY];
+    const struct rmap_evidence evidence = {.portion = &part, .columns = RMAP_COLUMNS_DISCRETE};
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (!(RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c)))
+            *rmap_portion_column_address(&part, (enum rmap_column)c) = NULL;
+    assert_int_equal(rmap_criterion_judge(criterion, NULL, &evidence, &judge, verdict, NULL),
+                     RMAP_OK);
+    rmap_judge_fini(&judge);
+    bool is_discrete = !(rmap_criterion_columns(criterion) & ~RMAP_COLUMNS_DISCRETE);
+    for (int i = 0; i < N_RAY; i++) {
+        if (verdict[i] == RMAP_VERDICT_OPEN && !is_discrete)
+            ++*n_open;
+        else if (verdict[i] != (f->truth[i] ? RMAP_VERDICT_YES : RMAP_VERDICT_NO))
+            fail_msg("%s\nray row %d: verdict %d, expected %d", f->text, i, verdict[i],
+                     f->truth[i]);
+    }
+}
+
 /* Also: a portion that holds a match must not be skipped by its summary. */
 static void check_formula(const struct formula *f, const struct rmap_scene *scene,
                           const struct rmap_portion *portion,
-                          const struct rmap_portion_summary *summary, size_t *n_match)
+                          const struct rmap_portion_summary *summary, size_t *n_match,
+                          size_t *n_open)
 {
     struct rmap_criterion *criterion = NULL;
     struct rmap_error err = {0};
@@ -523,6 +549,7 @@ static void check_formula(const struct formula *f, const struct rmap_scene *scen
     }
     if (any && !rmap_criterion_may_match(criterion, summary))
         fail_msg("%s\nskips a portion that has matches", f->text);
+    check_bounds(f, criterion, portion, n_open);
     rmap_criterion_destroy(criterion);
 }
 
@@ -531,7 +558,7 @@ static void test_random(void **state)
     (void)state;
     struct test_scene t;
     test_scene_init(&t);
-    size_t n_match = 0;
+    size_t n_match = 0, n_open = 0;
     struct formula *f = rmap_alloc(1, sizeof *f);
     struct maker *m = rmap_alloc(1, sizeof *m);
     for (uint64_t seed = 0; seed < N_CRITERION / 50; seed++) {
@@ -543,12 +570,13 @@ static void test_random(void **state)
         for (int k = 0; k < 50; k++) {
             f->text[0] = 0;
             make_formula(m, f, k % 4);
-            check_formula(f, &t.scene, portion, &summary, &n_match);
+            check_formula(f, &t.scene, portion, &summary, &n_match, &n_open);
         }
         rmap_portion_destroy(portion);
     }
     /* The criteria must not be all trivial. */
     assert_in_range(n_match, N_CRITERION * N_RAY / 5, N_CRITERION * N_RAY / 5 * 4);
+    assert_in_range(n_open, N_CRITERION * N_RAY / 20, N_CRITERION * N_RAY / 2);
     rmap_free(m);
     rmap_free(f);
     assert_int_equal(rmap_alloc_live(), 0);

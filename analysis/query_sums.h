@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums over matching rays, of what a portion's columns or its history index say. Weights that are
+ * all 1 are numbers of rays: their sums are exact either way.
+ */
+#ifndef RMAP_QUERY_SUMS_H
+#define RMAP_QUERY_SUMS_H
+
+#include "analysis/query.h"
+#include "history/history_index.h"
+
+/* verdict: [n_ray], bit 1 set where a ray matches. RMAP_FORMAT when a source is none of n_source.
+ */
+enum rmap_status rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
+                                    const uint8_t *verdict, size_t n_source,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
+ * dictionary's rays. ROWS: verdict [n_ray]. */
+void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,
+                         const struct rmap_ray_columns *paths, const uint32_t *rays);
+void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view *view,
+                        const uint8_t *verdict);
+
+#endif

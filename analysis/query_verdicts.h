@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What several criteria say of the rays of a portion, from the history index where there is one,
+ * and of the rays that it leaves undecided, or without one, from columns: each is read when a test,
+ * or the sums over rays that matched, first ask for it. Criteria share what was read and found.
+ */
+#ifndef RMAP_QUERY_VERDICTS_H
+#define RMAP_QUERY_VERDICTS_H
+
+#include "analysis/query.h"
+
+struct rmap_query_verdicts;
+
+/* The map, the criteria and their array are borrowed. One thread. */
+enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
+                                            struct rmap_criterion *const *criterion,
+                                            size_t n_criterion,
+                                            struct rmap_query_verdicts **verdicts_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+void rmap_query_verdicts_destroy(struct rmap_query_verdicts *verdicts);
+
+/* Takes a portion in hand for the criteria that want it: wanted [n_criterion]. */
+enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *verdicts, size_t portion,
+                                           const bool *wanted,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds the rays that match a wanted criterion to its count. */
+enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *verdicts, size_t c,
+                                         struct rmap_count *count,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Marks them: match[i] = 1 or 0 for row i of /ray. */
+enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *verdicts, size_t c,
+                                          uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Stored bytes of what was read so far. */
+uint64_t rmap_query_verdicts_nbytes(const struct rmap_query_verdicts *verdicts);
+
+#endif
