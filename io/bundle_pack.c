@@ -53,26 +53,17 @@ static void put_list(struct sink *sink, char *const *list, size_t n)
         put_text(sink, list[i]);
 }
 
-static void put_float(struct sink *sink, float value)
-{
-    uint32_t bits;
-    memcpy(&bits, &value, sizeof bits);
-    put_u32(sink, bits);
-}
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are packed as they lie");
+_Static_assert(sizeof(float) == 4, "a float is packed as four bytes");
 
 static void put_mesh(struct sink *sink, const struct rmap_mesh *mesh)
 {
     put_u64(sink, mesh->n_vertex);
     put_u64(sink, mesh->n_triangle);
     put_u64(sink, mesh->n_face);
-    for (size_t i = 0; i < mesh->n_vertex; i++)
-        for (int k = 0; k < 3; k++)
-            put_float(sink, mesh->vertex[i][k]);
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        for (int k = 0; k < 3; k++)
-            put_u32(sink, mesh->triangle[i][k]);
-    for (size_t i = 0; i < mesh->n_triangle; i++)
-        put_u32(sink, mesh->face[i]);
+    put_bytes(sink, mesh->vertex, mesh->n_vertex * sizeof *mesh->vertex);
+    put_bytes(sink, mesh->triangle, mesh->n_triangle * sizeof *mesh->triangle);
+    put_bytes(sink, mesh->face, mesh->n_triangle * sizeof *mesh->face);
     for (size_t i = 0; i < mesh->n_face; i++)
         put_text(sink, mesh->face_name[i]);
 }

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/h5_deflate.h"
 #include "io/seal.h"
 
 static pthread_once_t started = PTHREAD_ONCE_INIT;
@@ -258,25 +259,25 @@ out:
     return st;
 }
 
-/* Tables of some size are deflated in chunks of about 1 MiB: whole trailing dimensions, and as much
- * of the one before them as fits. */
-static bool set_deflate(hid_t create, int rank, const hsize_t *dims, size_t element_nbytes)
+/* Elements of other sizes than a number's (texts) go through HDF5's own filters. */
+static bool is_number(size_t nbytes)
 {
-    const hsize_t worthwhile = 4096, chunk_nbytes = 1 << 20;
-    hsize_t chunk[RMAP_H5_RANK_MAX], nbytes = element_nbytes;
-    if (rank > RMAP_H5_RANK_MAX || element_nbytes == 0)
-        return false;
-    for (int k = rank - 1; k >= 0; k--) {
-        if (dims[k] == 0)
-            return true;
-        hsize_t room = chunk_nbytes / nbytes;
-        chunk[k] = dims[k] < room ? dims[k] : room > 0 ? room : 1;
-        nbytes *= chunk[k];
+    return nbytes == 1 || nbytes == 2 || nbytes == 4 || nbytes == 8;
+}
+
+static enum rmap_status write_elements(struct rmap_h5 *h5, hid_t set, const char *path, hid_t type,
+                                       const struct rmap_h5_tiles *tiles, const void *data,
+                                       struct rmap_error *err)
+{
+    bool written = false;
+    if (tiles->worthwhile && is_number(tiles->element_nbytes)) {
+        enum rmap_status st = rmap_h5_write_tiles(set, tiles, data, &written, err);
+        if (st != RMAP_OK)
+            return st;
+    } else {
+        written = H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) >= 0;
     }
-    if (nbytes < worthwhile)
-        return true;
-    return H5Pset_chunk(create, rank, chunk) >= 0 && H5Pset_shuffle(create) >= 0 &&
-           H5Pset_deflate(create, 6) >= 0;
+    return written ? RMAP_OK : rmap_h5_fail(h5, path, err);
 }
 
 static enum rmap_status write_data(struct rmap_h5 *h5, const char *path, hid_t type, int rank,
@@ -285,14 +286,17 @@ static enum rmap_status write_data(struct rmap_h5 *h5, const char *path, hid_t t
     enum rmap_status st = RMAP_OK;
     hid_t space = H5Screate_simple(rank, dims, NULL), create = H5Pcreate(H5P_DATASET_CREATE);
     hid_t set = H5I_INVALID_HID;
+    struct rmap_h5_tiles tiles;
     hsize_t n = 1;
     for (int k = 0; k < rank; k++)
         n *= dims[k];
     if (type < 0 || space < 0 || create < 0 || H5Pset_obj_track_times(create, false) < 0 ||
-        !set_deflate(create, rank, dims, H5Tget_size(type)) ||
-        (set = H5Dcreate2(h5->file, path, type, space, H5P_DEFAULT, create, H5P_DEFAULT)) < 0 ||
-        (n > 0 && H5Dwrite(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0))
+        !rmap_h5_tile(rank, dims, H5Tget_size(type), &tiles) ||
+        (tiles.worthwhile && !rmap_h5_set_deflate(create, &tiles)) ||
+        (set = H5Dcreate2(h5->file, path, type, space, H5P_DEFAULT, create, H5P_DEFAULT)) < 0)
         st = rmap_h5_fail(h5, path, err);
+    else if (n > 0)
+        st = write_elements(h5, set, path, type, &tiles, data, err);
     if (set >= 0 && !h5->failed && H5Dclose(set) < 0)
         st = rmap_h5_fail(h5, path, err);
     (void)H5Sclose(space);

@@ -49,6 +49,14 @@ static bool sets_colour(const char *assignment)
             memcmp(assignment + n - n_colour, colour, n_colour) == 0);
 }
 
+static bool chooses_colour(const struct rmap_scene_options *options)
+{
+    bool chooses = options->color != NULL;
+    for (size_t i = 0; i < options->n_set; i++)
+        chooses = chooses || sets_colour(options->set[i]);
+    return chooses;
+}
+
 static enum rmap_status digest_without_colour(const struct rmap_bundle *bundle, char text[33],
                                               struct rmap_error *err)
 {
@@ -74,8 +82,11 @@ enum rmap_status rmap_piece_origin_of(const struct rmap_run *run, struct rmap_pi
                                          .encoding = (int32_t)run->encoding,
                                          .mode = (int32_t)run->scene->channels.mode,
                                          .n_channel = run->scene->channels.n};
-    enum rmap_status st = digest_without_colour(run->bundle, origin->scene_digest, err);
-    return st == RMAP_OK ? digest_bundle(run->bundle, origin->space_digest, err) : st;
+    enum rmap_status st = digest_bundle(run->bundle, origin->space_digest, err);
+    if (st == RMAP_OK && chooses_colour(&run->bundle->options))
+        return digest_without_colour(run->bundle, origin->scene_digest, err);
+    memcpy(origin->scene_digest, origin->space_digest, sizeof origin->scene_digest);
+    return st;
 }
 
 static enum rmap_status put_versions(struct rmap_h5 *h5, const struct rmap_run *run,
