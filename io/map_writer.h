@@ -82,6 +82,11 @@ size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *writer);
 enum rmap_status rmap_shard_writer_flush(struct rmap_shard_writer *writer,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* Nothing more will be appended: buffers are handed over as they are, for any thread to encode.
+ * One thread, after the last append; nothing to do is fine. */
+enum rmap_status rmap_shard_writer_end(struct rmap_shard_writer *writer,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
 /* Flushes, publishes the last piece, and closes. The writing thread, after all others are done. */
 enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *writer,
                                           struct rmap_error *err) RMAP_MUST_USE;

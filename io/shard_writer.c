@@ -389,14 +389,19 @@ size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *self)
     return atomic_load_explicit(&self->backlog, memory_order_relaxed);
 }
 
-enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct rmap_error *err)
+enum rmap_status rmap_shard_writer_end(struct rmap_shard_writer *self, struct rmap_error *err)
 {
     enum rmap_status st = enter(self, err);
     if (st != RMAP_OK)
         return st;
     if (self->piece)
         st = end_piece(self, err);
-    st = leave(self, st);
+    return leave(self, st);
+}
+
+enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct rmap_error *err)
+{
+    enum rmap_status st = rmap_shard_writer_end(self, err);
     for (bool did = true; did && st == RMAP_OK;) {
         st = rmap_shard_writer_encode(self, &did, err);
         if (st == RMAP_OK)

@@ -26,10 +26,12 @@ struct rmap_work_item {
 
 struct rmap_block_queue {
     pthread_mutex_t mutex;
-    pthread_cond_t changed;
+    pthread_cond_t changed;      /* something came, or nothing will */
+    pthread_cond_t hungry;       /* fewer than `low` wait, or somebody knocked */
     struct rmap_work_item *item; /* ring [cap] */
     size_t cap, first, n;
-    bool closed;
+    size_t low;
+    bool knocked, closed;
 };
 
 enum rmap_status rmap_block_queue_init(struct rmap_block_queue *queue, size_t cap,
@@ -45,6 +47,11 @@ void rmap_block_queue_discard(struct rmap_block_queue *queue);
 
 /* Waits for an item; false when there is none and none will come. */
 bool rmap_block_queue_pop(struct rmap_block_queue *queue, struct rmap_work_item *item_ret);
+
+/* For the thread that fills: waits until fewer than `low` items wait, somebody knocks, or so many
+ * milliseconds have gone by. */
+void rmap_block_queue_rest(struct rmap_block_queue *queue, size_t low, int milliseconds);
+void rmap_block_queue_knock(struct rmap_block_queue *queue);
 
 size_t rmap_block_queue_length(struct rmap_block_queue *queue);
 

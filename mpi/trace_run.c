@@ -74,6 +74,8 @@ static enum rmap_status work_through(struct rmap_trace_serve *run,
     enum rmap_status drain_st = rmap_trace_serve_drain(run, &drain_error);
     st = first_of(st, drain_st, &drain_error, err);
     if (st == RMAP_OK && run->plan->writer)
+        st = rmap_trace_encode_rest(run->plan->writer, run->context->n_thread, err);
+    if (st == RMAP_OK && run->plan->writer)
         st = rmap_shard_writer_finish(run->plan->writer, err);
     return st;
 }

@@ -140,6 +140,19 @@ static void give_up(struct rmap_trace_serve *self)
         return;
 }
 
+/* Alone, nothing is asked of this thread between two blocks but to store chunks; with other ranks
+ * it answers them. Every waking takes a core from a worker. */
+static void rest(struct rmap_trace_serve *self)
+{
+    const int alone_ms = 10;
+    bool busy =
+        self->context->size > 1 || self->closed || (self->blocks_ended && self->recounts_ended);
+    if (busy)
+        rmap_trace_nap();
+    else
+        rmap_block_queue_rest(&self->queue, (queue_target(self) + 1) / 2, alone_ms);
+}
+
 enum rmap_status rmap_trace_serve(struct rmap_trace_serve *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -151,7 +164,7 @@ enum rmap_status rmap_trace_serve(struct rmap_trace_serve *self, struct rmap_err
         RMAP_TRY(check_stop(self, err));
         check_end(self);
         RMAP_TRY(rmap_trace_serve_poll(self, err));
-        rmap_trace_nap();
+        rest(self);
     }
     RMAP_TRY(check_stop(self, err)); /* all workers failed at once: the other ranks stop too */
 out:

@@ -153,6 +153,7 @@ static void work(void *context, int thread)
     }
     if (st != RMAP_OK)
         atomic_store(&all->failed, true);
+    rmap_block_queue_knock(all->queue);
 }
 
 enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
@@ -226,6 +227,39 @@ enum rmap_status rmap_trace_workers_join(struct rmap_trace_workers *workers,
     *tally_ret = workers->worker[0].tally;
     workers->worker[0].tally = NULL;
     return RMAP_OK;
+}
+
+static enum rmap_status encode_all(struct rmap_shard_writer *writer, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool did = true;
+    while (did && st == RMAP_OK)
+        st = rmap_shard_writer_encode(writer, &did, err);
+    return st;
+}
+
+/* A shard that failed in one of these tells so to the thread that finishes it. */
+static void help_to_encode(void *context, int thread)
+{
+    struct rmap_error error;
+    (void)thread;
+    (void)encode_all(context, &error);
+}
+
+enum rmap_status rmap_trace_encode_rest(struct rmap_shard_writer *writer, int n_thread,
+                                        struct rmap_error *err)
+{
+    struct rmap_workers *helpers = NULL;
+    struct rmap_error alone;
+    enum rmap_status st = rmap_shard_writer_end(writer, err);
+    if (st != RMAP_OK)
+        return st;
+    if (n_thread > 1 &&
+        rmap_workers_start(n_thread - 1, help_to_encode, writer, &helpers, &alone) != RMAP_OK)
+        helpers = NULL; /* then this thread does it all */
+    st = encode_all(writer, err);
+    rmap_workers_join(helpers);
+    return st;
 }
 
 void rmap_trace_workers_destroy(struct rmap_trace_workers *workers)

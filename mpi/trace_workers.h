@@ -34,6 +34,10 @@ double rmap_trace_workers_pace(const struct rmap_trace_workers *workers);
 enum rmap_status rmap_trace_workers_join(struct rmap_trace_workers *workers,
                                          struct rmap_tally **tally_ret, uint64_t *n_ray_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
+/* After the workers: the chunks that are left, by n_thread threads, this one among them. */
+enum rmap_status rmap_trace_encode_rest(struct rmap_shard_writer *writer, int n_thread,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
 void rmap_trace_workers_destroy(struct rmap_trace_workers *workers); /* waits too; NULL is fine */
 
 #endif
