@@ -1,6 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/criterion.h"
 
+#include <string.h>
+
+#include "analysis/criterion_file.h"
 #include "analysis/criterion_tree.h"
 #include "base/alloc.h"
 
@@ -41,6 +44,26 @@ enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scen
                                         struct rmap_criterion **criterion_ret,
                                         struct rmap_error *err)
 {
+    return rmap_criterion_compile_with(text, NULL, scene, criterion_ret, err);
+}
+
+static enum rmap_status set_name(struct rmap_criterion *criterion,
+                                 const struct rmap_criteria *criteria, struct rmap_error *err)
+{
+    for (size_t i = 0; criteria && !criterion->name && i < rmap_criteria_count(criteria); i++)
+        if (strcmp(rmap_criteria_reference(criteria, i), criterion->text) == 0) {
+            criterion->name = rmap_strdup(rmap_criteria_name(criteria, i));
+            if (!criterion->name)
+                return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
+        }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap_criteria *criteria,
+                                             const struct rmap_scene *scene,
+                                             struct rmap_criterion **criterion_ret,
+                                             struct rmap_error *err)
+{
     enum rmap_status st = RMAP_OK;
     struct rmap_criterion *criterion = rmap_alloc(1, sizeof *criterion);
     if (criterion)
@@ -50,7 +73,8 @@ enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scen
         goto out;
     }
     criterion->scene = scene;
-    RMAP_TRY(rmap_criterion_parse(criterion, err));
+    RMAP_TRY(set_name(criterion, criteria, err));
+    RMAP_TRY(rmap_criterion_parse(criterion, criteria, err));
     rmap_criterion_plan(criterion);
     *criterion_ret = criterion;
     criterion = NULL;
@@ -67,8 +91,14 @@ void rmap_criterion_destroy(struct rmap_criterion *criterion)
         rmap_free(criterion->block[i]);
     rmap_free(criterion->block);
     rmap_free(criterion->node);
+    rmap_free(criterion->name);
     rmap_free(criterion->text);
     rmap_free(criterion);
+}
+
+const char *rmap_criterion_name(const struct rmap_criterion *criterion)
+{
+    return criterion->name;
 }
 
 const char *rmap_criterion_text(const struct rmap_criterion *criterion)

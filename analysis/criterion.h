@@ -20,8 +20,19 @@ struct rmap_criterion;
 enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scene *scene,
                                         struct rmap_criterion **criterion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same where @names stand for definitions (criterion_file.h), which only the call needs; NULL:
+ * there are none. A mistake in a definition is told with its own place, "FILE:LINE:COLUMN". */
+struct rmap_criteria;
+enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap_criteria *criteria,
+                                             const struct rmap_scene *scene,
+                                             struct rmap_criterion **criterion_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_criterion_destroy(struct rmap_criterion *criterion);
 const char *rmap_criterion_text(const struct rmap_criterion *criterion);
+
+/* NAME of a criterion that is @NAME and nothing else; NULL of any other. */
+const char *rmap_criterion_name(const struct rmap_criterion *criterion);
 
 /* Columns that evaluation needs. */
 rmap_column_set rmap_criterion_columns(const struct rmap_criterion *criterion);

@@ -59,6 +59,9 @@ enum rmap_status rmap_criterion_fail(const char *text, size_t begin, size_t end,
                                      struct rmap_error *err, const char *format, ...)
     RMAP_PRINTF(5, 6);
 
+/* Makes "criterion:" in front of such a message "LABEL:"; another message stays as it is. */
+void rmap_criterion_relabel(const char *label, struct rmap_error *err);
+
 /* A word as a message shows it: cut after a code point, "..." appended, when it is long. */
 #define RMAP_SHOWN_NBYTES 64
 void rmap_criterion_shorten(const char *word, char shown[RMAP_SHOWN_NBYTES]);

@@ -185,3 +185,15 @@ enum rmap_status rmap_criterion_fail(const char *text, size_t begin, size_t end,
     put_caret(&out, &view);
     return RMAP_INPUT;
 }
+
+void rmap_criterion_relabel(const char *label, struct rmap_error *err)
+{
+    static const char prefix[] = "criterion:";
+    if (!err || strncmp(err->text, prefix, strlen(prefix)) != 0)
+        return;
+    size_t n_old = strlen(prefix) - 1, n_new = strlen(label), n_rest = strlen(err->text) - n_old;
+    if (n_new + n_rest >= sizeof err->text)
+        return; /* a label that leaves no room for the message */
+    memmove(err->text + n_new, err->text + n_old, n_rest + 1);
+    memcpy(err->text, label, n_new);
+}

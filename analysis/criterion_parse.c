@@ -13,7 +13,11 @@
 enum rmap_status rmap_parser_advance(struct rmap_parser *parser)
 {
     parser->taken_end = parser->token.end;
-    return rmap_token_read(parser->text, parser->token.end, &parser->token, parser->err);
+    enum rmap_status st =
+        rmap_token_read(parser->text, parser->token.end, &parser->token, parser->err);
+    if (st == RMAP_OK && parser->reference && parser->token.begin >= parser->definition_end)
+        parser->token.kind = RMAP_TOKEN_END;
+    return st;
 }
 
 bool rmap_parser_at_word(const struct rmap_parser *parser, const char *word)
@@ -133,10 +137,12 @@ enum rmap_status rmap_parse_logic(struct rmap_parser *parser, int32_t *node_ret)
     return parse_chain(parser, RMAP_TOKEN_OR, RMAP_CRITERION_OR, parse_and, node_ret);
 }
 
-enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion, struct rmap_error *err)
+enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_parser parser = {.criterion = criterion, .text = criterion->text, .err = err};
+    struct rmap_parser parser = {
+        .criterion = criterion, .text = criterion->text, .criteria = criteria, .err = err};
     RMAP_TRY(rmap_criterion_check_utf8(parser.text, err));
     RMAP_TRY(rmap_names_create(criterion->scene, &parser.names, err));
     RMAP_TRY(rmap_parser_advance(&parser));

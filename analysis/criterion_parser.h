@@ -11,15 +11,23 @@
 #include "analysis/criterion_names.h"
 #include "analysis/criterion_tree.h"
 
+struct rmap_criteria;
+struct rmap_reference;
+
 struct rmap_parser {
     struct rmap_criterion *criterion;
-    const char *text; /* of the criterion */
+    const char *text; /* of the criterion, or of the definition in hand */
     struct rmap_names *names;
     struct rmap_token token;               /* the next one, not yet taken */
     size_t taken_end;                      /* byte behind the last one taken */
     struct rmap_token word;                /* that began the test in hand */
     const struct rmap_index_set *detector; /* of the `where` in hand; NULL outside */
     int depth;
+    const struct rmap_criteria *criteria;   /* what @names stand for, or NULL */
+    const struct rmap_reference *reference; /* the definition in hand; NULL outside */
+    size_t definition_end;                  /* where its text ends */
+    size_t path_work;                       /* spent on automata; see path_automaton.c */
+    const uint8_t *path_letters;            /* made for the first path; see path_alphabet.c */
     struct rmap_error *err;
 };
 
@@ -56,6 +64,9 @@ enum rmap_status rmap_parse_logic(struct rmap_parser *parser, int32_t *node_ret)
 
 /* One elementary test with its comparison. */
 enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
+
+/* @NAME; the sign is next. */
+enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
 
 /* Name tokens, and the sets they stand for among the wanted kind. look_up: *found_ret says
  * whether the name is known; parse_set fails when it is not. */

@@ -149,6 +149,7 @@ struct rmap_criterion_node {
 
 struct rmap_criterion {
     char *text;
+    char *name;                     /* of the definition that it is, or NULL */
     const struct rmap_scene *scene; /* borrowed */
     struct rmap_criterion_node *node;
     size_t n_node, node_cap;
@@ -171,8 +172,11 @@ enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
 enum rmap_status rmap_criterion_block_add(struct rmap_criterion *criterion, size_t n, size_t size,
                                           void **block_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Parses the text into criterion->node and root. */
+struct rmap_criteria;
+
+/* Parses the text into criterion->node and root. criteria: NULL, no names are defined. */
 enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* Orders children by cost and sets columns, n_mask and the bits of every test. */

@@ -242,8 +242,9 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
     const struct rmap_token *token = &parser->token;
     const char *candidate[N_WORD];
     char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
-    if (token->kind == RMAP_TOKEN_AT || rmap_parser_at_word(parser, "let"))
-        return RMAP_PARSER_FAIL(parser, token, "named criteria (let, @name) are not available yet");
+    if (rmap_parser_at_word(parser, "let"))
+        return RMAP_PARSER_FAIL(parser, token,
+                                "'let' defines names in a file that --criteria names");
     if (token->kind != RMAP_TOKEN_WORD && token->kind != RMAP_TOKEN_QUOTED)
         return rmap_parser_expected(parser, "a test such as hit(name) or all");
     rmap_token_name(parser->text, token, word);
@@ -282,6 +283,8 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
     const struct word *word = word_table;
     if (parser->detector)
         return rmap_parse_where_test(parser, node_ret);
+    if (token.kind == RMAP_TOKEN_AT)
+        return rmap_parse_reference(parser, node_ret);
     while (word < word_table + N_WORD && !rmap_parser_at_word(parser, word->word))
         word++;
     if (word == word_table + N_WORD)

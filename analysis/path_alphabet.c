@@ -128,19 +128,35 @@ static enum rmap_status keep(struct rmap_parser *parser, const uint32_t *from, s
     return RMAP_OK;
 }
 
+/* Letters of all sets of events, once per criterion. */
+static enum rmap_status keep_letters(struct rmap_parser *parser)
+{
+    void *block = NULL;
+    if (parser->path_letters)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, RMAP_PATH_EVENT_CODES, 1, &block, parser->err);
+    if (st != RMAP_OK)
+        return st;
+    uint8_t *letter = block;
+    for (uint32_t events = 0; events < RMAP_PATH_EVENT_CODES; events++) {
+        char c = rmap_event_letter(events);
+        letter[events] =
+            (uint8_t)(c ? strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS : NO_LETTER);
+    }
+    parser->path_letters = letter;
+    return RMAP_OK;
+}
+
 static enum rmap_status keep_kinds(struct rmap_parser *parser, const struct partition *kind,
                                    struct rmap_path_table *table)
 {
     enum rmap_status st = RMAP_OK;
     const uint32_t *medium = kind->class + table->n_object;
     uint32_t other = kind->class[kind->n - 1];
-    uint32_t base[RMAP_PATH_EVENT_CODES];
-    for (uint32_t events = 0; events < RMAP_PATH_EVENT_CODES; events++) {
-        char c = rmap_event_letter(events);
-        int letter = c ? (int)(strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS) : NO_LETTER;
-        base[events] = (uint32_t)letter * (uint32_t)kind->n_class;
-    }
-    RMAP_TRY(keep(parser, base, RMAP_PATH_EVENT_CODES, 0, &table->base_of_event));
+    table->n_kind = (uint16_t)kind->n_class;
+    RMAP_TRY(keep_letters(parser));
+    table->letter_of_event = parser->path_letters;
     RMAP_TRY(keep(parser, kind->class, table->n_object, other, &table->kind_of_object));
     RMAP_TRY(keep(parser, medium, table->n_medium, other, &table->kind_of_medium));
 out:

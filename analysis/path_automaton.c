@@ -15,7 +15,7 @@ enum {
     STATE_MAX = 1 << 14,
     SET_MAX = 1 << 22,   /* nodes of all states together */
     ENTRY_MAX = 1 << 22, /* of the table: 16 MiB */
-    WORK_MAX = 1 << 26   /* nodes looked at: less than a second */
+    WORK_MAX = 1 << 26   /* nodes looked at for all paths of a criterion: about a second */
 };
 
 /* A node that takes a symbol of its atom, splits, or accepts. */
@@ -275,13 +275,14 @@ static bool accepts(const struct build *build, uint32_t state)
 
 /* The table: states 0 and 1 are both the first one, so that a ray's end says whether it matched;
  * others follow. */
-static enum rmap_status fill_table(const struct build *build, struct rmap_path_table *table)
+static enum rmap_status fill_table(struct build *build, struct rmap_path_table *table)
 {
     enum rmap_status st = RMAP_OK;
     uint32_t n_symbol = build->alphabet->n_symbol;
     void *block = NULL;
     table->width = 2 * n_symbol + 1;
     table->n_state = (uint32_t)build->n_state + 1;
+    build->work += 4 * (size_t)table->n_state * table->width; /* memory is bounded too */
     RMAP_TRY(rmap_criterion_block_add(build->parser->criterion,
                                       (size_t)table->n_state * table->width, sizeof(uint32_t),
                                       &block, build->parser->err));
@@ -314,6 +315,7 @@ enum rmap_status rmap_path_automaton_create(struct rmap_parser *parser,
     RMAP_TRY(determinise(&build, entry));
     RMAP_TRY(fill_table(&build, table));
 out:
+    parser->path_work = build.work;
     rmap_free(build.stack);
     rmap_free(build.stamp);
     rmap_free(build.next);

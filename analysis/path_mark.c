@@ -65,7 +65,9 @@ static void mark_steps(const struct run *run, size_t first, size_t n)
         return;
     }
     for (size_t i = 0; i < n; i++)
-        step[i] = table->base_of_event[segment->event[first + i] % RMAP_PATH_EVENT_CODES];
+        step[i] =
+            (uint16_t)(table->letter_of_event[segment->event[first + i] % RMAP_PATH_EVENT_CODES] *
+                       table->n_kind);
     if (table->of_object | table->of_medium)
         add_kinds(table, segment, first, n, step);
     for (size_t i = 0; i < n; i++)
@@ -215,7 +217,8 @@ uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object
     const struct rmap_path_table *table = node->path.table;
     uint16_t kind = object < 0 ? table->kind_of_medium[index_within(medium, table->n_medium)]
                                : table->kind_of_object[index_within(object, table->n_object)];
-    return table->symbol_of_base[table->base_of_event[event % RMAP_PATH_EVENT_CODES] + kind];
+    size_t letter = table->letter_of_event[event % RMAP_PATH_EVENT_CODES];
+    return table->symbol_of_base[letter * table->n_kind + kind];
 }
 
 enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,

@@ -16,11 +16,12 @@ enum { RMAP_PATH_EVENT_BITS = 13, RMAP_PATH_EVENT_CODES = 1 << RMAP_PATH_EVENT_B
  * has 2 * n_symbol alone. */
 struct rmap_path_table {
     size_t n_object, n_medium, n_detector;
-    bool of_object, of_medium;      /* names of objects, of media stand in the expression */
-    const uint16_t *base_of_event;  /* [RMAP_PATH_EVENT_CODES] letter * n_kind */
+    bool of_object, of_medium; /* names of objects, of media stand in the expression */
+    uint16_t n_kind;
+    const uint8_t *letter_of_event; /* [RMAP_PATH_EVENT_CODES] shared by a criterion's paths */
     const uint16_t *kind_of_object; /* [n_object + 1], the last for any other number */
     const uint16_t *kind_of_medium; /* [n_medium + 1], likewise, where there is no object */
-    const uint16_t *symbol_of_base; /* [letters * n_kind] */
+    const uint16_t *symbol_of_base; /* [letter * n_kind + kind] */
     const uint16_t *symbol_of_hit;  /* [n_detector + 1], likewise */
     const uint8_t *follows_object;  /* [n_detector] registers behind the step, not before it */
     uint32_t n_symbol, n_state;

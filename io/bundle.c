@@ -1,15 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/bundle.h"
 
-#include <errno.h>
-#include <fcntl.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
-
-#define TEXT_NBYTES_MAX ((size_t)64 << 20)
+#include "io/text_file.h"
 
 static void free_list(char **list, size_t n)
 {
@@ -28,79 +23,8 @@ void rmap_scene_options_fini(struct rmap_scene_options *options)
     *options = (struct rmap_scene_options){0};
 }
 
-/* Opens what is a regular file; says what else it is. *fd_ret: to be closed. */
-static enum rmap_status open_file(const char *path, int *fd_ret, size_t *nbytes_ret,
-                                  struct rmap_error *err)
-{
-    struct stat info;
-    /* Without O_NONBLOCK a pipe would wait here for a writer. */
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0) {
-        bool missing = errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG;
-        return rmap_error_set(err, missing ? RMAP_INPUT : RMAP_SYSTEM, "cannot open %s: %s", path,
-                              strerror(errno));
-    }
-    enum rmap_status st = RMAP_OK;
-    if (fstat(fd, &info) != 0)
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot examine %s: %s", path, strerror(errno));
-    else if (S_ISDIR(info.st_mode))
-        st = rmap_error_set(err, RMAP_INPUT, "%s is a directory, not a scene file", path);
-    else if (!S_ISREG(info.st_mode))
-        st = rmap_error_set(err, RMAP_INPUT, "%s is not a regular file", path);
-    else if (info.st_size == 0)
-        st = rmap_error_set(err, RMAP_INPUT, "%s is empty: a scene file must stand there", path);
-    else if ((uintmax_t)info.st_size > TEXT_NBYTES_MAX)
-        st = rmap_error_set(err, RMAP_INPUT,
-                            "%s has %jd bytes: a scene file has 64 MiB at most (meshes belong "
-                            "into files of their own)",
-                            path, (intmax_t)info.st_size);
-    if (st != RMAP_OK) {
-        (void)close(fd);
-        return st;
-    }
-    *fd_ret = fd;
-    *nbytes_ret = (size_t)info.st_size;
-    return RMAP_OK;
-}
-
-static enum rmap_status read_text(const char *path, char **text_ret, size_t *nbytes_ret,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    int fd = -1;
-    size_t nbytes = 0, got = 0;
-    char *text = NULL;
-    RMAP_TRY(open_file(path, &fd, &nbytes, err));
-    text = rmap_alloc(nbytes + 1, 1);
-    if (!text) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s", path);
-        goto out;
-    }
-    while (got < nbytes) {
-        ssize_t n = read(fd, text + got, nbytes - got);
-        if (n < 0 && errno == EINTR)
-            continue;
-        if (n < 0) {
-            st = rmap_error_set(err, RMAP_SYSTEM, "cannot read %s: %s", path, strerror(errno));
-            goto out;
-        }
-        if (n == 0)
-            break;
-        got += (size_t)n;
-    }
-    if (memchr(text, 0, got)) {
-        st = rmap_error_set(err, RMAP_INPUT, "%s is binary, not a scene file (YAML text)", path);
-        goto out;
-    }
-    *text_ret = text;
-    *nbytes_ret = got;
-    text = NULL;
-out:
-    rmap_free(text);
-    if (fd >= 0)
-        (void)close(fd);
-    return st;
-}
+static const struct rmap_text_kind scene_file = {
+    "a scene file", "YAML text", " (meshes belong into files of their own)", (size_t)64 << 20};
 
 enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
                                   struct rmap_bundle **bundle_ret, struct rmap_error *err)
@@ -122,7 +46,7 @@ enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *o
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
         goto out;
     }
-    RMAP_TRY(read_text(path, &bundle->text, &bundle->text_nbytes, err));
+    RMAP_TRY(rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err));
     *bundle_ret = bundle;
     bundle = NULL;
 out:

@@ -12,6 +12,7 @@
 #include "io/diagnostics.h"
 #include "io/raster.h"
 #include "mpi/agree.h"
+#include "mpi/asked.h"
 #include "mpi/image_scan.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
@@ -19,6 +20,7 @@
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    RMAP_ASKED_OPTIONS,
     {"output", 'o', "OUT", "OUT.png or OUT.svg: a picture; OUT.csv: the cells' values"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour"},
     {"log", 0, NULL, "logarithmic scale in the picture"},
@@ -126,17 +128,21 @@ static enum rmap_status run_detector(const struct rmap_context *context,
 {
     struct request request;
     struct rmap_map *map = NULL;
+    struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_detector_sums sums = {0};
     int32_t detector = -1;
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     const struct rmap_scene *scene = rmap_map_scene(map);
     bool colour = request.figure.true_colour && request.output_path;
     st = find_detector(scene, request.detector, &detector, err);
-    if (st == RMAP_OK && request.where)
-        st = rmap_criterion_compile(request.where, scene, &criterion, err);
+    if (st == RMAP_OK && asked.n > 0)
+        st = rmap_asked_compile(context, &asked, 0, scene, &criterion, err);
+    if (criterion)
+        request.figure.criterion = request.where = rmap_criterion_text(criterion);
     if (st == RMAP_OK)
         st = rmap_detector_sums_init(&sums, map, detector, colour, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -150,6 +156,7 @@ static enum rmap_status run_detector(const struct rmap_context *context,
 out:
     rmap_detector_sums_fini(&sums);
     rmap_criterion_destroy(criterion);
+    rmap_asked_fini(&asked);
     rmap_map_close(map);
     return st;
 }

@@ -9,6 +9,7 @@
 #include "analysis/figure_draw.h"
 #include "io/raster.h"
 #include "mpi/agree.h"
+#include "mpi/asked.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
@@ -16,6 +17,7 @@
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "rays that match, such as 'registered(sensor)' (default: all)"},
+    RMAP_ASKED_OPTIONS,
     {"output", 'o', "OUT", "the picture: OUT.svg or OUT.png"},
     {"limit", 'l', "N", "draw the N matching rays with the smallest ids (default 300)"},
     {"view", 'v', "VIEW",
@@ -118,14 +120,19 @@ static enum rmap_status run_draw(const struct rmap_context *context,
 {
     struct request request;
     struct rmap_map *map = NULL;
+    struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_portion *rays = NULL;
     struct rmap_count all = {0}, some = {0};
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     const struct rmap_scene *scene = rmap_map_scene(map);
-    st = rmap_criterion_compile(request.where ? request.where : "all", scene, &criterion, err);
+    st = asked.n > 0 ? rmap_asked_compile(context, &asked, 0, scene, &criterion, err)
+                     : rmap_criterion_compile("all", scene, &criterion, err);
+    if (asked.n > 0 && criterion)
+        request.where = rmap_criterion_text(criterion);
     if (st == RMAP_OK)
         st = rmap_count_init(&all, scene->n_source, err);
     if (st == RMAP_OK)
@@ -141,6 +148,7 @@ out:
     rmap_count_fini(&some);
     rmap_portion_destroy(rays);
     rmap_criterion_destroy(criterion);
+    rmap_asked_fini(&asked);
     rmap_map_close(map);
     return st;
 }

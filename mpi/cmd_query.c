@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "mpi/agree.h"
+#include "mpi/asked.h"
 #include "mpi/load.h"
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
@@ -21,6 +22,7 @@ static const struct rmap_option options[] = {
     {"output", 'o', "OUT", "write the matching rays: OUT.csv or OUT.json"},
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
+    RMAP_ASKED_OPTIONS,
     {"explain", 'e', NULL, "say what would be read; read nothing"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
@@ -31,8 +33,7 @@ struct request {
     struct rmap_sample_order sample; /* most 0: none */
     enum rmap_deal_kind deal;
     bool count, explain, force;
-    size_t n_criterion;
-    char **text; /* [n_criterion], borrowed */
+    struct rmap_asked asked;
 };
 
 /* Which and how many rays are listed. */
@@ -68,8 +69,6 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
         .explain = rmap_argument(given, "explain") != NULL,
         .force = rmap_argument(given, "force") != NULL,
-        .n_criterion = (size_t)given->n_operand - 1,
-        .text = given->operand + 1,
     };
     RMAP_TRY(read_selection(given, request, err));
     bool list = request->output_path || rmap_argument(given, "limit") || request->sample.most > 0;
@@ -78,11 +77,29 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample and -o");
-    if (list && request->n_criterion > 1)
-        return rmap_error_set(
-            err, RMAP_USAGE, "--limit, --sample and -o take one criterion; join several with 'or'");
     if (request->output_path)
         RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
+out:
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status read_criteria(const struct rmap_context *context,
+                                      const struct rmap_arguments *given, struct request *request,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_asked *asked = &request->asked;
+    RMAP_TRY(rmap_asked_load(context, given, (const char *const *)given->operand + 1,
+                             (size_t)given->n_operand - 1, asked, err));
+    rmap_asked_take_file(asked);
+    if (asked->n == 0)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "a criterion is missing, such as 'hit(*, reflect) >= 2'; "
+                              "see: raymap query --help");
+    if (!request->count && asked->n > 1)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--limit, --sample and -o take one criterion; join several with 'or'");
 out:
     return st;
 }
@@ -95,17 +112,18 @@ struct search {
     size_t n_id;
 };
 
-static enum rmap_status compile(const struct request *request, struct search *search,
-                                struct rmap_error *err)
+static enum rmap_status compile(const struct rmap_context *context, const struct request *request,
+                                struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_map_scene(search->map);
-    search->criterion = rmap_alloc(request->n_criterion, sizeof(void *));
-    search->count = rmap_alloc(request->n_criterion, sizeof *search->count);
+    search->criterion = rmap_alloc(request->asked.n, sizeof(void *));
+    search->count = rmap_alloc(request->asked.n, sizeof *search->count);
     if (!search->criterion || !search->count)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria"));
-    for (size_t c = 0; c < request->n_criterion; c++) {
-        RMAP_TRY(rmap_criterion_compile(request->text[c], scene, &search->criterion[c], err));
+    for (size_t c = 0; c < request->asked.n; c++) {
+        RMAP_TRY(
+            rmap_asked_compile(context, &request->asked, c, scene, &search->criterion[c], err));
         RMAP_TRY(rmap_count_init(&search->count[c], scene->n_source, err));
     }
 out:
@@ -114,7 +132,7 @@ out:
 
 static void release(const struct request *request, struct search *search)
 {
-    for (size_t c = 0; c < request->n_criterion; c++) {
+    for (size_t c = 0; c < request->asked.n; c++) {
         if (search->criterion)
             rmap_criterion_destroy(search->criterion[c]);
         if (search->count)
@@ -133,12 +151,12 @@ static enum rmap_status count_rays(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
-    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->n_criterion,
-                           search->count, NULL, UINT64_MAX, err));
+    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->asked.n, search->count,
+                           NULL, UINT64_MAX, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
-                                    request->n_criterion, seconds, err);
+                                    request->asked.n, seconds, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;
@@ -184,15 +202,16 @@ out:
 static enum rmap_status run_query(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct request request;
+    struct request request = {0};
     struct search search = {0};
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(read_criteria(context, given, &request, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &search.map, err));
-    st = compile(&request, &search, err);
+    st = compile(context, &request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (request.explain && context->rank == 0)
-        st = rmap_query_explain(context, search.map, search.criterion, request.n_criterion,
+        st = rmap_query_explain(context, search.map, search.criterion, request.asked.n,
                                 !request.count, err);
     else if (!request.explain)
         st = request.count ? count_rays(context, &request, &search, err)
@@ -200,21 +219,25 @@ static enum rmap_status run_query(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     release(&request, &search);
+    rmap_asked_fini(&request.asked);
     return st;
 }
 
 const struct rmap_command rmap_command_query = {
     .name = "query",
     .summary = "count, list or export the rays that match a criterion",
-    .operands = "MAP CRITERION... [--count | --limit N | -o OUT]",
+    .operands = "MAP CRITERION... [--criteria FILE] [--count | --limit N | -o OUT]",
     .help =
         "Finds the rays whose histories match a criterion, such as\n\n"
         "  raymap query lens.raymap 'registered(sensor) and hit(*, reflect_specular) >= 2'\n\n"
-        "Several criteria are counted in one scan. OUT.csv has one row per segment, OUT.json an\n"
-        "array of rays as `raymap report` prints them. The answer does not depend on the number\n"
-        "of ranks and threads.",
+        "Several criteria are counted in one scan. FILE defines names, as in\n\n"
+        "  let ghost = registered(sensor) and hit(*, reflect_specular) >= 2\n\n"
+        "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
+        "one row per segment, OUT.json an array of rays as `raymap report` prints them. The "
+        "answer\n"
+        "does not depend on the number of ranks and threads.",
     .options = options,
-    .min_operands = 2,
+    .min_operands = 1,
     .max_operands = 1000,
     .run = run_query,
 };

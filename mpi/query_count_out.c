@@ -23,7 +23,7 @@ static json_t *count_json(const struct rmap_map *map, const struct rmap_map_summ
 {
     double flux, error;
     rmap_count_flux(count, map, &flux, &error);
-    return json_pack(
+    json_t *document = json_pack(
         "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:{s:I, s:I}, s:I, s:f}",
         "criterion", rmap_criterion_text(criterion), "rays", "total",
         (json_int_t)summary->n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
@@ -33,6 +33,9 @@ static json_t *count_json(const struct rmap_map *map, const struct rmap_map_summ
         "portions", "total", (json_int_t)rmap_map_n_portion(map), "read",
         (json_int_t)count->portions_read, "bytes_read", (json_int_t)count->nbytes_read, "seconds",
         seconds);
+    if (document && rmap_criterion_name(criterion))
+        (void)json_object_set_new(document, "name", json_string(rmap_criterion_name(criterion)));
+    return document;
 }
 
 static void print_row(const char *what, uint64_t matched, uint64_t total)

@@ -126,8 +126,9 @@ static const struct {
     {"registered(sensor where x > 0 y < 0)", 31, 1, "'y' is no unit here (nm um mm cm m in)"},
     {"registered(sensor where)", 24, 1, "expected angle, x, y or time, found ')'"},
     {"registered(sensor where (x > 0)", 32, 1, "expected 'and', 'or' or ')', found the end"},
-    {"all and @ghost", 9, 1, "named criteria (let, @name) are not available yet"},
-    {"let ghost = all", 1, 3, "named criteria (let, @name) are not available yet"},
+    {"all and @ghost", 10, 5,
+     "no criterion is named 'ghost': --criteria FILE defines names, as let ghost = ..."},
+    {"let ghost = all", 1, 3, "'let' defines names in a file that --criteria names"},
 };
 
 static void compile_wrong(const char *text, struct rmap_error *err)
