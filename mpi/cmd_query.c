@@ -95,8 +95,8 @@ static enum rmap_status read_criteria(const struct rmap_context *context,
     rmap_asked_take_file(asked);
     if (asked->n == 0)
         return rmap_error_set(err, RMAP_USAGE,
-                              "a criterion is missing, such as 'hit(*, reflect) >= 2'; "
-                              "see: raymap query --help");
+                              "a criterion is missing; usage: raymap query MAP CRITERION... (or "
+                              "--criteria FILE); see: raymap query --help");
     if (!request->count && asked->n > 1)
         st = rmap_error_set(err, RMAP_USAGE,
                             "--limit, --sample and -o take one criterion; join several with 'or'");
