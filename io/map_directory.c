@@ -93,6 +93,7 @@ enum rmap_status rmap_shard_next_piece(const char *shard_path, int *number_ret,
 
 struct piece_list {
     const char *map_path;
+    int (*number_of)(const char *name); /* -1: not of this kind */
     int shard;
     struct rmap_piece_name *name;
     size_t n, cap;
@@ -101,7 +102,7 @@ struct piece_list {
 static enum rmap_status list_piece(void *context, const char *name, struct rmap_error *err)
 {
     struct piece_list *list = context;
-    int number = piece_number(name);
+    int number = list->number_of(name);
     if (number < 0)
         return RMAP_OK;
     void *block = list->name;
@@ -133,10 +134,11 @@ static int by_place(const void *a, const void *b)
     return (x->number > y->number) - (x->number < y->number);
 }
 
-enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
-                                      size_t *n_ret, struct rmap_error *err)
+static enum rmap_status list_files(const char *map_path, int (*number_of)(const char *name),
+                                   struct rmap_piece_name **name_ret, size_t *n_ret,
+                                   struct rmap_error *err)
 {
-    struct piece_list list = {.map_path = map_path};
+    struct piece_list list = {.map_path = map_path, .number_of = number_of};
     enum rmap_status st = visit_directory(map_path, list_shard, &list, err);
     if (st != RMAP_OK) {
         rmap_free(list.name);
@@ -147,6 +149,18 @@ enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_na
     *name_ret = list.name;
     *n_ret = list.n;
     return RMAP_OK;
+}
+
+enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
+                                      size_t *n_ret, struct rmap_error *err)
+{
+    return list_files(map_path, piece_number, name_ret, n_ret, err);
+}
+
+enum rmap_status rmap_map_list_histories(const char *map_path, struct rmap_piece_name **name_ret,
+                                         size_t *n_ret, struct rmap_error *err)
+{
+    return list_files(map_path, history_number, name_ret, n_ret, err);
 }
 
 /* ---- what unfinished writers left ---- */

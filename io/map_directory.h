@@ -23,6 +23,10 @@ struct rmap_piece_name {
 enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
                                       size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Likewise the files of history indexes, by shard and number of their pieces. */
+enum rmap_status rmap_map_list_histories(const char *map_path, struct rmap_piece_name **name_ret,
+                                         size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* An unfinished piece: of a dead writer or of one at work. */
 struct rmap_leftover {
     int shard;

@@ -277,3 +277,18 @@ enum rmap_status rmap_map_history_measure(const struct rmap_map *map, size_t *n_
     }
     return RMAP_OK;
 }
+
+enum rmap_status rmap_map_history_check(const struct rmap_map *map, size_t piece,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_history_index *index = NULL;
+    struct rmap_history_view view = {0};
+    RMAP_TRY(rmap_map_history_open(map, piece, &index, err));
+    for (size_t i = 0; i < rmap_history_n_portion(index); i++)
+        RMAP_TRY(rmap_history_view_open(index, i, &view, err));
+out:
+    rmap_history_view_fini(&view);
+    rmap_history_destroy(index);
+    return st;
+}

@@ -41,4 +41,9 @@ enum rmap_status rmap_map_history_measure(const struct rmap_map *map, size_t *n_
                                           uint64_t *nbytes_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* Checks every byte of the file of a piece's index, and that it is of the piece's rays. RMAP_INPUT:
+ * there is none; RMAP_FORMAT says what is wrong. */
+enum rmap_status rmap_map_history_check(const struct rmap_map *map, size_t piece,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/history_file.h"
 #include "io/map_internal.h"
 #include "io/map_run.h"
 #include "io/publish.h"
@@ -233,6 +234,24 @@ static enum rmap_status link_piece(struct merge *self, const char *from, const c
                : RMAP_OK;
 }
 
+/* The piece's history index, if it has one: it finds its rays wherever it stands. */
+static enum rmap_status link_history(const struct merge *self, const struct rmap_map *map, size_t i,
+                                     const struct rmap_piece_info *info, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct stat file;
+    struct merge uncounted = *self;
+    char *from = rmap_history_path(map->path, &map->content.piece[i]);
+    char *to = rmap_history_path(self->to, info);
+    if (!from || !to)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    else if (stat(from, &file) == 0)
+        st = link_piece(&uncounted, from, to, err);
+    rmap_free(from);
+    rmap_free(to);
+    return st;
+}
+
 /* Links piece i of a source as `info`, in a directory that is made for the first of its shard. */
 static enum rmap_status place_piece(struct merge *self, const struct rmap_map *map, size_t i,
                                     const struct rmap_piece_info *info, struct rmap_error *err)
@@ -251,6 +270,7 @@ static enum rmap_status place_piece(struct merge *self, const struct rmap_map *m
         goto out;
     }
     RMAP_TRY(link_piece(self, from, to, err));
+    RMAP_TRY(link_history(self, map, i, info, err));
     if (i + 1 == map->content.n_piece || info[1].shard != info->shard)
         RMAP_TRY(rmap_sync_directory(shard, err));
 out:

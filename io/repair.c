@@ -8,9 +8,11 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/history_file.h"
 #include "io/journal.h"
 #include "io/map_directory.h"
 #include "io/map_format.h"
+#include "io/map_history.h"
 #include "io/map_internal.h"
 #include "io/map_run.h"
 #include "io/map_scan.h"
@@ -338,6 +340,47 @@ static enum rmap_status remove_piece(const struct removal *removal,
     return st;
 }
 
+/* A history index that is damaged, or whose piece is gone: it can be made again. */
+static enum rmap_status remove_history(const struct removal *removal, const struct rmap_map *map,
+                                       const struct rmap_piece_name *name, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_map_content *now = removal->now;
+    struct rmap_piece_info info = {.shard = name->shard, .number = name->number};
+    struct rmap_error why = {0};
+    size_t i = 0;
+    while (i < now->n_piece &&
+           (now->piece[i].shard != name->shard || now->piece[i].number != name->number))
+        i++;
+    bool orphaned = i == now->n_piece;
+    if (!orphaned && rmap_map_history_check(map, i, &why) != RMAP_FORMAT)
+        return RMAP_OK;
+    char *path = rmap_history_path(removal->self->path, &info);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (unlink(path) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
+    else
+        st = note(removal->done, path + strlen(removal->self->path) + 1,
+                  orphaned ? "removed: its piece is gone"
+                           : "removed: it was damaged; raymap index makes it again",
+                  err);
+    rmap_free(path);
+    return st;
+}
+
+static enum rmap_status remove_histories(const struct removal *removal, const struct rmap_map *map,
+                                         struct rmap_error *err)
+{
+    struct rmap_piece_name *name = NULL;
+    size_t n = 0;
+    enum rmap_status st = rmap_map_list_histories(removal->self->path, &name, &n, err);
+    for (size_t i = 0; i < n && st == RMAP_OK; i++)
+        st = remove_history(removal, map, &name[i], err);
+    rmap_free(name);
+    return st;
+}
+
 enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
                                     struct rmap_findings *done, struct rmap_error *err)
 {
@@ -352,6 +395,7 @@ enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
     RMAP_TRY(rmap_repair_rays(removal.now, &removal.rays, err));
     for (size_t i = 0; i < n; i++)
         RMAP_TRY(remove_piece(&removal, &name[i], err));
+    RMAP_TRY(remove_histories(&removal, map, err));
 out:
     rmap_ray_set_fini(&removal.rays);
     rmap_map_close(map);

@@ -329,6 +329,7 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
     RMAP_TRY(add_trouble(self, findings, err));
     RMAP_TRY(find_missing_shards(self, findings, err));
     RMAP_TRY(find_extra(self, name, n, findings, err));
+    RMAP_TRY(rmap_verify_stray_histories(self, name, n, findings, err));
     *self_ret = self;
     self = NULL;
 out:

@@ -5,6 +5,7 @@
 #ifndef RMAP_VERIFY_INTERNAL_H
 #define RMAP_VERIFY_INTERNAL_H
 
+#include "io/map_directory.h"
 #include "io/map_format.h"
 #include "io/verify.h"
 
@@ -34,5 +35,20 @@ enum rmap_status rmap_verify_tables(const struct rmap_table_pair *pair,
 enum rmap_status rmap_verify_view(struct rmap_verification *self, struct rmap_h5 *h5,
                                   struct rmap_findings *findings,
                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* History indexes: the file of a piece's, if it has one (uses HDF5); what it says of a portion
+ * whose columns are `rays` (any thread); and those without a piece, of which the list is all on
+ * disk. */
+enum rmap_status rmap_verify_history_file(struct rmap_verification *self, size_t piece,
+                                          struct rmap_findings *findings,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_verify_history(struct rmap_verification *self, size_t portion,
+                                     const struct rmap_portion *rays,
+                                     struct rmap_findings *findings,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_verify_stray_histories(struct rmap_verification *self,
+                                             const struct rmap_piece_name *piece, size_t n_piece,
+                                             struct rmap_findings *findings,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

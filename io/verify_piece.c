@@ -354,6 +354,8 @@ enum rmap_status rmap_verify_piece(struct rmap_verification *self, size_t piece,
     RMAP_TRY(compare_info(&check, err));
     RMAP_TRY(compare_portions(&check, err));
     RMAP_TRY(compare_chunks(&check, err));
+    if (self->map)
+        RMAP_TRY(rmap_verify_history_file(self, piece, findings, err));
 out:
     rmap_map_content_fini(&check.own);
     rmap_free(check.claimed);

@@ -101,8 +101,9 @@ enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap
             *err = why;
         return st;
     }
-    if (self->portion_flag[portion] & RMAP_PORTION_UNSURE)
-        return RMAP_OK;
+    st = rmap_verify_history(self, portion, rays, findings, err);
+    if (st != RMAP_OK || self->portion_flag[portion] & RMAP_PORTION_UNSURE)
+        return st;
     return check_summary(self, portion, rays, findings, err);
 }
 

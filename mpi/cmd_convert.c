@@ -5,9 +5,11 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "io/map_history.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/copy_run.h"
+#include "mpi/index_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/progress.h"
@@ -163,6 +165,26 @@ out:
     return st;
 }
 
+/* Collective. A map that was prepared for fast questions stays so. */
+static enum rmap_status index_again(const struct rmap_context *context,
+                                    const struct request *request, const struct rmap_map *map,
+                                    struct rmap_error *err)
+{
+    struct rmap_index_result result;
+    size_t n_indexed = 0;
+    uint64_t nbytes;
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0)
+        st = rmap_map_history_measure(map, &n_indexed, &nbytes, err);
+    int any = n_indexed > 0;
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(&any, 1, MPI_INT, 0, context->comm)));
+    if (any)
+        RMAP_TRY(rmap_index_run(context, request->to, false, &result, err));
+out:
+    return st;
+}
+
 static enum rmap_status run_convert(const struct rmap_context *context,
                                     const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -180,6 +202,7 @@ static enum rmap_status run_convert(const struct rmap_context *context,
     if (context->rank == 0)
         st = conclude(context, &request, &self, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(index_again(context, &request, self.map, err));
 out:
     rmap_map_run_fini(&self.run);
     rmap_map_content_fini(&self.content);
