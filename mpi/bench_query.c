@@ -11,18 +11,26 @@
 #include "mpi/bench.h"
 #include "mpi/bench_questions.h"
 #include "mpi/bench_seed.h"
+#include "mpi/index_run.h"
 #include "mpi/progress.h"
 #include "mpi/scan.h"
 
 enum { QUESTION_MAX = 8 };
 
-/* The same rays in maps of every encoding, and in the reference's file. */
+/* How a map may stand there. */
+static const struct {
+    size_t encoding; /* row of rmap_bench_encoding */
+    bool indexed;
+} store_table[] = {{0, false}, {0, true}, {1, false}, {1, true}};
+enum { N_STORE = sizeof store_table / sizeof *store_table };
+
+/* The same rays in maps of every kind, and in the reference's file. */
 struct search {
     struct rmap_bench *bench;
     const struct rmap_bench_scene *scene;
     const struct rmap_bench_question *question;
     size_t n_question;
-    char map[RMAP_BENCH_ENCODINGS][600], seed[600];
+    char map[N_STORE][600], seed[600];
     double n_segment; /* millions */
 };
 
@@ -41,13 +49,17 @@ static enum rmap_status prepare(struct search *search, struct rmap_error *err)
     struct rmap_seed_result seed;
     double seconds, n_segment;
     search->n_question = rmap_bench_questions(scene->name, &search->question);
-    for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++) {
-        (void)snprintf(search->map[e], sizeof search->map[e], "%s/query-%s-%s.raymap",
-                       bench->folder, scene->name, rmap_bench_encoding[e].name);
-        const struct rmap_bench_store store = {.path = search->map[e],
-                                               .encoding = rmap_bench_encoding[e].encoding};
+    for (size_t k = 0; k < N_STORE; k++) {
+        const struct rmap_bench_encoding *encoding = &rmap_bench_encoding[store_table[k].encoding];
+        struct rmap_index_result index;
+        (void)snprintf(search->map[k], sizeof search->map[k], "%s/query-%s-%zu.raymap",
+                       bench->folder, scene->name, k);
+        const struct rmap_bench_store store = {.path = search->map[k],
+                                               .encoding = encoding->encoding};
         RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store,
                                   &seconds, &n_segment, err));
+        if (store_table[k].indexed)
+            RMAP_TRY(rmap_index_run(&bench->alone, search->map[k], false, &index, err));
     }
     (void)snprintf(search->seed, sizeof search->seed, "%s/query-%s.seed", bench->folder,
                    scene->name);
@@ -59,7 +71,7 @@ out:
 }
 
 /* Puts questions to a map opened for them, all in one scan, which alone is timed. */
-static enum rmap_status ask_map(const struct search *search, size_t encoding,
+static enum rmap_status ask_map(const struct search *search, size_t store,
                                 const struct rmap_bench_question *question, size_t n_question,
                                 struct answer *answer, struct rmap_error *err)
 {
@@ -69,7 +81,7 @@ static enum rmap_status ask_map(const struct search *search, size_t encoding,
     struct rmap_count count[QUESTION_MAX] = {{0}};
     if (n_question > QUESTION_MAX)
         return rmap_error_set(err, RMAP_INTERNAL, "too many questions in one scan");
-    RMAP_TRY(rmap_map_open(search->map[encoding], &map, err));
+    RMAP_TRY(rmap_map_open(search->map[store], &map, err));
     for (size_t q = 0; q < n_question; q++) {
         RMAP_TRY(rmap_criterion_compile(question[q].text, rmap_map_scene(map), &criterion[q], err));
         RMAP_TRY(rmap_count_init(&count[q], rmap_map_scene(map)->n_source, err));
@@ -87,6 +99,16 @@ out:
     }
     rmap_map_close(map);
     return st;
+}
+
+/* With what tells the kinds of maps apart. */
+static void report(const struct search *search, size_t store, const char *name,
+                   const struct rmap_bench_series *series, const char *unit, json_t *extra)
+{
+    (void)json_object_set_new(extra, "encoding",
+                              json_string(rmap_bench_encoding[store_table[store].encoding].name));
+    (void)json_object_set_new(extra, "index", json_boolean(store_table[store].indexed));
+    rmap_bench_report(search->bench, name, search->scene, series, unit, extra);
 }
 
 /* Both must find the same rays, or as nearly as the reference's numbers tell: else there is nothing
@@ -111,7 +133,7 @@ static enum rmap_status measure_class(const struct search *search,
     enum rmap_status st = RMAP_OK;
     struct rmap_bench *bench = search->bench;
     struct rmap_seed_question asked;
-    struct rmap_bench_series series[RMAP_BENCH_ENCODINGS] = {{0}};
+    struct rmap_bench_series series[N_STORE] = {{0}};
     struct answer answer = {0};
     bool *in_set = NULL;
     RMAP_TRY(rmap_bench_question_pose(question, search->scene->scene, &asked, &in_set, err));
@@ -121,46 +143,44 @@ static enum rmap_status measure_class(const struct search *search,
         RMAP_TRY(
             rmap_seed_query(search->seed, &asked, bench->alone.n_thread, &n_seed, &seed_s, err));
         cpu = rmap_bench_cpu() - cpu;
-        for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++) {
-            RMAP_TRY(ask_map(search, e, question, 1, &answer, err));
+        for (size_t k = 0; k < N_STORE; k++) {
+            RMAP_TRY(ask_map(search, k, question, 1, &answer, err));
             RMAP_TRY(check_answer(question, &answer, n_seed, err));
             if (i < 0)
                 continue;
-            rmap_bench_add(&series[e], search->n_segment / answer.seconds,
+            rmap_bench_add(&series[k], search->n_segment / answer.seconds,
                            search->n_segment / seed_s);
-            rmap_bench_add_cpu(&series[e], answer.cpu, cpu);
+            rmap_bench_add_cpu(&series[k], answer.cpu, cpu);
         }
     }
-    for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++)
-        rmap_bench_report(bench, "query_vs_seed", search->scene, &series[e], "million segments/s",
-                          json_pack("{s:s, s:s, s:s, s:I}", "encoding", rmap_bench_encoding[e].name,
-                                    "class", question->class, "criterion", question->text,
-                                    "matched", (json_int_t)answer.n_ray));
+    for (size_t k = 0; k < N_STORE; k++)
+        report(search, k, "query_vs_seed", &series[k], "million segments/s",
+               json_pack("{s:s, s:s, s:I}", "class", question->class, "criterion", question->text,
+                         "matched", (json_int_t)answer.n_ray));
 out:
     rmap_free(in_set);
     return st;
 }
 
 /* All questions in one scan against the slowest of them alone. */
-static enum rmap_status measure_several(const struct search *search, size_t encoding,
+static enum rmap_status measure_several(const struct search *search, size_t store,
                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench_series series = {0};
     for (int i = 0; i < search->bench->n_repeat; i++) {
         struct answer together = {0}, alone = {0}, slowest = {0};
-        RMAP_TRY(ask_map(search, encoding, search->question, search->n_question, &together, err));
+        RMAP_TRY(ask_map(search, store, search->question, search->n_question, &together, err));
         for (size_t q = 0; q < search->n_question; q++) {
-            RMAP_TRY(ask_map(search, encoding, &search->question[q], 1, &alone, err));
+            RMAP_TRY(ask_map(search, store, &search->question[q], 1, &alone, err));
             if (alone.seconds > slowest.seconds)
                 slowest = alone;
         }
         rmap_bench_add(&series, 1e3 * together.seconds, 1e3 * slowest.seconds);
         rmap_bench_add_cpu(&series, slowest.cpu, together.cpu); /* as the times: together / alone */
     }
-    rmap_bench_report(search->bench, "query_several_vs_slowest", search->scene, &series, "ms",
-                      json_pack("{s:s, s:I}", "encoding", rmap_bench_encoding[encoding].name,
-                                "criteria", (json_int_t)search->n_question));
+    report(search, store, "query_several_vs_slowest", &series, "ms",
+           json_pack("{s:I}", "criteria", (json_int_t)search->n_question));
 out:
     return st;
 }
@@ -175,8 +195,8 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
         if (search.question[q].class)
             RMAP_TRY(measure_class(&search, &search.question[q], err));
     if (rmap_bench_wanted(bench, "query_several_vs_slowest"))
-        for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++)
-            RMAP_TRY(measure_several(&search, e, err));
+        for (size_t k = 0; k < N_STORE; k++)
+            RMAP_TRY(measure_several(&search, k, err));
 out:
     return st;
 }

@@ -91,6 +91,8 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
     if (!bench->context->json) {
         printf("%-18s %-13s", name, scene->name);
         print_text(extra, "encoding");
+        if (json_is_true(json_object_get(extra, "index")))
+            printf(" indexed");
         print_text(extra, "class");
         printf(" %9.4g against %9.4g %s: %.3f (%.3f to %.3f)", ours, reference, unit, middle, least,
                most);

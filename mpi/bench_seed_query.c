@@ -128,22 +128,25 @@ static bool went_far(const struct rmap_seed_question *question, const struct his
     return length >= question->longest;
 }
 
-/* What arrived on a surface is registered after the step that took place there. */
+/* A record's devices were met before its event: on the way, or on the surface that it starts from.
+ */
 static bool in_order(const struct rmap_seed_question *question, const struct history *ray)
 {
     int done = 0;
-    for (size_t i = 0; i < ray->n && done < question->n_element; i++) {
+    for (size_t i = 0; i <= ray->n && done < question->n_element; i++) {
         const struct rmap_seed_segment *record = &ray->record[i];
-        const struct rmap_seed_element *next = &question->element[done];
-        if ((record->event & next->events) && is_in(question, next->in_set, record[1].object))
-            next = &question->element[++done];
-        else if (done == 0)
-            return false;
         for (uint32_t d = 0; d < record->n_device && done < question->n_element; d++) {
             const struct rmap_seed_device *device = &ray->device[record->first_device + d];
-            if (!next->events && device->device == next->detector && device->registered)
-                next = &question->element[++done];
+            const struct rmap_seed_element *next = &question->element[done];
+            done += !next->events && device->device == next->detector && device->registered;
         }
+        if (done == question->n_element || i == ray->n)
+            break;
+        const struct rmap_seed_element *next = &question->element[done];
+        if ((record->event & next->events) && is_in(question, next->in_set, record[1].object))
+            done++;
+        else if (done == 0)
+            return false;
     }
     return done == question->n_element;
 }

@@ -8,6 +8,7 @@ import numpy as np
 
 from judge import LENGTH, MASK
 from judge_map import EVENTS, STOPS
+from judge_path import FIRST
 
 SURFACE_NUMBERS = ("reflectance", "reflect_specular", "reflect_diffuse", "transmit_specular",
                    "transmit_diffuse", "absorb")
@@ -268,12 +269,17 @@ class Dice:
             return letter
         return letter + self.path_name(kind)
 
-    def test_path(self, history, kinds):
+    def path(self, paths):
         """A history that is there, with steps made more general, repeated, optional or skipped."""
-        steps = [kinds[ord(c) - 0x4E00] for c in history]
-        out, at = [], 0
+        if paths.kinds is None:
+            paths.match(".")
+        history = paths.histories[paths.history_of_ray[self.row(self.map.ray["id"])]]
+        steps = [paths.kinds[ord(c) - FIRST] for c in history]
+        out, at, vague = [], 0, 0
         while at < len(steps):
             roll = self.random.random()
+            vague += roll < 0.42  # too many of these are too complex, says the program
+            roll = max(roll, 0.42) if vague > 3 else roll
             n = self.random.randrange(1, 5)
             if roll < 0.25:
                 out.append(self.one_of(".*", ".+", "[^E]*", ".{%d}" % n, ".{%d,%d}" % (n, n + 2)))
@@ -295,7 +301,7 @@ class Dice:
         text = self.one_of("", " ").join(out)
         if self.chance(0.5):
             text = re.sub(r" (?=[*+?{|)\[(])", "", text)
-        return f'path("{text}")'
+        return text
 
     # ------------------------------------------------------------------ logic
 
@@ -304,11 +310,7 @@ class Dice:
                  "number", "registered", "registered", "any"]
         kind = self.random.choice(kinds + (["path", "path"] if self.use_path else []))
         if kind == "path":
-            paths = judge.paths
-            if paths.kinds is None:
-                paths.match(".")
-            which = paths.history_of_ray[self.row(self.map.ray["id"])]
-            return self.test_path(paths.histories[which], paths.kinds)
+            return f'path("{self.path(judge.paths)}")'
         if kind in ("registered", "any") and not self.map.names["detector"]:
             kind = "hit"
         return getattr(self, "test_" + kind)()

@@ -92,6 +92,15 @@ def ask(target, texts, *options, ranks=1):
     return answers
 
 
+def check_paths(name, verdicts, n):
+    """The judge's own automaton against Python's regular expressions."""
+    for _ in range(n):
+        text = verdicts.dice.path(verdicts.judge.paths)
+        both = verdicts.judge.paths.match_again(text)
+        if (both[:, 0] != both[:, 1]).any():
+            fail(f"{name}: the judge disagrees with himself: path(\"{text}\")")
+
+
 def check_complements(target, dice, judge, n):
     """not (a and b) is not a or not b; a and b, a and not b, not a and b, neither add up."""
     for _ in range(n):
@@ -145,6 +154,7 @@ def judge_scene_in(name, scene, n_ray, k):
     verdicts = Verdicts(name, plain, N_CRITERION // 3, SEED * 1000 + k)
     verdicts.compare(plain)
     verdicts.compare(plain, ranks=2 + k)
+    check_paths(name, verdicts, N_CRITERION // 10)
     pieces = trace(scene, f"{name}-pieces.raymap", n_ray, "--piece-size", "1Mi", "--encoding",
                    ("plain", "compact")[k % 2], ranks=2 + (k + 1) % 2)
     verdicts.compare(pieces, "--threads", "3")

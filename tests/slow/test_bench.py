@@ -38,7 +38,7 @@ for result in document["results"]:
         assert result["criterion"] and result["matched"] > 0, result
         classes.add((result["scene"], result["class"]))
 assert classes == {(scene, word) for scene in ("room", "double-gauss")
-                   for word in ("objects", "never", "numbers")}, classes
+                   for word in ("objects", "never", "numbers", "path")}, classes
 
 alone = bench("--repeats", "1", "--only", "trace_vs_roofline", "--scene", "room")
 assert [result["name"] for result in alone["results"]] == ["trace_vs_roofline"]
