@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/criterion_compare.h"
 #include "base/alloc.h"
 
 /* Rows marked at a time: marks and sums stay in the first-level cache. */
@@ -67,75 +68,32 @@ static void count_rows(const struct evaluation *ev, const struct rmap_criterion_
     }
 }
 
-/* Counts that an interval holds: least <= count <= least + span, or, when `flip`, the others. */
-struct whole_range {
-    bool empty, flip;
-    uint32_t least, span;
-};
-
-static struct whole_range whole_range(const struct rmap_interval *interval)
-{
-    double low = ceil(fmax(interval->low, 0.0)), high = floor(fmin(interval->high, UINT32_MAX));
-    struct whole_range range = {.empty = low > high, .flip = interval->outside};
-    if (!range.empty) {
-        range.least = (uint32_t)low;
-        range.span = (uint32_t)(high - low);
-    }
-    return range;
-}
-
-static void compare_counts(const struct evaluation *ev, const struct rmap_interval *interval,
-                           uint8_t *verdict)
-{
-    struct whole_range range = whole_range(interval);
-    uint8_t flip = range.flip ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
-    if (range.empty)
-        memset(verdict, flip, ev->n_ray);
-    else
-        for (size_t i = 0; i < ev->n_ray; i++)
-            verdict[i] =
-                (uint8_t)(ev->count[i] - range.least <= range.span ? RMAP_VERDICT_YES : 0) ^ flip;
-}
-
-static uint8_t negation(uint8_t verdict)
-{
-    return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
-}
-
-/* The same where a count may be anything from 0 up to the one given. */
-static void compare_bounds(const struct evaluation *ev, const struct rmap_interval *interval,
-                           uint8_t *verdict)
-{
-    struct whole_range range = whole_range(interval);
-    for (size_t i = 0; i < ev->n_ray; i++) {
-        uint32_t most = ev->count[i];
-        bool may = !range.empty && most >= range.least;
-        bool does = may && range.least == 0 && most <= range.span;
-        uint8_t its = does ? RMAP_VERDICT_YES : may ? RMAP_VERDICT_OPEN : RMAP_VERDICT_NO;
-        verdict[i] = range.flip ? negation(its) : its;
-    }
-}
-
-static double ray_number(const struct evaluation *ev, enum rmap_ray_number number, size_t i)
+static void compare_ray_numbers(const struct evaluation *ev, const struct rmap_criterion_node *node,
+                                uint8_t *verdict)
 {
     const struct rmap_ray_columns *ray = &ev->portion->ray;
-    switch (number) {
-    case RMAP_RAY_NUMBER_ID:
-        return (double)ray->id[i];
-    case RMAP_RAY_NUMBER_SEGMENTS:
-        return ray->segment_count[i];
-    case RMAP_RAY_NUMBER_WAVELENGTH:
-        return ray->wavelength[i];
-    case RMAP_RAY_NUMBER_FLUX:
-        return (size_t)ray->source[i] < ev->criterion->scene->n_source
-                   ? ray->weight[i] * ev->evidence->flux_per_weight[ray->source[i]]
-                   : (double)NAN;
-    case RMAP_RAY_NUMBER_PATH_LENGTH:
-        return ray->path_length[i];
-    case RMAP_RAY_NUMBER_OPTICAL_PATH:
-        return ray->optical_path[i];
+    const double *stored = node->ray_number == RMAP_RAY_NUMBER_WAVELENGTH     ? ray->wavelength
+                           : node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH  ? ray->path_length
+                           : node->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
+                                                                              : NULL;
+    const bool is_id = node->ray_number == RMAP_RAY_NUMBER_ID;
+    const bool is_flux = node->ray_number == RMAP_RAY_NUMBER_FLUX;
+    size_t n_source = ev->criterion->scene->n_source;
+    if (stored) {
+        rmap_compare_numbers(stored, ev->n_ray, &node->interval, verdict);
+        return;
     }
-    return (double)NAN;
+    for (size_t i = 0; i < ev->n_ray; i++) {
+        double number = (double)NAN;
+        if (is_id)
+            number = (double)ray->id[i];
+        else if (!is_flux)
+            number = ray->segment_count[i];
+        else if ((size_t)ray->source[i] < n_source)
+            number = ray->weight[i] * ev->evidence->flux_per_weight[ray->source[i]];
+        verdict[i] =
+            rmap_interval_holds(&node->interval, number) ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+    }
 }
 
 /* 1 where the ray ended so, and there. */
@@ -166,6 +124,19 @@ static bool is_discrete(const struct rmap_criterion_node *node)
     return !(node->columns & ~RMAP_COLUMNS_DISCRETE);
 }
 
+/* 1 where the whole history is such a path. */
+static enum rmap_status count_path(const struct evaluation *ev,
+                                   const struct rmap_criterion_node *node, struct rmap_error *err)
+{
+    struct rmap_criterion_node own = *node;
+    own.interval = (struct rmap_interval){1.0, 1.0, false};
+    enum rmap_status st =
+        rmap_path_mark(ev->criterion, &own, ev->portion, (uint8_t *)ev->count, err);
+    if (st == RMAP_OK)
+        rmap_counts_of_bytes(ev->count, ev->n_ray);
+    return st;
+}
+
 /* What a test counts per ray. index: of the node, which may stand looser here. */
 static enum rmap_status count_test(const struct evaluation *ev, int32_t index,
                                    const struct rmap_criterion_node *node, struct rmap_error *err)
@@ -183,6 +154,8 @@ static enum rmap_status count_test(const struct evaluation *ev, int32_t index,
             ev->count[i] = rmap_index_set_has(&node->source, portion->ray.source[i]);
     else if (node->kind == RMAP_CRITERION_ENDED)
         count_endings(ev, &node->ending);
+    else if (node->kind == RMAP_CRITERION_PATH)
+        st = count_path(ev, node, err);
     else if (node->kind == RMAP_CRITERION_STEPS)
         count_rows(ev, node, portion->ray.segment_count, portion->n_row[RMAP_TABLE_SEGMENT]);
     else
@@ -211,7 +184,7 @@ static enum rmap_status bound_test(const struct evaluation *ev, int32_t index, u
     }
     enum rmap_status st = count_test(ev, index, &loose, err);
     if (st == RMAP_OK)
-        compare_bounds(ev, &loose.interval, verdict);
+        rmap_compare_bounds(ev->count, ev->n_ray, &loose.interval, verdict);
     return st;
 }
 
@@ -227,18 +200,10 @@ static enum rmap_status evaluate_test(const struct evaluation *ev, int32_t index
         memset(verdict, holds ? RMAP_VERDICT_YES : RMAP_VERDICT_NO, ev->n_ray);
     } else if (node->kind == RMAP_CRITERION_NUMBER) {
         RMAP_TRY(fetch(ev, node->columns, err));
-        for (size_t i = 0; i < ev->n_ray; i++)
-            verdict[i] = rmap_interval_holds(&node->interval, ray_number(ev, node->ray_number, i))
-                             ? RMAP_VERDICT_YES
-                             : RMAP_VERDICT_NO;
-    } else if (node->kind == RMAP_CRITERION_PATH) {
-        RMAP_TRY(fetch(ev, node->columns, err));
-        RMAP_TRY(rmap_path_mark(ev->criterion, node, ev->portion, verdict, err));
-        for (size_t i = 0; i < ev->n_ray; i++)
-            verdict[i] = verdict[i] ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+        compare_ray_numbers(ev, node, verdict);
     } else {
         RMAP_TRY(count_test(ev, index, node, err));
-        compare_counts(ev, &node->interval, verdict);
+        rmap_compare_counts(ev->count, ev->n_ray, &node->interval, verdict);
     }
 out:
     return st;
@@ -255,6 +220,16 @@ static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
 
 static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
                                       uint8_t *verdict, struct rmap_error *err);
+
+static void combine(const uint8_t *restrict own, size_t n, bool is_and, uint8_t *restrict verdict)
+{
+    if (is_and)
+        for (size_t i = 0; i < n; i++)
+            verdict[i] &= own[i];
+    else
+        for (size_t i = 0; i < n; i++)
+            verdict[i] |= own[i];
+}
 
 /* level: masks that are in use above. is_rest: as in the evidence, and this node is its `and` or
  * `or`. */
@@ -274,12 +249,7 @@ static enum rmap_status evaluate_logic(const struct evaluation *ev,
         if (is_rest && is_discrete(&ev->criterion->node[child]))
             continue;
         st = evaluate_node(ev, child, level + 1, own, err);
-        if (is_and)
-            for (size_t i = 0; i < n; i++)
-                verdict[i] &= own[i];
-        else
-            for (size_t i = 0; i < n; i++)
-                verdict[i] |= own[i];
+        combine(own, n, is_and, verdict);
     }
     return st;
 }
@@ -296,7 +266,7 @@ static enum rmap_status evaluate_anew(const struct evaluation *ev, int32_t index
     enum rmap_status st = is_rest ? evaluate_anew(ev, node->first, level, true, verdict, err)
                                   : evaluate_node(ev, node->first, level, verdict, err);
     for (size_t i = 0; st == RMAP_OK && i < ev->n_ray; i++)
-        verdict[i] = negation(verdict[i]);
+        verdict[i] = rmap_verdict_not(verdict[i]);
     return st;
 }
 

@@ -11,6 +11,11 @@
 /* Bit 0: the ray may match; bit 1: it does. `and` is &, `or` is |. */
 enum rmap_verdict { RMAP_VERDICT_NO = 0, RMAP_VERDICT_OPEN = 1, RMAP_VERDICT_YES = 3 };
 
+static inline uint8_t rmap_verdict_not(uint8_t verdict)
+{
+    return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
+}
+
 /* Rays, and how to learn about them. */
 struct rmap_evidence {
     const struct rmap_portion *portion; /* its rays are counted; columns, and rows of the other

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
  * A piece's dictionary is judged once, as if its paths were rays; a portion in the form PATHS then
- * looks its verdicts up. In the form ROWS tests are put to the classes of legs and registrations,
- * and the index counts the rows of those that pass.
+ * looks its verdicts up.
  */
 #include "analysis/query_history.h"
 
 #include <string.h>
 
+#include "analysis/query_rows.h"
 #include "base/alloc.h"
 #include "io/map_history.h"
 
@@ -21,23 +21,6 @@ struct decision {
     size_t *first_row[RMAP_TABLE_COUNT]; /* [n_path], NULL: not yet added up; /ray has none */
 };
 
-/* The classes of the piece in hand as rows of one ray, and which of them pass a test. */
-struct classes {
-    struct rmap_portion portion; /* columns borrowed from the arrays below */
-    uint32_t n_segment, n_registration;
-    int32_t *object, *detector;
-    uint32_t *event;
-    int16_t *medium;
-    uint8_t *registered;
-    size_t object_cap, event_cap, medium_cap, detector_cap, registered_cap;
-};
-
-struct wanted {
-    uint8_t *flag; /* [n_class] or [n_hit] */
-    size_t cap;
-    uint64_t stamp; /* of the piece it was made for */
-};
-
 struct rmap_query_history {
     const struct rmap_map *map;
     struct rmap_criterion *const *criterion;
@@ -45,20 +28,16 @@ struct rmap_query_history {
     const struct rmap_shared_tests *shared;
     struct decision *decision; /* [n_piece] */
     size_t decision_nbytes;
-    struct wanted *wanted; /* [first_node[n_criterion]] per node of all criteria */
-    size_t *first_node;    /* [n_criterion + 1] */
+    struct rmap_query_rows *by_class;
     struct rmap_judge judge;
 
     size_t piece;                           /* in hand, if index is not NULL */
     const struct rmap_history_index *index; /* borrowed from the map until given back */
-    uint64_t stamp;                         /* changes with the piece in hand */
-    struct classes classes;
     struct rmap_history_view view;
     bool is_begun; /* the judge has kept verdicts of the portion in hand alone */
     struct rmap_portion *unfolded;
     rmap_column_set present;  /* columns of it */
     struct rmap_portion rays; /* the portion in hand as evidence: the unfolded one's columns */
-    size_t c;                 /* criterion being judged */
     uint64_t nbytes;
 };
 
@@ -67,6 +46,7 @@ rmap_query_history_create(const struct rmap_map *map, struct rmap_criterion *con
                           size_t n_criterion, const struct rmap_shared_tests *shared,
                           struct rmap_query_history **history_ret, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     struct rmap_query_history *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
@@ -75,18 +55,17 @@ rmap_query_history_create(const struct rmap_map *map, struct rmap_criterion *con
     self->n_criterion = n_criterion;
     self->shared = shared;
     self->decision = rmap_alloc(rmap_map_n_piece(map), sizeof *self->decision);
-    self->first_node = rmap_alloc(n_criterion + 1, sizeof *self->first_node);
     self->unfolded = rmap_alloc(1, sizeof *self->unfolded);
-    for (size_t c = 0; self->first_node && c < n_criterion; c++)
-        self->first_node[c + 1] = self->first_node[c] + criterion[c]->n_node;
-    if (self->first_node)
-        self->wanted = rmap_alloc(self->first_node[n_criterion], sizeof *self->wanted);
-    if (!self->decision || !self->wanted || !self->unfolded) {
-        rmap_query_history_destroy(self);
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    if (!self->decision || !self->unfolded) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+        goto out;
     }
+    RMAP_TRY(rmap_query_rows_create(criterion, n_criterion, &self->by_class, err));
     *history_ret = self;
-    return RMAP_OK;
+    self = NULL;
+out:
+    rmap_query_history_destroy(self);
+    return st;
 }
 
 static void forget_decisions(struct rmap_query_history *self)
@@ -114,17 +93,9 @@ void rmap_query_history_destroy(struct rmap_query_history *self)
     rmap_history_view_fini(&self->view);
     leave_piece(self);
     forget_decisions(self);
-    for (size_t i = 0; self->wanted && i < self->first_node[self->n_criterion]; i++)
-        rmap_free(self->wanted[i].flag);
-    rmap_free(self->classes.object);
-    rmap_free(self->classes.event);
-    rmap_free(self->classes.medium);
-    rmap_free(self->classes.detector);
-    rmap_free(self->classes.registered);
+    rmap_query_rows_destroy(self->by_class);
     rmap_judge_fini(&self->judge);
     rmap_portion_destroy(self->unfolded);
-    rmap_free(self->wanted);
-    rmap_free(self->first_node);
     rmap_free(self->decision);
     rmap_free(self);
 }
@@ -134,53 +105,6 @@ uint64_t rmap_query_history_nbytes(const struct rmap_query_history *self)
     return self->nbytes;
 }
 
-static enum rmap_status reserve_classes(struct classes *self, size_t n_class, size_t n_hit,
-                                        struct rmap_error *err)
-{
-    const struct {
-        void **block;
-        size_t *cap, n, size;
-    } row[] = {{(void **)&self->object, &self->object_cap, n_class, sizeof *self->object},
-               {(void **)&self->event, &self->event_cap, n_class, sizeof *self->event},
-               {(void **)&self->medium, &self->medium_cap, n_class, sizeof *self->medium},
-               {(void **)&self->detector, &self->detector_cap, n_hit, sizeof *self->detector},
-               {(void **)&self->registered, &self->registered_cap, n_hit, 1}};
-    enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; st == RMAP_OK && i < sizeof row / sizeof *row; i++)
-        st = rmap_reserve(row[i].block, row[i].cap, row[i].n, row[i].size, err);
-    return st;
-}
-
-/* Classes as columns, so that tests are put to them as to rows. */
-static enum rmap_status list_classes(struct rmap_query_history *self, struct rmap_error *err)
-{
-    struct classes *own = &self->classes;
-    size_t n_class = rmap_history_n_class(self->index), n_hit = rmap_history_n_hit(self->index);
-    const struct rmap_history_class *class = rmap_history_classes(self->index);
-    const struct rmap_history_hit *hit = rmap_history_hits(self->index);
-    enum rmap_status st = reserve_classes(own, n_class, n_hit, err);
-    if (st != RMAP_OK)
-        return st;
-    for (size_t i = 0; i < n_class; i++) {
-        own->object[i] = class[i].object;
-        own->event[i] = class[i].event;
-        own->medium[i] = (int16_t) class[i].medium;
-    }
-    for (size_t i = 0; i < n_hit; i++) {
-        own->detector[i] = hit[i].detector;
-        own->registered[i] = (uint8_t)hit[i].registered;
-    }
-    own->n_segment = (uint32_t)n_class;
-    own->n_registration = (uint32_t)n_hit;
-    own->portion = (struct rmap_portion){
-        .n_row = {1, n_class, n_hit},
-        .ray.segment_count = &own->n_segment,
-        .ray.registration_count = &own->n_registration,
-        .segment = {.object = own->object, .event = own->event, .medium = own->medium},
-        .registration = {.detector = own->detector, .registered = own->registered}};
-    return RMAP_OK;
-}
-
 static enum rmap_status enter_piece(struct rmap_query_history *self, size_t piece,
                                     struct rmap_error *err)
 {
@@ -188,9 +112,10 @@ static enum rmap_status enter_piece(struct rmap_query_history *self, size_t piec
         return RMAP_OK;
     leave_piece(self);
     self->piece = piece;
-    self->stamp++;
     enum rmap_status st = rmap_map_history(self->map, piece, &self->index, err);
-    return st == RMAP_OK && self->index ? list_classes(self, err) : st;
+    return st == RMAP_OK && self->index
+               ? rmap_query_rows_enter_piece(self->by_class, self->index, err)
+               : st;
 }
 
 enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_t portion,
@@ -251,74 +176,6 @@ static enum rmap_status decide(struct rmap_query_history *self, struct decision 
     return judge_paths(self, decision, err);
 }
 
-/* Which classes pass a test of steps or registrations. */
-static enum rmap_status want(struct rmap_query_history *self, int32_t index,
-                             const struct rmap_criterion_node *node, const uint8_t **flag_ret,
-                             struct rmap_error *err)
-{
-    struct wanted *wanted = &self->wanted[self->first_node[self->c] + (size_t)index];
-    const struct rmap_criterion *criterion = self->criterion[self->c];
-    const struct rmap_portion *classes = &self->classes.portion;
-    bool of_steps = node->kind == RMAP_CRITERION_STEPS;
-    size_t n = classes->n_row[of_steps ? RMAP_TABLE_SEGMENT : RMAP_TABLE_REGISTRATION];
-    void *flag = wanted->flag;
-    enum rmap_status st = rmap_reserve(&flag, &wanted->cap, n + 1, 1, err);
-    wanted->flag = flag;
-    *flag_ret = flag;
-    if (st != RMAP_OK || wanted->stamp == self->stamp)
-        return st;
-    wanted->stamp = self->stamp;
-    const struct rmap_strip strip = {.n = n};
-    if (n > 0 && of_steps)
-        rmap_steps_mark(criterion, &node->steps, classes, &strip, flag);
-    else if (n > 0)
-        rmap_registrations_mark(criterion, &node->registrations, classes, &strip, flag);
-    return RMAP_OK;
-}
-
-/* 1 or 0 per kind of ray, then per ray. */
-static enum rmap_status count_kinds(const struct rmap_history_view *view,
-                                    const struct rmap_criterion_node *node, uint32_t *count,
-                                    struct rmap_error *err)
-{
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    uint32_t *own = rmap_alloc(view->n_kind + 1, sizeof *own);
-    if (!own)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu kinds", view->n_kind);
-    for (size_t k = 0; k < view->n_kind; k++)
-        own[k] = node->kind == RMAP_CRITERION_SOURCE
-                     ? rmap_index_set_has(&node->source, view->kind_source[k])
-                     : view->kind_stop[k] == node->ending.stop;
-    for (size_t i = 0; i < n_ray; i++)
-        count[i] = own[view->kind ? view->kind[i] : 0];
-    rmap_free(own);
-    return RMAP_OK;
-}
-
-/* As rmap_evidence.count says, of a portion in the form ROWS. */
-static enum rmap_status count_by_class(void *context, int32_t index,
-                                       const struct rmap_criterion_node *node, uint32_t *count,
-                                       bool *counted_ret, struct rmap_error *err)
-{
-    struct rmap_query_history *self = context;
-    const struct rmap_history_view *view = &self->view;
-    const uint8_t *flag;
-    enum rmap_status st = RMAP_OK;
-    *counted_ret = true;
-    if (node->kind == RMAP_CRITERION_SOURCE ||
-        (node->kind == RMAP_CRITERION_ENDED && !node->ending.somewhere))
-        return count_kinds(view, node, count, err);
-    *counted_ret = node->kind == RMAP_CRITERION_STEPS || node->kind == RMAP_CRITERION_REGISTRATIONS;
-    if (!*counted_ret)
-        return RMAP_OK;
-    st = want(self, index, node, &flag, err);
-    if (st == RMAP_OK && node->kind == RMAP_CRITERION_STEPS)
-        rmap_history_count(view, flag, count);
-    else if (st == RMAP_OK)
-        rmap_history_count_hits(view, flag, count);
-    return st;
-}
-
 /* Discrete columns of the portion in hand, unfolded when first asked for. */
 static enum rmap_status unfold(void *context, rmap_column_set columns, struct rmap_error *err)
 {
@@ -347,20 +204,15 @@ static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, ui
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_evidence evidence = {.portion = &self->rays,
-                                           .columns = RMAP_COLUMNS_DISCRETE,
-                                           .context = self,
-                                           .fetch = unfold,
-                                           .count = count_by_class};
     if (!self->is_begun) {
         self->rays.n_row[RMAP_TABLE_RAY] = self->view.n_row[RMAP_TABLE_RAY];
+        rmap_query_rows_enter(self->by_class, &self->view, &self->rays, unfold, self);
         RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot,
                                   self->view.n_row[RMAP_TABLE_RAY], err));
         self->is_begun = true;
     }
-    self->c = c;
-    RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared->slot[c], &evidence,
-                                  &self->judge, verdict, err));
+    RMAP_TRY(rmap_query_rows_judge(self->by_class, c, self->shared->slot[c], &self->judge, verdict,
+                                   err));
 out:
     return st;
 }

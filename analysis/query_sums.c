@@ -11,11 +11,10 @@ static void add_source(struct rmap_count *count, size_t source, double rays)
 }
 
 /* Rays and segments; returns the rays. */
-static uint64_t add_numbers(struct rmap_count *count, const uint32_t *segment_count,
-                            const uint8_t *verdict, size_t n)
+static uint64_t add_numbers(struct rmap_count *count, const uint32_t *restrict segment_count,
+                            const uint8_t *restrict verdict, size_t n)
 {
-    uint64_t segments = 0;
-    uint32_t rays = 0;
+    uint64_t segments = 0, rays = 0;
     for (size_t i = 0; i < n; i++) {
         uint32_t match = verdict[i] >> 1;
         rays += match;

@@ -49,10 +49,12 @@ enum rmap_status rmap_undecided_enter(struct rmap_undecided *self, const uint8_t
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     bool by_path = view->form == RMAP_HISTORY_PATHS;
     self->is_whole = is_many(view, verdict);
-    for (size_t i = 0; i < n_ray; i++) { /* without a branch: one more may be written than counts */
+    for (size_t i = 0; !self->is_whole && i < n_ray; i++) { /* one more than counts is written */
         self->ray[n] = (uint32_t)i;
-        n += self->is_whole || verdict[by_path ? view->path[i] : i] == RMAP_VERDICT_OPEN;
+        n += verdict[by_path ? view->path[i] : i] == RMAP_VERDICT_OPEN;
     }
+    if (self->is_whole)
+        n = n_ray;
     self->n = n;
     self->view = view;
     self->history = history;

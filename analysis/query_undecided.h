@@ -13,7 +13,7 @@
 struct rmap_undecided {
     bool is_whole; /* all rays of the portion in hand, decided ones among them */
     size_t n;
-    uint32_t *ray; /* [n] rows of /ray of the portion in hand, ascending */
+    uint32_t *ray; /* [n] rows of /ray of the portion in hand, ascending; not set for the whole */
     size_t ray_cap;
     struct rmap_portion rows; /* of these rays: counted, columns as far as fetched */
 

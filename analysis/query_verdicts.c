@@ -173,6 +173,20 @@ out:
     return st;
 }
 
+/* NO where history had decided. */
+static void keep_open(const struct rmap_query_verdicts *self, size_t c, uint8_t *restrict verdict)
+{
+    const uint8_t *restrict before = verdict_of(self, c);
+    const uint16_t *path = self->view->path;
+    size_t n = self->n_ray;
+    if (self->view->form == RMAP_HISTORY_PATHS)
+        for (size_t i = 0; i < n; i++)
+            verdict[i] &= (uint8_t)(0 - (before[path[i]] == RMAP_VERDICT_OPEN));
+    else
+        for (size_t i = 0; i < n; i++)
+            verdict[i] &= (uint8_t)(0 - (before[i] == RMAP_VERDICT_OPEN));
+}
+
 /* Verdicts of criterion c on the rays that its history leaves undecided. */
 static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t c,
                                         uint8_t *verdict, struct rmap_error *err)
@@ -192,11 +206,23 @@ static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t
     RMAP_TRY(rmap_judge_begin(&self->judge, self->shared.n_slot, undecided->n, err));
     RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
                                   verdict, err));
-    for (size_t s = 0; undecided->is_whole && s < undecided->n; s++)
-        if (verdict_of(self, c)[row_of(self, s)] != RMAP_VERDICT_OPEN)
-            verdict[s] = RMAP_VERDICT_NO;
+    if (undecided->is_whole)
+        keep_open(self, c, verdict);
 out:
     return st;
+}
+
+/* Verdicts per ray with those of the undecided rays: open or NO | YES is YES. */
+static void join_undecided(const struct rmap_query_verdicts *self, uint8_t *restrict verdict)
+{
+    const struct rmap_undecided *undecided = &self->undecided;
+    const uint8_t *restrict own = self->own;
+    if (undecided->is_whole)
+        for (size_t i = 0; i < undecided->n; i++)
+            verdict[i] |= own[i];
+    else
+        for (size_t s = 0; s < undecided->n; s++)
+            verdict[undecided->ray[s]] |= own[s];
 }
 
 static enum rmap_status judge_columns(struct rmap_query_verdicts *self, size_t c, uint8_t *verdict,
@@ -224,8 +250,7 @@ static enum rmap_status judge_rays(struct rmap_query_verdicts *self, size_t c, u
     if (!self->is_open[c])
         return RMAP_OK;
     RMAP_TRY(judge_undecided(self, c, self->own, err));
-    for (size_t s = 0; s < self->undecided.n; s++)
-        verdict[self->undecided.ray[s]] |= self->own[s];
+    join_undecided(self, verdict);
 out:
     return st;
 }
@@ -258,7 +283,8 @@ static enum rmap_status add_paths(struct rmap_query_verdicts *self, size_t c,
     if (self->is_open[c])
         RMAP_TRY(judge_undecided(self, c, self->own, err));
     for (size_t s = 0; self->is_open[c] && s < self->undecided.n; s++)
-        rays[view->path[self->undecided.ray[s]]] += self->own[s] >> 1;
+        rays[view->path[self->undecided.is_whole ? s : self->undecided.ray[s]]] +=
+            self->own[s] >> 1;
     rmap_sums_add_paths(count, view, &rmap_history_paths(view->index)->ray, rays);
 out:
     return st;
@@ -271,8 +297,8 @@ static enum rmap_status add_rows(struct rmap_query_verdicts *self, size_t c,
     uint8_t *verdict = verdict_of(self, c);
     if (self->is_open[c])
         RMAP_TRY(judge_undecided(self, c, self->own, err));
-    for (size_t s = 0; self->is_open[c] && s < self->undecided.n; s++)
-        verdict[self->undecided.ray[s]] |= self->own[s]; /* open | YES is YES */
+    if (self->is_open[c])
+        join_undecided(self, verdict);
     self->is_open[c] = false;
     rmap_sums_add_rows(count, self->view, verdict);
 out:

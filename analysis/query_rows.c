@@ -1,0 +1,296 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query_rows.h"
+
+#include "analysis/criterion_compare.h"
+#include "base/alloc.h"
+
+/* What a test says of the classes of the piece in hand. */
+struct answer {
+    void *of_class; /* uint8_t, 1 where it passes; of a path test uint16_t, the symbol */
+    size_t cap;     /* bytes */
+    uint64_t stamp; /* of the piece it was made for */
+};
+
+struct rmap_query_rows {
+    struct rmap_criterion *const *criterion;
+    size_t n_criterion;
+    struct answer *answer; /* [first_node[n_criterion]] per node of all criteria */
+    size_t *first_node;    /* [n_criterion + 1] */
+    size_t c;              /* criterion being judged */
+
+    /* Classes of the piece in hand, as rows of one ray. */
+    uint64_t stamp;
+    const struct rmap_history_class *class;
+    struct rmap_portion classes; /* columns borrowed from the arrays below */
+    uint32_t n_segment, n_registration;
+    int32_t *object, *detector;
+    uint32_t *event;
+    int16_t *medium;
+    uint8_t *registered;
+    size_t object_cap, event_cap, medium_cap, detector_cap, registered_cap;
+
+    /* The portion in hand. */
+    const struct rmap_history_view *view;
+    const struct rmap_portion *rays;
+    enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
+    void *context;
+    uint16_t *row_class; /* [n_segment], once it was asked for */
+    size_t row_class_cap;
+    bool is_classed;
+};
+
+enum rmap_status rmap_query_rows_create(struct rmap_criterion *const *criterion, size_t n_criterion,
+                                        struct rmap_query_rows **rows_ret, struct rmap_error *err)
+{
+    struct rmap_query_rows *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    self->criterion = criterion;
+    self->n_criterion = n_criterion;
+    self->first_node = rmap_alloc(n_criterion + 1, sizeof *self->first_node);
+    for (size_t c = 0; self->first_node && c < n_criterion; c++)
+        self->first_node[c + 1] = self->first_node[c] + criterion[c]->n_node;
+    if (self->first_node)
+        self->answer = rmap_alloc(self->first_node[n_criterion], sizeof *self->answer);
+    if (!self->answer) {
+        rmap_query_rows_destroy(self);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    }
+    *rows_ret = self;
+    return RMAP_OK;
+}
+
+void rmap_query_rows_destroy(struct rmap_query_rows *self)
+{
+    if (!self)
+        return;
+    for (size_t i = 0; self->answer && i < self->first_node[self->n_criterion]; i++)
+        rmap_free(self->answer[i].of_class);
+    rmap_free(self->answer);
+    rmap_free(self->first_node);
+    rmap_free(self->object);
+    rmap_free(self->event);
+    rmap_free(self->medium);
+    rmap_free(self->detector);
+    rmap_free(self->registered);
+    rmap_free(self->row_class);
+    rmap_free(self);
+}
+
+static enum rmap_status reserve(struct rmap_query_rows *self, size_t n_class, size_t n_hit,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *object = self->object, *event = self->event, *medium = self->medium;
+    void *detector = self->detector, *registered = self->registered;
+    st = rmap_reserve(&object, &self->object_cap, n_class, sizeof *self->object, err);
+    self->object = object;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&event, &self->event_cap, n_class, sizeof *self->event, err);
+    self->event = event;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&medium, &self->medium_cap, n_class, sizeof *self->medium, err);
+    self->medium = medium;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&detector, &self->detector_cap, n_hit, sizeof *self->detector, err);
+    self->detector = detector;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&registered, &self->registered_cap, n_hit, 1, err);
+    self->registered = registered;
+    return st;
+}
+
+enum rmap_status rmap_query_rows_enter_piece(struct rmap_query_rows *self,
+                                             const struct rmap_history_index *index,
+                                             struct rmap_error *err)
+{
+    size_t n_class = rmap_history_n_class(index), n_hit = rmap_history_n_hit(index);
+    const struct rmap_history_hit *hit = rmap_history_hits(index);
+    enum rmap_status st = reserve(self, n_class, n_hit, err);
+    if (st != RMAP_OK)
+        return st;
+    self->stamp++;
+    self->class = rmap_history_classes(index);
+    for (size_t i = 0; i < n_class; i++) {
+        self->object[i] = self->class[i].object;
+        self->event[i] = self->class[i].event;
+        self->medium[i] = (int16_t)self->class[i].medium;
+    }
+    for (size_t i = 0; i < n_hit; i++) {
+        self->detector[i] = hit[i].detector;
+        self->registered[i] = (uint8_t)hit[i].registered;
+    }
+    self->n_segment = (uint32_t)n_class;
+    self->n_registration = (uint32_t)n_hit;
+    self->classes = (struct rmap_portion){
+        .n_row = {1, n_class, n_hit},
+        .ray.segment_count = &self->n_segment,
+        .ray.registration_count = &self->n_registration,
+        .segment = {.object = self->object, .event = self->event, .medium = self->medium},
+        .registration = {.detector = self->detector, .registered = self->registered}};
+    return RMAP_OK;
+}
+
+void rmap_query_rows_enter(struct rmap_query_rows *self, const struct rmap_history_view *view,
+                           const struct rmap_portion *rays,
+                           enum rmap_status (*fetch)(void *context, rmap_column_set columns,
+                                                     struct rmap_error *err),
+                           void *context)
+{
+    self->view = view;
+    self->rays = rays;
+    self->fetch = fetch;
+    self->context = context;
+    self->is_classed = false;
+}
+
+/* A test put to every class. */
+static void ask(const struct rmap_query_rows *self, const struct rmap_criterion_node *node,
+                void *of_class)
+{
+    const struct rmap_criterion *criterion = self->criterion[self->c];
+    uint8_t *pass = of_class;
+    uint16_t *symbol = of_class;
+    const struct rmap_strip segments = {.n = self->n_segment};
+    const struct rmap_strip registrations = {.n = self->n_registration};
+    if (node->kind == RMAP_CRITERION_STEPS && segments.n > 0)
+        rmap_steps_mark(criterion, &node->steps, &self->classes, &segments, pass);
+    else if (node->kind == RMAP_CRITERION_REGISTRATIONS && registrations.n > 0)
+        rmap_registrations_mark(criterion, &node->registrations, &self->classes, &registrations,
+                                pass);
+    for (size_t i = 0; node->kind == RMAP_CRITERION_ENDED && i < self->n_segment; i++)
+        pass[i] = self->object[i] >= 0 ? rmap_index_set_has(&node->ending.object, self->object[i])
+                                       : rmap_index_set_has(&node->ending.medium, self->medium[i]);
+    for (size_t i = 0; node->kind == RMAP_CRITERION_PATH && i < self->n_segment; i++)
+        symbol[i] = rmap_path_symbol(node, self->object[i], self->event[i], self->class[i].medium);
+}
+
+/* What the test says of the classes, asked once per piece. index: of the node, as `count` has it.
+ */
+static enum rmap_status answer(struct rmap_query_rows *self, int32_t index,
+                               const struct rmap_criterion_node *node, const void **of_class_ret,
+                               struct rmap_error *err)
+{
+    struct answer *known = &self->answer[self->first_node[self->c] + (size_t)index];
+    size_t n = self->n_segment > self->n_registration ? self->n_segment : self->n_registration;
+    enum rmap_status st = rmap_reserve(&known->of_class, &known->cap, 2 * n + 2, 1, err);
+    if (st == RMAP_OK && known->stamp != self->stamp)
+        ask(self, node, known->of_class);
+    known->stamp = self->stamp;
+    *of_class_ret = known->of_class;
+    return st;
+}
+
+/* Class of each leg of the portion. */
+static enum rmap_status class_rows(struct rmap_query_rows *self, struct rmap_error *err)
+{
+    void *block = self->row_class;
+    enum rmap_status st =
+        rmap_reserve(&block, &self->row_class_cap, self->view->n_row[RMAP_TABLE_SEGMENT] + 1,
+                     sizeof *self->row_class, err);
+    self->row_class = block;
+    if (st == RMAP_OK && !self->is_classed)
+        rmap_history_row_classes(self->view, self->row_class);
+    self->is_classed = st == RMAP_OK;
+    return st;
+}
+
+/* 1 or 0 per kind of ray, then per ray. */
+static enum rmap_status count_kinds(const struct rmap_query_rows *self,
+                                    const struct rmap_criterion_node *node, uint32_t *count,
+                                    struct rmap_error *err)
+{
+    const struct rmap_history_view *view = self->view;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    uint32_t *own = rmap_alloc(view->n_kind + 1, sizeof *own);
+    if (!own)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu kinds", view->n_kind);
+    for (size_t k = 0; k < view->n_kind; k++)
+        own[k] = node->kind == RMAP_CRITERION_SOURCE
+                     ? rmap_index_set_has(&node->source, view->kind_source[k])
+                     : view->kind_stop[k] == node->ending.stop;
+    for (size_t i = 0; i < n_ray; i++)
+        count[i] = own[view->kind ? view->kind[i] : 0];
+    rmap_free(own);
+    return RMAP_OK;
+}
+
+/* Of the rays that ended so, those whose last leg is of a class that passes. */
+static enum rmap_status count_places(struct rmap_query_rows *self, const uint8_t *pass,
+                                     uint32_t *count, struct rmap_error *err)
+{
+    const uint32_t *n_leg = self->view->segment_count;
+    size_t end = 0;
+    enum rmap_status st = class_rows(self, err);
+    for (size_t i = 0; st == RMAP_OK && i < self->view->n_row[RMAP_TABLE_RAY]; i++) {
+        end += n_leg[i];
+        count[i] = n_leg[i] > 0 && count[i] && pass[self->row_class[end - 1]];
+    }
+    return st;
+}
+
+static enum rmap_status count_path(struct rmap_query_rows *self,
+                                   const struct rmap_criterion_node *node, const uint16_t *symbol,
+                                   uint32_t *count, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node own = *node;
+    own.interval = (struct rmap_interval){1.0, 1.0, false};
+    RMAP_TRY(class_rows(self, err));
+    RMAP_TRY(self->fetch(self->context,
+                         node->columns & ~(RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
+                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_medium)),
+                         err));
+    const struct rmap_path_rows rows = {.row_class = self->row_class, .symbol = symbol};
+    RMAP_TRY(rmap_path_mark_rows(&own, self->rays, &rows, (uint8_t *)count, err));
+    rmap_counts_of_bytes(count, self->view->n_row[RMAP_TABLE_RAY]);
+out:
+    return st;
+}
+
+/* As rmap_evidence.count says. */
+static enum rmap_status count(void *context, int32_t index, const struct rmap_criterion_node *node,
+                              uint32_t *number, bool *counted_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_rows *self = context;
+    const bool is_ending = node->kind == RMAP_CRITERION_ENDED;
+    const void *of_class = NULL;
+    *counted_ret = true;
+    if (node->kind == RMAP_CRITERION_SOURCE || is_ending)
+        RMAP_TRY(count_kinds(self, node, number, err));
+    if (node->kind == RMAP_CRITERION_SOURCE || (is_ending && !node->ending.somewhere))
+        return RMAP_OK;
+    RMAP_TRY(answer(self, index, node, &of_class, err));
+    if (is_ending)
+        st = count_places(self, of_class, number, err);
+    else if (node->kind == RMAP_CRITERION_PATH)
+        st = count_path(self, node, of_class, number, err);
+    else if (node->kind == RMAP_CRITERION_STEPS)
+        rmap_history_count(self->view, of_class, number);
+    else
+        rmap_history_count_hits(self->view, of_class, number);
+out:
+    return st;
+}
+
+static enum rmap_status fetch_columns(void *context, rmap_column_set columns,
+                                      struct rmap_error *err)
+{
+    const struct rmap_query_rows *self = context;
+    return self->fetch(self->context, columns, err);
+}
+
+enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c, const int32_t *slot,
+                                       struct rmap_judge *judge, uint8_t *verdict,
+                                       struct rmap_error *err)
+{
+    const struct rmap_evidence evidence = {.portion = self->rays,
+                                           .columns = RMAP_COLUMNS_DISCRETE,
+                                           .context = self,
+                                           .fetch = fetch_columns,
+                                           .count = count};
+    self->c = c;
+    return rmap_criterion_judge(self->criterion[c], slot, &evidence, judge, verdict, err);
+}
