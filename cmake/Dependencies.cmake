@@ -17,6 +17,7 @@ rmap_pkg(yaml yaml-0.1)
 rmap_pkg(jansson jansson)
 rmap_pkg(xxhash libxxhash)
 rmap_pkg(png libpng)
+rmap_pkg(edit libedit)
 rmap_pkg(assimp assimp)
 rmap_pkg(rsvg librsvg-2.0) # brings cairo, which draws for it
 

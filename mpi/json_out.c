@@ -3,15 +3,26 @@
 
 #include <math.h>
 
-enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err)
+static enum rmap_status write_document(json_t *document, size_t flags, FILE *out,
+                                       struct rmap_error *err)
 {
     if (!document)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON document");
-    int failed = json_dumpf(document, out, JSON_INDENT(2) | JSON_REAL_PRECISION(17));
+    int failed = json_dumpf(document, out, flags | JSON_REAL_PRECISION(17));
     json_decref(document);
     if (failed || fputc('\n', out) == EOF)
         return rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON document");
     return RMAP_OK;
+}
+
+enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err)
+{
+    return write_document(document, JSON_INDENT(2), out, err);
+}
+
+enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err)
+{
+    return write_document(document, JSON_COMPACT, out, err);
 }
 
 json_t *rmap_json_number(double value)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The one JSON document that --json prints.
+ * The JSON documents that commands print.
  */
 #ifndef RMAP_JSON_OUT_H
 #define RMAP_JSON_OUT_H
@@ -12,6 +12,9 @@
 
 /* Takes the document over (NULL: memory was short). Reals with 17 digits, keys as inserted. */
 enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same on one line, for a stream of documents. */
+enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
 
 /* null for what JSON cannot say: NaN and infinities. */
 json_t *rmap_json_number(double value);

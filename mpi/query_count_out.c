@@ -17,17 +17,18 @@ static double total_flux(const struct rmap_map *map)
     return total;
 }
 
-static json_t *count_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
-                          const struct rmap_criterion *criterion, const struct rmap_count *count,
-                          double seconds)
+json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
+                              const struct rmap_count *count, double seconds)
 {
     double flux, error;
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
     rmap_count_flux(count, map, &flux, &error);
     json_t *document = json_pack(
         "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:{s:I, s:I}, s:I, s:f}",
         "criterion", rmap_criterion_text(criterion), "rays", "total",
-        (json_int_t)summary->n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
-        "total", (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "matched",
+        (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
+        "total", (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT], "matched",
         (json_int_t)count->segments, "flux", "total", total_flux(map), "matched", flux,
         "standard_error", rmap_json_number(error), "unit", rmap_flux_unit_text(rmap_map_scene(map)),
         "portions", "total", (json_int_t)rmap_map_n_portion(map), "read",
@@ -74,7 +75,7 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
         json_t *list = json_array();
         for (size_t c = 0; c < n_criterion; c++)
             (void)json_array_append_new(
-                list, count_json(map, &summary, criterion[c], &count[c], seconds));
+                list, rmap_query_count_json(map, criterion[c], &count[c], seconds));
         json_t *document = n_criterion == 1 ? json_incref(json_array_get(list, 0)) : list;
         if (document != list)
             json_decref(list);

@@ -5,6 +5,8 @@
 #ifndef RMAP_QUERY_COUNT_OUT_H
 #define RMAP_QUERY_COUNT_OUT_H
 
+#include <jansson.h>
+
 #include "analysis/query.h"
 #include "mpi/command.h"
 
@@ -15,5 +17,9 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
                                         struct rmap_criterion *const *criterion,
                                         const struct rmap_count *count, size_t n_criterion,
                                         double seconds, struct rmap_error *err) RMAP_MUST_USE;
+
+/* One of those objects; NULL: memory is short. The caller's. */
+json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
+                              const struct rmap_count *count, double seconds);
 
 #endif

@@ -1,0 +1,201 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/session_answer.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/ray_report.h"
+#include "base/alloc.h"
+#include "mpi/agree.h"
+#include "mpi/json_out.h"
+#include "mpi/progress.h"
+#include "mpi/query_count_out.h"
+#include "mpi/query_rays_out.h"
+#include "mpi/scan.h"
+#include "mpi/session_define.h"
+#include "mpi/session_warm.h"
+#include "mpi/session_words.h"
+
+static const char help[] =
+    "CRITERION                 how many rays, segments and how much flux match\n"
+    "list N CRITERION          the N matching rays with the smallest ids\n"
+    "let NAME = CRITERION      a name for later lines: @NAME\n"
+    "names                     what the scene's objects, sources, detectors are called\n"
+    "help, quit\n";
+
+/* Past a word and the blanks behind it; NULL when the line does not begin with the word. */
+static const char *after_word(const char *line, const char *word)
+{
+    size_t len = strlen(word);
+    if (strncmp(line, word, len) != 0 || (line[len] && !isspace((unsigned char)line[len])))
+        return NULL;
+    return line + len + strspn(line + len, " \t\r");
+}
+
+/* Collective. The first question pays for what makes the next ones fast: indexes take half of the
+ * memory, columns the rest. */
+static enum rmap_status prepare(struct rmap_session *session, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = session->context;
+    struct rmap_warmth warmth = {0};
+    if (session->warm)
+        return RMAP_OK;
+    session->warm = true;
+    RMAP_TRY(rmap_session_warm(context, session->map, session->memory / 2, &warmth, err));
+    st = rmap_map_keep(session->map, (size_t)(session->memory / 2), err);
+    if (context->rank == 0 && !context->quiet && warmth.n_piece > 0)
+        fprintf(stderr,
+                "made history indexes of %llu pieces in memory, %.1f MB; `raymap index` keeps "
+                "them on disk\n",
+                (unsigned long long)warmth.n_piece, 1e-6 * (double)warmth.nbytes);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status count_rays(struct rmap_session *session, struct rmap_criterion *criterion,
+                                   struct rmap_error *err)
+{
+    const struct rmap_context *context = session->context;
+    struct rmap_count count = {0};
+    double begun = rmap_clock_seconds();
+    enum rmap_status st = rmap_count_init(&count, rmap_map_scene(session->map)->n_source, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(prepare(session, err));
+    RMAP_TRY(rmap_scan_map(context, session->map, &criterion, 1, &count, NULL, UINT64_MAX, err));
+    double seconds = rmap_clock_seconds() - begun;
+    if (context->rank == 0 && context->json)
+        st = rmap_json_line(rmap_query_count_json(session->map, criterion, &count, seconds), stdout,
+                            err);
+    else if (context->rank == 0)
+        st = rmap_query_count_print(context, session->map, &criterion, &count, 1, seconds, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_count_fini(&count);
+    return st;
+}
+
+struct list {
+    const struct rmap_map *map;
+    json_t *rays;
+};
+
+static enum rmap_status take_json(void *context, const struct rmap_streamed_ray *ray,
+                                  struct rmap_error *err)
+{
+    struct list *list = context;
+    struct rmap_ray_report *report = NULL;
+    enum rmap_status st = rmap_ray_report_row(list->map, ray->space, ray->portion, ray->row,
+                                              ray->segment, ray->registration, &report, err);
+    if (st == RMAP_OK && json_array_append_new(list->rays, rmap_ray_report_json(report)) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON of a ray");
+    rmap_ray_report_destroy(report);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status list_rays(const struct rmap_session *session,
+                                  const struct rmap_criterion *criterion, uint64_t limit,
+                                  struct rmap_error *err)
+{
+    const struct rmap_context *context = session->context;
+    const struct rmap_pick pick = {.criterion = criterion};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_rays_out *out = NULL;
+    struct list list = {session->map, NULL};
+    struct rmap_ray_sink sink = {&list, take_json};
+    uint64_t n = 0;
+    if (context->rank == 0 && context->json) {
+        list.rays = json_array();
+    } else if (context->rank == 0) {
+        st = rmap_rays_out_begin(context, session->map, NULL, &out, err);
+        sink = (struct rmap_ray_sink){out, rmap_rays_out_take};
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_ray_stream(context, session->map, &pick, RMAP_DEAL_TURNS, limit, &sink, &n, err));
+    if (out)
+        st = rmap_rays_out_finish(out, err);
+    else if (context->rank == 0)
+        st = rmap_json_line(
+            json_pack("{s:s, s:O}", "criterion", rmap_criterion_text(criterion), "rays", list.rays),
+            stdout, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    json_decref(list.rays);
+    rmap_rays_out_destroy(out);
+    return st;
+}
+
+/* "list N CRITERION", behind the word. */
+static enum rmap_status read_list(const char *rest, uint64_t *limit_ret, const char **text_ret,
+                                  struct rmap_error *err)
+{
+    char number[32];
+    size_t len = strcspn(rest, " \t");
+    if (len == 0 || len >= sizeof number)
+        return rmap_error_set(err, RMAP_INPUT, "it is `list N CRITERION`: the %s",
+                              "N matching rays with the smallest ids");
+    memcpy(number, rest, len);
+    number[len] = '\0';
+    *text_ret = rest + len + strspn(rest + len, " \t");
+    enum rmap_status st = rmap_parse_count(number, "list", limit_ret, err);
+    return st == RMAP_OK || st == RMAP_SYSTEM ? st : RMAP_INPUT;
+}
+
+/* Collective. */
+static enum rmap_status answer_criterion(struct rmap_session *session, const char *text,
+                                         uint64_t limit, struct rmap_error *err)
+{
+    struct rmap_criterion *criterion = NULL;
+    enum rmap_status st = rmap_criterion_compile_with(
+        text, session->criteria, rmap_map_scene(session->map), &criterion, err);
+    RMAP_TRY(rmap_agree(session->context, st, err));
+    st = limit == 0 ? count_rays(session, criterion, err)
+                    : list_rays(session, criterion, limit, err);
+out:
+    rmap_criterion_destroy(criterion);
+    return st;
+}
+
+static enum rmap_status show(const struct rmap_session *session, const char *what)
+{
+    if (session->context->rank != 0)
+        return RMAP_OK;
+    if (strcmp(what, "names") == 0)
+        rmap_session_names_print(rmap_map_scene(session->map), stderr);
+    else
+        fputs(help, stderr);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_session_answer(struct rmap_session *session, const char *line,
+                                     struct rmap_error *err)
+{
+    const char *rest;
+    uint64_t limit = 0;
+    line += strspn(line, " \t\r");
+    if (*line == '\0' || *line == '#')
+        return RMAP_OK;
+    if ((rest = after_word(line, "quit")) || (rest = after_word(line, "exit"))) {
+        session->quit = *rest == '\0';
+        return session->quit ? RMAP_OK
+                             : rmap_error_set(err, RMAP_INPUT, "nothing stands behind `quit`");
+    }
+    if (after_word(line, "help"))
+        return show(session, "help");
+    if (after_word(line, "names"))
+        return show(session, "names");
+    if (after_word(line, "let"))
+        return rmap_agree(
+            session->context,
+            rmap_session_define(&session->criteria, line, rmap_map_scene(session->map), err), err);
+    if ((rest = after_word(line, "list"))) {
+        enum rmap_status st = read_list(rest, &limit, &line, err);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return answer_criterion(session, line, limit, err);
+}

@@ -1,0 +1,137 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+"""A session answers as `query` does, line by line: from a pipe, under mpirun, on a terminal."""
+import json
+import os
+import pty
+import re
+import select
+import shutil
+import subprocess
+import sys
+import time
+
+RAYMAP = os.environ["RAYMAP"]
+SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples/double-gauss/scene.yaml")
+MAP = "session.raymap"
+CRITERIA = ["all", "hit(barrel)", "source(star) and hit(*, reflect_specular) >= 2 and registered(sensor)",
+            "angle(sensor) < 10 deg", "path(\"T@'lens*'+ .*\")", "hit(barrel)", "ray in 10..20"]
+
+
+def run(*args, text=None, launch=()):
+    done = subprocess.run([*launch, RAYMAP, *args], input=text, capture_output=True, text=True, timeout=300)
+    return done.returncode, done.stdout, done.stderr
+
+
+def lines(*args, text, status=0, launch=()):
+    code, out, err = run("session", *args, "--quiet", text=text, launch=launch)
+    assert code == status, (code, err)
+    return [json.loads(line) for line in out.splitlines()]
+
+
+def without_cost(answer):
+    return {k: v for k, v in answer.items() if k not in ("seconds", "bytes_read", "portions", "name")}
+
+
+def counted(criterion, *more):
+    code, out, err = run("query", MAP, criterion, "--count", "--json", "--quiet", *more)
+    assert code == 0, err
+    return without_cost(json.loads(out))
+
+
+def test_pipe():
+    text = "".join(c + "\n" for c in CRITERIA)
+    want = [counted(c) for c in CRITERIA]
+    assert want[1]["rays"]["matched"] not in (0, want[1]["rays"]["total"])
+    for options in ([], ["--memory", "0"], ["--memory", "1Mi"], ["--threads", "3"]):
+        got = lines(MAP, *options, text=text)
+        assert [without_cost(a) for a in got] == want, options
+    got = lines(MAP, text=text[:-1])  # the last line without an end
+    assert [without_cost(a) for a in got] == want
+    ranks = lines(MAP, text=text, launch=("mpirun", "-np", "3"))
+    assert [without_cost(a) for a in ranks] == want
+    code, _, err = run("index", MAP, "--quiet")
+    assert code == 0, err
+    assert [without_cost(a) for a in lines(MAP, text=text)] == want
+
+
+def test_names_and_lists():
+    ghost = "source(star) and hit(*, reflect_specular) >= 2"
+    got = lines(MAP, text=f"let g = {ghost}\n@g\nlet g = @h\n@g\nlet h = not @g\n@h\nlist 3 @g\nquit\nall\n",
+                status=3)
+    assert len(got) == 5, got
+    want = counted(ghost)["rays"]
+    assert got[0]["rays"] == want
+    assert got[1]["line"] == 3 and "h" in got[1]["error"], got[1]
+    assert got[2]["rays"] == want  # a mistaken definition changed nothing
+    assert got[3]["rays"]["matched"] == want["total"] - want["matched"]
+    code, out, _ = run("query", MAP, ghost, "--limit", "3", "--json", "--quiet")
+    assert code == 0 and got[4]["rays"] == json.loads(out)
+    got = lines(MAP, text="let g = source(star)\nlet g = @g\n@g\n", status=3)
+    assert "error" in got[0] and got[1]["rays"] == counted("source(star)")["rays"], got
+    with open("names.txt", "w", encoding="utf-8") as f:
+        f.write("let star = source(star)\nlet far = not @star\n")
+    got = lines(MAP, "--criteria", "names.txt", text="@far\n")
+    assert got[0]["rays"] == counted("not source(star)")["rays"]
+
+
+def test_mistakes():
+    text = "hit(lense)\n\n# a comment\n   \nlist x all\nlist\nlet\nquit now\n\x01\xff\n((((\n" + "(" * 5000 + "\nall\n"
+    got = lines(MAP, text=text, status=3)
+    assert [a["line"] for a in got[:-1]] == [1, 5, 6, 7, 8, 9, 10, 11], got
+    assert "did you mean 'lens'" in got[0]["error"]
+    assert got[-1]["rays"]["matched"] == got[-1]["rays"]["total"]
+    assert lines(MAP, text="") == []
+    assert run("session", "nowhere.raymap", text="")[0] == 3
+    assert run("session", text="")[0] == 2
+    assert run("session", MAP, "--memory", "lots", text="")[0] == 2
+    code, out, _ = run("session", MAP, "--quiet", text="all\n\x00\nall\n")
+    assert code == 3 and len(out.splitlines()) == 3, out
+
+
+def read_until(terminal, pattern, seconds=60):
+    seen = ""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        if select.select([terminal], [], [], 0.2)[0]:
+            try:
+                seen += os.read(terminal, 4096).decode("utf-8", "replace")
+            except OSError:
+                break
+        if re.search(pattern, seen):
+            return seen
+    raise AssertionError(f"the terminal never showed {pattern!r}: {seen!r}")
+
+
+def test_terminal():
+    state = os.path.abspath("state")
+    shutil.rmtree(state, ignore_errors=True)
+    environment = {**os.environ, "TERM": "vt100", "XDG_STATE_HOME": state, "HOME": state}
+    shown = r"hit\(barrel\)[^>]*\n\s+rays +[0-9,]+ of"
+    for typed in ("hit(barr\t)\r", "\x10\x10\r"):  # completed; called back from before `quit`
+        child, terminal = pty.fork()
+        if child == 0:
+            os.execve(RAYMAP, [RAYMAP, "session", MAP], environment)
+        read_until(terminal, "raymap> ")
+        os.write(terminal, typed.encode())
+        read_until(terminal, shown)
+        os.write(terminal, b"quit\r")
+        status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        os.close(terminal)
+        assert status == 0, status
+    with open(os.path.join(state, "raymap/history"), encoding="utf-8") as f:
+        assert "barrel" in f.read()
+
+
+def main():
+    shutil.rmtree(MAP, ignore_errors=True)
+    code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
+    assert code == 0, err
+    for test in (test_pipe, test_names_and_lists, test_mistakes, test_terminal):
+        test()
+        print(test.__name__, "passed")
+    shutil.rmtree(MAP)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
