@@ -345,36 +345,6 @@ static void test_out_of_memory(void **state)
     assert_true(n_failed > 8);
 }
 
-/* Every line of a ```criterion block of the manual is a criterion. */
-static void test_manual(void **state)
-{
-    (void)state;
-    struct test_scene t;
-    char line[512];
-    bool inside = false;
-    int n = 0;
-    test_scene_init(&t);
-    FILE *manual = fopen(RAYMAP_SOURCE_DIR "/docs/criterion.md", "r");
-    assert_non_null(manual);
-    while (fgets(line, sizeof line, manual)) {
-        struct rmap_criterion *criterion = NULL;
-        struct rmap_error err = {0};
-        line[strcspn(line, "\n")] = 0;
-        if (strncmp(line, "```", 3) == 0) {
-            inside = strcmp(line, "```criterion") == 0;
-            continue;
-        }
-        if (!inside)
-            continue;
-        if (rmap_criterion_compile(line, &t.scene, &criterion, &err) != RMAP_OK)
-            fail_msg("%s", err.text);
-        rmap_criterion_destroy(criterion);
-        n++;
-    }
-    (void)fclose(manual);
-    assert_true(n > 40);
-}
-
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -382,7 +352,6 @@ int main(void)
         cmocka_unit_test(test_many_terms), cmocka_unit_test(test_nesting),
         cmocka_unit_test(test_columns),    cmocka_unit_test(test_skipping),
         cmocka_unit_test(test_last_ray),   cmocka_unit_test(test_out_of_memory),
-        cmocka_unit_test(test_manual),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -570,6 +570,30 @@ static void long_rays_and_empty_ones(void **state)
     rmap_portion_destroy(p);
 }
 
+static void memory_may_run_short(void **state)
+{
+    const struct test_path *t = *state;
+    const double flux[2] = {1.0, 1.0};
+    int n_failed = 0;
+    for (int64_t at = 1; at < 1000; at++) {
+        struct rmap_criterion *criterion = NULL;
+        struct rmap_error err = {0};
+        uint8_t match[N_RAY];
+        rmap_alloc_fail_at(at);
+        enum rmap_status st = rmap_criterion_compile(
+            "path(\"T@'lens.*'+ ([RI]@lens|A@ink{1,3})* V.*\")", &t->scene.scene, &criterion, &err);
+        if (st == RMAP_OK)
+            st = rmap_criterion_evaluate(criterion, t->portion, flux, match, &err);
+        rmap_alloc_fail_at(0);
+        rmap_criterion_destroy(criterion);
+        if (st == RMAP_OK)
+            break;
+        assert_int_equal(st, RMAP_SYSTEM);
+        n_failed++;
+    }
+    assert_in_range(n_failed, 15, 900);
+}
+
 /* Numbers that no scene has, as a damaged map may hold them. */
 static void foreign_numbers_match_no_name(void **state)
 {
@@ -614,6 +638,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(random_expressions_agree_with_another_matcher, setup,
                                         teardown),
         cmocka_unit_test_setup_teardown(long_rays_and_empty_ones, setup, teardown),
+        cmocka_unit_test_setup_teardown(memory_may_run_short, setup, teardown),
         cmocka_unit_test_setup_teardown(foreign_numbers_match_no_name, setup, teardown),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
