@@ -21,6 +21,8 @@ FAULTS = os.path.join(os.path.dirname(PROGRAM), "tests", "faults.so")
 HERE = os.path.dirname(os.path.abspath(__file__))
 SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
 SEED = int(os.environ.get("RAYMAP_TEST_SEED", "1"))
+PIECE_SIZE = {"plain": "8M", "compact": "150k"}  # two or three pieces of either
+ENCODINGS = tuple(PIECE_SIZE)
 CRITERION = "registered(sensor) and hit(*, transmit_specular) >= 2"
 
 
@@ -102,9 +104,9 @@ class Undisturbed:
         self.balance, self.images = balance(info(target)[1]), images(target)
         shutil.rmtree(target)
 
-    def trace(self, target, *more, **how):
+    def trace(self, target, *more, encoding="plain", **how):
         return run("trace", self.scene, "-o", target, "-n", self.rays, "--quiet", *self.options,
-                   *more, **how)
+                   "--encoding", encoding, "--piece-size", PIECE_SIZE[encoding], *more, **how)
 
     def differences(self, target):
         """What of a map that says it is complete is not as undisturbed."""
@@ -117,9 +119,9 @@ class Undisturbed:
             wrong.append("other images of detectors")
         return wrong + verify(target)
 
-    def resumed_differences(self, target, ranks=0):
+    def resumed_differences(self, target, ranks=0, encoding="plain"):
         """The same after --resume."""
-        done = self.trace(target, "--resume", ranks=ranks)
+        done = self.trace(target, "--resume", ranks=ranks, encoding=encoding)
         if done.returncode != 0:
             return [f"--resume: status {done.returncode}: {done.stderr.strip()[:600]}"]
         leftover = [os.path.join(folder, name) for folder, _, names in os.walk(target)
@@ -137,12 +139,19 @@ def messages(done):
     return re.findall(r"^raymap: .*", done.stderr, flags=re.M)
 
 
-def calls_of(undisturbed, target, calls, ranks=0, path="*"):
+def encodings(n, rng):
+    """Encodings of n cases: both alike often, in an order that the seed draws."""
+    drawn = [ENCODINGS[i % 2] for i in range(n)]
+    rng.shuffle(drawn)
+    return drawn
+
+
+def calls_of(undisturbed, target, calls, encoding, ranks=0, path="*"):
     """[rank] -> [(call, path)] that a whole run makes under the patterns `calls`."""
     log = os.path.abspath("calls.log")
     shutil.rmtree(target, ignore_errors=True)
     faults = {"DIR": target, "CALLS": calls, "PATH": path, "LOG": log}
-    done = undisturbed.trace(target, ranks=ranks, faults=faults)
+    done = undisturbed.trace(target, ranks=ranks, faults=faults, encoding=encoding)
     if done.returncode != 0:
         sys.exit(f"the counted run failed: {done.stderr}")
     shutil.rmtree(target)

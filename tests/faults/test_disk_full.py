@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """The promise: whenever the disk fills up, all ranks end with status 5 and one message that says so;
 what was committed can be read; and with room again `--resume` makes the map of an undisturbed run.
-Each of 20 fill levels is a small tmpfs of its own, mounted as root or in a user's own namespace.
+Each of 20 fill levels is a small tmpfs of its own, mounted as root or in a user's own namespace;
+every other one is filled by the compact encoding.
 """
 import os
 import subprocess
@@ -11,7 +12,7 @@ import harness
 import power_loss
 
 RAYS = 40000
-OPTIONS = ["--threads", "1", "--piece-size", "8M", "--flush-portions", "1"]
+OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 LEVELS = 20
 
 
@@ -35,11 +36,11 @@ def mount(folder, nbytes, *more):
                     folder], check=True)
 
 
-def room_needed(undisturbed):
+def room_needed(undisturbed, encoding):
     """Bytes on disk of the whole map."""
     os.makedirs("room", exist_ok=True)
     mount("room", 1 << 30)
-    done = undisturbed.trace(os.path.abspath("room/a.raymap"))
+    done = undisturbed.trace(os.path.abspath("room/a.raymap"), encoding=encoding)
     if done.returncode != 0:
         sys.exit(done.stderr)
     stat = os.statvfs("room")
@@ -59,12 +60,12 @@ def promised(target):
 
 
 def judge(undisturbed, index, case):
-    nbytes, ranks = case
+    nbytes, ranks, encoding = case
     folder = os.path.abspath(f"disk-{index}")
     target = os.path.join(folder, "a.raymap")
     os.makedirs(folder, exist_ok=True)
     mount(folder, nbytes)
-    done = undisturbed.trace(target, ranks=ranks)
+    done = undisturbed.trace(target, ranks=ranks, encoding=encoding)
     wrong = []
     if done.returncode not in (0, 5):
         wrong.append(f"status {done.returncode}: {done.stderr.strip()[-300:]}")
@@ -79,20 +80,21 @@ def judge(undisturbed, index, case):
             if harness.count(target)[0] != 0:
                 wrong.append(f"query: {harness.count(target)}")
     mount(folder, 1 << 30, "remount")
-    wrong += undisturbed.resumed_differences(target, ranks=(2, 0, 3)[index % 3])
+    wrong += undisturbed.resumed_differences(target, ranks=(2, 0, 3)[index % 3],
+                                             encoding=harness.ENCODINGS[index // 2 % 2])
     subprocess.run(["umount", folder], check=True)
-    return [*wrong, *([] if done.returncode == 5 or nbytes > judge.whole else ["it fits"])]
+    return [*wrong, *([] if done.returncode == 5 or nbytes > judge.whole[encoding] else ["it fits"])]
 
 
 def main():
     enter_namespace()
     undisturbed = harness.Undisturbed(harness.write_scene(), RAYS, OPTIONS)
-    judge.whole = room_needed(undisturbed)
+    judge.whole = {encoding: room_needed(undisturbed, encoding) for encoding in harness.ENCODINGS}
     cases = harness.Cases("disk full")
-    levels = [judge.whole * (level + 1) // (LEVELS + 1) // 4096 * 4096 for level in range(LEVELS)]
     print(f"the whole map takes {judge.whole} bytes on disk; {LEVELS} levels below")
-    cases.all(lambda index, case: judge(undisturbed, index, case),
-              [(nbytes, i % 4) for i, nbytes in enumerate(levels)])
+    levels = [(judge.whole[encoding] * (level + 1) // (LEVELS + 1) // 4096 * 4096, level % 4, encoding)
+              for level, encoding in enumerate(harness.encodings(LEVELS, cases.rng))]
+    cases.all(lambda index, case: judge(undisturbed, index, case), levels)
     cases.finish()
 
 

@@ -3,14 +3,16 @@
 middle of what it writes, the map can be asked at once, tells how far it got, and `--resume` with
 another number of ranks makes it the map of an undisturbed run.
 
-Kill points are drawn by seed over ranks, phases and calls; tests/slow runs more of them.
+Kill points are drawn by seed over encodings, ranks, phases and calls; tests/slow runs more of them.
 """
+import fnmatch
+import itertools
 import os
 import shutil
 
 import harness
 
-OPTIONS = ["--threads", "1", "--piece-size", "8M", "--flush-portions", "1"]
+OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 RAYS = 40000
 
 # Which calls make a phase: patterns of the call and of the path.
@@ -25,17 +27,25 @@ PHASES = {
 }
 
 
+def belongs(phase, call, path):
+    """Whether a call counts in a phase."""
+    calls, pattern = PHASES[phase]
+    return (any(fnmatch.fnmatchcase(call, name) for name in calls.split(","))
+            and fnmatch.fnmatchcase(path, pattern))
+
+
 def draw(counts, n, rng):
-    """n kill points: (ranks, killed rank or '', phase, number of the call, how)."""
-    points = []
+    """n kill points: (encoding, ranks, killed rank or '', phase, number of the call, how)."""
+    points, encodings = [], harness.encodings(n, rng)
     for i in range(n):
         ranks = 1 + i % 3
         phase = list(PHASES)[(i // 3) % len(PHASES)]
         rank = rng.choice([*range(ranks), ""]) if ranks > 1 else ""
-        most = max(1, counts[ranks, phase])
+        most = max(1, counts[encodings[i], ranks, phase])
         # The last calls are of the index at the end: as many points as anywhere before.
         at = rng.randint(1, most) if rng.random() < 0.7 else max(1, most - rng.randint(0, 40))
-        points.append((ranks, rank, phase, at, rng.choice(["kill", "kill", "tear", "exit"])))
+        how = rng.choice(["kill", "kill", "tear", "exit"])
+        points.append((encodings[i], ranks, rank, phase, at, how))
     return points
 
 
@@ -59,14 +69,15 @@ def ask(undisturbed, target, wrong):
 
 
 def judge(undisturbed, index, case, tally):
-    ranks, rank, phase, at, how = case
+    encoding, ranks, rank, phase, at, how = case
     calls, path = PHASES[phase]
     target = os.path.abspath(f"kill-{index}.raymap")
     shutil.rmtree(target, ignore_errors=True)
     faults = {"DIR": target, "CALLS": calls, "PATH": path, "AT": at, "ACTION": how}
     if rank != "":
         faults["RANK"] = rank
-    done = undisturbed.trace(target, ranks=ranks if ranks > 1 else 0, faults=faults, timeout=60)
+    done = undisturbed.trace(target, ranks=ranks if ranks > 1 else 0, faults=faults, timeout=60,
+                             encoding=encoding)
     wrong = []
     killed = done.returncode != 0
     if killed and how != "exit" and not harness.crashed(done):
@@ -74,7 +85,8 @@ def judge(undisturbed, index, case, tally):
     rays = ask(undisturbed, target, wrong)
     tally.append((phase, killed, rays))
     if os.path.exists(target):
-        wrong += undisturbed.resumed_differences(target, ranks=(0, 3, 2)[ranks - 1])
+        wrong += undisturbed.resumed_differences(target, ranks=(0, 3, 2)[ranks - 1],
+                                                 encoding=harness.ENCODINGS[index % 2])
     if not wrong:
         shutil.rmtree(target, ignore_errors=True)
     return wrong
@@ -85,11 +97,12 @@ def main():
     undisturbed = harness.Undisturbed(scene, RAYS, OPTIONS)
     cases = harness.Cases("kill matrix")
     counts = {}
-    for ranks in (1, 2, 3):
-        for phase, (calls, path) in PHASES.items():
-            found = harness.calls_of(undisturbed, os.path.abspath("counted.raymap"), calls,
-                                     ranks=ranks if ranks > 1 else 0, path=path)
-            counts[ranks, phase] = min(map(len, found))
+    for encoding, ranks in itertools.product(harness.ENCODINGS, (1, 2, 3)):
+        counted = harness.calls_of(undisturbed, os.path.abspath("counted.raymap"), "*", encoding,
+                                   ranks=ranks if ranks > 1 else 0)
+        for phase in PHASES:
+            counts[encoding, ranks, phase] = min(
+                sum(belongs(phase, *call) for call in calls) for calls in counted)
     tally = []
     points = draw(counts, 252 if harness.SLOW else 42, cases.rng)
     cases.all(lambda index, case: judge(undisturbed, index, case, tally), points)
@@ -97,7 +110,7 @@ def main():
         of_phase = [entry for entry in tally if entry[0] == phase]
         print(f"{phase}: {len(of_phase)} points, {sum(entry[1] for entry in of_phase)} killed, "
               f"rays saved {sorted(entry[2] for entry in of_phase if entry[1])}")
-    if sum(entry[1] for entry in tally) < 0.8 * len(tally):
+    if sum(entry[1] for entry in tally) < 0.6 * len(tally):  # ranks share blocks as they come
         cases.failures.append("too few points were met")
         print("FAILED: too few points were met")
     cases.finish()

@@ -13,16 +13,16 @@ import harness
 import power_loss
 
 RAYS = 40000
-OPTIONS = ["--threads", "1", "--piece-size", "8M", "--flush-portions", "1"]
+OPTIONS = ["--threads", "1", "--flush-portions", "1"]
 
 
-def record(undisturbed, ranks):
+def record(undisturbed, ranks, encoding):
     """The operations of one run of all ranks, in order, and the rays of each piece."""
-    root = os.path.abspath(f"recorded-{ranks}")
+    root = os.path.abspath(f"recorded-{ranks}-{encoding}")
     shutil.rmtree(root, ignore_errors=True)
     os.mkdir(root)
     log, target = os.path.abspath("record"), os.path.join(root, "a.raymap")
-    done = undisturbed.trace(target, ranks=ranks if ranks > 1 else 0,
+    done = undisturbed.trace(target, ranks=ranks if ranks > 1 else 0, encoding=encoding,
                              faults={"DIR": root, "RECORD": log})
     if done.returncode != 0:
         raise SystemExit(f"the recorded run failed: {done.stderr}")
@@ -35,7 +35,7 @@ def record(undisturbed, ranks):
         for name in names:
             if name.startswith("piece-"):
                 with h5py.File(os.path.join(folder, name), "r") as piece:
-                    pieces[os.path.join(folder, name)] = len(piece["ray/id"])
+                    pieces[os.path.join(folder, name)] = int(piece["portion/n_row"][:, 0].sum())
     shutil.rmtree(root)
     return root, sorted(operations, key=lambda operation: operation[0]), pieces
 
@@ -64,7 +64,7 @@ def states(recorded, n, rng):
                                        if os.path.dirname(name) == path)
         done = moment
         how = ("none", "some", "zeros", "some", "all")[i % 5]
-        target = os.path.abspath(f"lost-{len(operations)}-{i}")
+        target = os.path.abspath(f"lost-{os.path.basename(root)}-{i}")
         shutil.rmtree(target, ignore_errors=True)
         disk.lose(how, rng, target)
         # those of a piece that is safe are the piece's, and counted once
@@ -94,7 +94,8 @@ def judge(undisturbed, index, case):
             wrong.append("says it is complete, and is not")
         else:
             wrong += harness.verify(target)
-    wrong += undisturbed.resumed_differences(target, ranks=(0, 0, 0, 2)[index % 4])
+    wrong += undisturbed.resumed_differences(target, ranks=(0, 0, 0, 2)[index % 4],
+                                             encoding=harness.ENCODINGS[index % 2])
     if not wrong:
         shutil.rmtree(directory)
     return wrong
@@ -104,10 +105,12 @@ def main():
     scene = harness.write_scene()
     undisturbed = harness.Undisturbed(scene, RAYS, OPTIONS)
     cases = harness.Cases("power loss")
-    for ranks, n in ((1, 180 if harness.SLOW else 30), (2, 120 if harness.SLOW else 20)):
-        recorded = record(undisturbed, ranks)
+    slow = 6 if harness.SLOW else 1
+    for ranks, encoding, n in ((1, "plain", 15 * slow), (1, "compact", 15 * slow),
+                               (2, "plain", 10 * slow), (2, "compact", 10 * slow)):
+        recorded = record(undisturbed, ranks, encoding)
         found = list(states(recorded, n, cases.rng))
-        print(f"{ranks} ranks: {len(recorded[1])} operations, {n} states, rays promised: "
+        print(f"{ranks} ranks, {encoding}: {len(recorded[1])} operations, {n} states, rays promised: "
               f"{sorted({case[2] for case in found})}")
         cases.all(lambda index, case: judge(undisturbed, index, case), found)
     cases.finish()
