@@ -7,6 +7,11 @@
 
 #define EVICTED_MAX 16 /* chunks remembered after they were let go */
 
+/* Chunks at most: as many as these bytes hold, but never fewer. */
+#define BUDGET_NBYTES ((size_t)64 << 20)
+#define SLOT_MAX_LOW  64
+#define SLOT_MAX_HIGH 1024
+
 struct key {
     size_t piece;
     uint64_t index;
@@ -21,8 +26,8 @@ struct slot {
 
 struct rmap_chunk_cache {
     size_t plane_nbytes;
-    size_t n_slot; /* in use */
-    struct slot slot[RMAP_CHUNK_CACHE_MAX];
+    size_t n_slot, max_slot;         /* in use; most */
+    struct slot *slot;               /* [max_slot] */
     struct key evicted[EVICTED_MAX]; /* a ring */
     size_t n_evicted;                /* ever */
     uint64_t tick;
@@ -41,18 +46,28 @@ enum rmap_status rmap_chunk_cache_create(size_t plane_nbytes, size_t n_shard,
     struct rmap_chunk_cache *cache = rmap_alloc(1, sizeof *cache);
     if (!cache)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
+    size_t most = BUDGET_NBYTES / (plane_nbytes + 1);
     cache->plane_nbytes = plane_nbytes;
-    cache->n_slot = n_shard < 1                      ? 1
-                    : n_shard < RMAP_CHUNK_CACHE_MAX ? n_shard
-                                                     : RMAP_CHUNK_CACHE_MAX;
+    cache->max_slot = most < SLOT_MAX_LOW    ? SLOT_MAX_LOW
+                      : most < SLOT_MAX_HIGH ? most
+                                             : SLOT_MAX_HIGH;
+    cache->n_slot = n_shard < 1 ? 1 : n_shard < cache->max_slot ? n_shard : cache->max_slot;
+    cache->slot = rmap_alloc(cache->max_slot, sizeof *cache->slot);
+    if (!cache->slot) {
+        rmap_free(cache);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
+    }
     *cache_ret = cache;
     return RMAP_OK;
 }
 
 void rmap_chunk_cache_destroy(struct rmap_chunk_cache *cache)
 {
-    for (size_t k = 0; cache && k < cache->n_slot; k++)
+    if (!cache)
+        return;
+    for (size_t k = 0; k < cache->n_slot; k++)
         rmap_free(cache->slot[k].plane);
+    rmap_free(cache->slot);
     rmap_free(cache);
 }
 
@@ -80,7 +95,7 @@ static bool was_let_go(const struct rmap_chunk_cache *cache, size_t piece, uint6
 enum rmap_status rmap_chunk_cache_room(struct rmap_chunk_cache *cache, size_t piece, uint64_t index,
                                        uint8_t **plane_ret, struct rmap_error *err)
 {
-    if (cache->n_slot < RMAP_CHUNK_CACHE_MAX && was_let_go(cache, piece, index))
+    if (cache->n_slot < cache->max_slot && was_let_go(cache, piece, index))
         cache->n_slot++;
     struct slot *room = &cache->slot[0];
     for (size_t k = 1; k < cache->n_slot; k++)

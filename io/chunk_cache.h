@@ -2,7 +2,8 @@
  *
  * The inflated chunks that a cursor keeps of one column. It begins with one per shard and grows
  * only when a chunk comes back that it had let go: blocks of several threads stand out of order by
- * some chunks, and nobody knows by how many before reading them. Fresh memory costs page faults.
+ * some chunks, and nobody knows by how many before reading them. Fresh memory costs page faults. It
+ * never takes more than 64 MiB, or 64 chunks if that is more.
  */
 #ifndef RMAP_CHUNK_CACHE_H
 #define RMAP_CHUNK_CACHE_H
@@ -11,8 +12,6 @@
 #include <stdint.h>
 
 #include "base/status.h"
-
-#define RMAP_CHUNK_CACHE_MAX 64 /* chunks */
 
 struct rmap_chunk_cache;
 

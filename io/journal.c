@@ -184,12 +184,14 @@ static bool terminated(const char *text, size_t nbytes)
 }
 
 static enum rmap_status check_header(const struct rmap_journal_header *h, const char *path,
-                                     struct rmap_error *err)
+                                     bool *other_version_ret, struct rmap_error *err)
 {
     if (memcmp(h->magic, RMAP_JOURNAL_MAGIC, sizeof h->magic) != 0)
         return rmap_error_set(err, RMAP_FORMAT, "%s is no journal of a ray map, or damaged", path);
-    if (h->version != RMAP_JOURNAL_VERSION || h->format_major != RMAP_FORMAT_MAJOR ||
-        h->encoding >= RMAP_ENCODING_COUNT || !rmap_layout_of(h->encoding, RMAP_COLOUR_RGB))
+    *other_version_ret =
+        h->version != RMAP_JOURNAL_VERSION || h->format_major != RMAP_FORMAT_MAJOR ||
+        h->encoding >= RMAP_ENCODING_COUNT || !rmap_layout_of(h->encoding, RMAP_COLOUR_RGB);
+    if (*other_version_ret)
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s was written by another version of raymap: use that one", path);
     if (h->chunk_nbytes != rmap_journal_row_nbytes(rmap_chunk_fields()) ||
@@ -218,7 +220,7 @@ static enum rmap_status take_header(struct reading *self, const char *path, bool
                  take(self->source, header, sizeof *header);
     if (!*begun_ret)
         return RMAP_OK;
-    enum rmap_status st = check_header(header, path, err);
+    enum rmap_status st = check_header(header, path, &self->journal->other_version, err);
     if (st == RMAP_OK && memcmp(&head, &right, sizeof head) != 0)
         st = rmap_error_set(err, RMAP_FORMAT, "%s: its header is damaged", path);
     return st;

@@ -20,6 +20,7 @@
 #ifndef RMAP_JOURNAL_H
 #define RMAP_JOURNAL_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -76,6 +77,7 @@ struct rmap_journal {
     size_t n_tail;
     uint64_t nbytes;         /* of the file, committed */
     uint64_t nbytes_dropped; /* behind the last commit that holds */
+    bool other_version;      /* what read could not tell: another raymap can */
 };
 
 /* Reads up to the last commit that holds. Everything in it is checked: chunks, tails and portions

@@ -5,11 +5,11 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <string.h>
-#include <sys/file.h>
 #include <unistd.h>
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "io/file_lock.h"
 #include "io/journal_format.h"
 
 /* Payload of one record at most, so that its size fits 32 bits whatever is added. */
@@ -126,7 +126,7 @@ enum rmap_status rmap_journal_create(const char *path, const struct rmap_journal
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be made: %s", path, strerror(errno));
         goto out;
     }
-    (void)flock(self->fd, LOCK_EX | LOCK_NB); /* tells others that its writer lives */
+    rmap_file_lock(self->fd);
     *writer_ret = self;
     self = NULL;
 out:

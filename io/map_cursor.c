@@ -221,7 +221,7 @@ static enum rmap_status read_compact(struct rmap_cursor *self, const struct rmap
     enum rmap_status st = RMAP_OK;
     struct cursor_space *space = &self->space[info->space];
     const struct rmap_compact_model *model;
-    const struct rmap_path_table *paths;
+    const struct rmap_path_table *paths = NULL;
     size_t n_row[RMAP_TABLE_COUNT];
     struct rmap_rows rows = {.layout = rmap_map_piece_layout(self->map, (size_t)info->piece),
                              .n_channel = self->portion->n_channel};
@@ -238,6 +238,7 @@ static enum rmap_status read_compact(struct rmap_cursor *self, const struct rmap
                            self->map->content.piece[info->piece].name,
                            (unsigned long long)info->first_ray);
 out:
+    rmap_map_paths_give_back(self->map, (size_t)info->piece, paths);
     return st;
 }
 

@@ -42,9 +42,14 @@ enum rmap_status rmap_map_remove_half_indexes(const char *map_path,
 enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Whether its writer is at work: the journal is locked then. False where the file system keeps no
- * locks, or memory is short. */
+/* What a name in a shard's directory is. */
+bool rmap_leftover_is_part(const char *name);
+bool rmap_leftover_is_journal(const char *name);
+
+/* Whether its writer is at work: one of its files is locked then (io/file_lock.h). False where the
+ * file system keeps no locks, or memory is short; and whether one of the map's writers is. */
 bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover);
+bool rmap_map_is_live(const char *map_path);
 
 /* RMAP_USAGE when a writer of the map is still at work after a moment: those that are being killed
  * are given time to go. */

@@ -91,6 +91,41 @@ static enum rmap_status add_leftover(struct rmap_map *map, const struct rmap_lef
     return st;
 }
 
+/* Of two portions that share some of their rays, neither holding all of the other's, one is left
+ * out: that of the index stays, else the first. Its other rays are missing then. */
+static enum rmap_status drop_overlaps(struct rmap_map *map, struct rmap_error *err)
+{
+    struct rmap_map_content *content = &map->content;
+    size_t kept = 0, n_dropped;
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *next = &content->portion[i];
+        struct rmap_portion_info *last = kept > 0 ? &content->portion[kept - 1] : NULL;
+        struct rmap_error text = {0};
+        if (!last || next->first_ray - last->first_ray >= last->n_row[RMAP_TABLE_RAY] ||
+            (!last->is_added && !next->is_added)) {
+            content->portion[kept++] = *next;
+            continue;
+        }
+        bool drop_last = last->is_added && !next->is_added;
+        const struct rmap_portion_info *dropped = drop_last ? last : next;
+        (void)rmap_error_set(&text, RMAP_FORMAT,
+                             "%s and %s hold some rays from %llu on both: the block from ray %llu "
+                             "on of %s does not count",
+                             content->piece[last->piece].name, content->piece[next->piece].name,
+                             (unsigned long long)next->first_ray,
+                             (unsigned long long)dropped->first_ray,
+                             content->piece[dropped->piece].name);
+        enum rmap_status st = rmap_map_note_trouble(map, text.text, err);
+        if (st != RMAP_OK)
+            return st;
+        if (drop_last)
+            *last = *next;
+    }
+    content->n_portion = kept;
+    rmap_map_content_drop_covered(content, &n_dropped); /* counts the rows of pieces again */
+    return RMAP_OK;
+}
+
 /* Journals are read before pieces are listed: one that is finished meanwhile is found as a piece,
  * at worst as both. */
 enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err)
@@ -108,6 +143,7 @@ enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err
             RMAP_TRY(add_piece(map, &name[i], err));
     RMAP_TRY(rmap_map_content_sort(&map->content, err));
     rmap_map_content_drop_covered(&map->content, &n_dropped);
+    RMAP_TRY(drop_overlaps(map, err));
     RMAP_TRY(rmap_map_content_check(&map->content, map->path, err));
 out:
     rmap_free(leftover);

@@ -9,13 +9,19 @@
 
 #include "compact/compact.h"
 #include "io/map_scan.h"
-#include "io/selection.h"
 
 /* Chunks of one piece per stream, in order; put in order and checked when first needed. */
 struct rmap_piece_chunks {
     bool loaded;
     const struct rmap_chunk_entry *entry; /* of the content, by stream */
     size_t first[RMAP_STREAM_MAX + 1];    /* stream s has entries [first[s], first[s + 1]) */
+};
+
+/* Paths of a compact piece, while they are kept. */
+struct rmap_kept_paths {
+    struct rmap_path_table *table; /* NULL: not now */
+    size_t n_user, nbytes;
+    uint64_t tick; /* when it was asked for last */
 };
 
 struct rmap_map {
@@ -33,18 +39,19 @@ struct rmap_map {
     char **trouble; /* [n_trouble] */
     size_t n_trouble, cap_trouble;
     struct rmap_tally *tally;
-    struct rmap_selection *selection; /* or NULL */
-    double *flux_per_weight;          /* [n_source] */
-    uint64_t *work;                   /* [n_portion + 1], running sum of legs and rays */
-    uint64_t *reach;                  /* [n_portion + 1], largest end of the portions before */
+    double *flux_per_weight; /* [n_source] */
+    uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
+    uint64_t *reach;         /* [n_portion + 1], largest end of the portions before */
 
     pthread_mutex_t lock;              /* of chunks and models */
     struct rmap_piece_chunks *chunks;  /* [n_piece] */
     struct rmap_compact_model **model; /* [spaces.n] */
     pthread_mutex_t paths_lock;        /* taken before `lock` */
-    struct rmap_path_table **paths;    /* [n_piece] */
-    struct rmap_column_store *store;   /* NULL: nothing is kept */
-    struct rmap_histories *histories;  /* history indexes; NULL: none asked for yet */
+    struct rmap_kept_paths *paths;     /* [n_piece] */
+    size_t paths_nbytes, paths_budget; /* of all of them; RMAP_PATHS_NBYTES */
+    uint64_t paths_tick;
+    struct rmap_column_store *store;  /* NULL: nothing is kept */
+    struct rmap_histories *histories; /* history indexes; NULL: none asked for yet */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its
@@ -61,7 +68,7 @@ enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* Adds to the content of an incomplete map what stands beside its index. Nothing of that is fatal
- * but RMAP_SYSTEM, and pieces that share some rays. */
+ * but RMAP_SYSTEM; of blocks that share some rays one is left out. */
 enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Sums over the content, once it is whole; flux per weight, from the tally. */

@@ -62,13 +62,31 @@ static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chu
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
     RMAP_TRY(read_whole(map, piece, reader, &rows, err));
-    st = rmap_path_table_create(model, &rows, &map->paths[piece], err);
+    st = rmap_path_table_create(model, &rows, &map->paths[piece].table, err);
     if (st != RMAP_OK)
         rmap_error_context(err, "%s", info->name);
 out:
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_free(rows.data[s]);
     return st;
+}
+
+/* Lets tables go that nobody has, until all take no more than the budget or none is left. */
+static void shrink(struct rmap_map *map)
+{
+    while (map->paths_nbytes > map->paths_budget) {
+        struct rmap_kept_paths *oldest = NULL;
+        for (size_t i = 0; i < map->content.n_piece; i++) {
+            struct rmap_kept_paths *kept = &map->paths[i];
+            if (kept->table && kept->n_user == 0 && (!oldest || kept->tick < oldest->tick))
+                oldest = kept;
+        }
+        if (!oldest)
+            return;
+        rmap_path_table_destroy(oldest->table);
+        map->paths_nbytes -= oldest->nbytes;
+        *oldest = (struct rmap_kept_paths){0};
+    }
 }
 
 enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
@@ -78,9 +96,28 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
     struct rmap_map *self = inside(map);
     enum rmap_status st = RMAP_OK;
     (void)pthread_mutex_lock(&self->paths_lock);
-    if (!self->paths[piece])
+    struct rmap_kept_paths *kept = &self->paths[piece];
+    if (!kept->table) {
         st = load(self, piece, reader, err);
+        kept->nbytes = st == RMAP_OK ? rmap_path_table_nbytes(kept->table) : 0;
+        self->paths_nbytes += kept->nbytes;
+    }
+    *paths_ret = st == RMAP_OK ? kept->table : NULL;
+    kept->n_user += st == RMAP_OK;
+    kept->tick = ++self->paths_tick;
+    shrink(self);
     (void)pthread_mutex_unlock(&self->paths_lock);
-    *paths_ret = self->paths[piece];
     return st;
+}
+
+void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,
+                              const struct rmap_path_table *paths)
+{
+    struct rmap_map *self = inside(map);
+    if (!paths)
+        return;
+    (void)pthread_mutex_lock(&self->paths_lock);
+    self->paths[piece].n_user--;
+    shrink(self);
+    (void)pthread_mutex_unlock(&self->paths_lock);
 }

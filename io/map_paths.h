@@ -9,13 +9,19 @@
 #include "compact/compact.h"
 #include "io/chunk_reader.h"
 
-/* Both borrowed from the map; thread-safe. RMAP_FORMAT names the piece. */
+/* Borrowed from the map; thread-safe. RMAP_FORMAT names the piece. */
 enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
                                 const struct rmap_compact_model **model_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same, until it is given back (NULL is fine): those that nobody has are let go, the one that
+ * was asked for longest ago first, when all take more than RMAP_PATHS_NBYTES. */
+#define RMAP_PATHS_NBYTES ((size_t)256 << 20)
 enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
                                 struct rmap_chunk_reader *reader,
                                 const struct rmap_path_table **paths_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
+void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,
+                              const struct rmap_path_table *paths);
 
 #endif

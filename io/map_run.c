@@ -20,8 +20,7 @@ enum rmap_status rmap_map_run_init(const struct rmap_map *map, size_t space,
                                   .encoding = encoding,
                                   .space = (int32_t)space,
                                   .isa = map->summary.isa,
-                                  .embree_version = map->summary.embree_version,
-                                  .selection = map->selection};
+                                  .embree_version = map->summary.embree_version};
     return RMAP_OK;
 }
 

@@ -14,7 +14,6 @@
 #include "base/status.h"
 #include "io/bundle.h"
 #include "io/map_reader.h"
-#include "io/selection.h"
 #include "trace/layout.h"
 #include "trace/portion.h"
 #include "trace/tally.h"
@@ -26,16 +25,18 @@ struct rmap_run {
     uint64_t seed;
     int n_rank;
     enum rmap_encoding encoding;
-    int32_t space;                          /* colour space: row of the map's spaces */
-    const char *isa;                        /* instruction set that decides ties */
-    const char *embree_version;             /* or NULL */
-    const struct rmap_selection *selection; /* of rays that a query picked; NULL: as traced */
+    int32_t space;              /* colour space: row of the map's spaces */
+    const char *isa;            /* instruction set that decides ties */
+    const char *embree_version; /* or NULL */
 };
 
 /* Makes the directory NAME.raymap. RMAP_USAGE when it exists (and force is false; force removes a
  * ray map that stands there, and nothing else), RMAP_SYSTEM when it cannot be made. */
 enum rmap_status rmap_map_create(const char *path, bool force,
                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Takes a map away again whose making failed; what is no part of a map stays, and is an error. */
+enum rmap_status rmap_map_remove(const char *path, struct rmap_error *err) RMAP_MUST_USE;
 
 struct rmap_shard_writer;
 

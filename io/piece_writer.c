@@ -10,9 +10,10 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/directory.h"
+#include "io/file_lock.h"
 #include "io/map_directory.h"
 #include "io/map_format.h"
-#include "io/portion_rows.h"
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/seal.h"
@@ -32,7 +33,7 @@ struct rmap_piece_writer {
     struct rmap_chunk_entry *entry;
     size_t n_entry, cap_entry;
     size_t n_safe;                       /* entries that the journal has */
-    int fd;                              /* of the file, for syncing alone; -1 before */
+    int fd;                              /* of the file, for its lock and syncing alone */
     struct rmap_journal_writer *journal; /* NULL before the first flush */
 };
 
@@ -155,6 +156,15 @@ static enum rmap_status choose_names(struct rmap_piece_writer *self, struct rmap
     }
 }
 
+static enum rmap_status check_number(int number, struct rmap_error *err)
+{
+    if (number < RMAP_NUMBER_END)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_USAGE,
+                          "a shard has at most %d pieces: a greater --piece-size makes fewer",
+                          RMAP_NUMBER_END);
+}
+
 enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int number,
                                           const struct rmap_run *run,
                                           const struct rmap_piece_origin *origin,
@@ -179,8 +189,15 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
         goto out;
     }
+    RMAP_TRY(check_number(number, err));
     RMAP_TRY(choose_names(self, err));
     RMAP_TRY(create_file(self, err));
+    self->fd = open(self->temporary, O_RDWR | O_CLOEXEC);
+    if (self->fd < 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
+        goto out;
+    }
+    rmap_file_lock(self->fd);
     *writer_ret = self;
     self = NULL;
 out:
@@ -251,9 +268,7 @@ enum rmap_status rmap_piece_writer_flush(struct rmap_piece_writer *self,
     bool first = !self->journal;
     if (self->h5.failed)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->h5.path);
-    if (self->fd < 0)
-        self->fd = open(self->temporary, O_RDWR | O_CLOEXEC);
-    if (self->fd < 0 || fdatasync(self->fd) != 0) {
+    if (fdatasync(self->fd) != 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: syncing to disk: %s", self->temporary,
                             strerror(errno));
         goto out;
@@ -300,6 +315,8 @@ static enum rmap_status publish(struct rmap_piece_writer *self, struct rmap_erro
         rmap_free(final);
         if (st == RMAP_OK && taken)
             st = rmap_shard_next_piece(self->directory, &self->number, err);
+        if (st == RMAP_OK)
+            st = check_number(self->number, err);
         if (st != RMAP_OK)
             return st;
     }
@@ -323,6 +340,7 @@ static enum rmap_status close_file(struct rmap_piece_writer *self, uint64_t *nby
         self->set[s] = H5I_INVALID_HID;
     }
     RMAP_TRY(rmap_h5_close(&self->h5, err));
+    rmap_file_lock(self->fd); /* if HDF5's own lock came first, it is gone now */
     RMAP_TRY(seal(self, err));
     if (stat(self->temporary, &file) != 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
@@ -347,8 +365,8 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                    .n_chunk = self->n_entry};
     RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, self->entry, self->n_entry,
                                   sizeof *self->entry, err));
-    RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, portion, n_portion,
-                                     self->run->selection != NULL, err));
+    RMAP_TRY(rmap_h5_write_fields(&self->h5, portions.field, portions.n, portion, n_portion,
+                                  sizeof *portion, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX,
                          stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));

@@ -38,7 +38,8 @@ enum rmap_status rmap_repair_rays(const struct rmap_map_content *content, struct
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of rays");
     for (size_t i = 0; i < content->n_portion; i++) {
         const struct rmap_portion_info *info = &content->portion[i];
-        range[i] = (struct rmap_ray_range){info->first_ray, rmap_portion_end(info)};
+        range[i] =
+            (struct rmap_ray_range){info->first_ray, info->first_ray + info->n_row[RMAP_TABLE_RAY]};
     }
     enum rmap_status st = rmap_ray_set_make(range, content->n_portion, set, err);
     rmap_free(range);
@@ -141,8 +142,8 @@ static enum rmap_status write_from_scene(const char *path, const struct rmap_run
     for (size_t i = 0; i < content.n_portion; i++) {
         const struct rmap_portion_info *info = &content.portion[i];
         row.first_ray = info->first_ray < row.first_ray ? info->first_ray : row.first_ray;
-        if (rmap_portion_end(info) > end)
-            end = rmap_portion_end(info);
+        if (info->first_ray + info->n_row[RMAP_TABLE_RAY] > end)
+            end = info->first_ray + info->n_row[RMAP_TABLE_RAY];
     }
     row.n_ray = end > row.first_ray ? end - row.first_ray : 0;
     const struct rmap_index index = {.run = &run, .row = &row};
@@ -414,8 +415,8 @@ enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
         goto out;
     }
     enum rmap_status read = rmap_journal_read(journal_path, &journal, NULL);
-    if (read == RMAP_SYSTEM || (read == RMAP_OK && journal.n_portion > 0))
-        goto out; /* nobody knows, or of another scene: not ours to remove */
+    if (read == RMAP_SYSTEM || journal.other_version || (read == RMAP_OK && journal.n_portion > 0))
+        goto out; /* nobody knows, or another raymap does, or of another scene: not ours */
     if ((unlink(journal_path) != 0 && errno != ENOENT) || (unlink(part) != 0 && errno != ENOENT)) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", part, strerror(errno));
         goto out;

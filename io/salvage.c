@@ -319,8 +319,7 @@ static enum rmap_status place(struct salvage *self, struct rmap_error *err)
                                   .encoding = (enum rmap_encoding)header->encoding,
                                   .space = space,
                                   .isa = header->isa,
-                                  .embree_version = header->embree_version,
-                                  .selection = map->selection};
+                                  .embree_version = header->embree_version};
     return RMAP_OK;
 }
 

@@ -3,6 +3,7 @@
  * raymap convert: the same map again, in another encoding or in pieces of another size.
  */
 #include <string.h>
+#include <sys/stat.h>
 
 #include "io/map_history.h"
 #include "io/map_run.h"
@@ -11,7 +12,6 @@
 #include "mpi/index_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
-#include "mpi/output.h"
 #include "mpi/progress.h"
 
 static const struct rmap_option options[] = {
@@ -28,6 +28,28 @@ struct request {
     bool force;
 };
 
+static enum rmap_status read_encoding(const char *word, enum rmap_encoding *encoding,
+                                      struct rmap_error *err)
+{
+    *encoding = RMAP_ENCODING_COUNT;
+    if (!word)
+        return RMAP_OK;
+    for (int e = 0; e < RMAP_ENCODING_COUNT; e++)
+        if (strcmp(word, rmap_encoding_name((enum rmap_encoding)e)) == 0)
+            *encoding = (enum rmap_encoding)e;
+    if (*encoding == RMAP_ENCODING_COUNT || !rmap_layout_of(*encoding, RMAP_COLOUR_SPECTRAL))
+        return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'",
+                              word);
+    return RMAP_OK;
+}
+
+/* Whether two paths name one directory, however they are written. */
+static bool same_place(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}
+
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
 {
@@ -36,10 +58,12 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
                                 .to = rmap_argument(given, "output"),
                                 .force = rmap_argument(given, "force") != NULL};
     RMAP_TRY(rmap_argument_count(given, "piece-size", &request->piece_nbytes, err));
-    RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
+    if (rmap_argument(given, "piece-size") && request->piece_nbytes == 0)
+        return rmap_error_set(err, RMAP_USAGE, "--piece-size must be at least 1");
+    RMAP_TRY(read_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (!request->to)
         return rmap_error_set(err, RMAP_USAGE, "where to? give -o MAP2");
-    if (rmap_same_place(request->from, request->to))
+    if (same_place(request->from, request->to))
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is %s: a map cannot be converted in its own place; choose "
                               "another name",
@@ -54,6 +78,7 @@ struct conversion {
     enum rmap_encoding encoding;
     struct rmap_map_run run;         /* in the map's first colour space, for the index */
     struct rmap_map_content content; /* rank 0 */
+    bool begins;                     /* rank 0: what stands at the new place is this run's */
     double begun;
 };
 
@@ -87,6 +112,7 @@ static enum rmap_status prepare(const struct rmap_context *context, const struct
         return rmap_agree(context, RMAP_OK, err);
     RMAP_TRY(rmap_map_run_init(map, 0, self->encoding, &self->run, err));
     RMAP_TRY(rmap_map_create(request->to, request->force, err));
+    self->begins = true;
     RMAP_TRY(write_index(request, self, NULL, NULL, false, err));
 out:
     return rmap_agree(context, st, err);
@@ -132,11 +158,12 @@ static enum rmap_status conclude(const struct rmap_context *context, const struc
     rmap_map_summarise(made, &self->after);
     if (memcmp(&self->after.digest, &self->before.digest, sizeof self->after.digest) != 0) {
         st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s holds other rays than its index says, and so does %s now; see: "
+                            "%s holds other rays than its index says: nothing was made of it; see: "
                             "raymap verify %s",
-                            request->from, request->to, request->from);
+                            request->from, request->from);
         goto out;
     }
+    self->begins = false;
     RMAP_TRY(summarise(context, request, self, err));
 out:
     rmap_map_close(made);
@@ -182,6 +209,8 @@ static enum rmap_status run_convert(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(index_again(context, &request, self.map, err));
 out:
+    if (st != RMAP_OK && self.begins)
+        rmap_discard_map(request.to, err);
     rmap_map_run_fini(&self.run);
     rmap_map_content_fini(&self.content);
     rmap_map_close(self.map);

@@ -10,6 +10,7 @@
 #include "io/merge.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
+#include "mpi/load.h"
 #include "mpi/progress.h"
 
 static const struct rmap_option options[] = {
@@ -92,13 +93,18 @@ static enum rmap_status merge(const struct rmap_context *context,
     const char *to = rmap_argument(given, "output");
     size_t n = (size_t)given->n_operand, n_symbolic = 0;
     double begun = rmap_clock_seconds();
+    bool begins = false;
     RMAP_TRY(check_request(given, to, err));
     RMAP_TRY(open_all(given, &source, err));
     RMAP_TRY(rmap_merge_check(source, n, err));
     RMAP_TRY(rmap_map_create(to, rmap_argument(given, "force") != NULL, err));
+    begins = true;
     RMAP_TRY(rmap_merge(source, n, to, &n_symbolic, err));
+    begins = false;
     RMAP_TRY(summarise(context, to, n_symbolic, begun, err));
 out:
+    if (st != RMAP_OK && begins)
+        rmap_discard_map(to, err);
     for (size_t i = 0; source && i < n; i++)
         rmap_map_close(source[i].map);
     rmap_free(source);

@@ -3,6 +3,7 @@
  * raymap verify: whether every byte of a map is what was written.
  */
 #include "base/alloc.h"
+#include "io/map_directory.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
@@ -84,9 +85,10 @@ static void print_text(const char *path, const struct rmap_findings *findings,
             path, findings->n, (unsigned long long)verified->pieces,
             rmap_grouped(verified->chunks, chunks), rmap_grouped(verified->rays, rays),
             rmap_grouped(verified->segments, segments), 1e-6 * (double)verified->bytes,
-            !verification->map  ? "; rays were not decoded: the index is unusable"
-            : !summary.complete ? "; not complete: tracing was stopped early"
-                                : "");
+            !verification->map       ? "; rays were not decoded: the index is unusable"
+            : summary.complete       ? ""
+            : rmap_map_is_live(path) ? "; not complete: it is being traced"
+                                     : "; not complete: tracing was stopped early");
 }
 
 static enum rmap_status tell(const struct rmap_context *context, const char *path,

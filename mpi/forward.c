@@ -26,6 +26,9 @@ struct rmap_forward {
     int writer;   /* rank that takes this one's blocks */
     int n_sender; /* that have not ended yet, if this rank writes */
     bool writes, ended;
+    /* A block whose size came and whose bytes are not received yet; size 0: none. */
+    uint64_t announced;
+    int announced_by;
     struct transfer *travelling; /* the MPI thread's own, oldest first */
     int n_travelling;
 
@@ -261,32 +264,76 @@ out:
     return st;
 }
 
-/* A sender's next block, if one is announced. */
-static enum rmap_status begin_receive(struct rmap_forward *self, struct rmap_error *err)
+/* Hears of a sender's next block, unless one is announced already. */
+static enum rmap_status listen(struct rmap_forward *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     MPI_Status status;
     int waiting = 0;
     uint64_t size = 0;
-    struct rmap_parcel *parcel = NULL;
+    if (self->announced > 0)
+        return RMAP_OK;
     RMAP_TRY(RMAP_MPI(MPI_Iprobe(MPI_ANY_SOURCE, TAG_SIZE, self->comm, &waiting, &status)));
     if (!waiting)
         return RMAP_OK;
     RMAP_TRY(RMAP_MPI(MPI_Recv(&size, 1, MPI_UINT64_T, status.MPI_SOURCE, TAG_SIZE, self->comm,
                                MPI_STATUS_IGNORE)));
-    if (size == 0) {
-        self->n_sender--;
+    self->announced = size;
+    self->announced_by = status.MPI_SOURCE;
+    self->n_sender -= size == 0;
+out:
+    return st;
+}
+
+/* Begins to receive the next block, if one is announced; without memory it stays announced. */
+static enum rmap_status begin_receive(struct rmap_forward *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_parcel *parcel = NULL;
+    RMAP_TRY(listen(self, err));
+    if (self->announced == 0)
         return RMAP_OK;
-    }
-    RMAP_TRY(rmap_parcel_create((size_t)size, &parcel, err));
+    RMAP_TRY(rmap_parcel_create((size_t)self->announced, &parcel, err));
     struct transfer *transfer = transfer_create(parcel);
     if (!transfer) {
         rmap_parcel_destroy(parcel);
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a block to come");
         goto out;
     }
+    self->announced = 0;
     add_travelling(self, transfer);
-    RMAP_TRY(post_bytes(self, transfer, status.MPI_SOURCE, false, err));
+    RMAP_TRY(post_bytes(self, transfer, self->announced_by, false, err));
+out:
+    return st;
+}
+
+/* The bytes of the announced block, to nowhere: MPI cuts them off and says so. */
+static enum rmap_status swallow(struct rmap_forward *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t nothing;
+    for (uint64_t at = 0; at < self->announced; at += piece_nbytes) {
+        int class = MPI_SUCCESS;
+        int code = MPI_Recv(&nothing, 0, MPI_BYTE, self->announced_by, TAG_BYTES, self->comm,
+                            MPI_STATUS_IGNORE);
+        RMAP_TRY(RMAP_MPI(MPI_Error_class(code, &class)));
+        if (class != MPI_ERR_TRUNCATE)
+            RMAP_TRY(RMAP_MPI(code));
+    }
+    self->announced = 0;
+out:
+    return st;
+}
+
+enum rmap_status rmap_forward_discard(struct rmap_forward *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct transfer *transfer = NULL;
+    RMAP_TRY(listen(self, err));
+    RMAP_TRY(swallow(self, err));
+    RMAP_TRY(take_arrived(self, &transfer, err));
+    if (transfer)
+        transfer_destroy(transfer);
 out:
     return st;
 }

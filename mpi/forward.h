@@ -40,6 +40,11 @@ enum rmap_status rmap_forward_receive(struct rmap_forward *forward, bool hold,
                                       struct rmap_parcel **parcel_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* A writer that failed takes what still comes, so that senders do not wait, and throws it away. It
+ * needs no memory. */
+enum rmap_status rmap_forward_discard(struct rmap_forward *forward,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* A sender: everything was taken, and the writer knows that nothing follows. A writer: every
  * sender has said so. True for NULL. */
 bool rmap_forward_done(const struct rmap_forward *forward);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/map_writer.h"
 #include "mpi/agree.h"
 
 enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
@@ -109,4 +110,11 @@ enum rmap_status rmap_load_map(const struct rmap_context *context, const char *p
     else
         rmap_map_close(map);
     return st;
+}
+
+void rmap_discard_map(const char *path, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    if (rmap_map_remove(path, &why) != RMAP_OK)
+        rmap_error_context(err, "half of %s stays behind (%s)", path, why.text);
 }

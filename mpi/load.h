@@ -35,4 +35,7 @@ enum rmap_status rmap_load_scene(const struct rmap_context *context, const char 
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Takes away what a command that failed has made of a map; err says so where that fails, too. */
+void rmap_discard_map(const char *path, struct rmap_error *err);
+
 #endif

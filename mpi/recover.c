@@ -30,27 +30,38 @@ enum rmap_status rmap_recover_wait(const struct rmap_context *context, const cha
     return rmap_agree_patiently(context, st, err);
 }
 
-/* Rank 0's list, on every rank. */
-static enum rmap_status share_list(const struct rmap_context *context, const char *map_path,
-                                   struct rmap_leftover **list, size_t *n, struct rmap_error *err)
+enum rmap_status rmap_recover_list(const struct rmap_context *context, const char *map_path,
+                                   struct rmap_leftover **list_ret, size_t *n_ret,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *blob = NULL;
     size_t nbytes = 0;
+    *list_ret = NULL;
+    *n_ret = 0;
     if (context->rank == 0)
-        st = rmap_map_await_writers(map_path, err);
-    if (context->rank == 0 && st == RMAP_OK)
-        st = rmap_map_remove_half_indexes(map_path, err);
-    if (context->rank == 0 && st == RMAP_OK)
-        st = rmap_map_list_leftovers(map_path, list, n, err);
+        st = rmap_map_list_leftovers(map_path, list_ret, n_ret, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    blob = (uint8_t *)*list;
-    nbytes = *n * sizeof **list;
+    blob = (uint8_t *)*list_ret;
+    nbytes = *n_ret * sizeof **list_ret;
+    *list_ret = NULL;
     RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
-    *list = (struct rmap_leftover *)(void *)blob;
-    *n = nbytes / sizeof **list;
+    *list_ret = (struct rmap_leftover *)(void *)blob;
+    *n_ret = nbytes / sizeof **list_ret;
+    blob = NULL;
 out:
+    rmap_free(blob);
     return st;
+}
+
+/* Collective. */
+static enum rmap_status clear_half_indexes(const struct rmap_context *context, const char *map_path,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0)
+        st = rmap_map_remove_half_indexes(map_path, err);
+    return rmap_agree(context, st, err);
 }
 
 /* This rank's share. What is damaged stays where it is, and its rays are traced again. */
@@ -108,7 +119,9 @@ enum rmap_status rmap_recover(const struct rmap_context *context, const char *ma
     struct result mine = {0}, *all = NULL;
     size_t n = 0;
     *n_ret = 0;
-    RMAP_TRY(share_list(context, map_path, &list, &n, err));
+    RMAP_TRY(rmap_recover_wait(context, map_path, err));
+    RMAP_TRY(clear_half_indexes(context, map_path, err));
+    RMAP_TRY(rmap_recover_list(context, map_path, &list, &n, err));
     *n_ret = n;
     if (n == 0)
         goto out;

@@ -5,12 +5,18 @@
 #ifndef RMAP_RECOVER_H
 #define RMAP_RECOVER_H
 
+#include "io/map_directory.h"
 #include "io/map_reader.h"
 #include "mpi/command.h"
 
 /* Collective. Gives writers that are being killed a moment to go; to be called before the map is
  * opened, so that all ranks see the same. RMAP_USAGE: a writer is still at work. */
 enum rmap_status rmap_recover_wait(const struct rmap_context *context, const char *map_path,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. Rank 0's list of unfinished pieces, on every rank. *list_ret: rmap_free. */
+enum rmap_status rmap_recover_list(const struct rmap_context *context, const char *map_path,
+                                   struct rmap_leftover **list_ret, size_t *n_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* Collective. Each unfinished piece of an incomplete map is made a finished one by one of the

@@ -33,8 +33,6 @@ struct repair {
     struct rmap_ray_set had;     /* rank 0 */
     struct rmap_findings before; /* of the last round in which pieces were mended */
     bool index_made, salvaged, changed;
-    bool was_complete; /* before anything was done */
-    uint64_t n_had;
 };
 
 void rmap_repair_result_fini(struct rmap_repair_result *result)
@@ -204,8 +202,7 @@ static enum rmap_status look(struct repair *self, enum step *step, struct rmap_e
     rmap_free(self->leftover);
     self->leftover = NULL;
     RMAP_TRY(rmap_verify_run(self->context, self->path, &self->round, err));
-    st = rmap_map_list_leftovers(self->path, &self->leftover, &self->n_leftover, err);
-    RMAP_TRY(rmap_agree(self->context, st, err));
+    RMAP_TRY(rmap_recover_list(self->context, self->path, &self->leftover, &self->n_leftover, err));
     if (self->context->rank == 0)
         chosen = (int)choose(self);
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&chosen, 1, MPI_INT, 0, self->context->comm)));
@@ -222,14 +219,8 @@ static enum rmap_status remember(struct repair *self, struct rmap_error *err)
     const struct rmap_map_content *said =
         what->claimed->n_portion > 0 ? what->claimed : what->content;
     const struct rmap_findings *findings = &self->round.findings;
-    struct rmap_map_summary summary = {0};
     RMAP_TRY(rmap_findings_append(&self->result->found, findings->row, findings->n, err));
     RMAP_TRY(rmap_repair_rays(said, &self->had, err));
-    for (size_t i = 0; i < said->n_portion; i++)
-        self->n_had += said->portion[i].n_row[RMAP_TABLE_RAY];
-    if (what->map)
-        rmap_map_summarise(what->map, &summary);
-    self->was_complete = summary.complete;
 out:
     return st;
 }
@@ -256,15 +247,10 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     RMAP_TRY(rmap_ray_set_minus(&self->had, &have, &self->result->lost, err));
     self->result->n_missing = rmap_ray_set_count(&missing);
     rmap_map_summarise(what->map, &self->result->summary);
-    bool complete = missing.n == 0 && wanted.n > 0;
-    if (rmap_map_selection(what->map)) { /* what else was picked, the map itself alone knew */
-        uint64_t n_have = self->result->summary.n_row[RMAP_TABLE_RAY];
-        self->result->n_missing = self->n_had > n_have ? self->n_had - n_have : 0;
-        complete = self->was_complete && self->result->n_missing == 0;
-    }
     if (mode == RMAP_REPAIR_SAY)
         goto out;
     RMAP_TRY(rmap_findings_append(&self->result->left, findings->row, findings->n, err));
+    bool complete = missing.n == 0 && wanted.n > 0;
     if (self->changed || complete != self->result->summary.complete)
         RMAP_TRY(rmap_repair_write(what, &none, self->round.tally, complete, err));
     self->result->summary.complete = complete;
@@ -275,12 +261,9 @@ out:
     return st;
 }
 
-/* Collective. What a writer at work has in hand is no leftover. */
+/* Collective. */
 static enum rmap_status mend(struct repair *self, enum step step, struct rmap_error *err)
 {
-    enum rmap_status st = rmap_recover_wait(self->context, self->path, err);
-    if (st != RMAP_OK)
-        return st;
     self->changed = true;
     return step == STEP_INDEX    ? mend_index(self, err)
            : step == STEP_PIECES ? mend_pieces(self, err)
@@ -295,6 +278,9 @@ enum rmap_status rmap_repair_run(const struct rmap_context *context, const char 
     struct repair self = {.context = context, .path = path, .scene = scene, .result = result};
     enum step step = STEP_NONE;
     double begun = rmap_clock_seconds();
+    /* What a writer at work has in hand is no leftover: it must be gone before anybody looks. */
+    if (mode == RMAP_REPAIR_DO)
+        RMAP_TRY(rmap_recover_wait(context, path, err));
     for (int round = 0; round < ROUNDS_MAX; round++) {
         RMAP_TRY(look(&self, &step, err));
         if (round == 0 && context->rank == 0)

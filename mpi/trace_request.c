@@ -65,6 +65,8 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
         if (rmap_argument(given, "no-record") && rmap_argument(given, for_maps[i]))
             return rmap_error_set(err, RMAP_USAGE, "--no-record makes no map; leave out --%s",
                                   for_maps[i]);
+    if (rmap_argument(given, "piece-size") && request->piece_nbytes == 0)
+        return rmap_error_set(err, RMAP_USAGE, "--piece-size must be at least 1");
     if (rmap_argument(given, "flush-portions") && request->flush_portions == 0)
         return rmap_error_set(err, RMAP_USAGE, "--flush-portions must be at least 1");
     if (rmap_argument(given, "shards-per-node") && request->shards_per_node == 0)

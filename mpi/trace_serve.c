@@ -178,15 +178,12 @@ enum rmap_status rmap_trace_serve_drain(struct rmap_trace_serve *self, struct rm
     enum rmap_status st = RMAP_OK;
     struct rmap_forward *forward = self->plan->forward;
     while (!rmap_forward_done(forward)) {
-        struct rmap_parcel *parcel = NULL;
-        if (rmap_forward_writes(forward))
-            RMAP_TRY(rmap_forward_receive(forward, false, &parcel, err));
+        if (rmap_forward_writes(forward)) /* it failed: the run is lost */
+            RMAP_TRY(rmap_forward_discard(forward, err));
         else
             RMAP_TRY(rmap_forward_send(forward, true, err));
-        rmap_parcel_destroy(parcel); /* this rank failed: the run is lost */
         RMAP_TRY(rmap_trace_serve_poll(self, err));
-        if (!parcel)
-            rmap_trace_nap();
+        rmap_trace_nap();
     }
 out:
     return st;

@@ -98,11 +98,6 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
         goto out;
     RMAP_TRY(rmap_recover_wait(context, path, err));
     st = rmap_map_open_untallied(path, &self->goal.map, err);
-    if (st == RMAP_OK && rmap_map_selection(self->goal.map))
-        st = rmap_error_set(err, RMAP_INPUT,
-                            "%s holds rays that a query picked (raymap info says which): nothing "
-                            "can be traced into it; go on with the map that was asked",
-                            path);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;
@@ -124,7 +119,10 @@ static enum rmap_status explain(const struct rmap_trace_session *self, enum rmap
 static void tell_trouble(const struct rmap_trace_session *self)
 {
     for (size_t i = 0; i < rmap_map_n_trouble(self->goal.map); i++)
-        fprintf(stderr, "raymap: warning: left out: %s\n", rmap_map_trouble(self->goal.map, i));
+        fprintf(stderr,
+                "raymap: warning: left out: %s; its rays are traced again, raymap repair takes it "
+                "away\n",
+                rmap_map_trouble(self->goal.map, i));
 }
 
 /* Collective. What killed writers left becomes finished pieces, and the map is opened anew. */

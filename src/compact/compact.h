@@ -67,6 +67,7 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
                                         struct rmap_path_table **table_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_path_table_destroy(struct rmap_path_table *table);
+size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory */
 
 /* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
  * whole tables. */

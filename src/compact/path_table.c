@@ -112,6 +112,14 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
     rmap_free(table);
 }
 
+size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
+{
+    size_t leg = sizeof *table->object + sizeof *table->event + sizeof *table->medium;
+    size_t crossing = sizeof *table->segment + sizeof *table->detector + sizeof *table->registered;
+    return sizeof *table + table->n * sizeof *table->path + table->n_segment * leg +
+           table->n_registration * crossing;
+}
+
 void rmap_path_unfold(const struct rmap_compact_model *model, int32_t source, uint8_t stop,
                       size_t n, const uint32_t *object, const uint32_t *event, int32_t *object_out,
                       uint32_t *event_out)

@@ -8,7 +8,9 @@ write_scene scene.yaml
 
 # 0: done
 expect 0 'usage: raymap' "$RAYMAP" --help
-expect 0 'MPI' "$RAYMAP" --version
+for library in Embree MPI HDF5 libdeflate xxHash libyaml Assimp zlib jansson; do
+    expect 0 "^$library +[0-9O]" "$RAYMAP" --version
+done
 for command in check trace info query report detector draw verify repair convert merge bench; do
     expect 0 "usage: raymap $command" "$RAYMAP" $command --help
     expect 0 "usage: raymap $command" "$RAYMAP" $command one two three --help
@@ -57,6 +59,8 @@ expect 2 'leave out --no-record' "$RAYMAP" trace scene.yaml -o a.raymap --append
 expect 2 'needs -o' "$RAYMAP" trace scene.yaml --resume
 expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --flush 0
 expect 2 'at least 1' "$RAYMAP" trace scene.yaml -o x.raymap --flush-portions 0
+expect 2 'piece-size must be at least 1' "$RAYMAP" trace scene.yaml -o x.raymap --piece-size 0
+expect 2 'piece-size must be at least 1' "$RAYMAP" convert a.raymap -o x.raymap --piece-size 0
 expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --time-limit soon
 expect 2 'between 1 and' "$RAYMAP" trace scene.yaml -o x.raymap --threads 0
 expect 2 "'rgb' or 'spectral'" "$RAYMAP" trace scene.yaml -o x.raymap --color blue

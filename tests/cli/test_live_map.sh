@@ -22,6 +22,8 @@ done
 
 "$RAYMAP" info live.raymap | grep -q 'NOT complete: it is being traced' || fail "info does not say that it is being traced"
 
+"$RAYMAP" verify live.raymap | grep -q 'not complete: it is being traced' || fail "verify does not say that it is being traced"
+
 refused() { # WHAT COMMAND...
     local what=$1 status=0
     shift
@@ -47,5 +49,16 @@ status=0
 "$RAYMAP" trace "$scene" -o live.raymap --resume --time-limit 1s --quiet 2>resumed.txt || status=$?
 [ $status -eq 6 ] || fail "taking over ended with $status: $(cat resumed.txt)"
 "$RAYMAP" verify live.raymap --quiet || fail "the map does not verify"
+rm -rf live.raymap
+
+# Also before anything was flushed.
+"$RAYMAP" trace "$scene" -o live.raymap -n 100M --flush 1000 --threads 1 --piece-size 64Gi --quiet &
+writer=$!
+for _ in $(seq 1200); do
+    compgen -G "live.raymap/shard-*/.piece-*.part" >/dev/null && break
+    sleep 0.1
+done
+refused 'repair of' repair live.raymap
+kill -9 $writer
 rm -rf live.raymap
 echo "a live map is read and left alone"

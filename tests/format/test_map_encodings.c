@@ -5,6 +5,9 @@
  */
 #include "map_fixture.h"
 
+#include "io/map_internal.h"
+#include "io/map_paths.h"
+
 enum { BLOCK = 500, N_BLOCK = 60 };
 
 static struct rmap_map *index_and_open(struct fixture *f)
@@ -39,6 +42,18 @@ static void compare_columns(struct fixture *f, const struct rmap_map *map, rmap_
     rmap_cursor_destroy(cursor);
 }
 
+/* Paths that nobody has are let go when they take more than they may, and come back. */
+static void compare_with_few_paths(struct fixture *f, struct rmap_map *map)
+{
+    size_t kept = map->paths_nbytes;
+    map->paths_budget = 1;
+    compare_columns(f, map, RMAP_COLUMNS_ALL);
+    assert_int_equal(map->paths_nbytes, 0);
+    map->paths_budget = RMAP_PATHS_NBYTES;
+    compare_columns(f, map, RMAP_COLUMNS_ALL);
+    assert_int_equal(map->paths_nbytes, kept);
+}
+
 static struct rmap_digest digest_of(const struct rmap_map *map)
 {
     struct rmap_map_summary summary;
@@ -63,6 +78,7 @@ static void test_same_digest(void **state)
         for (size_t k = 0; k < rmap_map_n_piece(map); k++)
             assert_int_equal(rmap_map_piece(map, k)->encoding, e);
         compare_columns(&f, map, RMAP_COLUMNS_ALL);
+        compare_with_few_paths(&f, map);
         digest[e] = digest_of(map);
         rmap_map_close(map);
         fixture_fini(&f);

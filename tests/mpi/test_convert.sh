@@ -80,4 +80,5 @@ with open(sys.argv[1], "r+b") as f:
     f.seek(at); byte = f.read(1); f.seek(at); f.write(bytes([byte[0] ^ 255]))
 PYTHON
 expect 4 'piece-' mpirun -np 2 "$RAYMAP" convert a.raymap -o damaged.raymap
+[ ! -e damaged.raymap ] || { echo "FAILED: half a map stays behind"; failures=1; }
 finish

@@ -39,5 +39,17 @@ chmod +x small-disk.sh
 expect 5 'File too large' mpirun -np 1 ./small-disk.sh "$RAYMAP" trace scene.yaml -o full.raymap -n 3M \
     --quiet --shards-per-node 1 : -np 3 "$RAYMAP" trace scene.yaml -o full.raymap -n 3M --quiet \
     --shards-per-node 1
+
+# Memory that the one writer runs out of at any moment ends all ranks, and none waits for ever.
+memory=(env "LD_PRELOAD=$(dirname "$RAYMAP")/tests/faults.so" "FAULTS_DIR=$PWD/short.raymap"
+    'FAULTS_CALLS=memory:*')
+short=("$RAYMAP" trace scene.yaml -o short.raymap -n 300k --quiet --shards-per-node 1 --threads 1)
+expect 0 '' mpirun -np 1 "${memory[@]}" "FAULTS_LOG=$PWD/calls.log" "${short[@]}" : -np 2 "${short[@]}"
+n_call=$(wc -l <calls.log.0)
+for percent in 70 80 90 95; do
+    rm -rf short.raymap
+    expect 5 'out of memory' mpirun -np 1 "${memory[@]}" FAULTS_AT=$((n_call * percent / 100)) \
+        FAULTS_ACTION=ENOMEM FAULTS_STICKY=1 "${short[@]}" : -np 2 "${short[@]}"
+done
 rm -rf ./*.raymap
 finish
