@@ -45,7 +45,7 @@ static void name_units(struct rmap_detector_image *image)
 static void add_flux(const struct rmap_map *map, size_t source, double w, double w2, double *flux,
                      double *variance)
 {
-    double n = rmap_map_tally(map)->emitted[source];
+    double n = rmap_map_emitted(map)[source];
     double unit = rmap_map_flux_per_weight(map)[source];
     *flux += unit * w;
     *variance += n < 2 ? (double)NAN : unit * unit * n / (n - 1) * (w2 - w * w / n);

@@ -37,11 +37,11 @@ void rmap_count_add(struct rmap_count *into, const struct rmap_count *from, size
 void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map, double *flux_ret,
                      double *standard_error_ret)
 {
-    const struct rmap_tally *tally = rmap_map_tally(map);
+    const double *emitted = rmap_map_emitted(map);
     const double *flux_per_weight = rmap_map_flux_per_weight(map);
     double flux = 0.0, variance = 0.0;
     for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++) {
-        double n = tally->emitted[s], w = count->source_weight[s];
+        double n = emitted[s], w = count->source_weight[s];
         double w2 = count->source_weight_squared[s];
         flux += flux_per_weight[s] * w;
         variance += n < 2

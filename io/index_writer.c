@@ -14,6 +14,7 @@
 #include "io/map_tally.h"
 #include "io/map_view.h"
 #include "io/map_writer.h"
+#include "io/portion_rows.h"
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/scene_numbers.h"
@@ -159,14 +160,22 @@ static enum rmap_status write_light(struct index *self, struct rmap_error *err)
     const struct rmap_h5_array array[] = {
         {"/channel/wavelength", RMAP_F64, 1, {n_channel}, nm, "vacuum wavelength of each channel"},
         {"/source/flux", RMAP_F64, 1, {n}, flux_unit, "flux of each source"},
-        {"/source/emitted", RMAP_F64, 1, {n}, one, "rays of each source in the map"},
+        {"/source/emitted",
+         RMAP_F64,
+         1,
+         {n},
+         one,
+         "rays that each source's flux is shared out over: those in the map, or in the map whose "
+         "rays these were picked from"},
         {"/source/colour", RMAP_F64, 2, {n, n_channel}, one, "share of the flux per channel"},
     };
     RMAP_TRY(rmap_h5_group(&self->h5, "/channel", err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/source", err));
     RMAP_TRY(rmap_h5_write(&self->h5, &array[0], scene->channels.wavelength_nm, err));
     RMAP_TRY(rmap_h5_write(&self->h5, &array[1], flux, err));
-    RMAP_TRY(rmap_h5_write(&self->h5, &array[2], self->tally->emitted, err));
+    RMAP_TRY(rmap_h5_write(
+        &self->h5, &array[2],
+        self->run->selection ? self->run->selection->emitted : self->tally->emitted, err));
     RMAP_TRY(rmap_h5_write(&self->h5, &array[3], colour, err));
 out:
     rmap_free(flux);
@@ -184,8 +193,8 @@ static enum rmap_status write_content(struct index *self, struct rmap_error *err
     RMAP_TRY(rmap_h5_write_fields(&self->h5, pieces.field, pieces.n, content->piece,
                                   content->n_piece, sizeof *content->piece, err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
-    RMAP_TRY(rmap_h5_write_fields(&self->h5, portions.field, portions.n, content->portion,
-                                  content->n_portion, sizeof *content->portion, err));
+    RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, content->portion, content->n_portion,
+                                     self->run->selection != NULL, err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, content->chunk,
                                   content->n_chunk, sizeof *content->chunk, err));
@@ -248,6 +257,8 @@ static enum rmap_status write_file(struct index *self, const char *temporary, bo
     RMAP_TRY(write_runs(self, err));
     RMAP_TRY(write_layouts(self, err));
     RMAP_TRY(write_content(self, err));
+    if (self->run->selection)
+        RMAP_TRY(rmap_selection_write(&self->h5, self->run->selection, err));
     RMAP_TRY(rmap_map_tally_write(&self->h5, self->tally, err));
     RMAP_TRY(rmap_h5_close(&self->h5, err));
     RMAP_TRY(rmap_seal_write(temporary, NULL, 0, err));

@@ -3,6 +3,7 @@
  * What an open map tells of itself.
  */
 #include "io/map_internal.h"
+#include "trace/tally.h"
 
 uint64_t rmap_portion_end(const struct rmap_portion_info *portion)
 {
@@ -97,6 +98,16 @@ const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map)
 const struct rmap_tally *rmap_map_tally(const struct rmap_map *map)
 {
     return map->tally;
+}
+
+const struct rmap_selection *rmap_map_selection(const struct rmap_map *map)
+{
+    return map->selection;
+}
+
+const double *rmap_map_emitted(const struct rmap_map *map)
+{
+    return map->selection ? map->selection->emitted : map->tally->emitted;
 }
 
 size_t rmap_map_n_portion(const struct rmap_map *map)

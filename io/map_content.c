@@ -234,20 +234,24 @@ enum rmap_status rmap_map_content_sort(struct rmap_map_content *content, struct 
     return sort_chunks(content, err);
 }
 
-/* Rays [first_ray, end_of). */
-static uint64_t end_of(const struct rmap_portion_info *portion)
-{
-    uint64_t n = portion->n_row[RMAP_TABLE_RAY];
-    return n > UINT64_MAX - portion->first_ray ? UINT64_MAX : portion->first_ray + n;
-}
-
 /* Of two portions of just the same rays, whether the second is the better one to keep. */
 static bool is_better(const struct rmap_map_content *content, const struct rmap_portion_info *kept,
                       const struct rmap_portion_info *other)
 {
     return kept->is_added && content->piece[kept->piece].is_open &&
            !content->piece[other->piece].is_open && kept->first_ray == other->first_ray &&
-           end_of(kept) == end_of(other);
+           rmap_portion_end(kept) == rmap_portion_end(other);
+}
+
+/* Whether `kept`, which begins no later, has all rays of the other: of portions with gaps that is
+ * known only where they are two copies of one. */
+static bool covers(const struct rmap_portion_info *kept, const struct rmap_portion_info *other)
+{
+    if (rmap_portion_end(other) > rmap_portion_end(kept))
+        return false;
+    return !rmap_portion_has_gaps(kept) ||
+           (kept->first_ray == other->first_ray &&
+            memcmp(&kept->digest, &other->digest, sizeof kept->digest) == 0);
 }
 
 void rmap_map_content_drop_covered(struct rmap_map_content *content, size_t *n_dropped_ret)
@@ -256,7 +260,7 @@ void rmap_map_content_drop_covered(struct rmap_map_content *content, size_t *n_d
     for (size_t i = 0; i < content->n_portion; i++) {
         const struct rmap_portion_info *portion = &content->portion[i];
         struct rmap_portion_info *last = n > 0 ? &content->portion[n - 1] : NULL;
-        if (!last || end_of(portion) > end_of(last))
+        if (!last || !covers(last, portion))
             content->portion[n++] = *portion;
         else if (is_better(content, last, portion))
             *last = *portion;
@@ -366,21 +370,37 @@ static enum rmap_status check_chunks(const struct rmap_map_content *content, con
                  : RMAP_OK;
 }
 
-/* Blocks of the same rays come from two lives of one run: one of them must go. */
+static enum rmap_status share_rays(const struct rmap_map_content *content, const char *path,
+                                   const struct rmap_portion_info *p,
+                                   const struct rmap_portion_info *q, struct rmap_error *err)
+{
+    uint64_t end =
+        rmap_portion_end(p) < rmap_portion_end(q) ? rmap_portion_end(p) : rmap_portion_end(q);
+    if (rmap_portion_has_gaps(p) || rmap_portion_has_gaps(q))
+        end = q->first_ray + 1; /* of the others nobody knows */
+    return rmap_error_set(err, RMAP_FORMAT, "%s: %s and %s both hold the rays from %llu to %llu",
+                          path, content->piece[p->piece].name, content->piece[q->piece].name,
+                          (unsigned long long)q->first_ray, (unsigned long long)end - 1);
+}
+
+/* Blocks of the same rays come from two lives of one run: one of them must go. Portions with gaps
+ * may lie within each other, but no two begin with the same ray. */
 static enum rmap_status check_order(const struct rmap_map_content *content, const char *path,
                                     struct rmap_error *err)
 {
-    for (size_t i = 1; i < content->n_portion; i++) {
-        const struct rmap_portion_info *p = &content->portion[i - 1], *q = p + 1;
-        if (p->first_ray > q->first_ray)
+    const struct rmap_portion_info *last = NULL; /* without gaps */
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *q = &content->portion[i], *p = i > 0 ? q - 1 : NULL;
+        bool gaps = rmap_portion_has_gaps(q);
+        if (p && p->first_ray > q->first_ray)
             return rmap_error_set(err, RMAP_FORMAT, "%s: /portion is not in the order of ray ids",
                                   path);
-        if (q->first_ray < end_of(p))
-            return rmap_error_set(
-                err, RMAP_FORMAT, "%s: %s and %s both hold the rays from %llu to %llu", path,
-                content->piece[p->piece].name, content->piece[q->piece].name,
-                (unsigned long long)q->first_ray,
-                (unsigned long long)(end_of(p) < end_of(q) ? end_of(p) : end_of(q)) - 1);
+        if (p && p->first_ray == q->first_ray)
+            return share_rays(content, path, p, q, err);
+        if (last && !gaps && q->first_ray < rmap_portion_end(last))
+            return share_rays(content, path, last, q, err);
+        if (!gaps)
+            last = q;
     }
     return RMAP_OK;
 }

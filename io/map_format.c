@@ -51,6 +51,10 @@ static const struct rmap_h5_field portion_field[] = {
             "greatest x, y, z of all points, in the map's length unit; -inf without any"),
 };
 
+static const struct rmap_h5_field picked_field[] = {
+    PORTION("last_ray", last_ray, U64, 1, "largest ray id"),
+};
+
 #define PIECE(name, member, element, width, text)                                                  \
     {                                                                                              \
         "/piece/" name, RMAP_##element, width, offsetof(struct rmap_piece_info, member), text      \
@@ -100,6 +104,11 @@ struct rmap_field_table rmap_portion_fields_piece(void)
 struct rmap_field_table rmap_portion_fields_index(void)
 {
     return (struct rmap_field_table){portion_field, COUNT(portion_field)};
+}
+
+struct rmap_field_table rmap_portion_fields_picked(void)
+{
+    return (struct rmap_field_table){picked_field, COUNT(picked_field)};
 }
 
 struct rmap_field_table rmap_piece_fields(void)

@@ -20,6 +20,8 @@
 
 #define RMAP_FORMAT_MAJOR 2
 #define RMAP_FORMAT_MINOR 0
+/* Of maps of picked rays and their pieces: ids of a portion may have gaps. */
+#define RMAP_FORMAT_PICKED_MAJOR 3
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256
@@ -34,6 +36,7 @@ struct rmap_field_table {
 struct rmap_field_table rmap_chunk_fields(void);
 struct rmap_field_table rmap_portion_fields_piece(void);
 struct rmap_field_table rmap_portion_fields_index(void);
+struct rmap_field_table rmap_portion_fields_picked(void); /* besides, where rays were picked */
 struct rmap_field_table rmap_piece_fields(void);
 struct rmap_field_table rmap_run_fields(void); /* of struct rmap_run_row */
 

@@ -9,6 +9,7 @@
 
 #include "compact/compact.h"
 #include "io/map_scan.h"
+#include "io/selection.h"
 
 /* Chunks of one piece per stream, in order; put in order and checked when first needed. */
 struct rmap_piece_chunks {
@@ -39,9 +40,10 @@ struct rmap_map {
     char **trouble; /* [n_trouble] */
     size_t n_trouble, cap_trouble;
     struct rmap_tally *tally;
-    double *flux_per_weight; /* [n_source] */
-    uint64_t *work;          /* [n_portion + 1], running sum of legs and rays */
-    uint64_t *reach;         /* [n_portion + 1], largest end of the portions before */
+    struct rmap_selection *selection; /* or NULL */
+    double *flux_per_weight;          /* [n_source] */
+    uint64_t *work;                   /* [n_portion + 1], running sum of legs and rays */
+    uint64_t *reach;                  /* [n_portion + 1], largest end of the portions before */
 
     pthread_mutex_t lock;              /* of chunks and models */
     struct rmap_piece_chunks *chunks;  /* [n_piece] */

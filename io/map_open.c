@@ -10,6 +10,7 @@
 #include "io/map_internal.h"
 #include "io/map_paths.h"
 #include "io/map_tally.h"
+#include "io/portion_rows.h"
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/scene_numbers.h"
@@ -85,13 +86,11 @@ static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
     struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
                             chunks = rmap_chunk_fields();
     uint64_t digest[2];
-    void *piece = NULL, *portion = NULL, *chunk = NULL;
+    void *piece = NULL, *chunk = NULL;
     RMAP_TRY(rmap_h5_read_fields(h5, pieces.field, pieces.n, sizeof *content->piece, &piece,
                                  &content->n_piece, err));
     content->piece = piece;
-    RMAP_TRY(rmap_h5_read_fields(h5, portions.field, portions.n, sizeof *content->portion, &portion,
-                                 &content->n_portion, err));
-    content->portion = portion;
+    RMAP_TRY(rmap_portion_rows_read(h5, portions, &content->portion, &content->n_portion, err));
     RMAP_TRY(rmap_h5_read_fields(h5, chunks.field, chunks.n, sizeof *content->chunk, &chunk,
                                  &content->n_chunk, err));
     content->chunk = chunk;
@@ -192,6 +191,7 @@ static enum rmap_status read_index(struct rmap_map *map, struct rmap_h5 *h5, boo
     if (!bare)
         RMAP_TRY(read_content(map, h5, err));
     RMAP_TRY(read_scenes(map, h5, err));
+    RMAP_TRY(rmap_selection_read(h5, map->scene[0]->n_source, &map->selection, err));
     RMAP_TRY(bare ? rmap_tally_create(map->scene[0], &map->tally, err)
                   : rmap_map_tally_read(h5, map->scene[0], &map->tally, err));
 out:
@@ -201,9 +201,9 @@ out:
 void rmap_map_derive_flux(struct rmap_map *map)
 {
     const struct rmap_scene *scene = map->scene[0];
+    const double *emitted = rmap_map_emitted(map);
     for (size_t s = 0; s < scene->n_source; s++)
-        map->flux_per_weight[s] =
-            map->tally->emitted[s] > 0.0 ? scene->source[s].flux / map->tally->emitted[s] : 0.0;
+        map->flux_per_weight[s] = emitted[s] > 0.0 ? scene->source[s].flux / emitted[s] : 0.0;
 }
 
 /* How much of a map is opened. */
@@ -276,6 +276,7 @@ void rmap_map_close(struct rmap_map *map)
         return;
     (void)pthread_mutex_destroy(&map->lock);
     rmap_tally_destroy(map->tally);
+    rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);
     rmap_histories_destroy(map->histories);
     (void)pthread_mutex_destroy(&map->paths_lock);

@@ -15,6 +15,7 @@
 #include "trace/portion.h"
 
 struct rmap_map;
+struct rmap_selection;   /* io/selection.h */
 struct rmap_map_content; /* io/map_content.h */
 
 struct rmap_portion_info {
@@ -100,6 +101,11 @@ const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run);
 const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map);
 const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map);
 const struct rmap_tally *rmap_map_tally(const struct rmap_map *map); /* balance and images */
+/* What picked the map's rays; NULL: they are as they were traced. */
+const struct rmap_selection *rmap_map_selection(const struct rmap_map *map);
+/* Rays that the flux of each source is shared out over [n_source]: those in the map, or of a map of
+ * picked rays those of the map that was traced. */
+const double *rmap_map_emitted(const struct rmap_map *map);
 size_t rmap_map_n_portion(const struct rmap_map *map);
 const struct rmap_portion_info *rmap_map_portion(const struct rmap_map *map, size_t portion);
 size_t rmap_map_n_piece(const struct rmap_map *map);

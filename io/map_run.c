@@ -20,7 +20,8 @@ enum rmap_status rmap_map_run_init(const struct rmap_map *map, size_t space,
                                   .encoding = encoding,
                                   .space = (int32_t)space,
                                   .isa = map->summary.isa,
-                                  .embree_version = map->summary.embree_version};
+                                  .embree_version = map->summary.embree_version,
+                                  .selection = map->selection};
     return RMAP_OK;
 }
 

@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "io/map_directory.h"
 #include "io/map_format.h"
+#include "io/portion_rows.h"
 #include "io/provenance.h"
 #include "io/publish.h"
 
@@ -83,7 +84,8 @@ static enum rmap_status read_tables(struct rmap_h5 *h5, const struct rmap_layout
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_field_table portions = rmap_portion_fields_piece(), chunks = rmap_chunk_fields();
-    void *portion = NULL, *chunk = NULL;
+    struct rmap_portion_info *portion = NULL;
+    void *chunk = NULL;
     int *stream = NULL;
     size_t n_portion = 0, n_chunk = 0, n_stream = 0;
     RMAP_TRY(rmap_h5_get(h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX, info->stored_rows,
@@ -91,8 +93,7 @@ static enum rmap_status read_tables(struct rmap_h5 *h5, const struct rmap_layout
     RMAP_TRY(read_numbering(h5, layout, &stream, &n_stream, err));
     RMAP_TRY(rmap_h5_read_fields(h5, chunks.field, chunks.n, sizeof(struct rmap_chunk_entry),
                                  &chunk, &n_chunk, err));
-    RMAP_TRY(rmap_h5_read_fields(h5, portions.field, portions.n, sizeof(struct rmap_portion_info),
-                                 &portion, &n_portion, err));
+    RMAP_TRY(rmap_portion_rows_read(h5, portions, &portion, &n_portion, err));
     info->n_chunk = renumber(chunk, n_chunk, stream, n_stream);
     RMAP_TRY(rmap_map_content_add_piece(content, info, portion, n_portion, chunk, err));
 out:

@@ -14,6 +14,7 @@
 #include "base/status.h"
 #include "io/bundle.h"
 #include "io/map_reader.h"
+#include "io/selection.h"
 #include "trace/layout.h"
 #include "trace/portion.h"
 #include "trace/tally.h"
@@ -25,9 +26,10 @@ struct rmap_run {
     uint64_t seed;
     int n_rank;
     enum rmap_encoding encoding;
-    int32_t space;              /* colour space: row of the map's spaces */
-    const char *isa;            /* instruction set that decides ties */
-    const char *embree_version; /* or NULL */
+    int32_t space;                          /* colour space: row of the map's spaces */
+    const char *isa;                        /* instruction set that decides ties */
+    const char *embree_version;             /* or NULL */
+    const struct rmap_selection *selection; /* of rays that a query picked; NULL: as traced */
 };
 
 /* Makes the directory NAME.raymap. RMAP_USAGE when it exists (and force is false; force removes a

@@ -14,6 +14,7 @@
 #include "io/file_lock.h"
 #include "io/map_directory.h"
 #include "io/map_format.h"
+#include "io/portion_rows.h"
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/seal.h"
@@ -365,8 +366,8 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                    .n_chunk = self->n_entry};
     RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, self->entry, self->n_entry,
                                   sizeof *self->entry, err));
-    RMAP_TRY(rmap_h5_write_fields(&self->h5, portions.field, portions.n, portion, n_portion,
-                                  sizeof *portion, err));
+    RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, portion, n_portion,
+                                     self->run->selection != NULL, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX,
                          stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));

@@ -112,7 +112,8 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
                                      const struct rmap_run *run,
                                      const struct rmap_piece_origin *origin, struct rmap_error *err)
 {
-    static const int32_t version[2] = {RMAP_FORMAT_MAJOR, RMAP_FORMAT_MINOR};
+    const int32_t version[2] = {run->selection ? RMAP_FORMAT_PICKED_MAJOR : RMAP_FORMAT_MAJOR,
+                                RMAP_FORMAT_MINOR};
     const struct rmap_scene *scene = run->scene;
     const char *flux = scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
     enum rmap_status st = RMAP_OK;
@@ -148,10 +149,11 @@ enum rmap_status rmap_provenance_check(struct rmap_h5 *h5, const char *filetype,
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s is an HDF5 file, but not a '%s': give the map's directory",
                               h5->path, filetype);
-    if (version[0] != RMAP_FORMAT_MAJOR)
-        return rmap_error_set(err, RMAP_FORMAT,
-                              "%s has format version %d.%d; this program reads %d.x: use %s raymap",
-                              h5->path, (int)version[0], (int)version[1], RMAP_FORMAT_MAJOR,
-                              version[0] > RMAP_FORMAT_MAJOR ? "a newer" : "an older");
+    if (version[0] != RMAP_FORMAT_MAJOR && version[0] != RMAP_FORMAT_PICKED_MAJOR)
+        return rmap_error_set(
+            err, RMAP_FORMAT,
+            "%s has format version %d.%d; this program reads %d.x and %d.x: use %s raymap",
+            h5->path, (int)version[0], (int)version[1], RMAP_FORMAT_MAJOR, RMAP_FORMAT_PICKED_MAJOR,
+            version[0] > RMAP_FORMAT_MAJOR ? "a newer" : "an older");
     return RMAP_OK;
 }

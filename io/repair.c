@@ -38,8 +38,7 @@ enum rmap_status rmap_repair_rays(const struct rmap_map_content *content, struct
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of rays");
     for (size_t i = 0; i < content->n_portion; i++) {
         const struct rmap_portion_info *info = &content->portion[i];
-        range[i] =
-            (struct rmap_ray_range){info->first_ray, info->first_ray + info->n_row[RMAP_TABLE_RAY]};
+        range[i] = (struct rmap_ray_range){info->first_ray, rmap_portion_end(info)};
     }
     enum rmap_status st = rmap_ray_set_make(range, content->n_portion, set, err);
     rmap_free(range);
@@ -142,8 +141,8 @@ static enum rmap_status write_from_scene(const char *path, const struct rmap_run
     for (size_t i = 0; i < content.n_portion; i++) {
         const struct rmap_portion_info *info = &content.portion[i];
         row.first_ray = info->first_ray < row.first_ray ? info->first_ray : row.first_ray;
-        if (info->first_ray + info->n_row[RMAP_TABLE_RAY] > end)
-            end = info->first_ray + info->n_row[RMAP_TABLE_RAY];
+        if (rmap_portion_end(info) > end)
+            end = rmap_portion_end(info);
     }
     row.n_ray = end > row.first_ray ? end - row.first_ray : 0;
     const struct rmap_index index = {.run = &run, .row = &row};

@@ -319,7 +319,8 @@ static enum rmap_status place(struct salvage *self, struct rmap_error *err)
                                   .encoding = (enum rmap_encoding)header->encoding,
                                   .space = space,
                                   .isa = header->isa,
-                                  .embree_version = header->embree_version};
+                                  .embree_version = header->embree_version,
+                                  .selection = map->selection};
     return RMAP_OK;
 }
 

@@ -202,6 +202,7 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
         .shard = self->shard, .space = self->run.space, .first_ray = portion->first_ray};
     if (portion->n_row[RMAP_TABLE_RAY] == 0)
         return RMAP_OK;
+    info.last_ray = portion->ray.id[portion->n_row[RMAP_TABLE_RAY] - 1];
     if (portion->n_channel != self->queue.n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a block with %d colour channels, not %d",
                               portion->n_channel, self->queue.n_channel);

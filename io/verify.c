@@ -14,6 +14,7 @@
 #include "io/map_directory.h"
 #include "io/map_internal.h"
 #include "io/map_scan.h"
+#include "io/portion_rows.h"
 #include "io/publish.h"
 
 void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_content *content,
@@ -21,8 +22,17 @@ void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_
 {
     for (size_t i = 0; i < content->n_portion; i++)
         if ((size_t)content->portion[i].piece == piece)
-            rmap_finding_add_rays(finding, content->portion[i].first_ray,
-                                  content->portion[i].n_row[RMAP_TABLE_RAY]);
+            rmap_finding_add_portion(finding, &content->portion[i]);
+}
+
+void rmap_finding_add_portion(struct rmap_finding *finding, const struct rmap_portion_info *portion)
+{
+    uint64_t n = portion->n_row[RMAP_TABLE_RAY], before = finding->n_ray;
+    if (n == 0)
+        return;
+    rmap_finding_add_rays(finding, portion->first_ray,
+                          rmap_portion_end(portion) - portion->first_ray);
+    finding->n_ray = before + n;
 }
 
 void rmap_verification_flag_piece(struct rmap_verification *self, size_t piece, int flag)
@@ -78,6 +88,8 @@ static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_fin
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
     struct rmap_map_content *raw = &self->raw;
     void *piece = NULL, *portion = NULL, *chunk = NULL;
+    struct rmap_portion_info *whole = NULL;
+    size_t n_whole = 0;
     char *path = rmap_path_format("%s/map.h5", self->path);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -89,6 +101,13 @@ static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_fin
     RMAP_TRY(read_table(&h5, rmap_portion_fields_index(), sizeof *raw->portion, &portion,
                         &raw->n_portion, findings, err));
     raw->portion = portion;
+    if (raw->n_portion > 0 &&
+        rmap_portion_rows_read(&h5, rmap_portion_fields_index(), &whole, &n_whole, NULL) ==
+            RMAP_OK) { /* with last ids, if it has any */
+        rmap_free(raw->portion);
+        raw->portion = whole;
+        raw->n_portion = n_whole;
+    }
     RMAP_TRY(read_table(&h5, rmap_chunk_fields(), sizeof *raw->chunk, &chunk, &raw->n_chunk,
                         findings, err));
     raw->chunk = chunk;
@@ -172,8 +191,7 @@ static enum rmap_status find_missing_shards(struct rmap_verification *self,
         rmap_finding_set(&finding, name, "", "the shard is missing, with %zu pieces of it", n);
         for (size_t k = 0; k < claimed->n_portion; k++)
             if (claimed->portion[k].shard == shard)
-                rmap_finding_add_rays(&finding, claimed->portion[k].first_ray,
-                                      claimed->portion[k].n_row[RMAP_TABLE_RAY]);
+                rmap_finding_add_portion(&finding, &claimed->portion[k]);
         st = rmap_findings_add(findings, &finding, err);
         for (size_t k = 0; self->map && k < claimed->n_piece; k++)
             if (claimed->piece[k].shard == shard)

@@ -128,7 +128,7 @@ static void add_portions(struct rmap_verification *self, size_t piece,
         bool inside = n > 0 && from < end && from + n > first;
         if ((size_t)portion->piece != piece || !(all || inside))
             continue;
-        rmap_finding_add_rays(finding, portion->first_ray, portion->n_row[RMAP_TABLE_RAY]);
+        rmap_finding_add_portion(finding, portion);
         rmap_verification_flag_portion(self, i, RMAP_PORTION_LOST);
     }
 }

@@ -13,6 +13,9 @@
 void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_content *content,
                             size_t piece);
 
+void rmap_finding_add_portion(struct rmap_finding *finding,
+                              const struct rmap_portion_info *portion);
+
 /* Sets flags of a piece, of a portion. Any thread. */
 void rmap_verification_flag_piece(struct rmap_verification *self, size_t piece, int flag);
 void rmap_verification_flag_portion(struct rmap_verification *self, size_t portion, int flag);

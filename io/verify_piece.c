@@ -68,8 +68,7 @@ enum rmap_status rmap_verify_tables(const struct rmap_table_pair *pair,
                                  i);
             }
             if (pair->portion)
-                rmap_finding_add_rays(&finding, pair->portion[i].first_ray,
-                                      pair->portion[i].n_row[RMAP_TABLE_RAY]);
+                rmap_finding_add_portion(&finding, &pair->portion[i]);
         }
         if (n > 0)
             st = rmap_findings_add(findings, &finding, err);
@@ -159,18 +158,21 @@ static void flag_unsure(struct piece_check *check)
 static enum rmap_status compare_portions(struct piece_check *check, struct rmap_error *err)
 {
     size_t before = check->findings->n;
-    const struct rmap_table_pair pair = {.file = "map.h5",
-                                         .what = check->info->name,
-                                         .table = rmap_portion_fields_piece(),
-                                         .says = check->claimed,
-                                         .is = check->own.portion,
-                                         .n = check->n_claimed,
-                                         .row_nbytes = sizeof *check->claimed,
-                                         .portion = check->own.portion};
+    struct rmap_table_pair pair = {.file = "map.h5",
+                                   .what = check->info->name,
+                                   .table = rmap_portion_fields_piece(),
+                                   .says = check->claimed,
+                                   .is = check->own.portion,
+                                   .n = check->n_claimed,
+                                   .row_nbytes = sizeof *check->claimed,
+                                   .portion = check->own.portion};
     enum rmap_status st;
     char text[400];
     if (check->n_claimed == check->own.n_portion) {
         st = rmap_verify_tables(&pair, check->findings, err);
+        pair.table = rmap_portion_fields_picked();
+        if (st == RMAP_OK)
+            st = rmap_verify_tables(&pair, check->findings, err);
     } else {
         (void)snprintf(text, sizeof text, "lists %zu portions of %s, which has %zu",
                        check->n_claimed, check->info->name, check->own.n_portion);

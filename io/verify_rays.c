@@ -19,17 +19,25 @@ static enum rmap_status lost(struct rmap_verification *self, size_t portion, con
     const struct rmap_portion_info *info = &self->content->portion[portion];
     struct rmap_finding finding;
     rmap_finding_set(&finding, self->content->piece[info->piece].name, dataset, "%s", text);
-    rmap_finding_add_rays(&finding, info->first_ray, info->n_row[RMAP_TABLE_RAY]);
+    rmap_finding_add_portion(&finding, info);
     rmap_verification_flag_portion(self, portion, RMAP_PORTION_LOST);
     return rmap_findings_add(findings, &finding, err);
 }
 
-static bool ids_run(const struct rmap_portion *rays)
+static const char *check_ids(const struct rmap_portion_info *info, const struct rmap_portion *rays)
 {
-    bool good = true;
-    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++)
-        good = good && rays->ray.id[i] == rays->first_ray + i;
-    return good;
+    size_t n = rays->n_row[RMAP_TABLE_RAY];
+    const uint64_t *id = rays->ray.id;
+    bool ascend = n > 0, run = true;
+    for (size_t i = 0; i < n; i++) {
+        ascend = ascend && (i == 0 || id[i] > id[i - 1]);
+        run = run && id[i] == rays->first_ray + i;
+    }
+    if (!rmap_portion_has_gaps(info))
+        return run ? NULL : "its ray ids do not run from the first one on";
+    return ascend && id[0] == info->first_ray && id[n - 1] == info->last_ray
+               ? NULL
+               : "its ray ids do not ascend from the first one to the last";
 }
 
 /* Those fields of /portion that sum up the rays. */
@@ -67,8 +75,9 @@ static const char *check_rays(const struct rmap_verification *self, size_t porti
                               const struct rmap_portion *rays, const char **dataset)
 {
     *dataset = "/ray/id";
-    if (!ids_run(rays))
-        return "its ray ids do not run from the first one on";
+    const char *wrong = check_ids(&self->content->portion[portion], rays);
+    if (wrong)
+        return wrong;
     if (self->portion_flag[portion] & RMAP_PORTION_UNSURE)
         return NULL;
     struct rmap_digest digest = rmap_portion_digest(rays);

@@ -83,14 +83,20 @@ static void print_objects(const struct rmap_tally *tally, size_t source, FILE *o
     rmap_free(entry);
 }
 
-void rmap_balance_print(const struct rmap_tally *tally, FILE *out)
+/* Flux of a source's rays. */
+static double flux_of(const struct rmap_tally *tally, const double *flux, size_t source)
+{
+    return flux ? flux[source] : tally->scene->source[source].flux;
+}
+
+void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE *out)
 {
     const struct rmap_scene *scene = tally->scene;
     for (size_t s = 0; s < scene->n_source; s++) {
         double emitted = tally->emitted[s];
         char count[RMAP_GROUPED_LEN];
         fprintf(out, "  source %s: %s rays for %.6g %s\n", scene->source[s].name,
-                rmap_grouped((uint64_t)emitted, count), scene->source[s].flux,
+                rmap_grouped((uint64_t)emitted, count), flux_of(tally, flux, s),
                 rmap_flux_unit_text(scene));
         if (emitted <= 0.0)
             continue;
@@ -128,7 +134,7 @@ static const char *medium_name(const struct rmap_scene *scene, size_t i)
     return scene->medium[i].name;
 }
 
-json_t *rmap_balance_json(const struct rmap_tally *tally)
+json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux)
 {
     const struct rmap_scene *scene = tally->scene;
     json_t *list = json_array();
@@ -141,7 +147,7 @@ json_t *rmap_balance_json(const struct rmap_tally *tally)
             list,
             json_pack("{s:s, s:I, s:f, s:s, s:{s:o, s:o}, s:I, s:I, s:I}", "name",
                       scene->source[s].name, "emitted", (json_int_t)tally->emitted[s], "flux",
-                      scene->source[s].flux, "unit", rmap_flux_unit_text(scene), "absorbed",
+                      flux_of(tally, flux, s), "unit", rmap_flux_unit_text(scene), "absorbed",
                       "objects", objects, "media", media, "left", (json_int_t)tally->left[s],
                       "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]));
     }

@@ -15,12 +15,13 @@
 enum rmap_status rmap_balance_check(const struct rmap_tally *tally,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
-/* A table per source; the objects that absorbed most first. */
-void rmap_balance_print(const struct rmap_tally *tally, FILE *out);
+/* A table per source; the objects that absorbed most first. flux: [sources] of these rays; NULL:
+ * that of the sources. */
+void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE *out);
 
 /* [{"name", "emitted", "flux", "unit", "absorbed": {...}, "left", "limit", "error"}]; NULL when
  * memory is short. The counts are rays. */
-json_t *rmap_balance_json(const struct rmap_tally *tally);
+json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux);
 
 /* "W" or "lm" */
 const char *rmap_flux_unit_text(const struct rmap_scene *scene);

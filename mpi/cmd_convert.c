@@ -3,7 +3,6 @@
  * raymap convert: the same map again, in another encoding or in pieces of another size.
  */
 #include <string.h>
-#include <sys/stat.h>
 
 #include "io/map_history.h"
 #include "io/map_run.h"
@@ -12,6 +11,7 @@
 #include "mpi/index_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
+#include "mpi/output.h"
 #include "mpi/progress.h"
 
 static const struct rmap_option options[] = {
@@ -28,28 +28,6 @@ struct request {
     bool force;
 };
 
-static enum rmap_status read_encoding(const char *word, enum rmap_encoding *encoding,
-                                      struct rmap_error *err)
-{
-    *encoding = RMAP_ENCODING_COUNT;
-    if (!word)
-        return RMAP_OK;
-    for (int e = 0; e < RMAP_ENCODING_COUNT; e++)
-        if (strcmp(word, rmap_encoding_name((enum rmap_encoding)e)) == 0)
-            *encoding = (enum rmap_encoding)e;
-    if (*encoding == RMAP_ENCODING_COUNT || !rmap_layout_of(*encoding, RMAP_COLOUR_SPECTRAL))
-        return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'",
-                              word);
-    return RMAP_OK;
-}
-
-/* Whether two paths name one directory, however they are written. */
-static bool same_place(const char *a, const char *b)
-{
-    struct stat x, y;
-    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
-}
-
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
 {
@@ -60,10 +38,10 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     RMAP_TRY(rmap_argument_count(given, "piece-size", &request->piece_nbytes, err));
     if (rmap_argument(given, "piece-size") && request->piece_nbytes == 0)
         return rmap_error_set(err, RMAP_USAGE, "--piece-size must be at least 1");
-    RMAP_TRY(read_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
+    RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (!request->to)
         return rmap_error_set(err, RMAP_USAGE, "where to? give -o MAP2");
-    if (same_place(request->from, request->to))
+    if (rmap_same_place(request->from, request->to))
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is %s: a map cannot be converted in its own place; choose "
                               "another name",

@@ -4,10 +4,12 @@
  */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "base/alloc.h"
 #include "io/map_directory.h"
 #include "io/map_history.h"
+#include "io/selection.h"
 #include "mpi/agree.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
@@ -105,6 +107,35 @@ static json_t *trouble_json(const struct rmap_map *map)
     return list;
 }
 
+/* Flux of the picked rays of each source; rmap_free. NULL: all rays are there, or no memory. */
+static double *picked_flux(const struct rmap_map *map)
+{
+    size_t n = rmap_map_scene(map)->n_source;
+    double *flux = rmap_map_selection(map) ? rmap_alloc(n, sizeof *flux) : NULL;
+    for (size_t s = 0; flux && s < n; s++)
+        flux[s] = rmap_map_flux_per_weight(map)[s] * rmap_map_tally(map)->emitted[s];
+    return flux;
+}
+
+/* null of a map that holds all rays that were traced. */
+static json_t *selection_json(const struct rmap_selection *selection)
+{
+    if (!selection)
+        return json_null();
+    json_t *steps = json_array(), *emitted = json_array();
+    for (size_t i = 0; i < selection->n; i++) {
+        const struct rmap_selection_step *step = &selection->step[i];
+        (void)json_array_append_new(steps, json_pack("{s:i, s:s, s:s, s:s}", "part",
+                                                     (int)step->part, "map", step->map, "criterion",
+                                                     step->criterion, "answer", step->answer));
+    }
+    for (size_t s = 0; s < selection->n_source; s++)
+        (void)json_array_append_new(emitted, json_integer((json_int_t)selection->emitted[s]));
+    return json_pack("{s:o, s:s, s:I, s:b, s:o}", "steps", steps, "digest", selection->digest,
+                     "rays", (json_int_t)selection->n_ray, "complete", (int)selection->complete,
+                     "emitted", emitted);
+}
+
 /* What `raymap index` made. */
 struct indexed {
     size_t n_piece;
@@ -116,21 +147,25 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
 {
     char digest[33];
     rmap_digest_text(summary->digest, digest);
+    double *flux = picked_flux(map);
+    json_t *sources = rmap_balance_json(rmap_map_tally(map), flux);
+    rmap_free(flux);
     json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s}", "raymap", summary->program_version,
                                  "git", summary->git_revision, "hdf5", summary->hdf5_version,
                                  "embree", summary->embree_version, "isa", summary->isa);
     return json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
-                     "s:o, s:{s:I, s:I}}",
+                     "s:o, s:{s:I, s:I}, s:o}",
                      "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
                      (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
                      (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
                      (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
                      (json_int_t)summary->seed, "digest", digest, "units",
-                     rmap_map_scene(map)->unit, "sources", rmap_balance_json(rmap_map_tally(map)),
-                     "objects", objects_json(rmap_map_scene(map)), "detectors", detectors_json(map),
-                     "shards", shards_json(map), "ranks", summary->n_rank, "versions", versions,
-                     "spaces", spaces_json(map), "trouble", trouble_json(map), "index", "pieces",
-                     (json_int_t)indexed->n_piece, "bytes", (json_int_t)indexed->nbytes);
+                     rmap_map_scene(map)->unit, "sources", sources, "objects",
+                     objects_json(rmap_map_scene(map)), "detectors", detectors_json(map), "shards",
+                     shards_json(map), "ranks", summary->n_rank, "versions", versions, "spaces",
+                     spaces_json(map), "trouble", trouble_json(map), "index", "pieces",
+                     (json_int_t)indexed->n_piece, "bytes", (json_int_t)indexed->nbytes,
+                     "selection", selection_json(rmap_map_selection(map)));
 }
 
 static void print_detectors(const struct rmap_map *map, FILE *out)
@@ -145,9 +180,31 @@ static void print_detectors(const struct rmap_map *map, FILE *out)
     }
 }
 
-/* Why a map is not complete. */
-static const char *unfinished(const char *path)
+static void print_selection(const struct rmap_selection *selection, FILE *out)
 {
+    char rays[RMAP_GROUPED_LEN];
+    for (size_t i = 0; i < selection->n; i++) {
+        const struct rmap_selection_step *step = &selection->step[i];
+        bool first = i == 0 || step->part != step[-1].part;
+        fprintf(out, "  %s %s: %s",
+                !first       ? "  and then from"
+                : step->part ? "  and from"
+                             : "picked from",
+                step->map, step->criterion);
+        if (strcmp(step->answer, "all") != 0)
+            fprintf(out, " (%s)", step->answer);
+        fputc('\n', out);
+    }
+    fprintf(out, "  traced: %s rays, digest %s%s; fluxes are those in that map\n",
+            rmap_grouped(selection->n_ray, rays), selection->digest,
+            selection->complete ? "" : ", not complete then");
+}
+
+/* Why a map is not complete. */
+static const char *unfinished(const char *path, const struct rmap_map *map)
+{
+    if (rmap_map_selection(map))
+        return "NOT complete: rays that the query picked are missing; ask again with --force";
     return rmap_map_is_live(path) ? "NOT complete: it is being traced"
                                   : "NOT complete: tracing was stopped early";
 }
@@ -164,7 +221,7 @@ static void print_info(const char *path, const struct rmap_map *map,
     fprintf(out, "%s: %s\n", path,
             summary->complete ? "complete"
             : damaged         ? "damaged: pieces are missing or cut off"
-                              : unfinished(path));
+                              : unfinished(path, map));
     fprintf(out, "  %s rays, %s segments, %s registrations\n",
             rmap_grouped(summary->n_row[RMAP_TABLE_RAY], rays),
             rmap_grouped(summary->n_row[RMAP_TABLE_SEGMENT], segments),
@@ -183,13 +240,17 @@ static void print_info(const char *path, const struct rmap_map *map,
             summary->hdf5_version);
     fprintf(out, "  scene: %zu objects, %zu geometries, %zu surfaces, %zu media, lengths in %s\n",
             scene->n_object, scene->n_geometry, scene->n_surface, scene->n_medium, scene->unit);
+    if (rmap_map_selection(map))
+        print_selection(rmap_map_selection(map), out);
     for (size_t i = 0; i < rmap_map_n_space(map); i++) {
         const struct rmap_channels *channels = &rmap_map_scene_of(map, i)->channels;
         fprintf(out, "  colour space %zu: %s, %d channels\n", i,
                 channels->mode == RMAP_COLOUR_RGB ? "rgb" : "spectral", channels->n);
     }
     print_detectors(map, out);
-    rmap_balance_print(rmap_map_tally(map), out);
+    double *flux = picked_flux(map);
+    rmap_balance_print(rmap_map_tally(map), flux, out);
+    rmap_free(flux);
 }
 
 /* What the index holds is told even if pieces are missing; the status then says so. */

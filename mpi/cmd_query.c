@@ -2,14 +2,17 @@
  *
  * raymap query: the rays of a map that match a criterion, counted, listed or exported.
  */
+#include <stdio.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/load.h"
+#include "mpi/output.h"
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
+#include "mpi/query_map_out.h"
 #include "mpi/query_rays_out.h"
 #include "mpi/ray_sample.h"
 #include "mpi/scan.h"
@@ -19,7 +22,8 @@ static const struct rmap_option options[] = {
     {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
     {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
     {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
-    {"output", 'o', "OUT", "write the matching rays: OUT.csv or OUT.json"},
+    {"output", 'o', "OUT", "write the matching rays: OUT.csv, OUT.json, or OUT.raymap, a ray map"},
+    {"encoding", 0, "E", "of OUT.raymap: plain or compact (default: that of MAP's first piece)"},
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
     RMAP_ASKED_OPTIONS,
@@ -32,6 +36,8 @@ struct request {
     uint64_t limit;                  /* UINT64_MAX: all */
     struct rmap_sample_order sample; /* most 0: none */
     enum rmap_deal_kind deal;
+    enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: not given */
+    bool map;                    /* the answer is a ray map */
     bool count, explain, force;
     struct rmap_asked asked;
 };
@@ -77,7 +83,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         return rmap_error_set(err, RMAP_USAGE,
                               "--count adds up all matching rays; it goes with none of --limit, "
                               "--sample and -o");
-    if (request->output_path)
+    request->map = request->output_path && rmap_map_answer_is(request->output_path);
+    RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
+    if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
+        return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
+    if (request->output_path && !request->map)
         RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
 out:
     return st;
@@ -162,16 +172,19 @@ out:
     return st;
 }
 
-/* Collective. What a sample picks is found first. */
+/* Collective. What a sample picks is found first, and the first rays of a map that many write. */
 static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
                                struct search *search, struct rmap_pick *pick,
                                struct rmap_error *err)
 {
+    struct rmap_sample_order order = request->sample;
     *pick = (struct rmap_pick){.criterion = search->criterion[0]};
-    if (request->sample.most == 0)
+    if (order.most == 0 && request->map && request->limit < UINT64_MAX)
+        order = (struct rmap_sample_order){.most = request->limit};
+    if (order.most == 0)
         return RMAP_OK;
-    enum rmap_status st = rmap_ray_sample(context, search->map, pick, request->deal,
-                                          &request->sample, &search->id, &search->n_id, err);
+    enum rmap_status st = rmap_ray_sample(context, search->map, pick, request->deal, &order,
+                                          &search->id, &search->n_id, err);
     *pick = (struct rmap_pick){.id = search->id, .n_id = search->n_id};
     return st;
 }
@@ -199,6 +212,33 @@ out:
     return st;
 }
 
+/* Collective. */
+static enum rmap_status write_map(const struct rmap_context *context, const struct request *request,
+                                  struct search *search, struct rmap_error *err)
+{
+    struct rmap_pick pick;
+    char how[80] = "all";
+    enum rmap_status st = choose(context, request, search, &pick, err);
+    if (st != RMAP_OK)
+        return st;
+    if (request->sample.most > 0)
+        (void)snprintf(how, sizeof how, "sample %llu seed %llu",
+                       (unsigned long long)request->sample.most,
+                       (unsigned long long)request->sample.seed);
+    else if (request->limit < UINT64_MAX)
+        (void)snprintf(how, sizeof how, "limit %llu", (unsigned long long)request->limit);
+    const struct rmap_map_answer answer = {.map = search->map,
+                                           .pick = &pick,
+                                           .deal = request->deal,
+                                           .encoding = request->encoding,
+                                           .from = request->map_path,
+                                           .to = request->output_path,
+                                           .criterion = rmap_criterion_text(search->criterion[0]),
+                                           .answer = how,
+                                           .force = request->force};
+    return rmap_map_answer_write(context, &answer, err);
+}
+
 static enum rmap_status run_query(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -215,6 +255,7 @@ static enum rmap_status run_query(const struct rmap_context *context,
                                 !request.count, err);
     else if (!request.explain)
         st = request.count ? count_rays(context, &request, &search, err)
+             : request.map ? write_map(context, &request, &search, err)
                            : list_rays(context, &request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:

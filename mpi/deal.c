@@ -3,11 +3,27 @@
 
 #include "base/alloc.h"
 
-static int owner(const struct rmap_map *map, enum rmap_deal_kind kind, int size, size_t portion)
+static uint64_t rows(const struct rmap_map *map, size_t portion)
 {
-    size_t k = kind == RMAP_DEAL_LOCAL ? (size_t)rmap_map_portion(map, portion)->shard
-                                       : portion / RMAP_DEAL_STEP_MAX;
-    return (int)(k % (size_t)size);
+    const struct rmap_portion_info *info = rmap_map_portion(map, portion);
+    return info->n_row[RMAP_TABLE_RAY] + info->n_row[RMAP_TABLE_SEGMENT];
+}
+
+static void find_owners(const struct rmap_map *map, enum rmap_deal_kind kind, int size,
+                        uint32_t *owner)
+{
+    size_t n = rmap_map_n_portion(map), n_rank = (size_t)size;
+    double total = 0.0, before = 0.0;
+    for (size_t i = 0; i < n; i++)
+        total += (double)rows(map, i);
+    for (size_t i = 0; i < n; i++) {
+        size_t shard = (size_t)rmap_map_portion(map, i)->shard;
+        size_t share = (size_t)(before / total * (double)n_rank); /* where it begins */
+        before += (double)rows(map, i);
+        owner[i] = (uint32_t)(kind == RMAP_DEAL_LOCAL    ? shard % n_rank
+                              : kind == RMAP_DEAL_SHARES ? (share < n_rank ? share : n_rank - 1)
+                                                         : i / RMAP_DEAL_STEP_MAX % n_rank);
+    }
 }
 
 enum rmap_status rmap_deal_init(const struct rmap_map *map, enum rmap_deal_kind kind, int size,
@@ -17,18 +33,22 @@ enum rmap_status rmap_deal_init(const struct rmap_map *map, enum rmap_deal_kind 
     *deal = (struct rmap_deal){.step = RMAP_DEAL_STEP_MAX,
                                .portion = rmap_alloc(n, sizeof *deal->portion),
                                .first = rmap_alloc(n_rank + 2, sizeof *deal->first)};
-    if (!deal->portion || !deal->first) {
+    uint32_t *owner = rmap_alloc(n, sizeof *owner);
+    if (!deal->portion || !deal->first || !owner) {
+        rmap_free(owner);
         rmap_deal_fini(deal);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
     }
     if (kind == RMAP_DEAL_LOCAL) /* rank 0 holds a part of every rank at a time */
         deal->step = n_rank < RMAP_DEAL_STEP_MAX ? RMAP_DEAL_STEP_MAX / n_rank : 1;
+    find_owners(map, kind, size, owner);
     for (size_t i = 0; i < n; i++)
-        deal->first[owner(map, kind, size, i) + 2]++;
+        deal->first[owner[i] + 2]++;
     for (size_t r = 2; r <= n_rank; r++)
         deal->first[r] += deal->first[r - 1];
     for (size_t i = 0; i < n; i++)
-        deal->portion[deal->first[owner(map, kind, size, i) + 1]++] = i;
+        deal->portion[deal->first[owner[i] + 1]++] = i;
+    rmap_free(owner);
     return RMAP_OK;
 }
 

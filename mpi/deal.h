@@ -12,8 +12,9 @@
 #define RMAP_DEAL_STEP_MAX 16
 
 enum rmap_deal_kind {
-    RMAP_DEAL_TURNS, /* runs of portions in turn: all ranks work near the same place */
-    RMAP_DEAL_LOCAL  /* by shard: shard s belongs to rank s modulo the ranks */
+    RMAP_DEAL_TURNS,  /* runs of portions in turn: all ranks work near the same place */
+    RMAP_DEAL_SHARES, /* one run each, of about as many rows */
+    RMAP_DEAL_LOCAL   /* by shard: shard s belongs to rank s modulo the ranks */
 };
 
 struct rmap_deal {

@@ -27,3 +27,24 @@ enum rmap_status rmap_output_check(const char *path, const char *const *suffix, 
                               "'%s' exists; give another name, or --force to replace it", path);
     return RMAP_OK;
 }
+
+enum rmap_status rmap_output_encoding(const char *word, enum rmap_encoding *encoding,
+                                      struct rmap_error *err)
+{
+    *encoding = RMAP_ENCODING_COUNT;
+    if (!word)
+        return RMAP_OK;
+    for (int e = 0; e < RMAP_ENCODING_COUNT; e++)
+        if (strcmp(word, rmap_encoding_name((enum rmap_encoding)e)) == 0)
+            *encoding = (enum rmap_encoding)e;
+    if (*encoding == RMAP_ENCODING_COUNT || !rmap_layout_of(*encoding, RMAP_COLOUR_SPECTRAL))
+        return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'",
+                              word);
+    return RMAP_OK;
+}
+
+bool rmap_same_place(const char *a, const char *b)
+{
+    struct stat x, y;
+    return stat(a, &x) == 0 && stat(b, &y) == 0 && x.st_dev == y.st_dev && x.st_ino == y.st_ino;
+}

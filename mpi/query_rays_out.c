@@ -53,7 +53,7 @@ enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap
     if (!format_of(path))
         return rmap_error_set(err, RMAP_USAGE,
                               "cannot write '%s': -o takes a name that ends in .csv (a row per "
-                              "segment) or .json (an array of rays)",
+                              "segment), .json (an array of rays) or .raymap (a ray map)",
                               path);
     if (!force && stat(path, &status) == 0)
         return rmap_error_set(err, RMAP_USAGE,

@@ -33,6 +33,8 @@ struct repair {
     struct rmap_ray_set had;     /* rank 0 */
     struct rmap_findings before; /* of the last round in which pieces were mended */
     bool index_made, salvaged, changed;
+    bool was_complete; /* before anything was done */
+    uint64_t n_had;
 };
 
 void rmap_repair_result_fini(struct rmap_repair_result *result)
@@ -219,8 +221,14 @@ static enum rmap_status remember(struct repair *self, struct rmap_error *err)
     const struct rmap_map_content *said =
         what->claimed->n_portion > 0 ? what->claimed : what->content;
     const struct rmap_findings *findings = &self->round.findings;
+    struct rmap_map_summary summary = {0};
     RMAP_TRY(rmap_findings_append(&self->result->found, findings->row, findings->n, err));
     RMAP_TRY(rmap_repair_rays(said, &self->had, err));
+    for (size_t i = 0; i < said->n_portion; i++)
+        self->n_had += said->portion[i].n_row[RMAP_TABLE_RAY];
+    if (what->map)
+        rmap_map_summarise(what->map, &summary);
+    self->was_complete = summary.complete;
 out:
     return st;
 }
@@ -247,10 +255,15 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     RMAP_TRY(rmap_ray_set_minus(&self->had, &have, &self->result->lost, err));
     self->result->n_missing = rmap_ray_set_count(&missing);
     rmap_map_summarise(what->map, &self->result->summary);
+    bool complete = missing.n == 0 && wanted.n > 0;
+    if (rmap_map_selection(what->map)) { /* what else was picked, the map itself alone knew */
+        uint64_t n_have = self->result->summary.n_row[RMAP_TABLE_RAY];
+        self->result->n_missing = self->n_had > n_have ? self->n_had - n_have : 0;
+        complete = self->was_complete && self->result->n_missing == 0;
+    }
     if (mode == RMAP_REPAIR_SAY)
         goto out;
     RMAP_TRY(rmap_findings_append(&self->result->left, findings->row, findings->n, err));
-    bool complete = missing.n == 0 && wanted.n > 0;
     if (self->changed || complete != self->result->summary.complete)
         RMAP_TRY(rmap_repair_write(what, &none, self->round.tally, complete, err));
     self->result->summary.complete = complete;

@@ -98,6 +98,11 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
         goto out;
     RMAP_TRY(rmap_recover_wait(context, path, err));
     st = rmap_map_open_untallied(path, &self->goal.map, err);
+    if (st == RMAP_OK && rmap_map_selection(self->goal.map))
+        st = rmap_error_set(err, RMAP_INPUT,
+                            "%s holds rays that a query picked (raymap info says which): nothing "
+                            "can be traced into it; go on with the map that was asked",
+                            path);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

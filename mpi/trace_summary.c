@@ -38,7 +38,7 @@ static void print_text(const struct summary *summary, FILE *out)
                 digest);
     }
     fputs("energy balance\n", out);
-    rmap_balance_print(outcome->tally, out);
+    rmap_balance_print(outcome->tally, NULL, out);
 }
 
 static json_t *to_json(const struct summary *summary)
@@ -61,7 +61,7 @@ static json_t *to_json(const struct summary *summary)
             rmap_json_number((double)summary->map.nbytes / summary->segments));
         (void)json_object_set_new(document, "digest", json_string(digest));
     }
-    (void)json_object_set_new(document, "sources", rmap_balance_json(outcome->tally));
+    (void)json_object_set_new(document, "sources", rmap_balance_json(outcome->tally, NULL));
     if (summary->errors > 0)
         (void)json_object_set_new(document, "first_error",
                                   json_pack("{s:I, s:s}", "ray",

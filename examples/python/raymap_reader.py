@@ -116,8 +116,8 @@ class Map:
         if index.attrs["filetype"] != b"raymap map" and index.attrs["filetype"] != "raymap map":
             raise MapError(f"{self.path}: no index of a ray map")
         major, minor = index.attrs["version"]
-        if major != 2:
-            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x")
+        if major not in (2, 3):
+            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x and 3.x")
         self.n_rays, self.n_segments, self.n_registrations = (
             int(index.attrs[name]) for name in ("rays", "segments", "registrations"))
         self.complete = bool(index.attrs["complete"])
