@@ -109,3 +109,10 @@ double rmap_criterion_last_ray(const struct rmap_criterion *criterion)
 {
     return last_ray(criterion, criterion->root);
 }
+
+bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,
+                          const struct rmap_portion_summary *summary)
+{
+    return (double)first_ray > rmap_criterion_last_ray(criterion) ||
+           !rmap_criterion_may_match(criterion, summary);
+}

@@ -185,6 +185,10 @@ void rmap_criterion_plan(struct rmap_criterion *criterion);
 /* Rays with larger ids cannot match; infinite without such a bound. */
 double rmap_criterion_last_ray(const struct rmap_criterion *criterion);
 
+/* True when no ray of a portion with this first ray and summary can match. */
+bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,
+                          const struct rmap_portion_summary *summary);
+
 /* True when the medium travelled tells the side of the object that light met; else geometry. */
 static inline bool rmap_object_medium_tells(const struct rmap_object *object)
 {

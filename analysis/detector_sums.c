@@ -4,6 +4,7 @@
 #include <inttypes.h>
 #include <math.h>
 
+#include "analysis/query_marker.h"
 #include "base/alloc.h"
 #include "optics/spectrum.h"
 #include "trace/tally.h"
@@ -162,7 +163,7 @@ out:
     return st;
 }
 
-static rmap_column_set columns_needed(const struct rmap_criterion *criterion, bool colour)
+static rmap_column_set columns_needed(bool colour)
 {
     rmap_column_set columns =
         RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_source) |
@@ -170,9 +171,32 @@ static rmap_column_set columns_needed(const struct rmap_criterion *criterion, bo
         RMAP_COLUMN_BIT(RMAP_RAY_registration_count) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) |
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
-    if (colour)
-        columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
-    return criterion ? columns | rmap_criterion_columns(criterion) : columns;
+    return colour ? columns | RMAP_COLUMN_BIT(RMAP_SEGMENT_colour) : columns;
+}
+
+/* What finds the rays of a portion that count. */
+struct choice {
+    struct rmap_query_marker *marker; /* NULL: all of them */
+    uint8_t *match;
+    size_t cap;
+};
+
+static enum rmap_status choose(struct choice *choice, const struct rmap_map *map, size_t portion,
+                               bool *any_ret, struct rmap_error *err)
+{
+    void *match = choice->match;
+    size_t n = 0;
+    *any_ret = true;
+    if (!choice->marker)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_reserve(&match, &choice->cap,
+                     (size_t)rmap_map_portion(map, portion)->n_row[RMAP_TABLE_RAY], 1, err);
+    choice->match = match;
+    if (st == RMAP_OK)
+        st = rmap_query_marker_mark(choice->marker, portion, choice->match, &n, err);
+    *any_ret = n > 0;
+    return st;
 }
 
 enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
@@ -182,33 +206,31 @@ enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_cursor *cursor = NULL;
-    void *match = NULL;
-    size_t cap = 0;
+    struct choice choice = {0};
     const struct rmap_scene *scene = rmap_map_scene(map);
     struct scan scan = {
         .sums = sums, .map = map, .width = scene->detector[sums->detector].cells[0], .space = -1};
-    RMAP_TRY(rmap_cursor_create(map, columns_needed(criterion, sums->n_colour > 0), &cursor, err));
+    RMAP_TRY(rmap_cursor_create(map, columns_needed(sums->n_colour > 0), &cursor, err));
+    if (criterion)
+        RMAP_TRY(rmap_query_marker_create(map, criterion, &choice.marker, err));
     for (size_t i = first; i < last; i++) {
-        int32_t space = rmap_map_portion(map, i)->space;
-        const struct rmap_portion_summary *summary = &rmap_map_portion(map, i)->summary;
+        const struct rmap_portion_info *info = rmap_map_portion(map, i);
         const struct rmap_portion *portion = NULL;
-        if (!(summary->detectors >> (sums->detector % 64) & 1) ||
-            (criterion && !rmap_criterion_may_match(criterion, summary)))
+        bool any = (info->summary.detectors >> (sums->detector % 64) & 1) != 0;
+        if (any)
+            RMAP_TRY(choose(&choice, map, i, &any, err));
+        if (!any)
             continue;
         RMAP_TRY(rmap_cursor_read(cursor, i, &portion, err));
-        if (criterion) {
-            RMAP_TRY(rmap_reserve(&match, &cap, portion->n_row[RMAP_TABLE_RAY], 1, err));
-            RMAP_TRY(rmap_criterion_evaluate(criterion, portion, rmap_map_flux_per_weight(map),
-                                             match, err));
-        }
-        if (space != scan.space)
-            channel_colours_as(rmap_map_scene_of(map, (size_t)space), scene->channels.mode,
+        if (info->space != scan.space)
+            channel_colours_as(rmap_map_scene_of(map, (size_t)info->space), scene->channels.mode,
                                scan.colour);
-        scan.space = space;
-        RMAP_TRY(add_portion(&scan, portion, match, err));
+        scan.space = info->space;
+        RMAP_TRY(add_portion(&scan, portion, choice.match, err));
     }
 out:
-    rmap_free(match);
+    rmap_query_marker_destroy(choice.marker);
+    rmap_free(choice.match);
     rmap_cursor_destroy(cursor);
     return st;
 }

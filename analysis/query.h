@@ -45,11 +45,6 @@ enum rmap_status rmap_query_scanner_scan(struct rmap_query_scanner *scanner, siz
                                          struct rmap_portion *collect, uint64_t limit,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
-/* Marks the rays of a portion that match criterion 0: match[i] = 1 or 0 for row i of /ray. It does
- * not look whether the portion's summary rules that out. RMAP_FORMAT as above. */
-enum rmap_status rmap_query_scanner_mark(struct rmap_query_scanner *scanner, size_t portion,
-                                         uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
-
 /* A scanner made for one range. Threads may scan ranges of their own at the same time. */
 enum rmap_status rmap_query_scan(const struct rmap_map *map,
                                  struct rmap_criterion *const *criterion, size_t n_criterion,

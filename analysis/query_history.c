@@ -23,7 +23,7 @@ struct decision {
 
 struct rmap_query_history {
     const struct rmap_map *map;
-    struct rmap_criterion *const *criterion;
+    const struct rmap_criterion *const *criterion;
     size_t n_criterion;
     const struct rmap_shared_tests *shared;
     struct decision *decision; /* [n_piece] */
@@ -42,7 +42,7 @@ struct rmap_query_history {
 };
 
 enum rmap_status
-rmap_query_history_create(const struct rmap_map *map, struct rmap_criterion *const *criterion,
+rmap_query_history_create(const struct rmap_map *map, const struct rmap_criterion *const *criterion,
                           size_t n_criterion, const struct rmap_shared_tests *shared,
                           struct rmap_query_history **history_ret, struct rmap_error *err)
 {

@@ -15,7 +15,7 @@ struct rmap_query_history;
 
 /* All borrowed. One thread. */
 enum rmap_status rmap_query_history_create(const struct rmap_map *map,
-                                           struct rmap_criterion *const *criterion,
+                                           const struct rmap_criterion *const *criterion,
                                            size_t n_criterion,
                                            const struct rmap_shared_tests *shared,
                                            struct rmap_query_history **history_ret,

@@ -4,13 +4,14 @@
 #include <string.h>
 
 #include "analysis/criterion_tree.h"
+#include "analysis/query_marker.h"
 #include "base/alloc.h"
 
 struct rmap_picker {
     const struct rmap_map *map;
     struct rmap_pick pick;
-    struct rmap_cursor *decide;   /* columns of the criterion; each made when first needed */
-    struct rmap_cursor *identify; /* ids */
+    struct rmap_query_marker *marker; /* each made when first needed */
+    struct rmap_cursor *identify;     /* ids */
     struct rmap_cursor *whole;
     struct rmap_portion **picked; /* [spaces] */
     uint8_t *match;
@@ -42,7 +43,7 @@ void rmap_picker_destroy(struct rmap_picker *self)
     for (size_t i = 0; i < rmap_map_n_space(self->map); i++)
         rmap_portion_destroy(self->picked[i]);
     rmap_free(self->picked);
-    rmap_cursor_destroy(self->decide);
+    rmap_query_marker_destroy(self->marker);
     rmap_cursor_destroy(self->identify);
     rmap_cursor_destroy(self->whole);
     rmap_free(self->match);
@@ -116,8 +117,7 @@ static enum rmap_status keep_listed(struct rmap_picker *self, size_t portion,
 static bool may_pick(const struct rmap_picker *self, const struct rmap_portion_info *info)
 {
     const struct rmap_pick *pick = &self->pick;
-    if (pick->criterion && ((double)info->first_ray > rmap_criterion_last_ray(pick->criterion) ||
-                            !rmap_criterion_may_match(pick->criterion, &info->summary)))
+    if (pick->criterion && rmap_criterion_skips(pick->criterion, info->first_ray, &info->summary))
         return false;
     if (!pick->id)
         return true;
@@ -131,7 +131,6 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     const struct rmap_criterion *criterion = self->pick.criterion;
-    const struct rmap_portion *rows = NULL;
     size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
     *match_ret = NULL;
     *n_ret = 0;
@@ -141,18 +140,16 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
     st = rmap_reserve(&block, &self->cap_match, n, 1, err);
     self->match = block;
     RMAP_TRY(st);
+    if (criterion && !self->marker)
+        RMAP_TRY(rmap_query_marker_create(self->map, criterion, &self->marker, err));
     if (criterion) {
-        /* The rows' number comes with any column. */
-        RMAP_TRY(read_with(self, &self->decide,
-                           rmap_criterion_columns(criterion) | RMAP_COLUMN_BIT(RMAP_RAY_source),
-                           portion, &rows, err));
-        RMAP_TRY(rmap_criterion_evaluate(criterion, rows, rmap_map_flux_per_weight(self->map),
-                                         self->match, err));
+        RMAP_TRY(rmap_query_marker_mark(self->marker, portion, self->match, n_ret, err));
     } else if (n > 0) {
         memset(self->match, 1, n);
     }
     if (self->pick.id)
         RMAP_TRY(keep_listed(self, portion, err));
+    *n_ret = 0;
     for (size_t i = 0; i < n; i++)
         *n_ret += self->match[i];
     if (*n_ret > 0)

@@ -12,7 +12,7 @@ struct answer {
 };
 
 struct rmap_query_rows {
-    struct rmap_criterion *const *criterion;
+    const struct rmap_criterion *const *criterion;
     size_t n_criterion;
     struct answer *answer; /* [first_node[n_criterion]] per node of all criteria */
     size_t *first_node;    /* [n_criterion + 1] */
@@ -39,8 +39,9 @@ struct rmap_query_rows {
     bool is_classed;
 };
 
-enum rmap_status rmap_query_rows_create(struct rmap_criterion *const *criterion, size_t n_criterion,
-                                        struct rmap_query_rows **rows_ret, struct rmap_error *err)
+enum rmap_status rmap_query_rows_create(const struct rmap_criterion *const *criterion,
+                                        size_t n_criterion, struct rmap_query_rows **rows_ret,
+                                        struct rmap_error *err)
 {
     struct rmap_query_rows *self = rmap_alloc(1, sizeof *self);
     if (!self)

@@ -12,8 +12,8 @@
 struct rmap_query_rows;
 
 /* The criteria are borrowed. One thread. */
-enum rmap_status rmap_query_rows_create(struct rmap_criterion *const *criterion, size_t n_criterion,
-                                        struct rmap_query_rows **rows_ret,
+enum rmap_status rmap_query_rows_create(const struct rmap_criterion *const *criterion,
+                                        size_t n_criterion, struct rmap_query_rows **rows_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_rows_destroy(struct rmap_query_rows *rows); /* NULL is fine */
 

@@ -17,7 +17,7 @@ struct place {
 
 struct rmap_query_scanner {
     const struct rmap_map *map;
-    struct rmap_criterion *const *criterion;
+    const struct rmap_criterion **criterion; /* [n_criterion] */
     size_t n_criterion;
     bool *wanted;        /* [n_criterion] that the portion in hand may answer */
     struct place *place; /* of the range in hand, in the order of reading */
@@ -27,12 +27,6 @@ struct rmap_query_scanner {
     uint8_t *match; /* [n_ray] of those collected */
     size_t match_cap;
 };
-
-static bool skips(const struct rmap_criterion *criterion, const struct rmap_portion_info *info)
-{
-    return (double)info->first_ray > rmap_criterion_last_ray(criterion) ||
-           !rmap_criterion_may_match(criterion, &info->summary);
-}
 
 static enum rmap_status collect(struct rmap_query_scanner *self, size_t index,
                                 struct rmap_error *err)
@@ -76,8 +70,9 @@ static bool choose(struct rmap_query_scanner *self, size_t index)
     const struct rmap_portion_info *info = rmap_map_portion(self->map, index);
     bool any = false;
     for (size_t c = 0; c < self->n_criterion; c++) {
-        self->wanted[c] = !(c == 0 && rmap_collector_is_done(&self->collector)) &&
-                          !skips(self->criterion[c], info);
+        self->wanted[c] =
+            !(c == 0 && rmap_collector_is_done(&self->collector)) &&
+            !rmap_criterion_skips(self->criterion[c], info->first_ray, &info->summary);
         any |= self->wanted[c];
     }
     return any;
@@ -93,12 +88,15 @@ enum rmap_status rmap_query_scanner_create(const struct rmap_map *map,
     struct rmap_query_scanner *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
-    *self = (struct rmap_query_scanner){
-        .map = map, .criterion = criterion, .n_criterion = n_criterion, .collector.map = map};
+    *self =
+        (struct rmap_query_scanner){.map = map, .n_criterion = n_criterion, .collector.map = map};
+    self->criterion = rmap_alloc(n_criterion, sizeof(void *));
     self->wanted = rmap_alloc(n_criterion, sizeof *self->wanted);
-    if (!self->wanted)
+    if (!self->wanted || !self->criterion)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", n_criterion));
-    RMAP_TRY(rmap_query_verdicts_create(map, criterion, n_criterion, &self->verdicts, err));
+    for (size_t c = 0; c < n_criterion; c++)
+        self->criterion[c] = criterion[c];
+    RMAP_TRY(rmap_query_verdicts_create(map, self->criterion, n_criterion, &self->verdicts, err));
     *scanner_ret = self;
     self = NULL;
 out:
@@ -115,6 +113,7 @@ void rmap_query_scanner_destroy(struct rmap_query_scanner *self)
     rmap_free(self->match);
     rmap_free(self->place);
     rmap_free(self->wanted);
+    rmap_free(self->criterion);
     rmap_free(self);
 }
 
@@ -165,18 +164,6 @@ enum rmap_status rmap_query_scanner_scan(struct rmap_query_scanner *self, size_t
             RMAP_TRY(scan_portion(self, self->place[i].portion, count, err));
     for (size_t c = 0; c < self->n_criterion; c++)
         count[c].nbytes_read += nbytes_read(self, c == 0) - before[c == 0];
-out:
-    return st;
-}
-
-enum rmap_status rmap_query_scanner_mark(struct rmap_query_scanner *self, size_t portion,
-                                         uint8_t *match, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    for (size_t c = 0; c < self->n_criterion; c++)
-        self->wanted[c] = c == 0;
-    RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, self->wanted, err));
-    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, match, err));
 out:
     return st;
 }

@@ -144,8 +144,8 @@ static void give_slots(struct rmap_shared_tests *self, const struct subtree *lis
 }
 
 enum rmap_status rmap_shared_tests_init(struct rmap_shared_tests *self,
-                                        struct rmap_criterion *const *criterion, size_t n_criterion,
-                                        struct rmap_error *err)
+                                        const struct rmap_criterion *const *criterion,
+                                        size_t n_criterion, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     size_t n_node = 0, n = 0;

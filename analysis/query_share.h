@@ -15,8 +15,8 @@ struct rmap_shared_tests {
 
 /* Equal: of the same 128-bit hash. RMAP_SYSTEM. */
 enum rmap_status rmap_shared_tests_init(struct rmap_shared_tests *shared,
-                                        struct rmap_criterion *const *criterion, size_t n_criterion,
-                                        struct rmap_error *err) RMAP_MUST_USE;
+                                        const struct rmap_criterion *const *criterion,
+                                        size_t n_criterion, struct rmap_error *err) RMAP_MUST_USE;
 void rmap_shared_tests_fini(struct rmap_shared_tests *shared);
 
 #endif

@@ -14,7 +14,7 @@ static const rmap_column_set sum_columns = RMAP_COLUMN_BIT(RMAP_RAY_source) |
 
 struct rmap_query_verdicts {
     const struct rmap_map *map;
-    struct rmap_criterion *const *criterion;
+    const struct rmap_criterion *const *criterion;
     size_t n_criterion, n_source;
     struct rmap_shared_tests shared;
     struct rmap_judge judge;
@@ -34,7 +34,7 @@ struct rmap_query_verdicts {
     size_t verdict_cap, path_cap;
 };
 
-static rmap_column_set columns_of(struct rmap_criterion *const *criterion, size_t n_criterion)
+static rmap_column_set columns_of(const struct rmap_criterion *const *criterion, size_t n_criterion)
 {
     rmap_column_set columns = sum_columns;
     for (size_t c = 0; c < n_criterion; c++)
@@ -43,7 +43,7 @@ static rmap_column_set columns_of(struct rmap_criterion *const *criterion, size_
 }
 
 enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
-                                            struct rmap_criterion *const *criterion,
+                                            const struct rmap_criterion *const *criterion,
                                             size_t n_criterion,
                                             struct rmap_query_verdicts **verdicts_ret,
                                             struct rmap_error *err)

@@ -13,7 +13,7 @@ struct rmap_query_verdicts;
 
 /* The map, the criteria and their array are borrowed. One thread. */
 enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
-                                            struct rmap_criterion *const *criterion,
+                                            const struct rmap_criterion *const *criterion,
                                             size_t n_criterion,
                                             struct rmap_query_verdicts **verdicts_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;

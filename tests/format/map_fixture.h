@@ -140,17 +140,19 @@ static inline void fixture_fini(struct fixture *f)
     assert_int_equal(system(command), 0);
 }
 
-/* Blocks [first, last) of `rays` rays each into one shard, by this thread alone. */
-static inline enum rmap_status fixture_write_shard(struct fixture *f, int shard, uint64_t first,
-                                                   uint64_t last, uint64_t rays,
-                                                   size_t piece_nbytes, struct rmap_error *err)
+/* Blocks [first, last) into one shard, by this thread alone, as make gives them. */
+static inline enum rmap_status
+fixture_write_blocks(struct fixture *f, int shard, uint64_t first, uint64_t last,
+                     size_t piece_nbytes,
+                     struct rmap_portion *(*make)(struct fixture *f, uint64_t block, uint64_t rays),
+                     uint64_t rays, struct rmap_error *err)
 {
     const struct rmap_shard_options options = {.piece_nbytes = piece_nbytes};
     struct rmap_shard_writer *writer = NULL;
     bool did;
     enum rmap_status st = rmap_shard_writer_create(f->map, shard, &f->run, &options, &writer, err);
     for (uint64_t block = first; st == RMAP_OK && block < last; block++) {
-        struct rmap_portion *portion = fixture_portion(f, block * rays, rays, f->tally);
+        struct rmap_portion *portion = make(f, block, rays);
         st = rmap_shard_writer_append(writer, portion, err);
         rmap_portion_destroy(portion);
         did = true;
@@ -163,6 +165,19 @@ static inline enum rmap_status fixture_write_shard(struct fixture *f, int shard,
         st = rmap_shard_writer_finish(writer, err);
     rmap_shard_writer_destroy(writer);
     return st;
+}
+
+static inline struct rmap_portion *fixture_block(struct fixture *f, uint64_t block, uint64_t rays)
+{
+    return fixture_portion(f, block * rays, rays, f->tally);
+}
+
+/* The same of `rays` rays each. */
+static inline enum rmap_status fixture_write_shard(struct fixture *f, int shard, uint64_t first,
+                                                   uint64_t last, uint64_t rays,
+                                                   size_t piece_nbytes, struct rmap_error *err)
+{
+    return fixture_write_blocks(f, shard, first, last, piece_nbytes, fixture_block, rays, err);
 }
 
 static inline void fixture_must(enum rmap_status st, const struct rmap_error *err)

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query_marker.h"
+
+#include <string.h>
+
+#include "analysis/criterion_tree.h"
+#include "analysis/query_verdicts.h"
+#include "base/alloc.h"
+
+struct rmap_query_marker {
+    const struct rmap_map *map;
+    const struct rmap_criterion *criterion;
+    struct rmap_query_verdicts *verdicts;
+};
+
+enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
+                                          const struct rmap_criterion *criterion,
+                                          struct rmap_query_marker **marker_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_marker *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    self->map = map;
+    self->criterion = criterion;
+    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, 1, &self->verdicts, err));
+    *marker_ret = self;
+    self = NULL;
+out:
+    rmap_query_marker_destroy(self);
+    return st;
+}
+
+void rmap_query_marker_destroy(struct rmap_query_marker *self)
+{
+    if (!self)
+        return;
+    rmap_query_verdicts_destroy(self->verdicts);
+    rmap_free(self);
+}
+
+enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, size_t portion,
+                                        uint8_t *match, size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
+    size_t n_ray = (size_t)info->n_row[RMAP_TABLE_RAY], n = 0;
+    const bool wanted = true;
+    *n_ret = 0;
+    if (rmap_criterion_skips(self->criterion, info->first_ray, &info->summary)) {
+        if (n_ray > 0)
+            memset(match, 0, n_ray);
+        return RMAP_OK;
+    }
+    RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, &wanted, err));
+    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, match, err));
+    for (size_t i = 0; i < n_ray; i++)
+        n += match[i];
+    *n_ret = n;
+out:
+    return st;
+}

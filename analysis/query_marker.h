@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rays of a portion match one criterion, by history index and columns as a scan finds them.
+ */
+#ifndef RMAP_QUERY_MARKER_H
+#define RMAP_QUERY_MARKER_H
+
+#include "analysis/criterion.h"
+#include "io/map_reader.h"
+
+/* One thread. Both are borrowed. */
+struct rmap_query_marker;
+enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
+                                          const struct rmap_criterion *criterion,
+                                          struct rmap_query_marker **marker_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fine */
+
+/* match[i] = 1 or 0 for row i of /ray; *n_ret: how many are 1. A portion that its summary rules out
+ * is not read. RMAP_FORMAT when stored rows do not fit together. */
+enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, size_t portion,
+                                        uint8_t *match, size_t *n_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
