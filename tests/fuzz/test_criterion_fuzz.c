@@ -32,7 +32,8 @@ static const char *const seed_text[] = {
     "ended(absorbed, ink) or ended(left) and segments in 2..4 & bounces > 1",
     "wavelength in 0.4..0.6 um and flux > 1 mW and path_length < 1 m and ray in 3..5",
     "medium(*) > 2 or source(?un) and (event(scatter) or optical_path >= 3)",
-    "path(\"T@lens.1+ R .* V@sensor\") and @ghost",
+    "path(\"T@lens.1+ R@'l*' .* V@sensor\") and not path(\"[^AV]{1,3} (S|A@ink)*\")",
+    "path(\"([TR]@lens X?)+ .@housing{2,}\") == 0 and @ghost",
 };
 static const char *const splice[] = {
     "(",       ")",     ",",
@@ -47,6 +48,8 @@ static const char *const splice[] = {
     "\xc3",    "0",     "99999999999",
     ".",       "e",     "registered(sensor",
     " where ", "face ", "let ",
+    "path(\"", "[^",    "{2,9}",
+    "V@",      "+",     "|",
 };
 
 struct dice {
