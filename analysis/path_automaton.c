@@ -205,6 +205,7 @@ static enum rmap_status find_state(struct build *build, size_t n, uint32_t *stat
     uint32_t *member = build->member + build->n_member;
     if (n > 1)
         qsort(member, n, sizeof *member, by_number);
+    build->work += 4 * n;
     uint32_t hash = hash_of(member, n);
     size_t at = hash % (2 * STATE_MAX);
     for (; build->slot[at]; at = (at + 1) % (2 * STATE_MAX)) {
@@ -308,7 +309,11 @@ enum rmap_status rmap_path_automaton_create(struct rmap_parser *parser,
                                             struct rmap_path_table *table)
 {
     enum rmap_status st = RMAP_OK;
-    struct build build = {.parser = parser, .string = string, .regex = regex, .alphabet = alphabet};
+    struct build build = {.parser = parser,
+                          .string = string,
+                          .regex = regex,
+                          .alphabet = alphabet,
+                          .work = parser->path_work};
     uint32_t entry = 0;
     RMAP_TRY(add_node(&build, (struct node){NODE_ACCEPT, 0, 0}, &entry));
     RMAP_TRY(emit(&build, regex->root, entry, &entry));
