@@ -240,7 +240,7 @@ static enum rmap_status write_portion(struct rmap_history_builder *self,
     } else {
         shape = (struct rmap_history_shape){0};
         place->form = RMAP_HISTORY_ROWS;
-        place->has_relative = n_registration > 0 && 16 * n_registration <= n_segment;
+        place->has_relative = n_registration > 0 && 7 * n_registration <= n_segment;
         RMAP_TRY(rmap_history_shape_rows(self, &shape, err));
         rmap_history_arrange(place, &shape, &rows);
         RMAP_TRY(extend_body(self, place, &shape, rows.at[RMAP_PART_COUNT_OF], err));

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Counts the legs of each ray whose class is wanted. Codes become a bit per leg; bits become counts
- * either one by one, where there are few (the ray of a leg is the number of ends before it), or ray
- * by ray. Where most legs are wanted, the others are counted.
+ * Counts the legs of each ray whose class is wanted: codes become a bit per leg, and each ray
+ * counts its own.
  */
 #include <string.h>
 
@@ -15,18 +14,18 @@
 
 /* What is wanted, by local class. */
 struct wanted {
-    uint8_t common[256]; /* by code; of RMAP_HISTORY_RARE: 0 */
+    uint8_t common[256]; /* by code; 0 for those of rare classes */
     bool rare;           /* any of those without a code */
     uint64_t rows;       /* legs in all */
 };
 
-static void localise(const struct rmap_history_view *view, const uint8_t *wanted, bool inverted,
+static void localise(const struct rmap_history_view *view, const uint8_t *wanted,
                      struct wanted *out)
 {
     const uint32_t n_common = view->rows->shape.n_common;
     *out = (struct wanted){.rows = 0};
     for (size_t k = 0; k < view->n_local; k++) {
-        bool is = (wanted[view->local_class[k]] != 0) != inverted;
+        bool is = wanted[view->local_class[k]] != 0;
         out->rows += is ? view->local_rows[k] : 0;
         if (k < n_common)
             out->common[k] = is;
@@ -115,19 +114,33 @@ void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t
     mark_any(view->rows->code, view->n_row[RMAP_TABLE_SEGMENT], member, mark);
 }
 
-/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should:
- * damage that a checksum hides. */
-static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, bool inverted,
-                      uint64_t *mark)
+bool rmap_history_mark_rare(const struct rmap_history_view *view, uint64_t *mark)
+{
+    const struct rmap_history_shape *shape = &view->rows->shape;
+    uint8_t member[256] = {0};
+    if (shape->n_rare == 0)
+        return false;
+    for (uint32_t k = 0; k < rmap_history_n_page(shape->n_local); k++)
+        member[255 - k] = 1;
+    rmap_history_mark_codes(view, member, mark);
+    return true;
+}
+
+/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should,
+ * and name more classes than there are: damage that a checksum hides. */
+static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, uint64_t *mark)
 {
     const struct rmap_history_rows *rows = view->rows;
-    const uint8_t member[256] = {[RMAP_HISTORY_RARE] = 1};
+    const struct rmap_history_shape *shape = &rows->shape;
     uint64_t *rare = rows->mark + rmap_history_mark_words(view);
-    uint32_t k = 0;
-    rmap_history_mark_codes(view, member, rare);
+    uint32_t used = 0;
+    if (!rmap_history_mark_rare(view, rare))
+        return;
     for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
-        for (uint64_t left = rare[w]; left != 0 && k < rows->shape.n_rare; left &= left - 1) {
-            bool is = (wanted[view->local_class[rows->rare[k++]]] != 0) != inverted;
+        for (uint64_t left = rare[w]; left != 0 && used < shape->n_rare; left &= left - 1) {
+            uint8_t code = rows->code[w * 64 + (size_t)__builtin_ctzll(left)];
+            uint32_t k = rmap_history_rare_class(shape, code, rows->rare[used++]);
+            bool is = k < shape->n_local && wanted[view->local_class[k]] != 0;
             mark[w] |= is ? left & (0 - left) : 0;
         }
 }
@@ -140,20 +153,7 @@ static void mark_rare(const struct rmap_history_view *view, const uint8_t *wante
 #define COUNTING
 #endif
 
-COUNTING static void count_few(const uint64_t *mark, const uint64_t *end, size_t n_segment,
-                               uint32_t *count)
-{
-    size_t ray = 0;
-    for (size_t w = 0; w * 64 < n_segment; w++) {
-        for (uint64_t left = mark[w]; left != 0; left &= left - 1) {
-            uint64_t below = (left & (0 - left)) - 1;
-            count[ray + (size_t)__builtin_popcountll(end[w] & below)]++;
-        }
-        ray += (size_t)__builtin_popcountll(end[w]);
-    }
-}
-
-COUNTING static void count_many(const uint64_t *mark, const uint32_t *segment_count, size_t n_ray,
+COUNTING static void count_bits(const uint64_t *mark, const uint32_t *segment_count, size_t n_ray,
                                 uint32_t *count)
 {
     uint64_t row = 0;
@@ -174,30 +174,20 @@ COUNTING static void count_many(const uint64_t *mark, const uint32_t *segment_co
 void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wanted,
                         uint32_t *count)
 {
-    const struct rmap_history_rows *rows = view->rows;
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_segment = view->n_row[RMAP_TABLE_SEGMENT];
+    uint64_t *mark = view->rows->mark;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     struct wanted local;
-    bool inverted = false;
-    localise(view, wanted, false, &local);
-    if (2 * local.rows > n_segment) {
-        inverted = true;
-        localise(view, wanted, true, &local);
-    }
+    localise(view, wanted, &local);
     if (local.rows == 0) {
         memset(count, 0, n_ray * sizeof *count);
+    } else if (local.rows == view->n_row[RMAP_TABLE_SEGMENT]) {
+        memcpy(count, view->segment_count, n_ray * sizeof *count);
     } else {
-        rmap_history_mark_codes(view, local.common, rows->mark);
+        rmap_history_mark_codes(view, local.common, mark);
         if (local.rare)
-            mark_rare(view, wanted, inverted, rows->mark);
-        if (rows->end && local.rows < n_ray) {
-            memset(count, 0, n_ray * sizeof *count);
-            count_few(rows->mark, rows->end, n_segment, count);
-        } else {
-            count_many(rows->mark, view->segment_count, n_ray, count);
-        }
+            mark_rare(view, wanted, mark);
+        count_bits(mark, view->segment_count, n_ray, count);
     }
-    for (size_t i = 0; inverted && i < n_ray; i++)
-        count[i] = view->segment_count[i] - count[i];
 }
 
 void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t *wanted,

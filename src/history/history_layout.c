@@ -4,7 +4,7 @@
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "an index is little-endian in memory");
 _Static_assert(sizeof(struct rmap_history_head) == 64, "no padding");
 _Static_assert(sizeof(struct rmap_history_place) == 64, "no padding");
-_Static_assert(sizeof(struct rmap_history_shape) == 32, "no padding");
+_Static_assert(sizeof(struct rmap_history_shape) == 40, "no padding");
 _Static_assert(sizeof(struct rmap_history_class) == 12, "no padding");
 _Static_assert(sizeof(struct rmap_history_hit) == 8, "no padding");
 _Static_assert((int)RMAP_HEAD_PARTS <= (int)RMAP_PART_COUNT_OF, "one layout serves both");
@@ -35,17 +35,18 @@ void rmap_history_arrange(const struct rmap_history_place *place,
         [RMAP_PART_KIND_STOP] = {shape->n_kind, 1},
         [RMAP_PART_KIND] = {rows ? n_ray : 0, shape->kind_nbytes},
         [RMAP_PART_LOCAL_CLASS] = {shape->n_local, 2},
-        [RMAP_PART_LOCAL_ROWS] = {shape->n_local, 4},
+        [RMAP_PART_LOCAL_ROWS] = {shape->n_local, 1},
+        [RMAP_PART_FREQUENT] = {shape->n_frequent, 4},
         [RMAP_PART_CODE] = {n_segment, 1},
-        [RMAP_PART_RARE] = {shape->n_rare, 2},
-        [RMAP_PART_END] = {rows ? n_segment / 64 + 1 : 0, 8},
+        [RMAP_PART_RARE] = {shape->n_rare, 1},
         [RMAP_PART_COUNT] = {rows ? n_ray : 0, 1},
         [RMAP_PART_LONG] = {shape->n_long, 4},
-        [RMAP_PART_HITS] = {n_hit > 0 ? n_ray : 0, 1},
+        [RMAP_PART_HITS] = {n_hit > 0 ? (n_ray + 1) / 2 : 0, 1},
         [RMAP_PART_MANY] = {shape->n_many, 4},
         [RMAP_PART_HIT] = {shape->hit_nbytes ? n_hit : 1,
                            shape->hit_nbytes ? shape->hit_nbytes : 2},
-        [RMAP_PART_LEG] = {n_hit, shape->leg_nbytes},
+        [RMAP_PART_LEG] = {n_hit, 1},
+        [RMAP_PART_FAR] = {shape->n_far, 4},
         [RMAP_PART_RELATIVE] = {place->has_relative ? n_registration : 0, 4},
     };
     stack(sizeof *shape, array, RMAP_PART_COUNT_OF, layout);

@@ -11,10 +11,9 @@
 #define RMAP_HISTORY_MAGIC UINT64_C(0x31747369482e6d72) /* "rm.Hist1" */
 
 enum {
-    RMAP_HISTORY_RARE = 255,         /* code of a leg whose class stands in the list of rare ones */
-    RMAP_HISTORY_RAY_MAX = 65535,    /* of a portion */
-    RMAP_HISTORY_CLASS_MAX = 65535,  /* of a piece; kinds of rays of a portion */
-    RMAP_HISTORY_PATH_MAX = 1 << 20, /* of a piece */
+    RMAP_HISTORY_RAY_MAX = 65535,       /* of a portion */
+    RMAP_HISTORY_CLASS_MAX = 65535,     /* of a piece; kinds of rays of a portion */
+    RMAP_HISTORY_PATH_MAX = 1 << 20,    /* of a piece */
     RMAP_HISTORY_PATH_ROW_MAX = 1 << 22 /* legs of all paths of a piece; registrations likewise */
 };
 
@@ -54,15 +53,24 @@ struct rmap_history_place {
 struct rmap_history_shape {
     uint32_t n_path;
     uint32_t n_kind, n_local;
-    uint32_t n_common;   /* of the local classes, the first ones: they have codes */
+    uint32_t n_common;   /* of the local classes, the first ones: they have codes of their own */
     uint32_t n_rare;     /* legs of the others */
     uint32_t n_long;     /* rays of 255 legs and more */
-    uint32_t n_many;     /* rays of 255 registrations and more */
+    uint32_t n_frequent; /* local classes of 255 legs and more */
+    uint32_t n_many;     /* rays of 15 registrations and more */
+    uint32_t n_far;      /* registrations on leg 255 and later ones */
     uint8_t kind_nbytes; /* of a number: 0 (all the same), 1 or 2 */
     uint8_t hit_nbytes;
-    uint8_t leg_nbytes; /* 1, 2 or 4 */
-    uint8_t zero;
+    uint8_t zero[2];
 };
+
+/* The codes of a byte from 255 downwards stand for the local classes behind the common ones, 256
+ * each: code 255 - k for those from n_common + 256 k on, the rest of the number being in the list
+ * of rare ones. So many codes do so: as few as will do. */
+static inline uint32_t rmap_history_n_page(uint32_t n_local)
+{
+    return n_local <= 256 ? 0 : (n_local - 256 + 254) / 255;
+}
 
 enum rmap_history_part {
     RMAP_PART_PATH_ROW,    /* u32 [n_path] */
@@ -72,16 +80,18 @@ enum rmap_history_part {
     RMAP_PART_KIND_STOP,   /* u8 [n_kind] */
     RMAP_PART_KIND,        /* [n_ray] */
     RMAP_PART_LOCAL_CLASS, /* u16 [n_local] */
-    RMAP_PART_LOCAL_ROWS,  /* u32 [n_local], the most first */
-    RMAP_PART_CODE,        /* u8 [n_segment]: local class, or RMAP_HISTORY_RARE */
-    RMAP_PART_RARE,        /* u16 [n_rare]: local class */
-    RMAP_PART_END,         /* u64 [n_segment / 64 + 1]: bit of each leg that is a ray's last */
+    RMAP_PART_LOCAL_ROWS,  /* u8 [n_local], the most first; 255: the next of the frequent ones */
+    RMAP_PART_FREQUENT,    /* u32 [n_frequent] */
+    RMAP_PART_CODE,        /* u8 [n_segment]: of the local class, or of 256 rare ones */
+    RMAP_PART_RARE,        /* u8 [n_rare]: which of them */
     RMAP_PART_COUNT,       /* u8 [n_ray]: legs; 255: the next of the long ones */
     RMAP_PART_LONG,        /* u32 [n_long] */
-    RMAP_PART_HITS,        /* u8 [n_ray], if there are registrations; 255: the next of the many */
+    RMAP_PART_HITS,        /* 4 bits [n_ray], if there are registrations, the lower half of a byte
+                              first: how many; 15: the next of the many */
     RMAP_PART_MANY,        /* u32 [n_many] */
     RMAP_PART_HIT,         /* [n_registration], or [1] if all are the same */
-    RMAP_PART_LEG,         /* [n_registration] */
+    RMAP_PART_LEG,         /* u8 [n_registration]; 255: the next of the far ones */
+    RMAP_PART_FAR,         /* u32 [n_far] */
     RMAP_PART_RELATIVE,    /* u16 [n_registration][2], if it has them */
     RMAP_PART_COUNT_OF
 };
@@ -113,12 +123,14 @@ struct rmap_history_rows {
     size_t cap_bytes;
     uint32_t *segment_count, *registration_count; /* widened */
     uint16_t *kind;
-    size_t cap_segment_count, cap_registration_count, cap_kind;
+    uint32_t *local_rows;
+    size_t cap_segment_count, cap_registration_count, cap_kind, cap_local_rows;
     /* As stored: */
     const uint8_t *code;
-    const uint16_t *rare;
-    const uint64_t *end;
-    const uint8_t *hit, *leg; /* numbers of as many bytes as the shape says */
+    const uint8_t *rare;
+    const uint8_t *hit; /* numbers of as many bytes as the shape says */
+    const uint8_t *leg;
+    const uint32_t *far;
     struct rmap_history_shape shape;
     /* For counting: */
     uint64_t *mark; /* [2][rmap_history_mark_words], a bit per leg */
@@ -135,14 +147,28 @@ static inline size_t rmap_history_mark_words(const struct rmap_history_view *vie
 void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t member[256],
                              uint64_t *mark);
 
+/* Sets a bit for each leg whose class is in the list of rare ones; false when there are none. */
+bool rmap_history_mark_rare(const struct rmap_history_view *view, uint64_t *mark);
+
+/* Local class of a leg with this code, for which the list of rare ones says `rare`. n_local: there
+ * is no such class. */
+static inline uint32_t rmap_history_rare_class(const struct rmap_history_shape *shape, uint8_t code,
+                                               uint8_t rare)
+{
+    uint32_t k = shape->n_common + (255u - code) * 256 + rare;
+    return k < shape->n_local ? k : shape->n_local;
+}
+
+/* Counts of a byte as 32 bits; 255 stands for the next of the longer ones. False when these are not
+ * as many as they should be. */
+bool rmap_history_widen(const uint8_t *byte, size_t n, const uint32_t *longer, uint32_t n_longer,
+                        uint32_t *count);
+
 /* Number k of an array of numbers of nbytes bytes; nbytes 0: the same for all, in two bytes. */
 static inline uint32_t rmap_history_number(const uint8_t *array, unsigned nbytes, size_t k)
 {
     const uint16_t *two = (const uint16_t *)(const void *)array;
-    const uint32_t *four = (const uint32_t *)(const void *)array;
-    if (nbytes == 1)
-        return array[k];
-    return nbytes == 4 ? four[k] : two[nbytes == 2 ? k : 0];
+    return nbytes == 1 ? array[k] : two[nbytes == 2 ? k : 0];
 }
 
 #endif

@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
- * Writes a portion in the form ROWS: a byte for the class of a leg, and the few that are too rare
- * for one of 255 codes in a list.
+ * Writes a portion in the form ROWS: a byte for the class of a leg, and one more for the few that
+ * are too rare to have a code.
  */
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "history/history_builder.h"
+
+enum { MANY = 15 }; /* registrations that four bits do not hold */
 
 static int by_rows(const void *a, const void *b)
 {
@@ -44,11 +46,11 @@ out:
     return st;
 }
 
-static uint32_t count_long(const uint32_t *count, size_t n)
+static uint32_t count_from(uint32_t limit, const uint32_t *count, size_t n)
 {
     uint32_t n_long = 0;
     for (size_t i = 0; i < n; i++)
-        n_long += count[i] >= UINT8_MAX;
+        n_long += count[i] >= limit;
     return n_long;
 }
 
@@ -62,9 +64,7 @@ static uint32_t largest(const uint32_t *number, size_t n)
 
 static uint8_t bytes_for(uint32_t number)
 {
-    if (number <= UINT8_MAX)
-        return 1;
-    return number <= UINT16_MAX ? 2 : 4;
+    return number <= UINT8_MAX ? 1 : 2;
 }
 
 static bool all_alike(const uint32_t *number, size_t n)
@@ -83,19 +83,21 @@ enum rmap_status rmap_history_shape_rows(struct rmap_history_builder *self,
     enum rmap_status st = tally_classes(self, err);
     if (st != RMAP_OK)
         return st;
+    uint32_t n_local = (uint32_t)self->n_tally, n_coded = 256 - rmap_history_n_page(n_local);
     *shape = (struct rmap_history_shape){
         .n_kind = (uint32_t)self->kind.n,
-        .n_local = (uint32_t)self->n_tally,
-        .n_common =
-            (uint32_t)(self->n_tally < RMAP_HISTORY_RARE ? self->n_tally : RMAP_HISTORY_RARE),
-        .n_long = count_long(p->ray.segment_count, n_ray),
-        .n_many = count_long(p->ray.registration_count, n_ray),
+        .n_local = n_local,
+        .n_common = n_local < n_coded ? n_local : n_coded,
+        .n_long = count_from(UINT8_MAX, p->ray.segment_count, n_ray),
+        .n_many = count_from(MANY, p->ray.registration_count, n_ray),
+        .n_far = count_from(UINT8_MAX, p->registration.segment, n_registration),
         .kind_nbytes = self->kind.n > 1 ? bytes_for((uint32_t)self->kind.n - 1) : 0,
-        .leg_nbytes = bytes_for(largest(p->registration.segment, n_registration)),
         .hit_nbytes = all_alike(self->row_hit, n_registration)
                           ? 0
                           : bytes_for(largest(self->row_hit, n_registration)),
     };
+    for (size_t k = 0; k < self->n_tally; k++)
+        shape->n_frequent += self->tally[k].rows >= UINT8_MAX;
     for (size_t k = shape->n_common; k < self->n_tally; k++)
         shape->n_rare += self->tally[k].rows;
     return RMAP_OK;
@@ -105,15 +107,12 @@ enum rmap_status rmap_history_shape_rows(struct rmap_history_builder *self,
 static void write_numbers(const uint32_t *number, size_t n, unsigned nbytes, uint8_t *to)
 {
     uint16_t *two = (uint16_t *)(void *)to;
-    uint32_t *four = (uint32_t *)(void *)to;
     if (nbytes == 0 && n > 0)
         two[0] = (uint16_t)number[0];
     for (size_t i = 0; nbytes == 1 && i < n; i++)
         to[i] = (uint8_t)number[i];
     for (size_t i = 0; nbytes == 2 && i < n; i++)
         two[i] = (uint16_t)number[i];
-    for (size_t i = 0; nbytes == 4 && i < n; i++)
-        four[i] = number[i];
 }
 
 /* In a byte where it is below 255, else in the list of long ones. */
@@ -131,26 +130,23 @@ static void write_legs(const struct rmap_history_builder *self,
                        const struct rmap_history_layout *layout, uint8_t *bytes)
 {
     uint16_t *local = (uint16_t *)(void *)(bytes + layout->at[RMAP_PART_LOCAL_CLASS]);
-    uint32_t *rows = (uint32_t *)(void *)(bytes + layout->at[RMAP_PART_LOCAL_ROWS]);
+    uint8_t *rows = bytes + layout->at[RMAP_PART_LOCAL_ROWS];
+    uint32_t *frequent = (uint32_t *)(void *)(bytes + layout->at[RMAP_PART_FREQUENT]);
     uint8_t *code = bytes + layout->at[RMAP_PART_CODE];
-    uint16_t *rare = (uint16_t *)(void *)(bytes + layout->at[RMAP_PART_RARE]);
-    uint64_t *end = (uint64_t *)(void *)(bytes + layout->at[RMAP_PART_END]);
+    uint8_t *rare = bytes + layout->at[RMAP_PART_RARE];
     const struct rmap_portion *p = self->portion;
-    size_t row = 0;
     for (size_t k = 0; k < self->n_tally; k++) {
         local[k] = (uint16_t)self->tally[k].class_number;
-        rows[k] = self->tally[k].rows;
+        rows[k] = (uint8_t)(self->tally[k].rows < UINT8_MAX ? self->tally[k].rows : UINT8_MAX);
+        if (rows[k] == UINT8_MAX)
+            *frequent++ = self->tally[k].rows;
     }
     for (size_t i = 0; i < p->n_row[RMAP_TABLE_SEGMENT]; i++) {
         uint32_t k = self->local_of[self->row_class[i]];
-        code[i] = k < shape->n_common ? (uint8_t)k : RMAP_HISTORY_RARE;
-        if (code[i] == RMAP_HISTORY_RARE)
-            *rare++ = (uint16_t)k;
-    }
-    for (size_t i = 0; i < p->n_row[RMAP_TABLE_RAY]; i++) {
-        row += p->ray.segment_count[i];
-        if (p->ray.segment_count[i] > 0)
-            end[(row - 1) / 64] |= UINT64_C(1) << (row - 1) % 64;
+        uint32_t behind = k < shape->n_common ? 0 : k - shape->n_common;
+        code[i] = (uint8_t)(k < shape->n_common ? k : 255 - behind / 256);
+        if (k >= shape->n_common)
+            *rare++ = (uint8_t)(behind % 256);
     }
 }
 
@@ -172,10 +168,14 @@ void rmap_history_write_rows(const struct rmap_history_builder *self,
     write_legs(self, shape, layout, bytes);
     write_counts(p->ray.segment_count, n_ray, bytes + at[RMAP_PART_COUNT],
                  (uint32_t *)(void *)(bytes + at[RMAP_PART_LONG]));
-    if (n_registration > 0)
-        write_counts(p->ray.registration_count, n_ray, bytes + at[RMAP_PART_HITS],
-                     (uint32_t *)(void *)(bytes + at[RMAP_PART_MANY]));
+    uint32_t *many = (uint32_t *)(void *)(bytes + at[RMAP_PART_MANY]);
+    for (size_t i = 0; n_registration > 0 && i < n_ray; i++) {
+        uint32_t n = p->ray.registration_count[i] < MANY ? p->ray.registration_count[i] : MANY;
+        bytes[at[RMAP_PART_HITS] + i / 2] |= (uint8_t)(n << i % 2 * 4);
+        if (n == MANY)
+            *many++ = p->ray.registration_count[i];
+    }
     write_numbers(self->row_hit, n_registration, shape->hit_nbytes, bytes + at[RMAP_PART_HIT]);
-    write_numbers(p->registration.segment, n_registration, shape->leg_nbytes,
-                  bytes + at[RMAP_PART_LEG]);
+    write_counts(p->registration.segment, n_registration, bytes + at[RMAP_PART_LEG],
+                 (uint32_t *)(void *)(bytes + at[RMAP_PART_FAR]));
 }

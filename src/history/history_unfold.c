@@ -4,27 +4,52 @@
  */
 #include <string.h>
 
-#include "base/alloc.h"
 #include "history/history_parts.h"
+
+/* Goes through the legs of rare classes. */
+struct rare_legs {
+    const uint64_t *mark;
+    uint64_t left; /* bits of the word in hand */
+    size_t word, n_word;
+    uint32_t used; /* of the list of rare ones */
+};
+
+static struct rare_legs begin_rare(const struct rmap_history_view *view)
+{
+    uint64_t *mark = view->rows->mark;
+    bool any = rmap_history_mark_rare(view, mark);
+    size_t n_word = any ? (view->n_row[RMAP_TABLE_SEGMENT] + 63) / 64 : 0;
+    return (struct rare_legs){.mark = mark, .left = n_word > 0 ? mark[0] : 0, .n_word = n_word};
+}
+
+/* Damage that a checksum hides may make the list too short, or name classes that are not there. */
+static bool next_rare(const struct rmap_history_view *view, struct rare_legs *it, size_t *leg,
+                      size_t *local)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    while (it->left == 0 && it->word + 1 < it->n_word)
+        it->left = it->mark[++it->word];
+    if (it->left == 0 || it->used == rows->shape.n_rare)
+        return false;
+    *leg = it->word * 64 + (size_t)__builtin_ctzll(it->left);
+    it->left &= it->left - 1;
+    uint32_t k = rmap_history_rare_class(&rows->shape, rows->code[*leg], rows->rare[it->used++]);
+    *local = k < rows->shape.n_local ? k : 0;
+    return true;
+}
 
 void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class)
 {
-    const struct rmap_history_rows *rows = view->rows;
-    const uint8_t member[256] = {[RMAP_HISTORY_RARE] = 1};
+    const uint8_t *code = view->rows->code;
     uint16_t class_of[256] = {0};
-    uint32_t used = 0;
-    for (uint32_t k = 0; k < rows->shape.n_common; k++)
+    size_t leg, local;
+    for (uint32_t k = 0; k < view->rows->shape.n_common; k++)
         class_of[k] = view->local_class[k];
     for (size_t i = 0; i < view->n_row[RMAP_TABLE_SEGMENT]; i++)
-        row_class[i] = class_of[rows->code[i]];
-    if (rows->shape.n_rare == 0)
-        return;
-    rmap_history_mark_codes(view, member, rows->mark);
-    for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
-        for (uint64_t left = rows->mark[w]; left != 0 && used < rows->shape.n_rare;
-             left &= left - 1)
-            row_class[w * 64 + (size_t)__builtin_ctzll(left)] =
-                view->local_class[rows->rare[used++]];
+        row_class[i] = class_of[code[i]];
+    struct rare_legs it = begin_rare(view);
+    while (next_rare(view, &it, &leg, &local))
+        row_class[leg] = view->local_class[local];
 }
 
 static bool asked(rmap_column_set columns, enum rmap_column column)
@@ -46,6 +71,14 @@ out:
     return st;
 }
 
+static enum rmap_status does_not_add_up(const struct rmap_history_view *view,
+                                        struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_FORMAT,
+                          "the history index is damaged: the rays from id %llu on do not add up",
+                          (unsigned long long)view->first_ray);
+}
+
 /* ---- ROWS ---- */
 
 static void unfold_rays(const struct rmap_history_view *view, rmap_column_set columns,
@@ -63,46 +96,60 @@ static void unfold_rays(const struct rmap_history_view *view, rmap_column_set co
         out->ray.stop[i] = view->kind_stop[view->kind ? view->kind[i] : 0];
 }
 
-static enum rmap_status unfold_legs(const struct rmap_history_view *view, rmap_column_set columns,
-                                    struct rmap_portion *out, struct rmap_error *err)
+/* What the classes with codes are, then each leg's, then the rare ones. */
+static void unfold_legs(const struct rmap_history_view *view, rmap_column_set columns,
+                        struct rmap_portion *out)
 {
-    const rmap_column_set legs = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
-                                 RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
-                                 RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
-    size_t n = view->n_row[RMAP_TABLE_SEGMENT];
+    const uint8_t *code = view->rows->code;
     const struct rmap_history_class *what = view->index->class_of;
-    if (!(columns & legs))
-        return RMAP_OK;
-    uint16_t *row_class = rmap_alloc(n, sizeof *row_class);
-    if (!row_class)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu rows", n);
-    rmap_history_row_classes(view, row_class);
-    for (size_t i = 0; asked(columns, RMAP_SEGMENT_object) && i < n; i++)
-        out->segment.object[i] = what[row_class[i]].object;
-    for (size_t i = 0; asked(columns, RMAP_SEGMENT_event) && i < n; i++)
-        out->segment.event[i] = what[row_class[i]].event;
-    for (size_t i = 0; asked(columns, RMAP_SEGMENT_medium) && i < n; i++)
-        out->segment.medium[i] = (int16_t)what[row_class[i]].medium;
-    rmap_free(row_class);
-    return RMAP_OK;
+    bool object = asked(columns, RMAP_SEGMENT_object), event = asked(columns, RMAP_SEGMENT_event);
+    bool medium = asked(columns, RMAP_SEGMENT_medium);
+    struct {
+        int32_t object[256];
+        uint32_t event[256];
+        int16_t medium[256];
+    } of = {{0}, {0}, {0}};
+    size_t n = view->n_row[RMAP_TABLE_SEGMENT], leg, local;
+    if (!object && !event && !medium)
+        return;
+    for (uint32_t k = 0; k < view->rows->shape.n_common; k++) {
+        of.object[k] = what[view->local_class[k]].object;
+        of.event[k] = what[view->local_class[k]].event;
+        of.medium[k] = (int16_t)what[view->local_class[k]].medium;
+    }
+    for (size_t i = 0; object && i < n; i++)
+        out->segment.object[i] = of.object[code[i]];
+    for (size_t i = 0; event && i < n; i++)
+        out->segment.event[i] = of.event[code[i]];
+    for (size_t i = 0; medium && i < n; i++)
+        out->segment.medium[i] = of.medium[code[i]];
+    struct rare_legs it = begin_rare(view);
+    while (next_rare(view, &it, &leg, &local)) {
+        const struct rmap_history_class *rare = &what[view->local_class[local]];
+        if (object)
+            out->segment.object[leg] = rare->object;
+        if (event)
+            out->segment.event[leg] = rare->event;
+        if (medium)
+            out->segment.medium[leg] = (int16_t)rare->medium;
+    }
 }
 
-static void unfold_hits(const struct rmap_history_view *view, rmap_column_set columns,
+static bool unfold_hits(const struct rmap_history_view *view, rmap_column_set columns,
                         struct rmap_portion *out)
 {
     const struct rmap_history_rows *rows = view->rows;
+    const struct rmap_history_hit *what = view->index->hit;
+    unsigned nbytes = rows->shape.hit_nbytes;
     size_t n = view->n_row[RMAP_TABLE_REGISTRATION];
-    for (size_t i = 0; i < n; i++) {
-        const struct rmap_history_hit *hit =
-            &view->index->hit[rmap_history_number(rows->hit, rows->shape.hit_nbytes, i)];
-        if (asked(columns, RMAP_REGISTRATION_detector))
-            out->registration.detector[i] = hit->detector;
-        if (asked(columns, RMAP_REGISTRATION_registered))
-            out->registration.registered[i] = (uint8_t)hit->registered;
-        if (asked(columns, RMAP_REGISTRATION_segment))
-            out->registration.segment[i] =
-                rmap_history_number(rows->leg, rows->shape.leg_nbytes, i);
-    }
+    for (size_t i = 0; asked(columns, RMAP_REGISTRATION_detector) && i < n; i++)
+        out->registration.detector[i] = what[rmap_history_number(rows->hit, nbytes, i)].detector;
+    for (size_t i = 0; asked(columns, RMAP_REGISTRATION_registered) && i < n; i++)
+        out->registration.registered[i] =
+            (uint8_t)what[rmap_history_number(rows->hit, nbytes, i)].registered;
+    return !asked(columns, RMAP_REGISTRATION_segment) ||
+           rmap_history_widen(rows->leg, n, rows->far, rows->shape.n_far,
+                              out->registration.segment);
 }
 
 /* ---- PATHS ---- */
@@ -146,10 +193,7 @@ static enum rmap_status unfold_paths(const struct rmap_history_view *view, rmap_
                                      struct rmap_portion *out, struct rmap_error *err)
 {
     if (!paths_add_up(view))
-        return rmap_error_set(
-            err, RMAP_FORMAT,
-            "the history index is damaged: the rays from id %llu on do not add up",
-            (unsigned long long)view->first_ray);
+        return does_not_add_up(view, err);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (asked(columns, (enum rmap_column)c))
             unfold_column(view, (enum rmap_column)c, out);
@@ -167,6 +211,6 @@ enum rmap_status rmap_history_unfold(const struct rmap_history_view *view, rmap_
     if (view->form == RMAP_HISTORY_PATHS)
         return unfold_paths(view, columns, out, err);
     unfold_rays(view, columns, out);
-    unfold_hits(view, columns, out);
-    return unfold_legs(view, columns, out, err);
+    unfold_legs(view, columns, out);
+    return unfold_hits(view, columns, out) ? RMAP_OK : does_not_add_up(view, err);
 }

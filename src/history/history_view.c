@@ -62,35 +62,54 @@ WIDE static bool all_below_u32(const uint32_t *number, size_t n, size_t limit)
     return n == 0 || most < limit;
 }
 
-/* One bit for each ray, the last on the last leg: then no leg belongs to a ray that is not there.
- */
-WIDE static bool ends_hold(const uint64_t *end, size_t n_segment, size_t n_ray)
+/* Numbers of 8 and of 4 bits; how many of them are the largest, which stands for a longer one. */
+WIDE static uint32_t widen_bytes(const uint8_t *byte, size_t n, uint32_t *count)
 {
-    uint64_t n = 0, last = n_segment - 1;
-    for (size_t w = 0; w < n_segment / 64 + 1; w++)
-        n += (uint64_t)__builtin_popcountll(end[w]);
-    return n == n_ray && end[last / 64] >> last % 64 == 1 &&
-           (last / 64 == n_segment / 64 || end[n_segment / 64] == 0);
+    uint32_t n_largest = 0;
+    for (size_t i = 0; i < n; i++) {
+        count[i] = byte[i];
+        n_largest += byte[i] == UINT8_MAX;
+    }
+    return n_largest;
 }
 
-/* Counts of a byte as 32 bits; 255 stands for the next of the long ones. */
-WIDE static bool widen_counts(const uint8_t *byte, size_t n, const uint32_t *longer,
-                              uint32_t n_longer, uint32_t *count, uint64_t *sum_ret)
+WIDE static uint32_t widen_halves(const uint8_t *byte, size_t n, uint32_t *count)
+{
+    uint32_t n_largest = 0;
+    for (size_t i = 0; i < n / 2; i++) {
+        count[2 * i] = byte[i] & 15;
+        count[2 * i + 1] = byte[i] >> 4;
+    }
+    if (n % 2)
+        count[n - 1] = byte[n / 2] & 15;
+    for (size_t i = 0; i < n; i++)
+        n_largest += count[i] == 15;
+    return n_largest;
+}
+
+static void put_longer(const uint32_t *longer, uint32_t largest, size_t n, uint32_t *count)
+{
+    for (size_t i = 0; i < n; i++)
+        if (count[i] == largest)
+            count[i] = *longer++;
+}
+
+bool rmap_history_widen(const uint8_t *byte, size_t n, const uint32_t *longer, uint32_t n_longer,
+                        uint32_t *count)
+{
+    if (widen_bytes(byte, n, count) != n_longer)
+        return false;
+    if (n_longer > 0)
+        put_longer(longer, UINT8_MAX, n, count);
+    return true;
+}
+
+WIDE static bool sums_to(const uint32_t *count, size_t n, uint64_t wanted)
 {
     uint64_t sum = 0;
-    uint32_t used = 0;
-    for (size_t i = 0; i < n; i++)
-        count[i] = byte[i];
-    for (size_t i = 0; n_longer > 0 && i < n; i++)
-        if (byte[i] == UINT8_MAX) {
-            if (used == n_longer)
-                return false;
-            count[i] = longer[used++];
-        }
     for (size_t i = 0; i < n; i++)
         sum += count[i];
-    *sum_ret = sum;
-    return used == n_longer;
+    return sum == wanted;
 }
 
 static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_error *err)
@@ -99,11 +118,13 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     struct rmap_history_rows *rows = view->rows;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     void *segments = rows->segment_count, *registrations = rows->registration_count;
-    void *kind = rows->kind, *mark = rows->mark;
+    void *kind = rows->kind, *mark = rows->mark, *local_rows = rows->local_rows;
     RMAP_TRY(rmap_reserve(&segments, &rows->cap_segment_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(
         rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(rmap_reserve(&kind, &rows->cap_kind, n_ray, sizeof(uint16_t), err));
+    RMAP_TRY(rmap_reserve(&local_rows, &rows->cap_local_rows, rows->shape.n_local, sizeof(uint32_t),
+                          err));
     RMAP_TRY(rmap_reserve(&mark, &rows->cap_mark, 2 * rmap_history_mark_words(view),
                           sizeof(uint64_t), err));
 out:
@@ -111,6 +132,7 @@ out:
     rows->registration_count = registrations;
     rows->kind = kind;
     rows->mark = mark;
+    rows->local_rows = local_rows;
     return st;
 }
 
@@ -140,59 +162,67 @@ static enum rmap_status open_paths(struct rmap_history_view *view,
                : bad(view, err);
 }
 
-/* Rays: their kinds, legs and registrations. */
-static bool open_rays(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
+static bool open_kinds(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
 {
     struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    uint64_t n_segment = 0, n_registration = 0;
     view->n_kind = shape->n_kind;
     view->kind_source = (const void *)(bytes + at[RMAP_PART_KIND_SOURCE]);
     view->kind_stop = bytes + at[RMAP_PART_KIND_STOP];
     view->kind = shape->kind_nbytes > 0 ? rows->kind : NULL;
-    bool good = shape->n_kind > 0;
     for (size_t i = 0; view->kind && i < n_ray; i++)
         rows->kind[i] =
             (uint16_t)rmap_history_number(bytes + at[RMAP_PART_KIND], shape->kind_nbytes, i);
-    good = good && (!view->kind || all_below_u16(view->kind, n_ray, shape->n_kind));
+    bool good =
+        shape->n_kind > 0 && (!view->kind || all_below_u16(view->kind, n_ray, shape->n_kind));
     for (size_t k = 0; k < view->n_kind; k++)
         good &= view->kind_source[k] >= 0 && (size_t)view->kind_source[k] < view->index->n_source &&
                 view->kind_stop[k] < RMAP_STOP_COUNT;
-    view->segment_count = rows->segment_count;
-    good = good && widen_counts(bytes + at[RMAP_PART_COUNT], n_ray,
-                                (const void *)(bytes + at[RMAP_PART_LONG]), shape->n_long,
-                                rows->segment_count, &n_segment);
-    if (view->n_row[RMAP_TABLE_REGISTRATION] > 0) {
-        view->registration_count = rows->registration_count;
-        good = good && widen_counts(bytes + at[RMAP_PART_HITS], n_ray,
-                                    (const void *)(bytes + at[RMAP_PART_MANY]), shape->n_many,
-                                    rows->registration_count, &n_registration);
-    }
-    return good && n_segment == view->n_row[RMAP_TABLE_SEGMENT] &&
-           n_registration == view->n_row[RMAP_TABLE_REGISTRATION];
+    return good;
 }
 
-/* Legs and registrations: their classes. */
+/* How many legs and registrations each ray has. */
+static bool open_counts(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
+{
+    struct rmap_history_rows *rows = view->rows;
+    const struct rmap_history_shape *shape = &rows->shape;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_segment = view->n_row[RMAP_TABLE_SEGMENT];
+    size_t n_registration = view->n_row[RMAP_TABLE_REGISTRATION];
+    view->segment_count = rows->segment_count;
+    if (!rmap_history_widen(bytes + at[RMAP_PART_COUNT], n_ray,
+                            (const void *)(bytes + at[RMAP_PART_LONG]), shape->n_long,
+                            rows->segment_count) ||
+        !sums_to(rows->segment_count, n_ray, n_segment))
+        return false;
+    if (n_registration == 0)
+        return true;
+    view->registration_count = rows->registration_count;
+    if (widen_halves(bytes + at[RMAP_PART_HITS], n_ray, rows->registration_count) != shape->n_many)
+        return false;
+    if (shape->n_many > 0)
+        put_longer((const void *)(bytes + at[RMAP_PART_MANY]), 15, n_ray, rows->registration_count);
+    return sums_to(rows->registration_count, n_ray, n_registration);
+}
+
+/* Legs and registrations: their classes. Codes may say anything. */
 static bool open_legs(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
 {
     struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
-    size_t n_segment = view->n_row[RMAP_TABLE_SEGMENT];
     view->n_local = shape->n_local;
     view->local_class = (const void *)(bytes + at[RMAP_PART_LOCAL_CLASS]);
-    view->local_rows = (const void *)(bytes + at[RMAP_PART_LOCAL_ROWS]);
+    view->local_rows = rows->local_rows;
     rows->code = bytes + at[RMAP_PART_CODE];
-    rows->rare = (const void *)(bytes + at[RMAP_PART_RARE]);
-    rows->end = (const void *)(bytes + at[RMAP_PART_END]);
+    rows->rare = bytes + at[RMAP_PART_RARE];
     rows->hit = bytes + at[RMAP_PART_HIT];
     rows->leg = bytes + at[RMAP_PART_LEG];
-    bool good = all_below_u16(view->local_class, view->n_local, (uint32_t)view->index->n_class) &&
-                all_below_u16(rows->rare, shape->n_rare, shape->n_local);
-    uint64_t n_listed = 0;
-    for (size_t k = 0; k < view->n_local; k++)
-        n_listed += view->local_rows[k];
-    good = good && n_listed == n_segment;
+    rows->far = (const void *)(bytes + at[RMAP_PART_FAR]);
+    bool good = rmap_history_widen(bytes + at[RMAP_PART_LOCAL_ROWS], view->n_local,
+                                   (const void *)(bytes + at[RMAP_PART_FREQUENT]),
+                                   shape->n_frequent, rows->local_rows) &&
+                sums_to(rows->local_rows, view->n_local, view->n_row[RMAP_TABLE_SEGMENT]) &&
+                all_below_u16(view->local_class, view->n_local, (uint32_t)view->index->n_class);
     size_t n_hit = view->n_row[RMAP_TABLE_REGISTRATION];
     if (shape->hit_nbytes == 0 && n_hit > 0)
         n_hit = 1;
@@ -203,11 +233,10 @@ static bool open_legs(struct rmap_history_view *view, const uint8_t *bytes, cons
 
 static bool shape_holds(const struct rmap_history_shape *shape)
 {
-    bool widths = shape->kind_nbytes <= 2 && shape->hit_nbytes <= 2 &&
-                  (shape->leg_nbytes == 1 || shape->leg_nbytes == 2 || shape->leg_nbytes == 4);
-    return widths && shape->n_common <= shape->n_local && shape->n_common <= RMAP_HISTORY_RARE &&
+    return shape->kind_nbytes <= 2 && shape->hit_nbytes <= 2 &&
            shape->n_kind <= RMAP_HISTORY_CLASS_MAX && shape->n_local <= RMAP_HISTORY_CLASS_MAX &&
-           shape->n_path <= RMAP_HISTORY_RAY_MAX;
+           shape->n_path <= RMAP_HISTORY_RAY_MAX && shape->n_common <= shape->n_local &&
+           shape->n_common + rmap_history_n_page(shape->n_local) <= 256;
 }
 
 static enum rmap_status open_form(struct rmap_history_view *view,
@@ -228,13 +257,10 @@ static enum rmap_status open_form(struct rmap_history_view *view,
     enum rmap_status st = shape_holds(shape) ? reserve(view, err) : bad(view, err);
     if (st != RMAP_OK)
         return st;
-    if (!open_rays(view, bytes, layout.at) || !open_legs(view, bytes, layout.at))
-        return bad(view, err);
-    /* Rays without a leg have no end: their legs are found by counting. */
-    size_t n_segment = view->n_row[RMAP_TABLE_SEGMENT];
-    if (n_segment == 0 || !ends_hold(rows->end, n_segment, view->n_row[RMAP_TABLE_RAY]))
-        rows->end = NULL;
-    return RMAP_OK;
+    return open_kinds(view, bytes, layout.at) && open_counts(view, bytes, layout.at) &&
+                   open_legs(view, bytes, layout.at)
+               ? RMAP_OK
+               : bad(view, err);
 }
 
 enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, size_t portion,
@@ -265,6 +291,7 @@ void rmap_history_view_fini(struct rmap_history_view *view)
         rmap_free(view->rows->registration_count);
         rmap_free(view->rows->kind);
         rmap_free(view->rows->mark);
+        rmap_free(view->rows->local_rows);
         rmap_free(view->rows);
     }
     *view = (struct rmap_history_view){0};

@@ -95,7 +95,7 @@ static const struct recipe recipes[] = {
      .registrations = 5,
      .kinds = 12,
      .weighted = true},
-    {.n_ray = 300, .n_object = 9, .legs_max = 9, .registrations = 0, .kinds = 2, .longest = 70000},
+    {.n_ray = 300, .n_object = 9, .legs_max = 9, .registrations = 3, .kinds = 2, .longest = 70000},
     {.n_ray = 1000,
      .n_object = 20,
      .legs_max = 6,
