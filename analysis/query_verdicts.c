@@ -323,3 +323,18 @@ enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *self, size
         match[i] &= 1;
     return st;
 }
+
+void rmap_query_verdicts_foresee(const struct rmap_query_verdicts *self, size_t c,
+                                 struct rmap_query_outlook *outlook)
+{
+    const uint8_t *verdict = verdict_of(self, c);
+    *outlook = (struct rmap_query_outlook){self->view, self->n_ray, self->n_ray};
+    if (!self->view)
+        return;
+    outlook->n_open = outlook->n_possible = 0;
+    for (size_t i = 0; i < n_decided(self); i++) {
+        uint64_t rays = self->view->form == RMAP_HISTORY_PATHS ? self->view->path_rays[i] : 1;
+        outlook->n_open += verdict[i] == RMAP_VERDICT_OPEN ? rays : 0;
+        outlook->n_possible += verdict[i] != RMAP_VERDICT_NO ? rays : 0;
+    }
+}

@@ -8,6 +8,7 @@
 #define RMAP_QUERY_VERDICTS_H
 
 #include "analysis/query.h"
+#include "history/history_index.h"
 
 struct rmap_query_verdicts;
 
@@ -32,6 +33,15 @@ enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *verdicts, s
 /* Marks them: match[i] = 1 or 0 for row i of /ray. */
 enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *verdicts, size_t c,
                                           uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
+
+/* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
+ * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */
+struct rmap_query_outlook {
+    const struct rmap_history_view *view;
+    uint64_t n_open, n_possible;
+};
+void rmap_query_verdicts_foresee(const struct rmap_query_verdicts *verdicts, size_t c,
+                                 struct rmap_query_outlook *outlook);
 
 /* Stored bytes of what was read so far. */
 uint64_t rmap_query_verdicts_nbytes(const struct rmap_query_verdicts *verdicts);
