@@ -201,18 +201,57 @@ static void set_source(const struct rmap_compact_model *model, const struct rmap
     rmap_colour_quantise(from->colour, model->n_channel, source->colour);
 }
 
-/* Kinds are those of wave.h. */
-static void set_guide(const struct rmap_scene *scene, size_t index,
-                      const struct rmap_compact_object *object, struct rmap_compact_guide *guide)
+static void set_quadric(const struct rmap_compact_object *o, double quadric[12])
+{
+    double inner2 = -1.0, outer2 = INFINITY, sheet = 0.0, low = -INFINITY, high = INFINITY;
+    if (o->tube) {
+        low = 0.0;
+        high = o->length;
+    } else if (o->bounded) {
+        inner2 = o->inner2;
+        outer2 = o->outer2;
+        sheet = o->sheet;
+    }
+    const double all[12] = {o->alpha,
+                            o->gamma,
+                            o->delta,
+                            o->epsilon,
+                            inner2,
+                            outer2,
+                            sheet,
+                            low,
+                            high,
+                            o->middle,
+                            o->conic ? -1.0 : 1.0,
+                            o->rigid ? 1.0 : 0.0};
+    memcpy(quadric, all, sizeof all);
+}
+
+static void set_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
+                      struct rmap_compact_guide *guide)
 {
     guide->grey[0] = grey_events(scene, object->back);
     guide->grey[1] = grey_events(scene, object->front);
-    guide->corner = object->corner;
-    if (object->kind == RMAP_FACING_MESH) {
-        guide->n_triangle = object->mesh->n_triangle;
-        guide->wave = object->corner ? RMAP_WAVE_MESH : 0;
-    } else if (object->kind != RMAP_FACING_ASPHERE && index < RMAP_WAVE_OBJECTS) {
-        guide->wave = ((uint32_t)index + 1) << RMAP_WAVE_OBJECT;
+    guide->n_primitive = SIZE_MAX;
+    guide->corner = (const float *)(const void *)&object->to_local;
+    switch (object->kind) {
+    case RMAP_FACING_FLAT:
+        guide->wave = RMAP_WAVE_FLAT;
+        break;
+    case RMAP_FACING_QUADRIC:
+        guide->wave = RMAP_WAVE_QUADRIC;
+        break;
+    case RMAP_FACING_ASPHERE:
+        guide->wave = RMAP_WAVE_ALONE;
+        break;
+    case RMAP_FACING_MESH:
+        guide->wave = object->corner ? RMAP_WAVE_MESH : RMAP_WAVE_ALONE;
+        guide->n_primitive = object->mesh->n_triangle;
+        if (object->corner) {
+            guide->corner = (const float *)object->corner;
+            guide->stride = LINE;
+        }
+        break;
     }
 }
 
@@ -252,8 +291,13 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         set_body(scene, &scene->object[i], &model->body[i]);
     }
     RMAP_TRY(set_corners(model, err));
-    for (size_t i = 0; i < scene->n_object; i++)
-        set_guide(scene, i, &model->object[i], &model->guide[i]);
+    for (size_t i = 0; i < scene->n_object; i++) {
+        set_quadric(&model->object[i], model->object[i].quadric);
+        set_guide(scene, &model->object[i], &model->guide[i]);
+    }
+    model->guide[scene->n_object].wave = model->absorbing ? RMAP_WAVE_ALONE : RMAP_WAVE_NOTHING;
+    model->guide[scene->n_object].n_primitive = SIZE_MAX;
+    model->guide[scene->n_object].corner = (const float *)(const void *)model->object;
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);

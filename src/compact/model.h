@@ -26,6 +26,9 @@ struct rmap_compact_object {
     double middle;         /* z about which the surface lies */
     double inner2, outer2; /* squares of radii */
     double length, sheet;  /* tube; (1 + k) c */
+    /* For the waves: alpha, gamma, delta, epsilon; inner2, outer2, sheet, low, high of all kinds as
+     * one, infinite where a kind has none; middle; sign of the normal; 1 rigid, or else 0. */
+    double quadric[12];
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape;
     const struct rmap_mesh *mesh;
@@ -44,10 +47,11 @@ struct rmap_compact_body {
 
 /* What waves need of it beforehand. */
 struct rmap_compact_guide {
-    uint32_t grey[2]; /* events that leave any colour alone, at the back and at the front */
-    uint32_t wave;    /* for the waves: kind of its legs; 0: they go alone */
-    size_t n_triangle;
-    const float (*corner)[16];
+    uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
+    uint32_t wave;       /* kind of its legs, as wave.h has them */
+    uint32_t stride;     /* floats from the corners of one triangle to those of the next */
+    size_t n_primitive;  /* of others, legs go alone */
+    const float *corner; /* of a triangle; of other objects, what is read first */
 };
 
 struct rmap_compact_source {
@@ -63,7 +67,7 @@ struct rmap_compact_model {
     size_t n_object, n_source, n_medium, n_detector;
     struct rmap_compact_object *object; /* [n_object] */
     struct rmap_compact_body *body;     /* [n_object] */
-    struct rmap_compact_guide *guide;   /* [n_object] */
+    struct rmap_compact_guide *guide;   /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */

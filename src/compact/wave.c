@@ -1,51 +1,53 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A fixed number of rays are under way at a time. Each waits in the queue of what its next leg
+ * takes; eight of a queue go together, and whoever arrives makes room for the next ray of the
+ * portion. So the packs stay full however much the rays' lengths differ.
+ */
 #include "compact/wave.h"
 
 #include "base/alloc.h"
 #include "compact/step.h"
 
-/* So many rays are followed at a time: their numbers stay in the processor's cache. */
-#define WAVE_RAYS 512
+#define LINE 64 /* bytes of a cache line */
 
-/* Legs of one kind are brought together by so many bits of it. */
-#define KEY_BITS  9
-#define KEYS      (1u << KEY_BITS)
-#define KEY(kind) ((kind) & (KEYS - 1))
-
-/* So few in a run, or at all, are followed one by one, unsorted. */
+/* So few that are left of a kind go alone. */
 #define FEW 3
+
+/* Legs of so many rays are looked at together. */
+#define AHEAD 64
+
+_Static_assert(sizeof(struct rmap_wave_ray) == 2 * LINE, "two cache lines");
+_Static_assert((RMAP_WAVE_RAYS & (RMAP_WAVE_RAYS - 1)) == 0, "queues are rings");
+_Static_assert(RMAP_CHANNEL_MAX <= INT16_MAX, "channels");
 
 void rmap_wave_fini(struct rmap_wave *wave)
 {
-    rmap_free(wave->ray);
-    rmap_free(wave->alive);
-    rmap_free(wave->sorted);
-    rmap_free(wave->now);
-    rmap_free(wave->leg);
     rmap_free(wave->careful);
+    rmap_free(wave->leg);
+    rmap_free(wave->room);
+    rmap_free(wave->queue);
     *wave = (struct rmap_wave){0};
 }
 
-/* Legs of the rays of a range. */
-static size_t count_legs(const struct rmap_retrace *r, const struct rmap_wave_range *range)
-{
-    size_t n = 0;
-    for (size_t i = range->first; i < range->end; i++)
-        n += r->segment_count[i];
-    return n;
-}
-
-static enum rmap_status make_room(struct rmap_wave *wave, size_t n_ray, struct rmap_error *err)
+static enum rmap_status make_room(struct rmap_wave *wave, const struct rmap_retrace *r,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-#define ROOM(field, n)                                                                             \
-    RMAP_TRY(rmap_reserve((void **)&wave->field, &wave->cap_##field, n, sizeof *wave->field, err))
-    ROOM(ray, n_ray);
-    ROOM(alive, n_ray);
-    ROOM(sorted, n_ray);
-    ROOM(careful, n_ray);
-    ROOM(now, n_ray);
-#undef ROOM
+    size_t n_leg = 0;
+    for (size_t i = 0; i < r->n_ray; i++)
+        n_leg += r->segment_count[i];
+    RMAP_TRY(rmap_reserve((void **)&wave->careful, &wave->cap_careful, r->n_ray,
+                          sizeof *wave->careful, err));
+    RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, n_leg, sizeof *wave->leg, err));
+    RMAP_TRY(rmap_reserve((void **)&wave->queue, &wave->cap_queue, RMAP_WAVE_QUEUES,
+                          sizeof *wave->queue, err));
+    RMAP_TRY(rmap_reserve(&wave->room, &wave->cap_room,
+                          (RMAP_WAVE_RAYS + 1) * sizeof *wave->ray + LINE, 1, err));
+    wave->ray = (void *)((uint8_t *)wave->room + (-(uintptr_t)wave->room & (LINE - 1)));
+    memset(wave->careful, 0, r->n_ray);
+    for (size_t k = 0; k < RMAP_WAVE_QUEUES; k++)
+        wave->queue[k].first = wave->queue[k].n = 0;
 out:
     return st;
 }
@@ -68,315 +70,238 @@ static uint32_t turn_of(uint32_t event)
                                                                               : turn;
 }
 
-/* Kind of a leg without its turn. from: object that it starts on. */
-static uint32_t kind_of(const struct rmap_compact_model *model, int32_t primitive, int32_t from,
-                        struct rmap_wave_leg *leg)
+/* A leg that starts on the object `from`, and is not the last. */
+static void set_leg(const struct rmap_retrace *r, size_t row, int32_t from,
+                    struct rmap_wave_leg *leg)
 {
-    leg->corner = NULL;
-    if (leg->object < 0 || (size_t)leg->object >= model->n_object)
-        return 0;
-    const struct rmap_compact_guide *guide = &model->guide[leg->object];
-    if (guide->wave != RMAP_WAVE_MESH)
-        return guide->wave ? guide->wave | (leg->object == from ? RMAP_WAVE_OWN : 0) : 0;
-    if (primitive < 0 || (size_t)primitive >= guide->n_triangle)
-        return 0;
-    leg->corner = guide->corner[primitive];
-    return RMAP_WAVE_MESH;
+    const struct rmap_compact_model *model = r->model;
+    size_t object = (uint32_t)r->object[row], primitive = (uint32_t)r->primitive[row];
+    object = object < model->n_object ? object : model->n_object;
+    const struct rmap_compact_guide *guide = &model->guide[object];
+    uint32_t event = r->event[row], kind = guide->wave, turn = turn_of(event);
+    bool there = primitive < guide->n_primitive;
+    kind += (kind == RMAP_WAVE_QUADRIC) & (r->object[row] == from);
+    kind = there ? kind : RMAP_WAVE_ALONE;
+    leg->corner = guide->corner + (there ? guide->stride * primitive : 0);
+    leg->object = (uint32_t)object;
+    leg->medium = r->medium[row];
+    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + (kind > RMAP_WAVE_NOTHING ? turn : 0));
+    leg->left = event & RMAP_EVENT_LEFT ? 1 : 0;
 }
 
-static void set_legs(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
+/* Legs of the next rays. */
+static void make_ready(struct rmap_wave_run *run)
 {
-    int32_t from = ray->object;
-    struct rmap_wave_leg *leg = ray->leg;
-    for (size_t row = ray->row; row < ray->end; row++, leg++) {
-        leg->object = r->object[row];
-        leg->event = r->event[row];
-        leg->medium = r->medium[row];
-        uint32_t kind = kind_of(r->model, r->primitive[row], from, leg);
-        uint32_t turn = row + 1 < ray->end ? turn_of(leg->event) : RMAP_TURN_NONE;
-        leg->kind = kind ? kind | turn << RMAP_WAVE_TURN : 0;
-        from = leg->object;
+    const struct rmap_retrace *r = run->r;
+    size_t row = run->ready_row, end = row;
+    size_t last = run->ready + AHEAD < r->n_ray ? run->ready + AHEAD : r->n_ray;
+    for (size_t i = run->ready; i < last; i++)
+        end += r->segment_count[i];
+    for (size_t k = row; k < end; k++)
+        set_leg(r, k, k > 0 ? r->object[k - 1] : -1, &run->wave->leg[k]);
+    for (; run->ready < last; run->ready++) {
+        size_t n = r->segment_count[run->ready];
+        if (n == 0)
+            continue;
+        set_leg(r, row, r->start_object[run->ready], &run->wave->leg[row]);
+        row += n;
+        run->wave->leg[row - 1].queue &= (uint8_t) ~(RMAP_WAVE_TURNS - 1);
     }
+    run->ready_row = end;
 }
 
-static void begin(struct rmap_wave *wave, const struct rmap_retrace *r,
-                  const struct rmap_wave_range *range, struct rmap_portion *out)
+/* Lines a ray up for the leg in hand. */
+static void line_up(const struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
 {
-    size_t row = range->row, crossing = range->crossing;
-    for (size_t i = range->first; i < range->end; i++) {
-        struct rmap_wave_ray *ray = &wave->ray[i];
-        struct rmap_departure departure;
-        rmap_departure_find(r->model, r->seed, r->id[i], r->source[i], &departure);
-        wave->careful[i] = 0;
-        if (out->ray.start)
-            rmap_step_float3(departure.position, out->ray.start + 3 * i);
-        if (out->ray.start_normal)
-            rmap_step_normal(departure.normal, out->ray.start_normal + 3 * i);
-        *ray = (struct rmap_wave_ray){.position = departure.position,
-                                      .direction = departure.direction,
-                                      .leg = wave->leg + (row - range->row),
-                                      .first = row,
-                                      .row = row,
-                                      .end = row + r->segment_count[i],
-                                      .crossing = crossing,
-                                      .crossing_end = crossing + r->registration_count[i],
-                                      .object = r->start_object[i],
-                                      .departs = departure.channel,
-                                      .channel = r->channel[i] > 0 ? r->channel[i] - 1 : 0};
-        if (ray->channel >= r->model->n_channel)
-            ray->channel = 0;
-        row = ray->end;
-        crossing = ray->crossing_end;
-        set_legs(r, ray);
-        wave->now[i] = ray->row < ray->end ? ray->leg->kind : RMAP_WAVE_END;
-        if (ray->row < ray->end && ray->leg->corner)
-            soon(ray->leg->corner);
+    struct rmap_wave_queue *queue = &run->wave->queue[ray->leg->queue];
+    soon(ray->leg->corner);
+    queue->ray[(queue->first + queue->n++) & (RMAP_WAVE_RAYS - 1)] =
+        (uint16_t)(ray - run->wave->ray);
+}
+
+static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
+{
+    const struct rmap_retrace *r = run->r;
+    if (run->ray == run->ready)
+        make_ready(run);
+    size_t i = run->ray++;
+    int channel = r->channel[i] > 0 ? r->channel[i] - 1 : 0;
+    struct rmap_departure departure;
+    rmap_departure_find(r->model, r->seed, r->id[i], r->source[i], &departure);
+    if (run->out->ray.start)
+        rmap_step_float3(departure.position, run->out->ray.start + 3 * i);
+    if (run->out->ray.start_normal)
+        rmap_step_normal(departure.normal, run->out->ray.start_normal + 3 * i);
+    *ray = (struct rmap_wave_ray){
+        .state = {departure.position.x, departure.position.y, departure.position.z,
+                  departure.direction.x, departure.direction.y, departure.direction.z},
+        .leg = run->wave->leg + run->row,
+        .row = run->row,
+        .end = run->row + r->segment_count[i],
+        .crossing = run->crossing,
+        .crossing_end = run->crossing + (r->crossing_segment ? r->registration_count[i] : 0),
+        .id = r->id[i],
+        .index = (uint32_t)i,
+        .departs = (int16_t)departure.channel,
+        .channel = (int16_t)(channel < r->model->n_channel ? channel : 0)};
+    run->row = ray->end;
+    run->crossing = ray->crossing_end;
+}
+
+/* The next rays of the portion, up to one that has a leg: false when there is none. */
+static bool replace(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
+{
+    while (run->ray < run->r->n_ray) {
+        set_out(run, ray);
+        if (ray->row < ray->end)
+            return true;
+        rmap_wave_sum(run, ray);
     }
+    return false;
 }
 
-/* Registrations on the leg in hand; their optical paths are distances yet. */
-static void cross(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
-                  struct rmap_vec3 to, double length, struct rmap_portion *out)
+/* False: there are no more rays. */
+static bool next_leg(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
 {
-    struct rmap_wave_ray *ray = &wave->ray[index];
-    const struct rmap_compact_leg leg = {.from = ray->position,
-                                         .to = to,
-                                         .direction = ray->direction,
-                                         .length = length,
-                                         .index = 1.0};
-    while (ray->crossing < ray->crossing_end &&
-           r->crossing_segment[ray->crossing] <= ray->row - ray->first) {
-        size_t row = ray->crossing++;
-        int32_t detector = r->crossing_detector[row];
-        struct rmap_crossing crossing = {.optical_path = 0.0};
-        if (detector < 0 || (size_t)detector >= r->model->n_detector)
-            wave->careful[index] = 1;
-        else
-            rmap_crossing_find(&r->model->scene->detector[detector], &leg, &crossing);
-        rmap_step_float3(ray->direction, crossing.direction);
-        if (out->registration.cell)
-            memcpy(out->registration.cell + 2 * row, crossing.cell, sizeof crossing.cell);
-        if (out->registration.relative)
-            memcpy(out->registration.relative + 2 * row, crossing.relative,
-                   sizeof crossing.relative);
-        if (out->registration.direction)
-            memcpy(out->registration.direction + 3 * row, crossing.direction,
-                   sizeof crossing.direction);
-        if (out->registration.optical_path)
-            out->registration.optical_path[row] = crossing.optical_path;
-    }
-}
-
-static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray,
-                                      uint32_t index)
-{
-    size_t row = ray->row;
-    return (struct rmap_turning){.seed = r->seed,
-                                 .ray = r->id[index],
-                                 .step = (uint32_t)(row - ray->first) + 1,
-                                 .event = r->event[row],
-                                 .near = rmap_step_medium(r->model, r->medium[row]),
-                                 .far = rmap_step_medium(r->model, r->medium[row + 1]),
-                                 .channel = ray->channel};
-}
-
-static void next_leg(struct rmap_wave *wave, uint32_t index)
-{
-    struct rmap_wave_ray *ray = &wave->ray[index];
+    memcpy(&ray->leg->length, &ray->state[6], 2 * sizeof *ray->state);
     ray->row++;
+    ray->step++;
     ray->leg++;
-    wave->now[index] = RMAP_WAVE_END;
-    if (ray->row < ray->end) {
-        wave->now[index] = ray->leg->kind;
-        if (ray->leg->corner)
-            soon(ray->leg->corner);
-    }
+    if (ray->row < ray->end)
+        return true;
+    rmap_wave_sum(run, ray);
+    return replace(run, ray);
 }
 
-/* One leg of one ray. */
-static void advance_one(struct rmap_wave *wave, const struct rmap_retrace *r, uint32_t index,
-                        struct rmap_portion *out)
-{
-    struct rmap_wave_ray *ray = &wave->ray[index];
-    struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
-    size_t row = ray->row;
-    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], ray->object,
-                                ray->position, ray->direction, &facing);
-    if (!met) {
-        const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
-        if (medium && medium->absorbing && (r->event[row] & RMAP_EVENT_ABSORB))
-            wave->careful[index] = 1;
-        facing.t = rmap_step_distance_out(r->model->scene, ray->position, ray->direction);
-        facing.position = rmap_axpy(facing.t, ray->direction, ray->position);
-    }
-    double cosine = rmap_dot(ray->direction, facing.normal);
-    ray->leg->length = facing.t;
-    ray->leg->cosine = met ? cosine : (double)NAN;
-    rmap_step_float3(facing.position, ray->leg->position);
-    rmap_step_normal(facing.normal, ray->leg->normal);
-    if (r->crossing_segment && ray->crossing < ray->crossing_end)
-        cross(wave, r, index, facing.position, facing.t, out);
-    if (met && row + 1 < ray->end) {
-        const struct rmap_turning turning = turning_of(r, ray, index);
-        ray->direction =
-            rmap_step_turned(&turning, ray->direction,
-                             cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
-    }
-    ray->position = facing.position;
-    ray->object = met ? r->object[row] : -1;
-    next_leg(wave, index);
-}
-
-static void load_turn(const struct rmap_retrace *r, const struct rmap_wave_ray *ray, uint32_t index,
-                      enum rmap_turn turn, size_t i, struct rmap_wave_pack *pack)
+static void load_turns(const struct rmap_retrace *r, enum rmap_turn turn,
+                       struct rmap_wave_pack *pack)
 {
     size_t n = r->model->n_medium;
-    const struct rmap_wave_leg *leg = ray->leg;
-    if (turn == RMAP_TURN_REFRACT) {
+    for (int i = 0; i < RMAP_WAVE_WIDTH && turn == RMAP_TURN_REFRACT; i++) {
+        const struct rmap_wave_ray *ray = pack->ray[i];
         const double *by_channel = r->model->index + (size_t)ray->channel * n;
-        size_t near = (size_t)(uint16_t)leg[0].medium, far = (size_t)(uint16_t)leg[1].medium;
-        bool known = near < n && far < n && leg[0].medium >= 0 && leg[1].medium >= 0;
+        int16_t near = ray->leg[0].medium, far = ray->leg[1].medium;
+        bool known = near >= 0 && (size_t)near < n && far >= 0 && (size_t)far < n;
         pack->n1[i] = known ? by_channel[near] : 1.0;
         pack->n2[i] = known ? by_channel[far] : 1.0;
-    } else {
-        uint64_t id = r->id[index];
-        pack->random[0][i] = (uint32_t)id;
-        pack->random[1][i] = (uint32_t)(id >> 32);
-        pack->random[2][i] = (uint32_t)(ray->row - ray->first) + 1;
+    }
+    for (int i = 0; i < RMAP_WAVE_WIDTH && turn == RMAP_TURN_DIFFUSE; i++) {
+        const struct rmap_wave_ray *ray = pack->ray[i];
+        pack->random[0][i] = (uint32_t)ray->id;
+        pack->random[1][i] = (uint32_t)(ray->id >> 32);
+        pack->random[2][i] = ray->step + 1;
         pack->random[3][i] = RMAP_RNG_SURFACE;
-        pack->through[i] = leg->event & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
+        pack->through[i] = r->event[ray->row] & RMAP_EVENT_TRANSMIT_DIFFUSE ? 1.0 : 0.0;
     }
 }
 
-static void load(const struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
-                 size_t n, enum rmap_turn turn, struct rmap_wave_pack *pack)
+static void meet(const struct rmap_compact_model *model, enum rmap_wave_kind kind,
+                 struct rmap_wave_pack *pack)
 {
-    for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++) {
-        uint32_t at = index[i < n ? i : 0];
-        const struct rmap_wave_ray *ray = &wave->ray[at];
-        pack->px[i] = ray->position.x;
-        pack->py[i] = ray->position.y;
-        pack->pz[i] = ray->position.z;
-        pack->dx[i] = ray->direction.x;
-        pack->dy[i] = ray->direction.y;
-        pack->dz[i] = ray->direction.z;
-        pack->corner[i] = ray->leg->corner;
-        pack->object[i] = &r->model->object[ray->leg->object];
-        if (turn == RMAP_TURN_REFRACT || turn == RMAP_TURN_DIFFUSE)
-            load_turn(r, ray, at, turn, i, pack);
+    switch (kind) {
+    case RMAP_WAVE_FLAT:
+        rmap_wave_meet_flats(pack);
+        break;
+    case RMAP_WAVE_MESH:
+        rmap_wave_meet_meshes(pack);
+        break;
+    case RMAP_WAVE_QUADRIC:
+    case RMAP_WAVE_OWN_QUADRIC:
+        rmap_wave_meet_quadrics(kind == RMAP_WAVE_OWN_QUADRIC, -model->epsilon, pack);
+        break;
+    default:
+        rmap_wave_meet_nothing(model->scene, pack);
     }
 }
 
-/* Notes the ends of the legs in hand. */
-static void note(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
-                 size_t n, const struct rmap_wave_pack *pack, struct rmap_portion *out)
+/* One leg of the first n rays of a queue, at most RMAP_WAVE_WIDTH. */
+static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
 {
-    for (size_t i = 0; i < n; i++) {
-        const struct rmap_wave_ray *ray = &wave->ray[index[i]];
-        struct rmap_wave_leg *leg = ray->leg;
-        leg->length = pack->t[i];
-        leg->cosine = pack->cosine[i];
-        for (int k = 0; k < 3; k++) {
-            leg->position[k] = pack->position[k][i];
-            leg->normal[k] = pack->normal[k][i];
-        }
-        if (r->crossing_segment && ray->crossing < ray->crossing_end)
-            cross(wave, r, index[i], rmap_vec3(pack->px[i], pack->py[i], pack->pz[i]), pack->t[i],
-                  out);
-    }
-}
-
-/* One leg of up to RMAP_WAVE_WIDTH rays, of one kind. */
-static void advance_pack(struct rmap_wave *wave, const struct rmap_retrace *r,
-                         const uint32_t *index, size_t n, struct rmap_portion *out)
-{
+    const struct rmap_retrace *r = run->r;
+    struct rmap_wave_queue *queue = &run->wave->queue[which];
+    enum rmap_wave_kind kind = (enum rmap_wave_kind)(which / RMAP_WAVE_TURNS);
+    enum rmap_turn turn = (enum rmap_turn)(which % RMAP_WAVE_TURNS);
     struct rmap_wave_pack pack;
-    uint32_t kind = wave->now[index[0]];
-    enum rmap_turn turn = (enum rmap_turn)(kind >> RMAP_WAVE_TURN & 3);
-    load(wave, r, index, n, turn, &pack);
-    if (kind >= RMAP_WAVE_MESH)
-        rmap_wave_meet_meshes(&pack);
-    else
-        rmap_wave_meet_shape(pack.object[0], kind & RMAP_WAVE_OWN, -r->model->epsilon, &pack);
-    note(wave, r, index, n, &pack, out);
+    struct rmap_wave_ray *to[RMAP_WAVE_WIDTH];
+    size_t row[RMAP_WAVE_WIDTH], left = 0;
+    for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++) {
+        size_t at = queue->ray[(queue->first + (i < n ? i : 0)) & (RMAP_WAVE_RAYS - 1)];
+        pack.ray[i] = &run->wave->ray[at];
+        to[i] = &run->wave->ray[i < n ? at : RMAP_WAVE_RAYS];
+        row[i] = to[i]->row;
+        pack.corner[i] = pack.ray[i]->leg->corner;
+        pack.object[i] = &r->model->object[pack.ray[i]->leg->object];
+    }
+    queue->first += (uint32_t)n;
+    queue->n -= (uint32_t)n;
+    rmap_wave_load(&pack);
+    load_turns(r, turn, &pack);
+    meet(r->model, kind, &pack);
+    rmap_wave_note(&pack, row, n, run->out->segment.position, run->out->segment.normal);
+    for (size_t i = 0; i < n; i++)
+        if (to[i]->crossing < to[i]->crossing_end)
+            rmap_wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, r->seed, &pack);
+    rmap_wave_store(&pack, to);
     for (size_t i = 0; i < n; i++) {
-        struct rmap_wave_ray *ray = &wave->ray[index[i]];
-        ray->position = rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]);
-        ray->direction = rmap_vec3(pack.dx[i], pack.dy[i], pack.dz[i]);
-        ray->object = ray->leg->object;
-        next_leg(wave, index[i]);
         if (pack.odd[i] != 0.0)
-            wave->careful[index[i]] = 1;
+            run->wave->careful[to[i]->index] = 1;
+        if (next_leg(run, to[i]))
+            to[left++] = to[i];
     }
+    for (size_t i = 0; i < left; i++)
+        line_up(run, to[i]);
 }
 
-/* Brings legs of one key together. Stable, so that all is a function of the portion alone. */
-static void sort(struct rmap_wave *wave, size_t n)
+static void advance_alone(struct rmap_wave_run *run, size_t which)
 {
-    uint32_t first[KEYS + 1] = {0};
-    for (size_t i = 0; i < n; i++)
-        first[KEY(wave->now[wave->alive[i]]) + 1]++;
-    for (uint32_t k = 0; k < KEYS; k++)
-        first[k + 1] += first[k];
-    for (size_t i = 0; i < n; i++)
-        wave->sorted[first[KEY(wave->now[wave->alive[i]])]++] = wave->alive[i];
+    struct rmap_wave_queue *queue = &run->wave->queue[which];
+    struct rmap_wave_ray *ray = &run->wave->ray[queue->ray[queue->first & (RMAP_WAVE_RAYS - 1)]];
+    queue->first++;
+    queue->n--;
+    rmap_wave_advance_alone(run, ray);
+    if (next_leg(run, ray))
+        line_up(run, ray);
 }
 
-static void advance_all(struct rmap_wave *wave, const struct rmap_retrace *r, const uint32_t *index,
-                        size_t n, struct rmap_portion *out)
+/* All full packs that there are; false when there was none. */
+static bool advance_full(struct rmap_wave_run *run)
 {
-    for (size_t i = 0; i < n;) {
-        uint32_t kind = wave->now[index[i]];
-        size_t run = 1;
-        while (kind > 0 && run < RMAP_WAVE_WIDTH && i + run < n &&
-               wave->now[index[i + run]] == kind)
-            run++;
-        if (run >= FEW)
-            advance_pack(wave, r, index + i, run, out);
-        else
-            for (size_t k = 0; k < run; k++)
-                advance_one(wave, r, index[i + k], out);
-        i += run;
+    bool some = false;
+    for (size_t k = 0; k < RMAP_WAVE_QUEUES; k++) {
+        const struct rmap_wave_queue *queue = &run->wave->queue[k];
+        bool alone = k / RMAP_WAVE_TURNS == RMAP_WAVE_ALONE;
+        some = some || queue->n >= RMAP_WAVE_WIDTH || (alone && queue->n > 0);
+        while (alone && queue->n > 0)
+            advance_alone(run, k);
+        while (queue->n >= RMAP_WAVE_WIDTH)
+            advance_pack(run, k, RMAP_WAVE_WIDTH);
     }
-}
-
-static void follow(struct rmap_wave *wave, const struct rmap_retrace *r,
-                   const struct rmap_wave_range *range, struct rmap_portion *out)
-{
-    size_t n = 0;
-    for (size_t i = range->first; i < range->end; i++)
-        if (r->segment_count[i] > 0)
-            wave->alive[n++] = (uint32_t)i;
-    while (n > 0) {
-        size_t left = 0;
-        bool many = n > 8 * FEW;
-        if (many)
-            sort(wave, n);
-        advance_all(wave, r, many ? wave->sorted : wave->alive, n, out);
-        for (size_t i = 0; i < n; i++) {
-            uint32_t index = wave->alive[i];
-            wave->alive[left] = index;
-            left += wave->now[index] != RMAP_WAVE_END;
-        }
-        n = left;
-    }
+    return some;
 }
 
 enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace *r,
                                struct rmap_portion *predicted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(make_room(wave, r->n_ray, err));
-    struct rmap_wave_range range = {0, 0, 0, 0};
-    for (; range.first < r->n_ray; range.first = range.end) {
-        range.end = r->n_ray - range.first > WAVE_RAYS ? range.first + WAVE_RAYS : r->n_ray;
-        RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, count_legs(r, &range),
-                              sizeof *wave->leg, err));
-        begin(wave, r, &range, predicted);
-        follow(wave, r, &range, predicted);
-        rmap_wave_sum(wave, r, &range, predicted);
+    struct rmap_wave_run run = {.wave = wave, .r = r, .out = predicted};
+    RMAP_TRY(make_room(wave, r, err));
+    for (size_t i = 0; i < RMAP_WAVE_RAYS; i++)
+        if (replace(&run, &wave->ray[i]))
+            line_up(&run, &wave->ray[i]);
+    for (;;) {
+        size_t most = 0;
+        while (advance_full(&run))
+            ;
+        for (size_t k = 0; k < RMAP_WAVE_QUEUES; k++)
+            most = wave->queue[k].n > wave->queue[most].n ? k : most;
+        if (wave->queue[most].n == 0)
+            break;
+        if (wave->queue[most].n < FEW)
+            advance_alone(&run, most);
+        else
+            advance_pack(&run, most, wave->queue[most].n);
     }
 out:
     return st;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * All rays of a portion traced again side by side: leg by leg, those that meet the same object
- * together. The numbers are bit for bit those of rmap_retrace, as long as nothing was mispredicted
- * on the way; rays that this cannot answer for are marked.
+ * All rays of a portion traced again side by side, those together whose next legs take the same
+ * steps. The numbers are bit for bit those of rmap_retrace, as long as nothing was mispredicted on
+ * the way; rays that this cannot answer for are marked.
  */
 #ifndef RMAP_COMPACT_WAVE_H
 #define RMAP_COMPACT_WAVE_H
@@ -10,76 +10,101 @@
 #include "compact/model.h"
 
 #define RMAP_WAVE_WIDTH 8
+#define RMAP_WAVE_RAYS  128 /* under way at a time: their numbers stay in the processor's cache */
 
-/* kind of a leg: 1 + object, turn, and the rest; 0: a leg that goes alone. */
-enum { RMAP_WAVE_OWN = 1, RMAP_WAVE_TURN = 1, RMAP_WAVE_OBJECT = 3 };
-#define RMAP_WAVE_END     UINT32_MAX
-#define RMAP_WAVE_MESH    (UINT32_C(0x10000000) << RMAP_WAVE_OBJECT) /* of any mesh */
-#define RMAP_WAVE_OBJECTS ((1u << 28) - 1)
+/* What a leg comes to. */
+enum rmap_wave_kind {
+    RMAP_WAVE_ALONE,   /* one by one */
+    RMAP_WAVE_NOTHING, /* out of the scene */
+    RMAP_WAVE_FLAT,
+    RMAP_WAVE_QUADRIC,
+    RMAP_WAVE_OWN_QUADRIC, /* the one that it starts on */
+    RMAP_WAVE_MESH,
+    RMAP_WAVE_KINDS
+};
 
-/* Rays that meet one object at the same time: in the world, before and after. */
+struct rmap_wave_leg;
+
+/* A ray under way, in two cache lines. */
+struct rmap_wave_ray {
+    double state[8]; /* position, direction; then of the leg done last: length, and direction .
+                        normal, NaN where nothing was met */
+    struct rmap_wave_leg *leg;     /* in hand */
+    size_t row, end;               /* its row, and that after the ray's last */
+    size_t crossing, crossing_end; /* registrations */
+    uint64_t id;
+    uint32_t index;  /* of the ray in the portion */
+    uint32_t step;   /* number of the leg, from 0 */
+    int16_t channel; /* that refracts */
+    int16_t departs; /* channel that the ray starts with; -1: the source's colour */
+};
+
+/* Rays whose legs are of one kind: in the world, before and after. */
 struct rmap_wave_pack {
+    const struct rmap_wave_ray *ray[RMAP_WAVE_WIDTH];
+    const struct rmap_compact_object *object[RMAP_WAVE_WIDTH];            /* NOTHING: none */
+    const float *corner[RMAP_WAVE_WIDTH];                                 /* MESH: as of the leg */
     double px[RMAP_WAVE_WIDTH], py[RMAP_WAVE_WIDTH], pz[RMAP_WAVE_WIDTH]; /* leg from; then to */
     double dx[RMAP_WAVE_WIDTH], dy[RMAP_WAVE_WIDTH], dz[RMAP_WAVE_WIDTH]; /* of it; then on */
     double nx[RMAP_WAVE_WIDTH], ny[RMAP_WAVE_WIDTH], nz[RMAP_WAVE_WIDTH]; /* surface normal */
     double t[RMAP_WAVE_WIDTH];                                            /* length of the leg */
     double cosine[RMAP_WAVE_WIDTH];                                       /* direction . normal */
-    double odd[RMAP_WAVE_WIDTH];        /* not 0: a case that only rmap_retrace decides */
-    float position[3][RMAP_WAVE_WIDTH]; /* as it is recorded */
-    int16_t normal[3][RMAP_WAVE_WIDTH];
-    const float *corner[RMAP_WAVE_WIDTH];                      /* meshes: as of the leg */
-    const struct rmap_compact_object *object[RMAP_WAVE_WIDTH]; /* meshes alone */
-    double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH];           /* REFRACT */
-    uint32_t random[4][RMAP_WAVE_WIDTH];                       /* DIFFUSE: counter; numbers */
-    double through[RMAP_WAVE_WIDTH];                           /* DIFFUSE: 1 transmitted, else 0 */
+    double odd[RMAP_WAVE_WIDTH]; /* not 0: a case that only rmap_retrace decides */
+    /* The end as it is recorded. */
+    float position[3][RMAP_WAVE_WIDTH];
+    uint32_t normal_xy[RMAP_WAVE_WIDTH]; /* 16 bits each */
+    int32_t normal_z[RMAP_WAVE_WIDTH];
+    double n1[RMAP_WAVE_WIDTH], n2[RMAP_WAVE_WIDTH]; /* REFRACT */
+    uint32_t random[4][RMAP_WAVE_WIDTH];             /* DIFFUSE: counter; numbers */
+    double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
 };
 
-/* wave_kernel.c: to the end of the legs. All of one analytic object (own: on which they start,
- * too); or each of a mesh of its own, whose triangle exists. */
-void rmap_wave_meet_shape(const struct rmap_compact_object *object, bool own, double behind,
-                          struct rmap_wave_pack *pack);
+/* wave_pack.c: positions and directions out of the rays; and after a leg back into `to`, with its
+ * length and cosine. */
+void rmap_wave_load(struct rmap_wave_pack *pack);
+void rmap_wave_store(const struct rmap_wave_pack *pack,
+                     struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH]);
+
+/* wave_pack.c: ends of n legs into these rows of the columns, which may be NULL. */
+void rmap_wave_note(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH], size_t n,
+                    float *position, int16_t *normal);
+
+/* To the end of the legs, which are all of this kind: wave_kernel.c, wave_mesh.c (triangles that
+ * exist). */
+void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wave_pack *pack);
+void rmap_wave_meet_flats(struct rmap_wave_pack *pack);
+void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack *pack);
 void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 
+/* wave_turn.c */
 void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);
 
-struct rmap_wave_leg;
-
-/* wave.c */
-struct rmap_wave_ray {
-    struct rmap_vec3 position, direction;
-    struct rmap_wave_leg *leg; /* in hand */
-    size_t first, row, end;    /* legs */
-    size_t crossing, crossing_end;
-    int32_t object; /* the leg starts on, or -1 */
-    int channel;    /* that refracts */
-    int departs;    /* channel that it starts with; -1: the source's colour */
-};
-
-/* Rays [first, end) and their rows. */
-struct rmap_wave_range {
-    size_t first, end, row, crossing;
-};
-
-/* A leg, all in one place: where it goes by the path, and where it went. */
+/* A leg: where it goes by the path, and how it went. */
 struct rmap_wave_leg {
-    double length, cosine;
-    const float *corner; /* mesh: of its triangle, [3][4] */
-    float position[3];   /* as recorded */
-    uint32_t kind;       /* equal for legs that may go together */
-    int32_t object;
-    uint32_t event;
-    int16_t normal[3];
+    double length, cosine; /* as in rmap_wave_ray */
+    const float *corner;   /* MESH: of its triangle, [3][4]; of others, what is read first */
+    uint32_t object;       /* at most n_object, which is none */
     int16_t medium;
+    uint8_t queue; /* RMAP_WAVE_TURNS x kind + turn */
+    uint8_t left;  /* 1: it is not part of the ray's length */
+};
+
+/* Rays that wait for a leg of one kind: a ring. */
+struct rmap_wave_queue {
+    uint32_t first, n;
+    uint16_t ray[RMAP_WAVE_RAYS];
 };
 
 struct rmap_wave {
-    struct rmap_wave_ray *ray;
-    uint32_t *alive, *sorted;
-    uint32_t *now;             /* [rays]: kind of the leg in hand; all ones: no more */
-    struct rmap_wave_leg *leg; /* [legs of the range in hand] */
-    uint8_t *careful;          /* [rays]: only rmap_retrace can tell */
-    size_t cap_ray, cap_alive, cap_sorted, cap_now, cap_leg, cap_careful;
+    uint8_t *careful;              /* [rays]: only rmap_retrace can tell */
+    struct rmap_wave_leg *leg;     /* [legs] */
+    void *room;                    /* of `ray` */
+    struct rmap_wave_ray *ray;     /* [RMAP_WAVE_RAYS + 1]: the last is nobody's; on a cache line */
+    struct rmap_wave_queue *queue; /* [RMAP_WAVE_QUEUES] */
+    size_t cap_careful, cap_leg, cap_room, cap_queue;
 };
+#define RMAP_WAVE_TURNS  4
+#define RMAP_WAVE_QUEUES (RMAP_WAVE_KINDS * RMAP_WAVE_TURNS)
 void rmap_wave_fini(struct rmap_wave *wave);
 
 /* Predictions for all rays of r, into the columns that `predicted` has (rows are there). Lanes are
@@ -88,8 +113,24 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
                                struct rmap_portion *predicted,
                                struct rmap_error *err) RMAP_MUST_USE;
 
-/* wave_sum.c: what follows from the legs of these rays; *range moves to the rows after them. */
-void rmap_wave_sum(struct rmap_wave *wave, const struct rmap_retrace *r,
-                   struct rmap_wave_range *range, struct rmap_portion *out);
+/* What the steps of a run share. */
+struct rmap_wave_run {
+    struct rmap_wave *wave;
+    const struct rmap_retrace *r;
+    struct rmap_portion *out;
+    size_t ray, row, crossing; /* the next that sets out */
+    size_t ready, ready_row;   /* legs of rays before that one are there */
+};
+
+/* wave_alone.c: one leg, up to the next one. */
+void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ray);
+
+/* wave_alone.c: registrations on the leg in hand; their optical paths are distances yet. The ray
+ * is as at the leg's start. */
+void rmap_wave_cross(struct rmap_wave_run *run, struct rmap_wave_ray *ray, struct rmap_vec3 to,
+                     double length);
+
+/* wave_sum.c: what follows from the legs of a ray that has arrived. */
+void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray);
 
 #endif

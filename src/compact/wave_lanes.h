@@ -6,6 +6,8 @@
 #ifndef RMAP_COMPACT_WAVE_LANES_H
 #define RMAP_COMPACT_WAVE_LANES_H
 
+#include <string.h>
+
 #include "compact/wave.h"
 
 #define W    RMAP_WAVE_WIDTH
@@ -19,6 +21,43 @@
 #define WIDE
 #endif
 
+typedef double quad __attribute__((vector_size(32)));
+typedef uint32_t words __attribute__((vector_size(16)));
+typedef int64_t quad_order __attribute__((vector_size(32)));
+#if defined(__clang__)
+#define MIX4(a, b, ...)  __builtin_shufflevector(a, b, __VA_ARGS__)
+#define QUAD4(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#else
+#define MIX4(a, b, ...)  __builtin_shuffle(a, b, (words){__VA_ARGS__})
+#define QUAD4(a, b, ...) __builtin_shuffle(a, b, (quad_order){__VA_ARGS__})
+#endif
+
+/* Four rows of four numbers become columns. */
+static inline void turn_quads(const quad row[4], double *o0, double *o1, double *o2, double *o3)
+{
+    quad even0 = QUAD4(row[0], row[1], 0, 4, 2, 6), odd0 = QUAD4(row[0], row[1], 1, 5, 3, 7);
+    quad even1 = QUAD4(row[2], row[3], 0, 4, 2, 6), odd1 = QUAD4(row[2], row[3], 1, 5, 3, 7);
+    quad column = QUAD4(even0, even1, 0, 1, 4, 5);
+    memcpy(o0, &column, sizeof column);
+    column = QUAD4(odd0, odd1, 0, 1, 4, 5);
+    memcpy(o1, &column, sizeof column);
+    column = QUAD4(even0, even1, 2, 3, 6, 7);
+    memcpy(o2, &column, sizeof column);
+    column = QUAD4(odd0, odd1, 2, 3, 6, 7);
+    memcpy(o3, &column, sizeof column);
+}
+
+static inline void across(const double *a, const double *b, const double *c, const double *d,
+                          double *o0, double *o1, double *o2, double *o3)
+{
+    quad row[4];
+    memcpy(&row[0], a, sizeof *row);
+    memcpy(&row[1], b, sizeof *row);
+    memcpy(&row[2], c, sizeof *row);
+    memcpy(&row[3], d, sizeof *row);
+    turn_quads(row, o0, o1, o2, o3);
+}
+
 static inline void normalise(double x[W], double y[W], double z[W])
 {
     EACH
@@ -28,6 +67,136 @@ static inline void normalise(double x[W], double y[W], double z[W])
         y[i] = y[i] * s;
         z[i] = z[i] * s;
     }
+}
+
+/* An affine map for each ray: rows of the matrix, then the shift. */
+struct maps {
+    double m[12][W];
+};
+
+/* The object that each ray meets. */
+static inline void gather_map(const struct rmap_affine *const map[W], struct maps *out)
+{
+    for (int i = 0; i < W; i += 4)
+        for (int k = 0; k < 12; k += 4)
+            across((const double *)map[i] + k, (const double *)map[i + 1] + k,
+                   (const double *)map[i + 2] + k, (const double *)map[i + 3] + k, out->m[k] + i,
+                   out->m[k + 1] + i, out->m[k + 2] + i, out->m[k + 3] + i);
+}
+
+static inline void gather_maps(const struct rmap_wave_pack *p, struct maps *local,
+                               struct maps *world)
+{
+    const struct rmap_affine *a[W], *b[W];
+    EACH
+    {
+        a[i] = &p->object[i]->to_local;
+        b[i] = &p->object[i]->to_world;
+    }
+    gather_map(a, local);
+    gather_map(b, world);
+}
+
+/* Row k of the maps applied to points, to vectors, and column k to normals. */
+static inline void apply_point(const struct maps *a, int k, const double x[W], const double y[W],
+                               const double z[W], double out[W])
+{
+    EACH
+    {
+        out[i] = (a->m[3 * k][i] * x[i] + a->m[3 * k + 1][i] * y[i] + a->m[3 * k + 2][i] * z[i]) +
+                 a->m[9 + k][i];
+    }
+}
+
+static inline void apply_vector(const struct maps *a, int k, const double x[W], const double y[W],
+                                const double z[W], double out[W])
+{
+    EACH
+    {
+        out[i] = a->m[3 * k][i] * x[i] + a->m[3 * k + 1][i] * y[i] + a->m[3 * k + 2][i] * z[i];
+    }
+}
+
+static inline void apply_transposed(const struct maps *a, int k, const double x[W],
+                                    const double y[W], const double z[W], double out[W])
+{
+    EACH
+    {
+        out[i] = a->m[k][i] * x[i] + a->m[3 + k][i] * y[i] + a->m[6 + k][i] * z[i];
+    }
+}
+
+/* In the objects' frames. */
+struct local {
+    double ox[W], oy[W], oz[W], dx[W], dy[W], dz[W];
+    double x[W], y[W], z[W], nx[W], ny[W], nz[W];
+};
+
+static inline void to_local(const struct maps *local, const struct rmap_wave_pack *p,
+                            struct local *l)
+{
+    apply_point(local, 0, p->px, p->py, p->pz, l->ox);
+    apply_point(local, 1, p->px, p->py, p->pz, l->oy);
+    apply_point(local, 2, p->px, p->py, p->pz, l->oz);
+    apply_vector(local, 0, p->dx, p->dy, p->dz, l->dx);
+    apply_vector(local, 1, p->dx, p->dy, p->dz, l->dy);
+    apply_vector(local, 2, p->dx, p->dy, p->dz, l->dz);
+}
+
+static inline void to_world(const struct maps *local, const struct maps *world,
+                            const struct local *l, struct rmap_wave_pack *p)
+{
+    apply_point(world, 0, l->x, l->y, l->z, p->px);
+    apply_point(world, 1, l->x, l->y, l->z, p->py);
+    apply_point(world, 2, l->x, l->y, l->z, p->pz);
+    apply_transposed(local, 0, l->nx, l->ny, l->nz, p->nx);
+    apply_transposed(local, 1, l->nx, l->ny, l->nz, p->ny);
+    apply_transposed(local, 2, l->nx, l->ny, l->nz, p->nz);
+}
+
+/* As rmap_step_float3 and rmap_step_normal. */
+static inline void record(const double x[W], float out[W])
+{
+    EACH
+    {
+        out[i] = x[i] == x[i] ? (float)x[i] + 0.0f : (float)NAN;
+    }
+}
+
+static inline void record_cosine(const double x[W], int32_t out[W])
+{
+    EACH
+    {
+        double low = x[i] > -1.0 ? x[i] : -1.0, bounded = low < 1.0 ? low : 1.0;
+        double scaled = 32767.0 * bounded;
+        out[i] = (int32_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+    }
+}
+
+static inline void record_end(struct rmap_wave_pack *pack)
+{
+    int32_t nx[W], ny[W];
+    record(pack->px, pack->position[0]);
+    record(pack->py, pack->position[1]);
+    record(pack->pz, pack->position[2]);
+    record_cosine(pack->nx, nx);
+    record_cosine(pack->ny, ny);
+    record_cosine(pack->nz, pack->normal_z);
+    EACH
+    {
+        pack->normal_xy[i] = ((uint32_t)nx[i] & 0xffff) | (uint32_t)ny[i] << 16;
+    }
+}
+
+static inline void conclude(struct rmap_wave_pack *pack)
+{
+    EACH
+    {
+        pack->t[i] = pack->t[i] > 0 ? pack->t[i] : 0;
+        pack->cosine[i] =
+            pack->dx[i] * pack->nx[i] + pack->dy[i] * pack->ny[i] + pack->dz[i] * pack->nz[i];
+    }
+    record_end(pack);
 }
 
 #endif

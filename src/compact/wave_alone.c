@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What waves do ray by ray: legs that are like no others, and registrations.
+ */
+#include "compact/step.h"
+#include "compact/wave.h"
+
+static struct rmap_vec3 position_of(const struct rmap_wave_ray *ray)
+{
+    return rmap_vec3(ray->state[0], ray->state[1], ray->state[2]);
+}
+
+static struct rmap_vec3 direction_of(const struct rmap_wave_ray *ray)
+{
+    return rmap_vec3(ray->state[3], ray->state[4], ray->state[5]);
+}
+
+static void note_crossing(const struct rmap_crossing *crossing, size_t row,
+                          const struct rmap_registration_columns *out)
+{
+    if (out->cell)
+        memcpy(out->cell + 2 * row, crossing->cell, sizeof crossing->cell);
+    if (out->relative)
+        memcpy(out->relative + 2 * row, crossing->relative, sizeof crossing->relative);
+    if (out->direction)
+        memcpy(out->direction + 3 * row, crossing->direction, sizeof crossing->direction);
+    if (out->optical_path)
+        out->optical_path[row] = crossing->optical_path;
+}
+
+void rmap_wave_cross(struct rmap_wave_run *run, struct rmap_wave_ray *ray, struct rmap_vec3 to,
+                     double length)
+{
+    const struct rmap_retrace *r = run->r;
+    const struct rmap_compact_leg leg = {.from = position_of(ray),
+                                         .to = to,
+                                         .direction = direction_of(ray),
+                                         .length = length,
+                                         .index = 1.0};
+    while (ray->crossing < ray->crossing_end && r->crossing_segment[ray->crossing] <= ray->step) {
+        size_t row = ray->crossing++;
+        int32_t detector = r->crossing_detector[row];
+        struct rmap_crossing crossing = {.optical_path = 0.0};
+        if (detector < 0 || (size_t)detector >= r->model->n_detector)
+            run->wave->careful[ray->index] = 1;
+        else
+            rmap_crossing_find(&r->model->scene->detector[detector], &leg, &crossing);
+        rmap_step_float3(leg.direction, crossing.direction);
+        note_crossing(&crossing, row, &run->out->registration);
+    }
+}
+
+static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
+{
+    size_t row = ray->row;
+    return (struct rmap_turning){.seed = r->seed,
+                                 .ray = ray->id,
+                                 .step = ray->step + 1,
+                                 .event = r->event[row],
+                                 .near = rmap_step_medium(r->model, r->medium[row]),
+                                 .far = rmap_step_medium(r->model, r->medium[row + 1]),
+                                 .channel = ray->channel};
+}
+
+static void set_off(struct rmap_wave_ray *ray, struct rmap_vec3 position,
+                    struct rmap_vec3 direction)
+{
+    ray->state[0] = position.x;
+    ray->state[1] = position.y;
+    ray->state[2] = position.z;
+    ray->state[3] = direction.x;
+    ray->state[4] = direction.y;
+    ray->state[5] = direction.z;
+}
+
+void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
+{
+    const struct rmap_retrace *r = run->r;
+    struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
+    struct rmap_vec3 position = position_of(ray), direction = direction_of(ray);
+    size_t row = ray->row;
+    int32_t from = ray->step > 0 ? r->object[row - 1] : r->start_object[ray->index];
+    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], from, position,
+                                direction, &facing);
+    if (!met) {
+        const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
+        if (medium && medium->absorbing && (r->event[row] & RMAP_EVENT_ABSORB))
+            run->wave->careful[ray->index] = 1;
+        facing.t = rmap_step_distance_out(r->model->scene, position, direction);
+        facing.position = rmap_axpy(facing.t, direction, position);
+    }
+    double cosine = rmap_dot(direction, facing.normal);
+    ray->state[6] = facing.t;
+    ray->state[7] = met ? cosine : (double)NAN;
+    if (run->out->segment.position)
+        rmap_step_float3(facing.position, run->out->segment.position + 3 * row);
+    if (run->out->segment.normal)
+        rmap_step_normal(facing.normal, run->out->segment.normal + 3 * row);
+    if (ray->crossing < ray->crossing_end)
+        rmap_wave_cross(run, ray, facing.position, facing.t);
+    if (met && row + 1 < ray->end) {
+        const struct rmap_turning turning = turning_of(r, ray);
+        direction = rmap_step_turned(
+            &turning, direction, cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
+    }
+    set_off(ray, facing.position, direction);
+    /* what follows was taken to start on this object */
+    if (!met && ray->leg->object < r->model->n_object && row + 1 < ray->end)
+        run->wave->careful[ray->index] = 1;
+}

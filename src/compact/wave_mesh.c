@@ -1,0 +1,111 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Triangles of retrace_surface.c for a pack of rays, as wave_kernel.c has the other surfaces.
+ */
+#include "compact/wave_lanes.h"
+
+/* Corners of the triangles: as they are, and with the axes turned so that the leg's is the last. */
+struct corners {
+    double at[3][3][W], turned[3][3][W]; /* [corner][axis] */
+    double from[3][W], way[3][W];
+};
+
+typedef float floats __attribute__((vector_size(16)));
+
+static inline void widen(const float *from, quad *to)
+{
+    floats four;
+    memcpy(&four, from, sizeof four);
+    *to = __builtin_convertvector(four, quad);
+}
+
+static inline void gather_corners(const struct rmap_wave_pack *p, struct corners *c)
+{
+    double spare[4];
+    for (int i = 0; i < W; i += 4)
+        for (int k = 0; k < 3; k++) {
+            quad row[4];
+            for (int j = 0; j < 4; j++)
+                widen(p->corner[i + j] + 4 * k, &row[j]);
+            turn_quads(row, c->at[k][0] + i, c->at[k][1] + i, c->at[k][2] + i, spare);
+        }
+}
+
+/* x, y, z with the axis `last` as the last one. */
+static inline void turn_axes(const double last[W], const double x[W], const double y[W],
+                             const double z[W], double (*turned)[W])
+{
+    EACH
+    {
+        turned[0][i] = last[i] == 0.0 ? y[i] : last[i] == 1.0 ? z[i] : x[i];
+        turned[1][i] = last[i] == 0.0 ? z[i] : last[i] == 1.0 ? x[i] : y[i];
+        turned[2][i] = last[i] == 0.0 ? x[i] : last[i] == 1.0 ? y[i] : z[i];
+    }
+}
+
+static inline void turn_corners(const struct local *l, struct corners *c)
+{
+    double last[W];
+    EACH
+    {
+        double d0 = fabs(l->dx[i]), d1 = fabs(l->dy[i]), d2 = fabs(l->dz[i]);
+        double larger = d0 > d1 ? d0 : d1, of_two = d0 > d1 ? 0.0 : 1.0;
+        last[i] = d2 > larger ? 2.0 : of_two;
+    }
+    turn_axes(last, l->ox, l->oy, l->oz, c->from);
+    turn_axes(last, l->dx, l->dy, l->dz, c->way);
+    for (int k = 0; k < 3; k++)
+        turn_axes(last, c->at[k][0], c->at[k][1], c->at[k][2], c->turned[k]);
+}
+
+static inline void meet_triangles(const struct corners *c, struct local *l,
+                                  struct rmap_wave_pack *p)
+{
+    double s[3][3][W];
+    for (int k = 0; k < 3; k++)
+        EACH
+        {
+            double scale = 1 / c->way[2][i];
+            double shear_x = c->way[0][i] * scale, shear_y = c->way[1][i] * scale;
+            double along = c->turned[k][2][i] - c->from[2][i];
+            s[k][2][i] = along;
+            s[k][0][i] = (c->turned[k][0][i] - c->from[0][i]) - shear_x * along;
+            s[k][1][i] = (c->turned[k][1][i] - c->from[1][i]) - shear_y * along;
+        }
+    EACH
+    {
+        double a0 = s[1][0][i] * s[2][1][i] - s[1][1][i] * s[2][0][i];
+        double a1 = s[2][0][i] * s[0][1][i] - s[2][1][i] * s[0][0][i];
+        double a2 = s[0][0][i] * s[1][1][i] - s[0][1][i] * s[1][0][i];
+        double sum = a0 + a1 + a2, w0 = a0 / sum, w1 = a1 / sum, w2 = a2 / sum;
+        p->t[i] = (w0 * s[0][2][i] + w1 * s[1][2][i] + w2 * s[2][2][i]) * (1 / c->way[2][i]);
+        double x1 = c->at[1][0][i] - c->at[0][0][i], x2 = c->at[2][0][i] - c->at[0][0][i];
+        double y1 = c->at[1][1][i] - c->at[0][1][i], y2 = c->at[2][1][i] - c->at[0][1][i];
+        double z1 = c->at[1][2][i] - c->at[0][2][i], z2 = c->at[2][2][i] - c->at[0][2][i];
+        l->x[i] = (c->at[0][0][i] + w1 * x1) + w2 * x2;
+        l->y[i] = (c->at[0][1][i] + w1 * y1) + w2 * y2;
+        l->z[i] = (c->at[0][2][i] + w1 * z1) + w2 * z2;
+        l->nx[i] = y1 * z2 - z1 * y2;
+        l->ny[i] = z1 * x2 - x1 * z2;
+        l->nz[i] = x1 * y2 - y1 * x2;
+    }
+}
+
+WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
+{
+    struct local l;
+    struct corners c;
+    struct maps local, world;
+    gather_maps(p, &local, &world);
+    to_local(&local, p, &l);
+    gather_corners(p, &c);
+    turn_corners(&l, &c);
+    meet_triangles(&c, &l, p);
+    to_world(&local, &world, &l, p);
+    normalise(p->nx, p->ny, p->nz);
+    EACH
+    {
+        p->odd[i] = 0.0;
+    }
+    conclude(p);
+}

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays into packs and back: four numbers of four rays at a time change rows for columns.
+ */
+#include "compact/wave_lanes.h"
+
+#include <string.h>
+
+WIDE void rmap_wave_load(struct rmap_wave_pack *p)
+{
+    double spare[4];
+    for (int i = 0; i < W; i += 4) {
+        const struct rmap_wave_ray *const *r = p->ray + i;
+        across(r[0]->state, r[1]->state, r[2]->state, r[3]->state, p->px + i, p->py + i, p->pz + i,
+               p->dx + i);
+        across(r[0]->state + 4, r[1]->state + 4, r[2]->state + 4, r[3]->state + 4, p->dy + i,
+               p->dz + i, spare, spare);
+    }
+}
+
+WIDE void rmap_wave_store(const struct rmap_wave_pack *p, struct rmap_wave_ray *const to[W])
+{
+    for (int i = 0; i < W; i += 4) {
+        across(p->px + i, p->py + i, p->pz + i, p->dx + i, to[i]->state, to[i + 1]->state,
+               to[i + 2]->state, to[i + 3]->state);
+        across(p->dy + i, p->dz + i, p->t + i, p->cosine + i, to[i]->state + 4,
+               to[i + 1]->state + 4, to[i + 2]->state + 4, to[i + 3]->state + 4);
+    }
+}
+
+/* x, y, z and normal_xy of four rays. */
+static inline void turn_ends(const struct rmap_wave_pack *p, size_t at, words row[4])
+{
+    words x, y, z, n;
+    memcpy(&x, p->position[0] + at, sizeof x);
+    memcpy(&y, p->position[1] + at, sizeof y);
+    memcpy(&z, p->position[2] + at, sizeof z);
+    memcpy(&n, p->normal_xy + at, sizeof n);
+    words low0 = MIX4(x, y, 0, 4, 1, 5), high0 = MIX4(x, y, 2, 6, 3, 7);
+    words low1 = MIX4(z, n, 0, 4, 1, 5), high1 = MIX4(z, n, 2, 6, 3, 7);
+    row[0] = MIX4(low0, low1, 0, 1, 4, 5);
+    row[1] = MIX4(low0, low1, 2, 3, 6, 7);
+    row[2] = MIX4(high0, high1, 0, 1, 4, 5);
+    row[3] = MIX4(high0, high1, 2, 3, 6, 7);
+}
+
+void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t n, float *position,
+                    int16_t *normal)
+{
+    words end[W];
+    for (size_t i = 0; i < W; i += 4)
+        turn_ends(p, i, end + i);
+    for (size_t i = 0; position && i < n; i++)
+        memcpy(position + 3 * row[i], &end[i], 3 * sizeof *position);
+    for (size_t i = 0; normal && i < n; i++) {
+        uint32_t xy = end[i][3];
+        memcpy(normal + 3 * row[i], &xy, sizeof xy);
+        normal[3 * row[i] + 2] = (int16_t)p->normal_z[i];
+    }
+}
