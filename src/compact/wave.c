@@ -14,9 +14,6 @@
 /* So few that are left of a kind go alone. */
 #define FEW 3
 
-/* Legs of so many rays are looked at together. */
-#define AHEAD 64
-
 _Static_assert(sizeof(struct rmap_wave_ray) == 2 * LINE, "two cache lines");
 _Static_assert((RMAP_WAVE_RAYS & (RMAP_WAVE_RAYS - 1)) == 0, "queues are rings");
 _Static_assert(RMAP_CHANNEL_MAX <= INT16_MAX, "channels");
@@ -86,15 +83,18 @@ static void set_leg(const struct rmap_retrace *r, size_t row, int32_t from,
     leg->object = (uint32_t)object;
     leg->medium = r->medium[row];
     leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + (kind > RMAP_WAVE_NOTHING ? turn : 0));
-    leg->left = event & RMAP_EVENT_LEFT ? 1 : 0;
+    leg->flags = (uint8_t)((event & RMAP_EVENT_LEFT ? RMAP_WAVE_LEFT : 0) |
+                           (event & guide->grey[0] ? RMAP_WAVE_GREY_BACK : 0) |
+                           (event & guide->grey[1] ? RMAP_WAVE_GREY_FRONT : 0));
 }
 
-/* Legs of the next rays. */
+/* Departures and legs of the next rays. */
 static void make_ready(struct rmap_wave_run *run)
 {
     const struct rmap_retrace *r = run->r;
     size_t row = run->ready_row, end = row;
-    size_t last = run->ready + AHEAD < r->n_ray ? run->ready + AHEAD : r->n_ray;
+    size_t last = run->ready + RMAP_WAVE_AHEAD < r->n_ray ? run->ready + RMAP_WAVE_AHEAD : r->n_ray;
+    rmap_wave_depart(r, run->ready, last, run->departure);
     for (size_t i = run->ready; i < last; i++)
         end += r->segment_count[i];
     for (size_t k = row; k < end; k++)
@@ -106,6 +106,7 @@ static void make_ready(struct rmap_wave_run *run)
         set_leg(r, row, r->start_object[run->ready], &run->wave->leg[row]);
         row += n;
         run->wave->leg[row - 1].queue &= (uint8_t) ~(RMAP_WAVE_TURNS - 1);
+        run->wave->leg[row - 1].flags |= RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT;
     }
     run->ready_row = end;
 }
@@ -126,8 +127,7 @@ static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
         make_ready(run);
     size_t i = run->ray++;
     int channel = r->channel[i] > 0 ? r->channel[i] - 1 : 0;
-    struct rmap_departure departure;
-    rmap_departure_find(r->model, r->seed, r->id[i], r->source[i], &departure);
+    const struct rmap_departure departure = run->departure[i % RMAP_WAVE_AHEAD];
     if (run->out->ray.start)
         rmap_step_float3(departure.position, run->out->ray.start + 3 * i);
     if (run->out->ray.start_normal)
@@ -285,7 +285,7 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
                                struct rmap_portion *predicted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_wave_run run = {.wave = wave, .r = r, .out = predicted};
+    struct rmap_wave_run run = {.wave = wave, .r = r, .out = predicted, .light_source = -1};
     RMAP_TRY(make_room(wave, r, err));
     for (size_t i = 0; i < RMAP_WAVE_RAYS; i++)
         if (replace(&run, &wave->ray[i]))

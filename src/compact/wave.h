@@ -12,6 +12,8 @@
 #define RMAP_WAVE_WIDTH 8
 #define RMAP_WAVE_RAYS  128 /* under way at a time: their numbers stay in the processor's cache */
 
+#define RMAP_WAVE_AHEAD 64 /* rays that are looked at together before they set out */
+
 /* What a leg comes to. */
 enum rmap_wave_kind {
     RMAP_WAVE_ALONE,   /* one by one */
@@ -79,6 +81,10 @@ void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 /* wave_turn.c */
 void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);
 
+/* Flags of a leg: it is not part of the ray's length; what happens at its end leaves any colour
+ * alone, if it comes from the back or from the front. */
+enum { RMAP_WAVE_LEFT = 1, RMAP_WAVE_GREY_BACK = 2, RMAP_WAVE_GREY_FRONT = 4 };
+
 /* A leg: where it goes by the path, and how it went. */
 struct rmap_wave_leg {
     double length, cosine; /* as in rmap_wave_ray */
@@ -86,7 +92,7 @@ struct rmap_wave_leg {
     uint32_t object;       /* at most n_object, which is none */
     int16_t medium;
     uint8_t queue; /* RMAP_WAVE_TURNS x kind + turn */
-    uint8_t left;  /* 1: it is not part of the ray's length */
+    uint8_t flags;
 };
 
 /* Rays that wait for a leg of one kind: a ring. */
@@ -118,9 +124,17 @@ struct rmap_wave_run {
     struct rmap_wave *wave;
     const struct rmap_retrace *r;
     struct rmap_portion *out;
-    size_t ray, row, crossing; /* the next that sets out */
-    size_t ready, ready_row;   /* legs of rays before that one are there */
+    size_t ray, row, crossing;                        /* the next that sets out */
+    size_t ready, ready_row;                          /* legs of rays before that one are there */
+    struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
+    struct rmap_compact_light light;                  /* of the ray that is summed up */
+    int32_t light_source; /* `light` is as at its rays' start; -1: it is not */
+    int light_departs;
 };
+
+/* wave_depart.c: how rays [first, end) set out, at most RMAP_WAVE_AHEAD. */
+void rmap_wave_depart(const struct rmap_retrace *r, size_t first, size_t end,
+                      struct rmap_departure *departure);
 
 /* wave_alone.c: one leg, up to the next one. */
 void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ray);

@@ -45,8 +45,8 @@ static double index_of(const struct rmap_compact_light *light, const struct rmap
     return medium->dispersive ? rmap_light_mean(light, medium->n) : medium->n[light->begin];
 }
 
-static void note_colour(const struct rmap_compact_light *light, size_t row,
-                        struct rmap_portion *out)
+static inline void note_colour(const struct rmap_compact_light *light, size_t row,
+                               struct rmap_portion *out)
 {
     size_t n = (size_t)out->n_channel;
     if (n == 3) /* worth a copy of constant size */
@@ -66,36 +66,72 @@ static void sum_crossings(struct sum *sum, size_t row, double index)
             rmap_step_double(sum->optical_path + index * optical_path[sum->crossing]);
 }
 
+/* One leg, at which the light may change. */
 static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *light)
 {
     const struct rmap_retrace *r = sum->run->r;
-    struct rmap_portion *out = sum->run->out;
     const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
-    double index = 1.0;
-    if (r->colour) {
-        const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
-        index = index_of(light, medium);
-        if (medium && medium->absorbing && leg->length > 0.0 && light->end - light->begin > 1)
-            (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->length, false,
-                                    light);
-        if (light->changed)
-            rmap_light_quantise(r->model->n_channel, light);
-        if (out->colour)
-            note_colour(light, row, out);
-    }
+    const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
+    double index = index_of(light, medium);
+    if (medium && medium->absorbing && leg->length > 0.0 && light->end - light->begin > 1)
+        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->length, false, light);
+    if (light->changed)
+        rmap_light_quantise(r->model->n_channel, light);
+    if (sum->run->out->colour)
+        note_colour(light, row, sum->run->out);
     if (sum->crossing < sum->crossing_end)
         sum_crossings(sum, row, index);
-    if (!leg->left) {
+    if (!(leg->flags & RMAP_WAVE_LEFT)) {
         sum->path_length += leg->length;
         sum->optical_path += index * leg->length;
     }
-    if (r->colour && row + 1 < sum->end && light->end - light->begin > 1)
+    if (row + 1 < sum->end && light->end - light->begin > 1)
         weigh_leg(sum, row, leg, light);
+}
+
+/* Legs from `row` on up to the first at which the light may change; which one that is. */
+static size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_light *light)
+{
+    const struct rmap_retrace *r = sum->run->r;
+    struct rmap_portion *out = sum->run->out;
+    bool single = light->end - light->begin == 1, colour = r->colour && out->colour;
+    const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
+    for (; row < sum->end; row++, leg++) {
+        const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
+        bool front = leg->cosine < 0.0;
+        if (!single && ((medium && (medium->dispersive || medium->absorbing)) ||
+                        !(leg->flags & (front ? RMAP_WAVE_GREY_FRONT : RMAP_WAVE_GREY_BACK))))
+            break;
+        double index = r->colour && medium ? medium->n[light->begin] : 1.0;
+        if (colour)
+            note_colour(light, row, out);
+        if (sum->crossing < sum->crossing_end)
+            sum_crossings(sum, row, index);
+        double length = leg->flags & RMAP_WAVE_LEFT ? 0.0 : leg->length;
+        sum->path_length += length;
+        sum->optical_path += index * length;
+    }
+    return row;
+}
+
+/* Most rays leave the light as the one before had it. */
+static void begin_light(struct rmap_wave_run *run, size_t i, int departs)
+{
+    const struct rmap_retrace *r = run->r;
+    if (run->light_source >= 0 && run->light_source == r->source[i] &&
+        run->light_departs == departs)
+        return;
+    run->light_source = r->source[i];
+    run->light_departs = departs;
+    run->light.begin = 0;
+    run->light.end = 1;
+    run->light.changed = false;
+    if (r->colour)
+        rmap_light_begin(r->model, r->source[i], departs, &run->light);
 }
 
 void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
 {
-    struct rmap_compact_light light;
     const struct rmap_retrace *r = run->r;
     const struct rmap_ray_columns *out = &run->out->ray;
     size_t i = ray->index;
@@ -109,10 +145,14 @@ void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
                       .channel = channel};
     if (crossings)
         sum.crossing = ray->crossing_end - r->registration_count[i];
-    if (r->colour)
-        rmap_light_begin(r->model, r->source[i], ray->departs, &light);
-    for (size_t row = sum.first; row < sum.end; row++)
-        sum_leg(&sum, row, &light);
+    begin_light(run, i, ray->departs);
+    for (size_t row = sum.first; row < sum.end; row++) {
+        row = run->light.changed ? row : sum_steady(&sum, row, &run->light);
+        if (row == sum.end)
+            break;
+        sum_leg(&sum, row, &run->light);
+        run->light_source = -1;
+    }
     if (ray->crossing < ray->crossing_end)
         run->wave->careful[i] = 1;
     if (out->path_length)
