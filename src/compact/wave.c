@@ -88,6 +88,17 @@ static void set_leg(const struct rmap_retrace *r, size_t row, int32_t from,
                            (event & guide->grey[1] ? RMAP_WAVE_GREY_FRONT : 0));
 }
 
+/* Of the ray that is made ready next. */
+static void mark_crossings(struct rmap_wave_run *run, struct rmap_wave_leg *leg, size_t n)
+{
+    const uint32_t *segment = run->r->crossing_segment + run->ready_crossing;
+    size_t n_crossing = run->r->registration_count[run->ready];
+    for (size_t k = 0; k < n_crossing; k++)
+        if (segment[k] < n)
+            leg[segment[k]].flags |= RMAP_WAVE_CROSSES;
+    run->ready_crossing += n_crossing;
+}
+
 /* Departures and legs of the next rays. */
 static void make_ready(struct rmap_wave_run *run)
 {
@@ -101,10 +112,13 @@ static void make_ready(struct rmap_wave_run *run)
         set_leg(r, k, k > 0 ? r->object[k - 1] : -1, &run->wave->leg[k]);
     for (; run->ready < last; run->ready++) {
         size_t n = r->segment_count[run->ready];
+        if (n > 0)
+            set_leg(r, row, r->start_object[run->ready], &run->wave->leg[row]);
+        if (r->crossing_segment)
+            mark_crossings(run, run->wave->leg + row, n);
+        row += n;
         if (n == 0)
             continue;
-        set_leg(r, row, r->start_object[run->ready], &run->wave->leg[row]);
-        row += n;
         run->wave->leg[row - 1].queue &= (uint8_t) ~(RMAP_WAVE_TURNS - 1);
         run->wave->leg[row - 1].flags |= RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT;
     }
@@ -127,23 +141,25 @@ static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
         make_ready(run);
     size_t i = run->ray++;
     int channel = r->channel[i] > 0 ? r->channel[i] - 1 : 0;
-    const struct rmap_departure departure = run->departure[i % RMAP_WAVE_AHEAD];
+    const struct rmap_departure *departure = &run->departure[i % RMAP_WAVE_AHEAD];
     if (run->out->ray.start)
-        rmap_step_float3(departure.position, run->out->ray.start + 3 * i);
+        rmap_step_float3(departure->position, run->out->ray.start + 3 * i);
     if (run->out->ray.start_normal)
-        rmap_step_normal(departure.normal, run->out->ray.start_normal + 3 * i);
-    *ray = (struct rmap_wave_ray){
-        .state = {departure.position.x, departure.position.y, departure.position.z,
-                  departure.direction.x, departure.direction.y, departure.direction.z},
-        .leg = run->wave->leg + run->row,
-        .row = run->row,
-        .end = run->row + r->segment_count[i],
-        .crossing = run->crossing,
-        .crossing_end = run->crossing + (r->crossing_segment ? r->registration_count[i] : 0),
-        .id = r->id[i],
-        .index = (uint32_t)i,
-        .departs = (int16_t)departure.channel,
-        .channel = (int16_t)(channel < r->model->n_channel ? channel : 0)};
+        rmap_step_normal(departure->normal, run->out->ray.start_normal + 3 * i);
+    const double state[6] = {departure->position.x,  departure->position.y,
+                             departure->position.z,  departure->direction.x,
+                             departure->direction.y, departure->direction.z};
+    memcpy(ray->state, state, sizeof state);
+    ray->leg = run->wave->leg + run->row;
+    ray->row = run->row;
+    ray->end = run->row + r->segment_count[i];
+    ray->crossing = run->crossing;
+    ray->crossing_end = run->crossing + (r->crossing_segment ? r->registration_count[i] : 0);
+    ray->id = r->id[i];
+    ray->index = (uint32_t)i;
+    ray->step = 0;
+    ray->departs = (int16_t)departure->channel;
+    ray->channel = (int16_t)(channel < r->model->n_channel ? channel : 0);
     run->row = ray->end;
     run->crossing = ray->crossing_end;
 }
@@ -167,6 +183,7 @@ static bool next_leg(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
     ray->row++;
     ray->step++;
     ray->leg++;
+    soon(ray->leg + 1);
     if (ray->row < ray->end)
         return true;
     rmap_wave_sum(run, ray);
@@ -239,7 +256,7 @@ static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
     meet(r->model, kind, &pack);
     rmap_wave_note(&pack, row, n, run->out->segment.position, run->out->segment.normal);
     for (size_t i = 0; i < n; i++)
-        if (to[i]->crossing < to[i]->crossing_end)
+        if (to[i]->leg->flags & RMAP_WAVE_CROSSES)
             rmap_wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, r->seed, &pack);

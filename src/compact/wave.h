@@ -82,8 +82,13 @@ void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);
 
 /* Flags of a leg: it is not part of the ray's length; what happens at its end leaves any colour
- * alone, if it comes from the back or from the front. */
-enum { RMAP_WAVE_LEFT = 1, RMAP_WAVE_GREY_BACK = 2, RMAP_WAVE_GREY_FRONT = 4 };
+ * alone, if it comes from the back or from the front; a registration may lie on it. */
+enum {
+    RMAP_WAVE_LEFT = 1,
+    RMAP_WAVE_GREY_BACK = 2,
+    RMAP_WAVE_GREY_FRONT = 4,
+    RMAP_WAVE_CROSSES = 8
+};
 
 /* A leg: where it goes by the path, and how it went. */
 struct rmap_wave_leg {
@@ -125,7 +130,7 @@ struct rmap_wave_run {
     const struct rmap_retrace *r;
     struct rmap_portion *out;
     size_t ray, row, crossing;                        /* the next that sets out */
-    size_t ready, ready_row;                          /* legs of rays before that one are there */
+    size_t ready, ready_row, ready_crossing;          /* legs of rays before that one are there */
     struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
     struct rmap_compact_light light;                  /* of the ray that is summed up */
     int32_t light_source; /* `light` is as at its rays' start; -1: it is not */

@@ -96,7 +96,7 @@ void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ra
         rmap_step_float3(facing.position, run->out->segment.position + 3 * row);
     if (run->out->segment.normal)
         rmap_step_normal(facing.normal, run->out->segment.normal + 3 * row);
-    if (ray->crossing < ray->crossing_end)
+    if (ray->leg->flags & RMAP_WAVE_CROSSES)
         rmap_wave_cross(run, ray, facing.position, facing.t);
     if (met && row + 1 < ray->end) {
         const struct rmap_turning turning = turning_of(r, ray);
