@@ -173,13 +173,27 @@ static void fill_own_legs(const struct rmap_compact_model *model, const struct o
                           size_t from, size_t to, rmap_column_set columns, struct rmap_portion *out)
 {
     struct rmap_segment_columns *segment = &out->segment;
-    uint32_t n = own->segment_count[k];
-    rmap_path_unfold(model, own->source[k], own->stop[k], n, own->object + from, own->event + from,
-                     columns & BIT(RMAP_SEGMENT_object) ? segment->object + to : NULL,
-                     columns & BIT(RMAP_SEGMENT_event) ? segment->event + to : NULL);
-    if (columns & BIT(RMAP_SEGMENT_medium))
-        rmap_path_media(model, own->source[k], segment->object + to, segment->event + to, n,
-                        segment->medium + to);
+    const struct rmap_folded_path path = {.source = own->source[k],
+                                          .stop = own->stop[k],
+                                          .n = own->segment_count[k],
+                                          .object = own->object + from,
+                                          .event = own->event + from};
+    rmap_path_unfold(model, &path, columns & BIT(RMAP_SEGMENT_object) ? segment->object + to : NULL,
+                     columns & BIT(RMAP_SEGMENT_event) ? segment->event + to : NULL,
+                     columns & BIT(RMAP_SEGMENT_medium) ? segment->medium + to : NULL);
+}
+
+/* Known paths are copied by so many legs, into rows that are filled later, if there are as many. */
+#define COPIED 8
+
+static inline void copy_legs(void *to, const void *from, size_t n, size_t nbytes)
+{
+    uint8_t *out = to;
+    const uint8_t *in = from;
+    if (n % COPIED != 0)
+        memcpy(out, in, n * nbytes);
+    for (size_t i = 0; n % COPIED == 0 && i < n; i += COPIED)
+        memcpy(out + i * nbytes, in + i * nbytes, COPIED * nbytes);
 }
 
 /* Objects, events, and media as the paths say. */
@@ -187,7 +201,7 @@ static void fill_legs(const struct rmap_compact_model *model, const struct rmap_
                       const struct own *own, rmap_column_set columns, struct rmap_portion *out)
 {
     struct rmap_segment_columns *segment = &out->segment;
-    size_t k = 0, from = 0, to = 0;
+    size_t k = 0, from = 0, to = 0, n_row = out->n_row[RMAP_TABLE_SEGMENT];
     for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
         if (own->path[i] == 0) {
             fill_own_legs(model, own, k, from, to, columns, out);
@@ -196,13 +210,14 @@ static void fill_legs(const struct rmap_compact_model *model, const struct rmap_
             continue;
         }
         const struct rmap_known_path *path = &table->path[own->path[i] - 1];
-        size_t n = path->n_segment;
+        size_t n = path->n_segment, most = (n + COPIED - 1) / COPIED * COPIED;
+        most = most <= n_row - to && most <= table->n_segment - path->segment ? most : n;
         if (columns & BIT(RMAP_SEGMENT_object))
-            memcpy(segment->object + to, table->object + path->segment, n * 4);
+            copy_legs(segment->object + to, table->object + path->segment, most, 4);
         if (columns & BIT(RMAP_SEGMENT_event))
-            memcpy(segment->event + to, table->event + path->segment, n * 4);
+            copy_legs(segment->event + to, table->event + path->segment, most, 4);
         if (columns & BIT(RMAP_SEGMENT_medium))
-            memcpy(segment->medium + to, table->medium + path->segment, n * 2);
+            copy_legs(segment->medium + to, table->medium + path->segment, most, 2);
         to += n;
     }
 }
@@ -243,6 +258,13 @@ static void fill_crossings(const struct rmap_path_table *table, const struct own
     }
 }
 
+/* Numbers that stand in the lane's column as predicted become the truth. */
+static void correct(struct rmap_lane *lane)
+{
+    if (lane->next < lane->n)
+        rmap_lane_amend(lane, 0, lane->n);
+}
+
 static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
                                         struct rmap_lane *lane, const struct rmap_rows *rows,
                                         struct rmap_portion *out, struct rmap_error *err)
@@ -250,20 +272,31 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
     const uint32_t *triangle = rows->data[RMAP_STREAM_triangle];
     size_t n = out->n_row[RMAP_TABLE_SEGMENT], n_triangle = rows->n_row[RMAP_COMPACT_TRIANGLE];
     size_t k = 0;
-    for (size_t i = 0; i < n; i++) {
+    if (n_triangle == 0)
+        for (size_t i = 0; i < n; i++)
+            out->segment.primitive[i] = out->segment.object[i] < 0 ? -1 : 0;
+    for (size_t i = 0; i < n && n_triangle > 0; i++) {
+        /* no branch: whether it is a mesh is anybody's guess */
         enum rmap_primitive_kind kind = rmap_primitive_kind(model, out->segment.object[i]);
-        int32_t primitive = rmap_primitive_plain(kind);
-        if (kind == RMAP_PRIMITIVE_LISTED && n_triangle > 0) {
-            if (k == n_triangle)
-                return damaged("it has too few triangles", err);
-            primitive = (int32_t)triangle[k++];
-        }
-        if (i < lane->next && lane->to)
-            out->segment.primitive[i] = primitive;
-        else
-            (void)rmap_lane_offer(lane, i, 1, sizeof primitive, &primitive);
+        int32_t next = (int32_t)triangle[k < n_triangle ? k : 0];
+        bool listed = kind == RMAP_PRIMITIVE_LISTED;
+        out->segment.primitive[i] = listed ? next : rmap_primitive_plain(kind);
+        k += listed;
     }
+    correct(lane);
+    if (k > n_triangle)
+        return damaged("it has too few triangles", err);
     return k == n_triangle ? RMAP_OK : damaged("it has too many triangles", err);
+}
+
+static void fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)
+{
+    bool right = lane->next >= n;
+    uint64_t id = first;
+    for (size_t i = 0; i < n && right; i++)
+        out[i] = first + i;
+    for (size_t i = 0; i < n && !right; i++, id++)
+        (void)rmap_lane_offer(lane, i, 1, sizeof id, &id);
 }
 
 /* Lanes that need no leg. */
@@ -272,21 +305,21 @@ static void fill_simple(struct rmap_compact_decoder *decoder, const struct rmap_
 {
     struct rmap_lane *lane = decoder->lane;
     const uint8_t *channel = rows->data[RMAP_STREAM_ray_channel];
-    uint64_t id = first;
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        double weight = 1.0, wavelength = rmap_wavelength_of(decoder->model, channel[i]);
-        int32_t primitive = -1;
-        (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_id], i, 1, sizeof id, &id);
-        if (columns & BIT(RMAP_RAY_weight))
-            (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_weight], i, 1, sizeof weight, &weight);
-        if (columns & BIT(RMAP_RAY_wavelength))
-            (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_wavelength], i, 1, sizeof wavelength,
-                                  &wavelength);
-        if (columns & BIT(RMAP_RAY_start_primitive))
-            (void)rmap_lane_offer(&lane[RMAP_LANE_RAY_start_primitive], i, 1, sizeof primitive,
-                                  &primitive);
-        id++;
-    }
+    size_t n = out->n_row[RMAP_TABLE_RAY];
+    if (columns & BIT(RMAP_RAY_id))
+        fill_ids(&lane[RMAP_LANE_RAY_id], first, n, out->ray.id);
+    for (size_t i = 0; i < n && (columns & BIT(RMAP_RAY_weight)); i++)
+        out->ray.weight[i] = 1.0;
+    for (size_t i = 0; i < n && (columns & BIT(RMAP_RAY_wavelength)); i++)
+        out->ray.wavelength[i] = rmap_wavelength_of(decoder->model, channel[i]);
+    for (size_t i = 0; i < n && (columns & BIT(RMAP_RAY_start_primitive)); i++)
+        out->ray.start_primitive[i] = -1;
+    if (columns & BIT(RMAP_RAY_weight))
+        correct(&lane[RMAP_LANE_RAY_weight]);
+    if (columns & BIT(RMAP_RAY_wavelength))
+        correct(&lane[RMAP_LANE_RAY_wavelength]);
+    if (columns & BIT(RMAP_RAY_start_primitive))
+        correct(&lane[RMAP_LANE_RAY_start_primitive]);
 }
 
 /* Media: what the paths say stands in the column; offered to itself it becomes the truth. */

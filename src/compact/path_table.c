@@ -50,10 +50,13 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                                                   .n_registration = n_registration[i],
                                                   .segment = segment,
                                                   .registration = registration};
-        rmap_path_unfold(model, source[i], stop[i], n_segment[i], object + segment, event + segment,
-                         table->object + segment, table->event + segment);
-        rmap_path_media(model, source[i], table->object + segment, table->event + segment,
-                        n_segment[i], table->medium + segment);
+        const struct rmap_folded_path folded = {.source = source[i],
+                                                .stop = stop[i],
+                                                .n = n_segment[i],
+                                                .object = object + segment,
+                                                .event = event + segment};
+        rmap_path_unfold(model, &folded, table->object + segment, table->event + segment,
+                         table->medium + segment);
         segment += n_segment[i];
         registration += n_registration[i];
     }
@@ -120,29 +123,42 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
            table->n_registration * crossing;
 }
 
-void rmap_path_unfold(const struct rmap_compact_model *model, int32_t source, uint8_t stop,
-                      size_t n, const uint32_t *object, const uint32_t *event, int32_t *object_out,
-                      uint32_t *event_out)
+/* What light of medium `now` comes to at an object. Bits instead of branches: whether it goes
+ * through is anybody's guess. */
+static inline int32_t medium_after(const struct rmap_compact_body *body, int32_t now,
+                                   uint32_t event)
+{
+    uint32_t from_front = (uint32_t)0 - (body->medium_front == now);
+    uint32_t front = (uint32_t)body->medium_front, back = (uint32_t)body->medium_back;
+    uint32_t far = front ^ ((front ^ back) & from_front);
+    uint32_t through = event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE);
+    uint32_t goes = (uint32_t)0 - ((through != 0) & (far <= INT32_MAX));
+    return (int32_t)((uint32_t)now ^ (((uint32_t)now ^ far) & goes));
+}
+
+void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
+                      int32_t *object_out, uint32_t *event_out, int16_t *medium_out)
 {
     static const struct rmap_compact_body nobody = {-1, -1, 0, INT32_MIN, false};
     const struct rmap_compact_body *body = &nobody;
-    int32_t medium = rmap_first_medium(model, source);
+    int32_t medium = rmap_first_medium(model, path->source);
     uint32_t before = 0; /* 1 + object */
-    for (size_t k = 0; k < n; k++) {
-        uint32_t now = object[k];
+    for (size_t k = 0; k < path->n; k++) {
+        uint32_t now = path->object[k];
         /* a branch that is predicted: the next legs need not wait for this one */
-        if (body->inside == medium && (now == 0 || now == before))
+        if ((now == 0 || now == before) && body->inside == medium)
             now = before - now;
         body = now > 0 && now <= model->n_object ? &model->body[now - 1] : &nobody;
-        uint32_t happened = event[k] ^ (k + 1 < n ? body->expected : rmap_event_at_end(stop));
+        uint32_t happened = path->event[k] ^ body->expected;
         if (object_out)
             object_out[k] = (int32_t)(now - 1);
         if (event_out)
             event_out[k] = happened;
-        if (happened & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE)) {
-            int32_t far = body->medium_front == medium ? body->medium_back : body->medium_front;
-            medium = far >= 0 ? far : medium;
-        }
+        if (medium_out)
+            medium_out[k] = (int16_t)medium;
+        medium = medium_after(body, medium, happened);
         before = now;
     }
+    if (event_out && path->n > 0) /* another one is expected there */
+        event_out[path->n - 1] = path->event[path->n - 1] ^ rmap_event_at_end(path->stop);
 }

@@ -45,10 +45,17 @@ enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t
                                      uint64_t hash, uint32_t *reference_ret, bool *added_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* Objects and events of n legs from what is stored of them; either may be NULL. */
-void rmap_path_unfold(const struct rmap_compact_model *model, int32_t source, uint8_t stop,
-                      size_t n, const uint32_t *object, const uint32_t *event, int32_t *object_out,
-                      uint32_t *event_out);
+/* A path as it is stored. */
+struct rmap_folded_path {
+    int32_t source;
+    uint8_t stop;
+    size_t n; /* legs */
+    const uint32_t *object, *event;
+};
+
+/* Objects, events and media (as rmap_path_media says) of its legs; any of them may be NULL. */
+void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
+                      int32_t *object_out, uint32_t *event_out, int16_t *medium_out);
 
 /* A path of the dictionary, decoded. */
 struct rmap_known_path {
