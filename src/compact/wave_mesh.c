@@ -31,31 +31,63 @@ static inline void gather_corners(const struct rmap_wave_pack *p, struct corners
         }
 }
 
-/* x, y, z with the axis `last` as the last one. */
-static inline void turn_axes(const double last[W], const double x[W], const double y[W],
+/* All ones for the axis that is to be the last; written out, as some of these loops came out with
+ * branches that nobody can predict. */
+struct last {
+    quad_order x, y, z;
+};
+
+static inline void get(const double from[4], quad *to)
+{
+    memcpy(to, from, sizeof *to);
+}
+
+static inline void choose(const struct last *m, const quad *x, const quad *y, const quad *z,
+                          double to[4])
+{
+    quad_order chosen = (m->x & (quad_order)*x) | (m->y & (quad_order)*y) | (m->z & (quad_order)*z);
+    memcpy(to, &chosen, sizeof chosen);
+}
+
+/* Numbers [at, at + 4) of x, y, z with the last axis at the end. */
+static inline void turn_axes(const struct last *last, int at, const double x[W], const double y[W],
                              const double z[W], double (*turned)[W])
 {
-    EACH
-    {
-        turned[0][i] = last[i] == 0.0 ? y[i] : last[i] == 1.0 ? z[i] : x[i];
-        turned[1][i] = last[i] == 0.0 ? z[i] : last[i] == 1.0 ? x[i] : y[i];
-        turned[2][i] = last[i] == 0.0 ? x[i] : last[i] == 1.0 ? y[i] : z[i];
-    }
+    quad vx, vy, vz;
+    get(x + at, &vx);
+    get(y + at, &vy);
+    get(z + at, &vz);
+    choose(last, &vy, &vz, &vx, turned[0] + at);
+    choose(last, &vz, &vx, &vy, turned[1] + at);
+    choose(last, &vx, &vy, &vz, turned[2] + at);
+}
+
+static inline void find_last(const struct local *l, int at, struct last *last)
+{
+    const quad_order size = {INT64_MAX, INT64_MAX, INT64_MAX, INT64_MAX}; /* without the sign */
+    quad x, y, z;
+    get(l->dx + at, &x);
+    get(l->dy + at, &y);
+    get(l->dz + at, &z);
+    quad d0 = (quad)((quad_order)x & size), d1 = (quad)((quad_order)y & size);
+    quad d2 = (quad)((quad_order)z & size);
+    quad_order x_first = d0 > d1;
+    quad larger = (quad)(((quad_order)d0 & x_first) | ((quad_order)d1 & ~x_first));
+    last->z = d2 > larger;
+    last->x = x_first & ~last->z;
+    last->y = ~x_first & ~last->z;
 }
 
 static inline void turn_corners(const struct local *l, struct corners *c)
 {
-    double last[W];
-    EACH
-    {
-        double d0 = fabs(l->dx[i]), d1 = fabs(l->dy[i]), d2 = fabs(l->dz[i]);
-        double larger = d0 > d1 ? d0 : d1, of_two = d0 > d1 ? 0.0 : 1.0;
-        last[i] = d2 > larger ? 2.0 : of_two;
+    for (int i = 0; i < W; i += 4) {
+        struct last last;
+        find_last(l, i, &last);
+        turn_axes(&last, i, l->ox, l->oy, l->oz, c->from);
+        turn_axes(&last, i, l->dx, l->dy, l->dz, c->way);
+        for (int k = 0; k < 3; k++)
+            turn_axes(&last, i, c->at[k][0], c->at[k][1], c->at[k][2], c->turned[k]);
     }
-    turn_axes(last, l->ox, l->oy, l->oz, c->from);
-    turn_axes(last, l->dx, l->dy, l->dz, c->way);
-    for (int k = 0; k < 3; k++)
-        turn_axes(last, c->at[k][0], c->at[k][1], c->at[k][2], c->turned[k]);
 }
 
 static inline void meet_triangles(const struct corners *c, struct local *l,
