@@ -272,15 +272,16 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
     const uint32_t *triangle = rows->data[RMAP_STREAM_triangle];
     size_t n = out->n_row[RMAP_TABLE_SEGMENT], n_triangle = rows->n_row[RMAP_COMPACT_TRIANGLE];
     size_t k = 0;
-    if (n_triangle == 0)
-        for (size_t i = 0; i < n; i++)
-            out->segment.primitive[i] = out->segment.object[i] < 0 ? -1 : 0;
+    for (size_t i = 0; i < n && n_triangle == 0; i++)
+        out->segment.primitive[i] = out->segment.object[i] < 0 ? -1 : 0;
     for (size_t i = 0; i < n && n_triangle > 0; i++) {
         /* no branch: whether it is a mesh is anybody's guess */
-        enum rmap_primitive_kind kind = rmap_primitive_kind(model, out->segment.object[i]);
-        int32_t next = (int32_t)triangle[k < n_triangle ? k : 0];
-        bool listed = kind == RMAP_PRIMITIVE_LISTED;
-        out->segment.primitive[i] = listed ? next : rmap_primitive_plain(kind);
+        size_t object = (uint32_t)out->segment.object[i];
+        uint32_t listed = model->body[object < model->n_object ? object : model->n_object].mesh;
+        uint32_t plain = out->segment.object[i] < 0 ? UINT32_MAX : 0;
+        uint32_t next = triangle[k < n_triangle ? k : 0];
+        uint32_t primitive = plain ^ ((plain ^ next) & ((uint32_t)0 - listed));
+        out->segment.primitive[i] = (int32_t)primitive;
         k += listed;
     }
     correct(lane);

@@ -240,6 +240,7 @@ static void set_guide(const struct rmap_scene *scene, const struct rmap_compact_
         break;
     case RMAP_FACING_QUADRIC:
         guide->wave = RMAP_WAVE_QUADRIC;
+        guide->quadric = 1;
         break;
     case RMAP_FACING_ASPHERE:
         guide->wave = RMAP_WAVE_ALONE;

@@ -50,6 +50,7 @@ struct rmap_compact_guide {
     uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
     uint32_t wave;       /* kind of its legs, as wave.h has them */
     uint32_t stride;     /* floats from the corners of one triangle to those of the next */
+    uint32_t quadric;    /* 1: legs that start on it are of the next kind; or else 0 */
     size_t n_primitive;  /* of others, legs go alone */
     const float *corner; /* of a triangle; of other objects, what is read first */
 };
@@ -66,7 +67,7 @@ struct rmap_compact_model {
     int n_channel;
     size_t n_object, n_source, n_medium, n_detector;
     struct rmap_compact_object *object; /* [n_object] */
-    struct rmap_compact_body *body;     /* [n_object] */
+    struct rmap_compact_body *body;     /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_guide *guide;   /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */

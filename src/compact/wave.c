@@ -67,22 +67,23 @@ static uint32_t turn_of(uint32_t event)
                                                                               : turn;
 }
 
-/* A leg that starts on the object `from`, and is not the last. */
-static void set_leg(const struct rmap_retrace *r, size_t row, int32_t from,
-                    struct rmap_wave_leg *leg)
+/* A leg that starts on the object `from`, and is not the last. No branches: what a ray meets is
+ * anybody's guess. */
+static inline void set_leg(const struct rmap_retrace *r, size_t row, int32_t from,
+                           struct rmap_wave_leg *leg)
 {
     const struct rmap_compact_model *model = r->model;
     size_t object = (uint32_t)r->object[row], primitive = (uint32_t)r->primitive[row];
     object = object < model->n_object ? object : model->n_object;
     const struct rmap_compact_guide *guide = &model->guide[object];
-    uint32_t event = r->event[row], kind = guide->wave, turn = turn_of(event);
-    bool there = primitive < guide->n_primitive;
-    kind += (kind == RMAP_WAVE_QUADRIC) & (r->object[row] == from);
-    kind = there ? kind : RMAP_WAVE_ALONE;
-    leg->corner = guide->corner + (there ? guide->stride * primitive : 0);
+    uint32_t event = r->event[row], turn = turn_of(event);
+    uint32_t there = (uint32_t)0 - (primitive < guide->n_primitive);
+    uint32_t kind = (guide->wave + (guide->quadric & (r->object[row] == from))) & there;
+    uint32_t turns = (uint32_t)0 - (kind > RMAP_WAVE_NOTHING);
+    leg->corner = guide->corner + (size_t)(guide->stride & there) * primitive;
     leg->object = (uint32_t)object;
     leg->medium = r->medium[row];
-    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + (kind > RMAP_WAVE_NOTHING ? turn : 0));
+    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + (turn & turns));
     leg->flags = (uint8_t)((event & RMAP_EVENT_LEFT ? RMAP_WAVE_LEFT : 0) |
                            (event & guide->grey[0] ? RMAP_WAVE_GREY_BACK : 0) |
                            (event & guide->grey[1] ? RMAP_WAVE_GREY_FRONT : 0));
@@ -99,6 +100,17 @@ static void mark_crossings(struct rmap_wave_run *run, struct rmap_wave_leg *leg,
     run->ready_crossing += n_crossing;
 }
 
+/* A quadric of a ray's first leg may be the one that the ray starts on. */
+static void set_first(const struct rmap_retrace *r, size_t ray, struct rmap_wave_leg *leg)
+{
+    uint32_t kind = leg->queue / RMAP_WAVE_TURNS, turn = leg->queue % RMAP_WAVE_TURNS;
+    bool own = r->start_object[ray] >= 0 && (uint32_t)r->start_object[ray] == leg->object;
+    if (kind != RMAP_WAVE_QUADRIC && kind != RMAP_WAVE_OWN_QUADRIC)
+        return;
+    kind = own ? RMAP_WAVE_OWN_QUADRIC : RMAP_WAVE_QUADRIC;
+    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + turn);
+}
+
 /* Departures and legs of the next rays. */
 static void make_ready(struct rmap_wave_run *run)
 {
@@ -108,12 +120,15 @@ static void make_ready(struct rmap_wave_run *run)
     rmap_wave_depart(r, run->ready, last, run->departure);
     for (size_t i = run->ready; i < last; i++)
         end += r->segment_count[i];
-    for (size_t k = row; k < end; k++)
-        set_leg(r, k, k > 0 ? r->object[k - 1] : -1, &run->wave->leg[k]);
+    int32_t from = -1;
+    for (size_t k = row; k < end; k++) {
+        set_leg(r, k, from, &run->wave->leg[k]);
+        from = r->object[k];
+    }
     for (; run->ready < last; run->ready++) {
         size_t n = r->segment_count[run->ready];
         if (n > 0)
-            set_leg(r, row, r->start_object[run->ready], &run->wave->leg[row]);
+            set_first(r, run->ready, &run->wave->leg[row]);
         if (r->crossing_segment)
             mark_crossings(run, run->wave->leg + row, n);
         row += n;

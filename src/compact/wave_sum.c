@@ -45,14 +45,12 @@ static double index_of(const struct rmap_compact_light *light, const struct rmap
     return medium->dispersive ? rmap_light_mean(light, medium->n) : medium->n[light->begin];
 }
 
-static inline void note_colour(const struct rmap_compact_light *light, size_t row,
-                               struct rmap_portion *out)
+static inline void note_colour(const struct rmap_compact_light *light, size_t n, uint16_t *out)
 {
-    size_t n = (size_t)out->n_channel;
     if (n == 3) /* worth a copy of constant size */
-        memcpy(out->colour + row * 3, light->quantised, 3 * sizeof *out->colour);
+        memcpy(out, light->quantised, 3 * sizeof *out);
     else
-        memcpy(out->colour + row * n, light->quantised, n * sizeof *out->colour);
+        memcpy(out, light->quantised, n * sizeof *out);
 }
 
 /* Registrations on a leg: their optical paths are distances from its start yet. */
@@ -77,8 +75,9 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
         (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->length, false, light);
     if (light->changed)
         rmap_light_quantise(r->model->n_channel, light);
+    size_t n = (size_t)r->model->n_channel;
     if (sum->run->out->colour)
-        note_colour(light, row, sum->run->out);
+        note_colour(light, n, sum->run->out->colour + n * row);
     if (sum->crossing < sum->crossing_end)
         sum_crossings(sum, row, index);
     if (!(leg->flags & RMAP_WAVE_LEFT)) {
@@ -93,24 +92,30 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
 static size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_light *light)
 {
     const struct rmap_retrace *r = sum->run->r;
-    struct rmap_portion *out = sum->run->out;
-    bool single = light->end - light->begin == 1, colour = r->colour && out->colour;
+    uint16_t *colour = r->colour ? sum->run->out->colour : NULL;
+    bool single = light->end - light->begin == 1;
+    size_t n = (size_t)r->model->n_channel, end = sum->end, channel = (size_t)light->begin;
+    double path_length = sum->path_length, optical_path = sum->optical_path;
     const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
-    for (; row < sum->end; row++, leg++) {
+    for (; row < end; row++, leg++) {
         const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
         bool front = leg->cosine < 0.0;
         if (!single && ((medium && (medium->dispersive || medium->absorbing)) ||
                         !(leg->flags & (front ? RMAP_WAVE_GREY_FRONT : RMAP_WAVE_GREY_BACK))))
             break;
-        double index = r->colour && medium ? medium->n[light->begin] : 1.0;
+        double index = r->colour && medium ? medium->n[channel] : 1.0;
         if (colour)
-            note_colour(light, row, out);
-        if (sum->crossing < sum->crossing_end)
+            note_colour(light, n, colour + n * row);
+        if (leg->flags & RMAP_WAVE_CROSSES) {
+            sum->optical_path = optical_path;
             sum_crossings(sum, row, index);
+        }
         double length = leg->flags & RMAP_WAVE_LEFT ? 0.0 : leg->length;
-        sum->path_length += length;
-        sum->optical_path += index * length;
+        path_length += length;
+        optical_path += index * length;
     }
+    sum->path_length = path_length;
+    sum->optical_path = optical_path;
     return row;
 }
 
