@@ -17,6 +17,7 @@ import sys
 sys.dont_write_bytecode = True
 
 import judge_dice
+import judge_sample
 import judge_scene
 from judge import Judge
 from judge_map import PlainMap
@@ -112,6 +113,49 @@ def check_complements(target, dice, judge, n):
             fail(f"{target}: {a} and {b}: {rays}")
 
 
+def check_lists(target, verdicts, n):
+    """--limit and --sample against sorting all rays that match; the same for any ranks."""
+    plain = verdicts.judge.map
+    for k, text in enumerate(verdicts.texts[:n]):
+        ids = [int(ray) for ray in plain.ray["id"][verdicts.judge.match(text)]]
+        number, seed = verdicts.dice.one_of(1, 3, 40), verdicts.dice.one_of(1, 7, 2 ** 40)
+        for options, want in ((["--limit", number], sorted(ids)[:number]),
+                              (["--sample", number, "--seed", seed],
+                               judge_sample.sample(ids, number, seed))):
+            given = ["query", target, text, *verdicts.options, *options, "--json", "--quiet"]
+            out = program(*given).stdout
+            if [ray["ray"] for ray in json.loads(out)] != want:
+                fail(f"{target}: {text} {options}: not rays {want}")
+            if program(*given, "--threads", "3", ranks=2 + k % 3).stdout != out:
+                fail(f"{target}: {text} {options}: {2 + k % 3} ranks say something else")
+
+
+def check_part(name, target, verdicts, n):
+    """A map of a query holds the rays of the query and no others; false: there is no such thing."""
+    judge, part = verdicts.judge, f"{name}-part.raymap"
+    for k in range(n):
+        text, second = verdicts.texts[k], verdicts.texts[k + 1]
+        done = program("query", target, text, *verdicts.options, "-o", part, "--force", "--quiet",
+                       ranks=1 + k % 3, check=False)
+        if done.returncode in (2, 3):
+            return False
+        if done.returncode != 0:
+            fail(f"{target}: {text} -o {part}: status {done.returncode}: {done.stderr}")
+            continue
+        found = judge.match(text)
+        wanted = [expected(judge.map, found), expected(judge.map, found & judge.match(second))]
+        for want, answer in zip(wanted, ask(part, ["all", second], *verdicts.options)):
+            if not agrees(want, answer):
+                fail(f"{part} of {text}: {answer['criterion']}\n     the judge: {want}\n"
+                     f"     the program: {answer['rays']} {answer['segments']} {answer['flux']}")
+        listed = program("query", part, "all", "--limit", 10 ** 6, "--json", "--quiet").stdout
+        if listed != program("query", target, text, *verdicts.options, "--limit", 10 ** 6, "--json",
+                             "--quiet").stdout:
+            fail(f"{part} of {text}: its rays are not those of {target}")
+        program("verify", part, "--quiet")
+    return True
+
+
 class Verdicts:
     """Random criteria for a map, and what the judge finds there."""
 
@@ -166,6 +210,9 @@ def judge_scene_in(name, scene, n_ray, k):
             verdicts.compare(target, ranks=ranks)
     else:
         verdicts.missing.add("raymap index")
+    check_lists(plain, verdicts, max(2, N_CRITERION // 30))
+    if not check_part(name, compact if k == 1 else plain, verdicts, max(2, N_CRITERION // 60)):
+        verdicts.missing.add("query -o NEW.raymap")
     check_complements(plain, verdicts.dice, verdicts.judge, max(2, N_CRITERION // 60))
     return verdicts.missing
 
