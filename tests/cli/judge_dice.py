@@ -15,9 +15,8 @@ SURFACE_NUMBERS = ("reflectance", "reflect_specular", "reflect_diffuse", "transm
 
 
 class Dice:
-    def __init__(self, plain_map, seed, path=True):
+    def __init__(self, plain_map, seed):
         self.map, self.random = plain_map, random.Random(seed)
-        self.use_path = path
         self.lets = {}  # name: text
 
     # ------------------------------------------------------------------ words
@@ -307,8 +306,8 @@ class Dice:
 
     def test(self, judge):
         kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "ended", "number",
-                 "number", "registered", "registered", "any"]
-        kind = self.random.choice(kinds + (["path", "path"] if self.use_path else []))
+                 "number", "registered", "registered", "any", "path", "path"]
+        kind = self.random.choice(kinds)
         if kind == "path":
             return f'path("{self.path(judge.paths)}")'
         if kind in ("registered", "any") and not self.map.names["detector"]:

@@ -26,6 +26,7 @@ PROGRAM, SOURCE = os.environ["RAYMAP"], pathlib.Path(os.environ["SOURCE_DIR"])
 N_CRITERION = int(os.environ.get("RAYMAP_JUDGE", "60"))
 SEED = int(os.environ.get("RAYMAP_JUDGE_SEED", "1"))
 TIMES = int(os.environ.get("RAYMAP_JUDGE_RAYS", "1"))
+EVERYTHING = N_CRITERION > 60
 AT_ONCE = 40
 
 failures = 0
@@ -37,21 +38,15 @@ def fail(text):
     print("FAIL " + text, flush=True)
 
 
-def program(*arguments, ranks=1, check=True):
+def program(*arguments, ranks=1, check=True, lines=""):
     command = [PROGRAM, *map(str, arguments)]
     if ranks > 1:
         command = ["mpirun", "-np", str(ranks), *command]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                          check=False)
+                          check=False, input=lines)
     if check and done.returncode != 0:
         sys.exit(f"{' '.join(command)[:2000]}: status {done.returncode}\n{done.stderr}")
     return done
-
-
-def knows(text):
-    """Whether the program has an option: "query --criteria"."""
-    command, option = text.split()
-    return option in program(command, "--help", check=False).stdout
 
 
 def trace(scene, name, n_ray, *options, ranks=1):
@@ -160,19 +155,13 @@ class Verdicts:
     """Random criteria for a map, and what the judge finds there."""
 
     def __init__(self, name, target, n_criterion, seed):
-        self.options, self.missing = [], set()
+        self.missing = set()
         plain = PlainMap(target)
         self.judge = Judge(plain)
-        has_path = program("query", target, 'path(".*")', check=False).returncode == 0
-        self.dice = judge_dice.Dice(plain, seed, path=has_path)
-        if not has_path:
-            self.missing.add("path(...)")
-        if knows("query --criteria"):
-            with open(name + ".criteria", "w", encoding="utf-8") as file:
-                file.write("\n".join(self.dice.let(self.judge) for _ in range(4)) + "\n")
-            self.options = ["--criteria", name + ".criteria"]
-        else:
-            self.missing.add("let and @names")
+        self.dice = judge_dice.Dice(plain, seed)
+        with open(name + ".criteria", "w", encoding="utf-8") as file:
+            file.write("\n".join(self.dice.let(self.judge) for _ in range(4)) + "\n")
+        self.options = ["--criteria", name + ".criteria"]
         self.texts = [self.dice.criterion(self.judge) for _ in range(n_criterion)]
         self.wanted = [expected(plain, self.judge.match(text)) for text in self.texts]
         some = sum(0 < want["rays"] < plain.n_ray for want in self.wanted)
@@ -180,38 +169,47 @@ class Verdicts:
               f"criteria select some and not all", flush=True)
 
     def compare(self, target, *options, ranks=1):
-        options, bad = self.options + list(options), 0
-        answers = ask(target, self.texts, *options, ranks=ranks)
+        answers = ask(target, self.texts, *self.options, *options, ranks=ranks)
+        self._judge(f"{target}, {ranks} ranks {' '.join(options)}", answers)
+
+    def compare_session(self, target, *options, ranks=1):
+        """Each question twice: the second time of what the first one left in memory."""
+        out = program("session", target, *self.options, *options, "--quiet", ranks=ranks,
+                      lines="".join(text + "\n" for text in 2 * self.texts)).stdout
+        answers = [json.loads(line) for line in out.splitlines()]
+        for half in (answers[:len(self.texts)], answers[len(self.texts):]):
+            self._judge(f"session {target}, {ranks} ranks {' '.join(options)}", half)
+
+    def _judge(self, where, answers):
+        bad = abs(len(answers) - len(self.texts))
+        if bad:
+            fail(f"{where}: {len(answers)} answers to {len(self.texts)} questions")
         for text, want, answer in zip(self.texts, self.wanted, answers):
             if not agrees(want, answer):
                 bad += 1
-                fail(f"{target}, {ranks} ranks {' '.join(options)}: {text}\n"
-                     f"     the judge: {want}\n"
+                fail(f"{where}: {text}\n     the judge: {want}\n"
                      f"     the program: {answer['rays']} {answer['segments']} {answer['flux']}")
-        print(f"{target}, {ranks} ranks {' '.join(options)}: {len(self.texts)} criteria, "
-              f"{bad} disagree", flush=True)
+        print(f"{where}: {len(self.texts)} criteria, {bad} disagree", flush=True)
 
 
 def judge_scene_in(name, scene, n_ray, k):
     """All maps of a scene against the judge; what the program does not know yet."""
     plain = trace(scene, f"{name}.raymap", n_ray)
-    verdicts = Verdicts(name, plain, N_CRITERION // 3, SEED * 1000 + k)
-    verdicts.compare(plain)
-    verdicts.compare(plain, ranks=2 + k)
-    check_paths(name, verdicts, N_CRITERION // 10)
     pieces = trace(scene, f"{name}-pieces.raymap", n_ray, "--piece-size", "1Mi", "--encoding",
                    ("plain", "compact")[k % 2], ranks=2 + (k + 1) % 2)
-    verdicts.compare(pieces, "--threads", "3")
     compact = trace(scene, f"{name}-compact.raymap", n_ray, "--encoding", "compact")
-    verdicts.compare(compact)
-    if program("index", "--help", check=False).returncode == 0:
-        for target, ranks in ((plain, 1), (compact, 2), (pieces, 3)):
-            program("index", target, "--quiet")
-            verdicts.compare(target, ranks=ranks)
-    else:
-        verdicts.missing.add("raymap index")
-    check_lists(plain, verdicts, max(2, N_CRITERION // 30))
-    if not check_part(name, compact if k == 1 else plain, verdicts, max(2, N_CRITERION // 60)):
+    verdicts = Verdicts(name, plain, N_CRITERION // 3, SEED * 1000 + k)
+    check_paths(name, verdicts, N_CRITERION // 10)
+    maps = ((plain, 2 + k), (compact, 1), (pieces, 3 - k))
+    for number, (target, ranks) in enumerate(maps):
+        if EVERYTHING or number == k:
+            verdicts.compare(target, "--threads", "3")
+        program("index", target, "--quiet")
+        verdicts.compare(target, ranks=ranks)
+        if EVERYTHING or number != k:
+            verdicts.compare_session(target, *(("--memory", "1Mi") if number == 2 else ()))
+    check_lists(plain, verdicts, max(1, N_CRITERION // 40))
+    if not check_part(name, (pieces, plain, compact)[k], verdicts, max(1, N_CRITERION // 60)):
         verdicts.missing.add("query -o NEW.raymap")
     check_complements(plain, verdicts.dice, verdicts.judge, max(2, N_CRITERION // 60))
     return verdicts.missing
@@ -221,8 +219,8 @@ def main():
     pathlib.Path("box.obj").write_text(judge_scene.BOX, encoding="utf-8")
     pathlib.Path("odd.yaml").write_text(judge_scene.SCENE, encoding="utf-8")
     examples = SOURCE / "examples"
-    scenes = (("odd", "odd.yaml", 9000), ("lens", examples / "double-gauss/scene.yaml", 6000),
-              ("room", examples / "room/scene.yaml", 4500))
+    scenes = (("odd", "odd.yaml", 9000), ("lens", examples / "double-gauss/scene.yaml", 5000),
+              ("room", examples / "room/scene.yaml", 4200))
     missing = set()
     for k, (name, scene, n_ray) in enumerate(scenes):
         missing |= judge_scene_in(name, scene, TIMES * n_ray, k)
