@@ -92,24 +92,28 @@ static enum rmap_status add_leftover(struct rmap_map *map, const struct rmap_lef
 }
 
 /* Of two portions that share some of their rays, neither holding all of the other's, one is left
- * out: that of the index stays, else the first. Its other rays are missing then. */
+ * out: that of the index stays, else the first. Its other rays are missing then. Portions with gaps
+ * may lie within others. */
 static enum rmap_status drop_overlaps(struct rmap_map *map, struct rmap_error *err)
 {
     struct rmap_map_content *content = &map->content;
+    struct rmap_portion_info *list = content->portion, *last = NULL; /* kept, without gaps */
     size_t kept = 0, n_dropped;
     for (size_t i = 0; i < content->n_portion; i++) {
-        const struct rmap_portion_info *next = &content->portion[i];
-        struct rmap_portion_info *last = kept > 0 ? &content->portion[kept - 1] : NULL;
+        const struct rmap_portion_info *next = &list[i];
         struct rmap_error text = {0};
-        if (!last || next->first_ray - last->first_ray >= last->n_row[RMAP_TABLE_RAY] ||
-            (!last->is_added && !next->is_added)) {
-            content->portion[kept++] = *next;
+        bool gaps = rmap_portion_has_gaps(next);
+        if (gaps || !last || next->first_ray >= rmap_portion_end(last) ||
+            !(last->is_added || next->is_added)) {
+            list[kept] = *next;
+            last = gaps ? last : &list[kept];
+            kept++;
             continue;
         }
-        bool drop_last = last->is_added && !next->is_added;
+        bool drop_last = last == &list[kept - 1] && !next->is_added;
         const struct rmap_portion_info *dropped = drop_last ? last : next;
         (void)rmap_error_set(&text, RMAP_FORMAT,
-                             "%s and %s hold some rays from %llu on both: the block from ray %llu "
+                             "%s and %s both hold some rays from %llu on: the block from ray %llu "
                              "on of %s does not count",
                              content->piece[last->piece].name, content->piece[next->piece].name,
                              (unsigned long long)next->first_ray,
