@@ -87,8 +87,8 @@ static enum rmap_status ask_map(const struct search *search, size_t store,
         RMAP_TRY(rmap_count_init(&count[q], rmap_map_scene(map)->n_source, err));
     }
     double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
-    RMAP_TRY(rmap_scan_map(&search->bench->alone, map, criterion, n_question, count, NULL,
-                           UINT64_MAX, err));
+    RMAP_TRY(rmap_scan_map(&search->bench->alone, map, criterion, n_question, RMAP_DEAL_SHARES,
+                           count, err));
     *answer = (struct answer){.seconds = rmap_clock_seconds() - begun,
                               .cpu = rmap_bench_cpu() - cpu,
                               .n_ray = count[0].rays};

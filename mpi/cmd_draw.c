@@ -123,7 +123,7 @@ static enum rmap_status run_draw(const struct rmap_context *context,
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_portion *rays = NULL;
-    struct rmap_count all = {0}, some = {0};
+    struct rmap_count all = {0};
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
@@ -135,17 +135,14 @@ static enum rmap_status run_draw(const struct rmap_context *context,
         request.where = rmap_criterion_text(criterion);
     if (st == RMAP_OK)
         st = rmap_count_init(&all, scene->n_source, err);
-    if (st == RMAP_OK)
-        st = rmap_count_init(&some, scene->n_source, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_scan_map(context, map, &criterion, 1, &all, NULL, UINT64_MAX, err));
-    RMAP_TRY(rmap_scan_map(context, map, &criterion, 1, &some, &rays, request.limit, err));
+    RMAP_TRY(rmap_scan_map(context, map, &criterion, 1, RMAP_DEAL_SHARES, &all, err));
+    RMAP_TRY(rmap_scan_collect(context, map, criterion, request.limit, &rays, err));
     if (context->rank == 0)
         st = show(context, &request, map, rays, all.rays, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_count_fini(&all);
-    rmap_count_fini(&some);
     rmap_portion_destroy(rays);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);

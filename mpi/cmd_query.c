@@ -161,8 +161,9 @@ static enum rmap_status count_rays(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
-    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->asked.n, search->count,
-                           NULL, UINT64_MAX, err));
+    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->asked.n,
+                           request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
+                           search->count, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,

@@ -33,8 +33,8 @@ static enum rmap_status wait(struct rmap_parts *parts, const struct rmap_workers
 {
     const struct timespec millisecond = {.tv_nsec = 1000000};
     enum rmap_status st = RMAP_OK;
-    while (!rmap_workers_done(workers)) {
-        if (st == RMAP_OK && parts->meanwhile)
+    while (parts->meanwhile && !rmap_workers_done(workers)) { /* else joining them waits */
+        if (st == RMAP_OK)
             st = parts->meanwhile(parts->context, err);
         if (st != RMAP_OK)
             atomic_store(&parts->abandoned, true);

@@ -1,21 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/scan.h"
 
-#include <stdatomic.h>
-
 #include "base/alloc.h"
-#include "base/workers.h"
 #include "mpi/agree.h"
-#include "mpi/gather.h"
+#include "mpi/parts.h"
+#include "mpi/ray_stream.h"
 
-/* What one thread scans. */
-struct part {
-    const struct scan *scan;
-    size_t first, last;       /* portions */
-    struct rmap_count *count; /* [n_criterion] */
-    struct rmap_portion *collect;
-    enum rmap_status status;
-    struct rmap_error error;
+/* A thread's sums. */
+struct worker {
+    struct rmap_query_scanner *scanner; /* made when first needed */
+    struct rmap_count *count;           /* [n_criterion] */
 };
 
 struct scan {
@@ -23,10 +17,9 @@ struct scan {
     const struct rmap_map *map;
     struct rmap_criterion *const *criterion;
     size_t n_criterion, n_source;
-    uint64_t limit;
-    bool collecting;
-    struct part *part; /* [n_thread] */
-    _Atomic int next;  /* part that the next free thread takes: fewer threads may start */
+    struct rmap_deal deal;
+    struct rmap_parts parts;
+    struct worker *worker; /* [n_thread] */
 };
 
 static uint64_t rows(const struct rmap_map *map, size_t portion)
@@ -60,85 +53,83 @@ void rmap_scan_range(const struct rmap_map *map, size_t first, size_t last, int 
         *first_ret = *last_ret;
 }
 
-static void scan_parts(void *context, int thread)
-{
-    struct scan *scan = context;
-    (void)thread;
-    for (;;) {
-        int i = atomic_fetch_add(&scan->next, 1);
-        if (i >= scan->context->n_thread)
-            return;
-        struct part *part = &scan->part[i];
-        part->status =
-            rmap_query_scan(scan->map, scan->criterion, scan->n_criterion, part->first, part->last,
-                            part->count, part->collect, scan->limit, &part->error);
-    }
-}
-
-static void destroy_parts(struct scan *scan)
-{
-    for (int i = 0; scan->part && i < scan->context->n_thread; i++) {
-        for (size_t c = 0; scan->part[i].count && c < scan->n_criterion; c++)
-            rmap_count_fini(&scan->part[i].count[c]);
-        rmap_free(scan->part[i].count);
-        rmap_portion_destroy(scan->part[i].collect);
-    }
-    rmap_free(scan->part);
-    scan->part = NULL;
-}
-
-static enum rmap_status create_parts(struct scan *scan, struct rmap_error *err)
+/* Portions that follow each other are scanned in one go. */
+static enum rmap_status scan_part(struct scan *scan, struct worker *worker, size_t part,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    int n_thread = scan->context->n_thread;
-    scan->part = rmap_alloc((size_t)n_thread, sizeof *scan->part);
-    if (!scan->part)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread);
-    for (int i = 0; i < n_thread; i++) {
-        struct part *part = &scan->part[i];
-        part->count = rmap_alloc(scan->n_criterion, sizeof *part->count);
-        if (!part->count)
-            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the counts"));
-        for (size_t c = 0; c < scan->n_criterion; c++)
-            RMAP_TRY(rmap_count_init(&part->count[c], scan->n_source, err));
-        if (scan->collecting)
-            RMAP_TRY(rmap_portion_create(0, rmap_map_n_channel(scan->map), &part->collect, err));
+    size_t n = 0, run = 0;
+    const size_t *portion = rmap_deal_part(&scan->deal, scan->context->rank, part, &n);
+    for (size_t i = 0; i < n && st == RMAP_OK; i += run) {
+        run = 1;
+        while (i + run < n && portion[i + run] == portion[i] + run)
+            run++;
+        st = rmap_query_scanner_scan(worker->scanner, portion[i], portion[i] + run, worker->count,
+                                     NULL, UINT64_MAX, err);
     }
+    return st;
+}
+
+static enum rmap_status scan_parts(void *context, int thread, size_t first, size_t last,
+                                   struct rmap_error *err)
+{
+    struct scan *scan = context;
+    struct worker *worker = &scan->worker[thread];
+    enum rmap_status st = RMAP_OK;
+    if (!worker->scanner)
+        RMAP_TRY(rmap_query_scanner_create(scan->map, scan->criterion, scan->n_criterion,
+                                           &worker->scanner, err));
+    for (size_t k = first; k < last; k++)
+        RMAP_TRY(scan_part(scan, worker, k, err));
 out:
     return st;
 }
 
-/* This rank's share of the portions [first, last), thread by thread; counts and rays appended in
- * the order of the portions. */
-static enum rmap_status scan_share(struct scan *scan, size_t first, size_t last,
-                                   struct rmap_count *count, struct rmap_portion *collect,
+static void destroy_counts(struct rmap_count *count, size_t n)
+{
+    for (size_t c = 0; count && c < n; c++)
+        rmap_count_fini(&count[c]);
+    rmap_free(count);
+}
+
+static enum rmap_status create_counts(const struct scan *scan, struct rmap_count **count_ret,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_count *count = rmap_alloc(scan->n_criterion, sizeof *count);
+    *count_ret = count;
+    if (!count)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the counts");
+    for (size_t c = 0; c < scan->n_criterion && st == RMAP_OK; c++)
+        st = rmap_count_init(&count[c], scan->n_source, err);
+    return st;
+}
+
+/* This rank's share; added to count. */
+static enum rmap_status scan_share(struct scan *scan, struct rmap_count *count,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_workers *workers = NULL;
     int n_thread = scan->context->n_thread;
-    size_t from, to;
-    rmap_scan_range(scan->map, first, last, scan->context->rank, scan->context->size, &from, &to);
-    RMAP_TRY(create_parts(scan, err));
+    scan->worker = rmap_alloc((size_t)n_thread, sizeof *scan->worker);
+    if (!scan->worker)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread);
     for (int i = 0; i < n_thread; i++)
-        rmap_scan_range(scan->map, from, to, i, n_thread, &scan->part[i].first,
-                        &scan->part[i].last);
-    atomic_store(&scan->next, 0);
-    RMAP_TRY(rmap_workers_start(n_thread, scan_parts, scan, &workers, err));
-    rmap_workers_join(workers);
-    for (int i = 0; i < n_thread; i++) {
-        struct part *part = &scan->part[i];
-        if (part->status != RMAP_OK) {
-            *err = part->error;
-            RMAP_TRY(part->status);
-        }
+        RMAP_TRY(create_counts(scan, &scan->worker[i].count, err));
+    scan->parts.context = scan;
+    scan->parts.last = rmap_deal_n_part(&scan->deal, scan->context->rank);
+    scan->parts.step = 1;
+    scan->parts.work = scan_parts;
+    RMAP_TRY(rmap_parts_run(&scan->parts, n_thread, err));
+    for (int i = 0; i < n_thread; i++)
         for (size_t c = 0; c < scan->n_criterion; c++)
-            rmap_count_add(&count[c], &part->count[c], scan->n_source);
-        if (scan->collecting)
-            RMAP_TRY(rmap_portion_append(collect, part->collect, err));
-    }
+            rmap_count_add(&count[c], &scan->worker[i].count[c], scan->n_source);
 out:
-    destroy_parts(scan);
+    for (int i = 0; i < n_thread; i++) {
+        rmap_query_scanner_destroy(scan->worker[i].scanner);
+        destroy_counts(scan->worker[i].count, scan->n_criterion);
+    }
+    rmap_free(scan->worker);
     return st;
 }
 
@@ -163,86 +154,100 @@ out:
     return st;
 }
 
-/* Collective. One wave: portions [first, last) on all ranks; rays go to rank 0. */
-static enum rmap_status scan_wave(struct scan *scan, size_t first, size_t last,
-                                  struct rmap_count *total, struct rmap_portion *collect,
-                                  struct rmap_error *err)
+/* Small maps are cut finer, so that every thread has some parts to take. */
+static void choose_step(struct scan *scan)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_portion *mine = NULL;
-    struct rmap_count *count = rmap_alloc(scan->n_criterion, sizeof *count);
-    if (!count)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the counts");
-    for (size_t c = 0; st == RMAP_OK && c < scan->n_criterion; c++)
-        st = rmap_count_init(&count[c], scan->n_source, err);
-    if (st == RMAP_OK && scan->collecting)
-        st = rmap_portion_create(0, rmap_map_n_channel(scan->map), &mine, err);
-    if (st == RMAP_OK)
-        st = scan_share(scan, first, last, count, mine, err);
-    RMAP_TRY(rmap_agree(scan->context, st, err));
-    for (size_t c = 0; c < scan->n_criterion; c++) {
-        RMAP_TRY(reduce_count(scan, &count[c], err));
-        rmap_count_add(&total[c], &count[c], scan->n_source);
-    }
-    if (scan->collecting)
-        RMAP_TRY(rmap_gather_portion(scan->context, mine, err));
-    if (collect)
-        st = rmap_portion_append(collect, mine, err);
-    RMAP_TRY(rmap_agree(scan->context, st, err));
-out:
-    for (size_t c = 0; count && c < scan->n_criterion; c++)
-        rmap_count_fini(&count[c]);
-    rmap_free(count);
-    rmap_portion_destroy(mine);
-    return st;
-}
-
-/* Collective. Without a limit one wave; with one, waves that double, until the rays asked for are
- * certain: portions are in the order of ray ids, so the first ones found are the smallest. */
-static enum rmap_status scan_waves(struct scan *scan, struct rmap_count *count,
-                                   struct rmap_portion *collect, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const uint64_t rays_before = count[0].rays;
-    size_t n_portion = rmap_map_n_portion(scan->map), first = 0;
-    size_t wave = scan->limit == UINT64_MAX
-                      ? n_portion
-                      : (size_t)scan->context->size * (size_t)scan->context->n_thread;
-    do {
-        size_t last = n_portion - first > wave ? first + wave : n_portion;
-        RMAP_TRY(scan_wave(scan, first, last, count, collect, err));
-        first = last;
-        wave *= 2;
-    } while (first < n_portion && count[0].rays - rays_before < scan->limit);
-    if (collect && scan->limit < collect->n_row[RMAP_TABLE_RAY])
-        rmap_portion_truncate(collect, (size_t)scan->limit);
-out:
-    return st;
+    size_t n = rmap_map_n_portion(scan->map);
+    size_t few = n / (4 * (size_t)scan->context->size * (size_t)scan->context->n_thread);
+    if (few < scan->deal.step)
+        scan->deal.step = few > 0 ? few : 1;
 }
 
 enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct rmap_map *map,
                                struct rmap_criterion *const *criterion, size_t n_criterion,
-                               struct rmap_count *count, struct rmap_portion **collect_ret,
-                               uint64_t limit, struct rmap_error *err)
+                               enum rmap_deal_kind deal, struct rmap_count *count,
+                               struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_portion *collect = NULL;
+    struct rmap_count *mine = NULL;
     struct scan scan = {.context = context,
                         .map = map,
                         .criterion = criterion,
                         .n_criterion = n_criterion,
-                        .n_source = rmap_map_scene(map)->n_source,
-                        .limit = limit,
-                        .collecting = collect_ret != NULL};
-    if (collect_ret && context->rank == 0)
-        st = rmap_portion_create(0, rmap_map_n_channel(map), &collect, err);
+                        .n_source = rmap_map_scene(map)->n_source};
+    st = rmap_deal_init(map, deal, context->size, &scan.deal, err);
+    if (st == RMAP_OK)
+        st = create_counts(&scan, &mine, err);
+    if (st == RMAP_OK) {
+        choose_step(&scan);
+        st = scan_share(&scan, mine, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(scan_waves(&scan, count, collect, err));
-    if (collect_ret) {
-        *collect_ret = collect;
-        collect = NULL;
+    for (size_t c = 0; c < n_criterion; c++) {
+        RMAP_TRY(reduce_count(&scan, &mine[c], err));
+        rmap_count_add(&count[c], &mine[c], scan.n_source);
     }
 out:
-    rmap_portion_destroy(collect);
+    destroy_counts(mine, n_criterion);
+    rmap_deal_fini(&scan.deal);
+    return st;
+}
+
+/* ---- rays kept ---- */
+
+struct collection {
+    struct rmap_portion *rays;
+    uint16_t *wide; /* colours of a ray with fewer channels, at its own rows */
+    size_t cap;
+};
+
+/* A ray's colours with as many channels as the collection has. */
+static enum rmap_status widen(struct collection *self, const struct rmap_streamed_ray *ray,
+                              struct rmap_portion *portion, struct rmap_error *err)
+{
+    size_t few = (size_t)portion->n_channel, many = (size_t)self->rays->n_channel;
+    size_t first = ray->segment, end = first + portion->ray.segment_count[ray->row];
+    void *block = self->wide;
+    enum rmap_status st = rmap_reserve(&block, &self->cap, end * many + 1, sizeof *self->wide, err);
+    self->wide = block;
+    for (size_t i = first * many; st == RMAP_OK && i < end * many; i++)
+        self->wide[i] = i % many < few ? portion->colour[i / many * few + i % many] : 0;
+    portion->n_channel = (int)many;
+    portion->colour = self->wide;
+    return st;
+}
+
+static enum rmap_status keep_ray(void *context, const struct rmap_streamed_ray *ray,
+                                 struct rmap_error *err)
+{
+    struct collection *self = context;
+    struct rmap_portion portion = *ray->portion;
+    enum rmap_status st = RMAP_OK;
+    if (portion.n_channel != self->rays->n_channel)
+        st = widen(self, ray, &portion, err);
+    return st != RMAP_OK ? st
+                         : rmap_portion_append_ray(self->rays, &portion, ray->row, ray->segment,
+                                                   ray->registration, err);
+}
+
+enum rmap_status rmap_scan_collect(const struct rmap_context *context, const struct rmap_map *map,
+                                   const struct rmap_criterion *criterion, uint64_t limit,
+                                   struct rmap_portion **rays_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct collection collection = {0};
+    const struct rmap_pick pick = {.criterion = criterion};
+    const struct rmap_ray_sink sink = {&collection, keep_ray};
+    uint64_t n = 0;
+    *rays_ret = NULL;
+    if (context->rank == 0)
+        st = rmap_portion_create(0, rmap_map_n_channel(map), &collection.rays, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_ray_stream(context, map, &pick, RMAP_DEAL_TURNS, limit, &sink, &n, err));
+    *rays_ret = collection.rays;
+    collection.rays = NULL;
+out:
+    rmap_portion_destroy(collection.rays);
+    rmap_free(collection.wide);
     return st;
 }

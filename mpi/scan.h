@@ -7,6 +7,7 @@
 
 #include "analysis/query.h"
 #include "mpi/command.h"
+#include "mpi/deal.h"
 
 /* Part `part` of n_part of the portions [first, last): contiguous, balanced by rows. How they are
  * cut changes no answer. */
@@ -14,12 +15,18 @@ void rmap_scan_range(const struct rmap_map *map, size_t first, size_t last, int 
                      size_t *first_ret, size_t *last_ret);
 
 /* Collective. count: [n_criterion], initialised by the caller; added to, the same on every rank.
- * collect_ret: NULL, or on rank 0 a portion (caller destroys; NULL on the other ranks) with the
- * rays that match criterion 0, in the order of their ids: all of them, or with a limit below
- * UINT64_MAX the first so many, and then reading stops soon and counts are of what was read. */
+ * How the portions are dealt changes no answer. */
 enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct rmap_map *map,
                                struct rmap_criterion *const *criterion, size_t n_criterion,
-                               struct rmap_count *count, struct rmap_portion **collect_ret,
-                               uint64_t limit, struct rmap_error *err) RMAP_MUST_USE;
+                               enum rmap_deal_kind deal, struct rmap_count *count,
+                               struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. *rays_ret: on rank 0 (NULL on the others) a portion with the first `limit` rays that
+ * match, in the order of their ids, with the channels of the map's widest colour space, those that
+ * a ray's own space lacks being 0; rmap_portion_destroy. */
+enum rmap_status rmap_scan_collect(const struct rmap_context *context, const struct rmap_map *map,
+                                   const struct rmap_criterion *criterion, uint64_t limit,
+                                   struct rmap_portion **rays_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -65,7 +65,7 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
     enum rmap_status st = rmap_count_init(&count, rmap_map_scene(session->map)->n_source, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(prepare(session, err));
-    RMAP_TRY(rmap_scan_map(context, session->map, &criterion, 1, &count, NULL, UINT64_MAX, err));
+    RMAP_TRY(rmap_scan_map(context, session->map, &criterion, 1, RMAP_DEAL_SHARES, &count, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0 && context->json)
         st = rmap_json_line(rmap_query_count_json(session->map, criterion, &count, seconds), stdout,
