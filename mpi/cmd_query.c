@@ -268,16 +268,18 @@ out:
 const struct rmap_command rmap_command_query = {
     .name = "query",
     .summary = "count, list or export the rays that match a criterion",
-    .operands = "MAP CRITERION... [--criteria FILE] [--count | --limit N | -o OUT]",
+    .operands = "MAP CRITERION... [--criteria FILE] [--limit N | --sample N] [-o OUT]",
     .help =
         "Finds the rays whose histories match a criterion, such as\n\n"
         "  raymap query lens.raymap 'registered(sensor) and hit(*, reflect_specular) >= 2'\n\n"
         "Several criteria are counted in one scan. FILE defines names, as in\n\n"
         "  let ghost = registered(sensor) and hit(*, reflect_specular) >= 2\n\n"
         "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
-        "one row per segment, OUT.json an array of rays as `raymap report` prints them. The "
-        "answer\n"
-        "does not depend on the number of ranks and threads.",
+        "one row per segment, OUT.json an array of rays as `raymap report` prints them, and\n"
+        "OUT.raymap is a ray map of the matching rays, with the fluxes that they have in MAP. "
+        "Rays\n"
+        "come in the order of their ids. The answer does not depend on the number of ranks and\n"
+        "threads.",
     .options = options,
     .min_operands = 1,
     .max_operands = 1000,
