@@ -14,8 +14,9 @@
 #include "mpi/index_run.h"
 #include "mpi/progress.h"
 #include "mpi/scan.h"
+#include "mpi/session_warm.h"
 
-enum { QUESTION_MAX = 8 };
+enum { QUESTION_MAX = 8, SESSION_NBYTES = 1 << 30 };
 
 /* How a map may stand there. */
 static const struct {
@@ -70,18 +71,16 @@ out:
     return st;
 }
 
-/* Puts questions to a map opened for them, all in one scan, which alone is timed. */
-static enum rmap_status ask_map(const struct search *search, size_t store,
-                                const struct rmap_bench_question *question, size_t n_question,
-                                struct answer *answer, struct rmap_error *err)
+/* Puts questions to an open map, all in one scan, which alone is timed. */
+static enum rmap_status ask(const struct search *search, struct rmap_map *map,
+                            const struct rmap_bench_question *question, size_t n_question,
+                            struct answer *answer, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_map *map = NULL;
     struct rmap_criterion *criterion[QUESTION_MAX] = {NULL};
     struct rmap_count count[QUESTION_MAX] = {{0}};
     if (n_question > QUESTION_MAX)
         return rmap_error_set(err, RMAP_INTERNAL, "too many questions in one scan");
-    RMAP_TRY(rmap_map_open(search->map[store], &map, err));
     for (size_t q = 0; q < n_question; q++) {
         RMAP_TRY(rmap_criterion_compile(question[q].text, rmap_map_scene(map), &criterion[q], err));
         RMAP_TRY(rmap_count_init(&count[q], rmap_map_scene(map)->n_source, err));
@@ -97,6 +96,18 @@ out:
         rmap_count_fini(&count[q]);
         rmap_criterion_destroy(criterion[q]);
     }
+    return st;
+}
+
+/* To a map opened for them. */
+static enum rmap_status ask_map(const struct search *search, size_t store,
+                                const struct rmap_bench_question *question, size_t n_question,
+                                struct answer *answer, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    enum rmap_status st = rmap_map_open(search->map[store], &map, err);
+    if (st == RMAP_OK)
+        st = ask(search, map, question, n_question, answer, err);
     rmap_map_close(map);
     return st;
 }
@@ -185,6 +196,46 @@ out:
     return st;
 }
 
+/* A session's first question, for which it prepares what it keeps, and the same once more. */
+static enum rmap_status ask_twice(const struct search *search, size_t store,
+                                  const struct rmap_bench_question *question, struct answer *first,
+                                  struct answer *second, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map *map = NULL;
+    struct rmap_warmth warmth = {0};
+    RMAP_TRY(rmap_map_open(search->map[store], &map, err));
+    double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
+    RMAP_TRY(rmap_session_warm(&search->bench->alone, map, SESSION_NBYTES, &warmth, err));
+    RMAP_TRY(rmap_map_keep(map, SESSION_NBYTES, err));
+    RMAP_TRY(ask(search, map, question, 1, first, err));
+    first->seconds = rmap_clock_seconds() - begun;
+    first->cpu = rmap_bench_cpu() - cpu;
+    RMAP_TRY(ask(search, map, question, 1, second, err));
+out:
+    rmap_map_close(map);
+    return st;
+}
+
+static enum rmap_status measure_session(const struct search *search, size_t store,
+                                        const struct rmap_bench_question *question,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bench_series series = {0};
+    for (int i = 0; i < search->bench->n_repeat; i++) {
+        struct answer first = {0}, second = {0};
+        RMAP_TRY(ask_twice(search, store, question, &first, &second, err));
+        rmap_bench_add(&series, search->n_segment / second.seconds,
+                       search->n_segment / first.seconds);
+        rmap_bench_add_cpu(&series, second.cpu, first.cpu);
+    }
+    report(search, store, "session_second_vs_first", &series, "million segments/s",
+           json_pack("{s:s, s:s}", "class", question->class, "criterion", question->text));
+out:
+    return st;
+}
+
 enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err)
 {
@@ -197,6 +248,10 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
     if (rmap_bench_wanted(bench, "query_several_vs_slowest"))
         for (size_t k = 0; k < N_STORE; k++)
             RMAP_TRY(measure_several(&search, k, err));
+    for (size_t q = 0; q < search.n_question; q++)
+        for (size_t k = 0; k < N_STORE && rmap_bench_wanted(bench, "session_second_vs_first"); k++)
+            if (search.question[q].class)
+                RMAP_TRY(measure_session(&search, k, &search.question[q], err));
 out:
     return st;
 }

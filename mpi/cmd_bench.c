@@ -27,9 +27,9 @@ static const struct rmap_option options[] = {
     {NULL}};
 
 static const char *const measurement[] = {
-    "trace_vs_roofline", "record_vs_trace",          "record_vs_seed",  "bytes_per_segment",
-    "durable_vs_not",    "resume_vs_anew",           "decode_vs_seed",  "verify_vs_decode",
-    "query_vs_seed",     "query_several_vs_slowest", "ranks_vs_threads"};
+    "trace_vs_roofline", "record_vs_trace",          "record_vs_seed",          "bytes_per_segment",
+    "durable_vs_not",    "resume_vs_anew",           "decode_vs_seed",          "verify_vs_decode",
+    "query_vs_seed",     "query_several_vs_slowest", "session_second_vs_first", "ranks_vs_threads"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -149,7 +149,8 @@ static enum rmap_status measure_alone(struct rmap_bench *bench, const char *path
     if (rmap_bench_wanted(bench, "verify_vs_decode"))
         RMAP_TRY(rmap_bench_verify(bench, scene, err));
     if (rmap_bench_wanted(bench, "query_vs_seed") ||
-        rmap_bench_wanted(bench, "query_several_vs_slowest"))
+        rmap_bench_wanted(bench, "query_several_vs_slowest") ||
+        rmap_bench_wanted(bench, "session_second_vs_first"))
         RMAP_TRY(rmap_bench_query(bench, scene, err));
 out:
     return st;

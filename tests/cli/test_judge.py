@@ -208,7 +208,7 @@ def judge_scene_in(name, scene, n_ray, k):
         verdicts.compare(target, ranks=ranks)
         if EVERYTHING or number != k:
             verdicts.compare_session(target, *(("--memory", "1Mi") if number == 2 else ()))
-    check_lists(plain, verdicts, max(1, N_CRITERION // 40))
+    check_lists(plain, verdicts, max(1, N_CRITERION // 60))
     if not check_part(name, (pieces, plain, compact)[k], verdicts, max(1, N_CRITERION // 60)):
         verdicts.missing.add("query -o NEW.raymap")
     check_complements(plain, verdicts.dice, verdicts.judge, max(2, N_CRITERION // 60))
