@@ -12,7 +12,8 @@ NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_se
          "durable_vs_not", "resume_vs_anew", "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
          "query_several_vs_slowest", "session_second_vs_first", "ranks_vs_threads"]
 BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "decode_vs_seed",
-                  "verify_vs_decode", "query_vs_seed", "query_several_vs_slowest", "session_second_vs_first"]
+                  "verify_vs_decode", "query_vs_seed", "query_several_vs_slowest",
+                  "session_second_vs_first"]
 
 
 def bench(*arguments):
