@@ -3,8 +3,9 @@
  * Mantissa planes have no matches: searching for them is wasted time, and where the bytes are
  * noise even Huffman codes are. So each plane becomes deflate blocks of its own, byte-aligned by
  * a full flush, chosen from samples of the plane alone:
- *   stored          where the sample's entropy is that of noise,
- *   Huffman only    (a window of 2 bytes: literals and runs),
+ *   stored          where the sample's entropy is nearly that of noise,
+ *   literals        Huffman codes alone, without any search (huffman_plane.c),
+ *   runs            Huffman codes and a window of 2 bytes,
  *   usual window    where a sample shrinks well more with it: object ids, events, counts.
  */
 #ifdef RAYMAP_HAVE_ISAL
@@ -18,20 +19,26 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/huffman_plane.h"
 
 /* 4096 bytes of pure noise show 7.95 bits each (8 - 255 / (2 x 4096 ln 2)); above this limit
- * Huffman codes gain under 2 %. */
+ * Huffman codes gain under 3 %. */
 #define SAMPLE_NBYTES 4096
 #define SAMPLE_PIECES 8
-#define NOISE_BITS    7.85
+#define NOISE_BITS    7.75
 
 /* The window must make a sample this much smaller to be worth its time. */
 #define WINDOW_SAMPLE_NBYTES 8192
 #define WINDOW_GAIN          0.85
 
+/* Above so many bits per byte no search pays; below, runs must make a sample this much smaller than
+ * its entropy says. */
+#define LITERAL_BITS 6.5
+#define RUNS_GAIN    0.95
+
 #define STORED_MAX 65535 /* bytes of one stored block, RFC 1951 3.2.4 */
 
-enum { HISTORY_RUNS = 1, HISTORY_WINDOW = 15 };
+enum { HISTORY_NONE = 0, HISTORY_RUNS = 1, HISTORY_WINDOW = 15 };
 
 struct rmap_deflater {
     struct isal_zstream stream;
@@ -134,25 +141,34 @@ static bool is_zero(const uint8_t *data, size_t nbytes)
     return nbytes == 0 || (data[0] == 0 && is_uniform(data, nbytes));
 }
 
-static uint16_t choose_history(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes)
+static uint16_t choose_history(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
+                               double bits)
 {
     if (is_uniform(data, nbytes))
         return HISTORY_RUNS; /* one run: no sample would say otherwise */
+    if (bits > LITERAL_BITS)
+        return HISTORY_NONE;
     size_t n = nbytes < WINDOW_SAMPLE_NBYTES ? nbytes : WINDOW_SAMPLE_NBYTES;
     const uint8_t *middle = data + (nbytes - n) / 2;
     size_t cap = sizeof deflater->sample;
     size_t runs = put_coded(deflater, middle, n, HISTORY_RUNS, deflater->sample, cap);
     size_t window = put_coded(deflater, middle, n, HISTORY_WINDOW, deflater->sample, cap);
-    return (double)window < WINDOW_GAIN * (double)runs ? HISTORY_WINDOW : HISTORY_RUNS;
+    if ((double)window < WINDOW_GAIN * (double)runs)
+        return HISTORY_WINDOW;
+    double literal = bits > 1.0 ? bits : 1.0; /* no code is shorter */
+    return 8.0 * (double)runs < RUNS_GAIN * literal * (double)n ? HISTORY_RUNS : HISTORY_NONE;
 }
 
 static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
                         uint8_t *out)
 {
     size_t stored = stored_nbytes(nbytes), coded = 0;
-    if (nbytes < SAMPLE_NBYTES || sample_bits(data, nbytes) < NOISE_BITS)
-        coded =
-            put_coded(deflater, data, nbytes, choose_history(deflater, data, nbytes), out, stored);
+    double bits = sample_bits(data, nbytes);
+    if (nbytes < SAMPLE_NBYTES || bits < NOISE_BITS) {
+        uint16_t history = choose_history(deflater, data, nbytes, bits);
+        coded = history == HISTORY_NONE ? rmap_huffman_plane(data, nbytes, out, stored)
+                                        : put_coded(deflater, data, nbytes, history, out, stored);
+    }
     return coded ? coded : put_stored(data, nbytes, out);
 }
 

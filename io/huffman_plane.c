@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/huffman_plane.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+enum {
+    END = 256, /* symbol that ends a block */
+    SYMBOLS = 257,
+    LENGTH_MAX = 14, /* four codes and 7 bits that are left over fit into 64 */
+    LITERALS_AT_ONCE = 4
+};
+
+struct code {
+    uint8_t length[SYMBOLS];
+    uint32_t entry[SYMBOLS]; /* length << 16 | code, its first bit the lowest */
+};
+
+static void count(const uint8_t *data, size_t nbytes, uint32_t total[SYMBOLS])
+{
+    uint32_t part[4][256] = {{0}}; /* equal bytes in a row do not wait for each other */
+    size_t i = 0;
+    for (; i + 4 <= nbytes; i += 4)
+        for (size_t k = 0; k < 4; k++)
+            part[k][data[i + k]]++;
+    for (; i < nbytes; i++)
+        part[0][data[i]]++;
+    for (size_t s = 0; s < 256; s++)
+        total[s] = part[0][s] + part[1][s] + part[2][s] + part[3][s];
+    total[END] = 1;
+}
+
+/* Symbols that occur, rarest first; how many. By counting 9 bits of their number, twice. */
+static int sort(const uint32_t total[SYMBOLS], uint16_t symbol[SYMBOLS], uint32_t weight[SYMBOLS])
+{
+    enum { BITS = 9, KEYS = 1 << BITS };
+    uint16_t other[SYMBOLS];
+    uint32_t most = 0;
+    int n = 0, shift = 0;
+    for (int s = 0; s < SYMBOLS; s++)
+        most = total[s] > most ? total[s] : most;
+    while (most >> shift >> (2 * BITS))
+        shift++;
+    for (int s = 0; s < SYMBOLS; s++) {
+        weight[s] = total[s] >> shift > 0 ? total[s] >> shift : total[s] > 0;
+        if (weight[s] > 0)
+            other[n++] = (uint16_t)s;
+    }
+    for (int pass = 0; pass < 2; pass++) {
+        const uint16_t *from = pass ? symbol : other;
+        uint16_t copy[SYMBOLS], *to = pass ? copy : symbol;
+        uint16_t first[KEYS + 1] = {0};
+        for (int i = 0; i < n; i++)
+            first[(weight[from[i]] >> (BITS * pass) & (KEYS - 1)) + 1]++;
+        for (int k = 0; k < KEYS; k++)
+            first[k + 1] = (uint16_t)(first[k + 1] + first[k]);
+        for (int i = 0; i < n; i++)
+            to[first[weight[from[i]] >> (BITS * pass) & (KEYS - 1)]++] = from[i];
+        if (pass)
+            memcpy(symbol, copy, (size_t)n * sizeof *symbol);
+    }
+    return n;
+}
+
+/* Depths of the n - 1 inner nodes of the Huffman tree over weights in rising order; the last is
+ * the root. Leaves and inner nodes are two queues, both in rising order. */
+static void find_depths(const uint16_t *symbol, const uint32_t *weight, int n, uint8_t *depth)
+{
+    uint64_t sum[SYMBOLS];
+    uint16_t parent[SYMBOLS];
+    int leaf = 0, node = 0;
+    for (int made = 0; made < n - 1; made++) {
+        sum[made] = 0;
+        for (int side = 0; side < 2; side++) {
+            bool take_leaf = leaf < n && (node == made || weight[symbol[leaf]] <= sum[node]);
+            sum[made] += take_leaf ? weight[symbol[leaf]] : sum[node];
+            if (take_leaf)
+                leaf++;
+            else
+                parent[node++] = (uint16_t)made;
+        }
+    }
+    depth[n - 2] = 0;
+    for (int i = n - 3; i >= 0; i--)
+        depth[i] = (uint8_t)(depth[parent[i]] < 255 ? depth[parent[i]] + 1 : 255);
+}
+
+/* Lengths of a complete code. The tree is built from its root: each inner node divides a leaf at
+ * its own depth, or, where that is too deep, the deepest one that may be divided. */
+static void find_lengths(const uint32_t total[SYMBOLS], uint8_t length[SYMBOLS])
+{
+    uint16_t symbol[SYMBOLS];
+    uint32_t weight[SYMBOLS];
+    uint8_t depth[SYMBOLS];
+    uint16_t leaves[LENGTH_MAX + 1] = {1};
+    int n = sort(total, symbol, weight);
+    find_depths(symbol, weight, n, depth);
+    for (int i = n - 2; i >= 0; i--) {
+        int at = depth[i] < LENGTH_MAX ? depth[i] : LENGTH_MAX - 1;
+        while (leaves[at] == 0)
+            at--;
+        leaves[at]--;
+        leaves[at + 1] = (uint16_t)(leaves[at + 1] + 2);
+    }
+    memset(length, 0, SYMBOLS);
+    for (int bits = LENGTH_MAX, i = 0; bits > 0; bits--)
+        for (; leaves[bits] > 0; leaves[bits]--)
+            length[symbol[i++]] = (uint8_t)bits;
+}
+
+/* Canonical codes (RFC 1951 3.2.2). */
+static void assign(struct code *code)
+{
+    uint32_t n[LENGTH_MAX + 1] = {0}, next[LENGTH_MAX + 2] = {0};
+    for (int s = 0; s < SYMBOLS; s++)
+        n[code->length[s]]++;
+    n[0] = 0;
+    for (int bits = 0; bits <= LENGTH_MAX; bits++)
+        next[bits + 1] = (next[bits] + n[bits]) << 1;
+    for (int s = 0; s < SYMBOLS; s++) {
+        uint32_t bits = code->length[s], value = bits ? next[bits]++ : 0, turned = 0;
+        for (uint32_t k = 0; k < bits; k++)
+            turned |= (value >> k & 1) << (bits - 1 - k);
+        code->entry[s] = bits << 16 | turned;
+    }
+}
+
+/* Bits waiting for a whole byte: n < 8. */
+struct bits {
+    uint64_t waiting;
+    unsigned n;
+    uint8_t *out;
+};
+
+/* At most 56 bits; 8 bytes at `out` may be written. */
+static inline void put(struct bits *bits, uint64_t value, unsigned n)
+{
+    bits->waiting |= value << bits->n;
+    bits->n += n;
+    memcpy(bits->out, &bits->waiting, sizeof bits->waiting);
+    bits->out += bits->n >> 3;
+    bits->waiting >>= bits->n & 56;
+    bits->n &= 7;
+}
+
+/* The lengths of the codes are themselves coded by 4 bits each, whatever they are. */
+static void put_header(struct bits *bits, const uint8_t length[SYMBOLS])
+{
+    enum { LENGTH_CODES = 19, USED_FROM = 3, FLAT = 4 };
+    put(bits, 4, 3); /* not the last block; codes of its own */
+    put(bits, 0, 5); /* 257 literals */
+    put(bits, 0, 5); /* 1 distance, which has no code */
+    put(bits, LENGTH_CODES - 4, 4);
+    for (int i = 0; i < LENGTH_CODES; i++) /* 16, 17, 18, then 0 to 15 in some order */
+        put(bits, i < USED_FROM ? 0 : FLAT, 3);
+    for (int s = 0; s <= SYMBOLS; s++) {
+        uint32_t v = s < SYMBOLS ? length[s] : 0;
+        put(bits, (v & 1) << 3 | (v & 2) << 1 | (v & 4) >> 1 | v >> 3, FLAT);
+    }
+}
+
+static size_t block_nbytes(const uint32_t total[SYMBOLS], const uint8_t length[SYMBOLS])
+{
+    enum { HEADER_BITS = 3 + 5 + 5 + 4 + 19 * 3 + (SYMBOLS + 1) * 4, STORED_NBYTES = 5 };
+    uint64_t n_bit = HEADER_BITS + 3;
+    for (int s = 0; s < SYMBOLS; s++)
+        n_bit += (uint64_t)total[s] * length[s];
+    return (size_t)((n_bit + 7) / 8) + STORED_NBYTES;
+}
+
+static void put_literals(struct bits *bits, const uint32_t entry[SYMBOLS], const uint8_t *data,
+                         size_t nbytes)
+{
+    struct bits local = *bits; /* in registers: `out` may point anywhere */
+    size_t i = 0;
+    for (; i + LITERALS_AT_ONCE <= nbytes; i += LITERALS_AT_ONCE) {
+        uint32_t a = entry[data[i]], b = entry[data[i + 1]], c = entry[data[i + 2]],
+                 d = entry[data[i + 3]];
+        uint64_t ab = (a & 0xffff) | (uint64_t)(b & 0xffff) << (a >> 16);
+        uint64_t cd = (c & 0xffff) | (uint64_t)(d & 0xffff) << (c >> 16);
+        unsigned n_ab = (a >> 16) + (b >> 16), n_cd = (c >> 16) + (d >> 16);
+        put(&local, ab | cd << n_ab, n_ab + n_cd);
+    }
+    for (; i < nbytes; i++)
+        put(&local, entry[data[i]] & 0xffff, entry[data[i]] >> 16);
+    *bits = local;
+}
+
+size_t rmap_huffman_plane(const uint8_t *data, size_t nbytes, uint8_t *out, size_t out_cap)
+{
+    static const uint8_t empty[4] = {0, 0, 0xff, 0xff};
+    uint32_t total[SYMBOLS];
+    struct code code;
+    struct bits bits = {.out = out};
+    count(data, nbytes, total);
+    find_lengths(total, code.length);
+    if (block_nbytes(total, code.length) + sizeof bits.waiting > out_cap)
+        return 0;
+    assign(&code);
+    put_header(&bits, code.length);
+    put_literals(&bits, code.entry, data, nbytes);
+    put(&bits, code.entry[END] & 0xffff, code.entry[END] >> 16);
+    put(&bits, 0, 3); /* stored, and to the next byte */
+    if (bits.n > 0)
+        put(&bits, 0, 8 - bits.n);
+    memcpy(bits.out, empty, sizeof empty);
+    return (size_t)(bits.out - out) + sizeof empty;
+}
