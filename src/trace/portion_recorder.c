@@ -10,16 +10,15 @@ static double plain(double x)
     return isnan(x) ? (double)NAN : x + 0.0;
 }
 
-static float plain_float(double x)
-{
-    return isnan(x) ? NAN : (float)x + 0.0f;
-}
-
 static void store_float3(float *out, struct rmap_vec3 v)
 {
-    out[0] = plain_float(v.x);
-    out[1] = plain_float(v.y);
-    out[2] = plain_float(v.z);
+    float x = (float)v.x + 0.0f, y = (float)v.y + 0.0f, z = (float)v.z + 0.0f;
+    out[0] = x;
+    out[1] = y;
+    out[2] = z;
+    if (isnan(x + y + z)) /* rarely; infinities may do that too */
+        for (int i = 0; i < 3; i++)
+            out[i] = isnan(out[i]) ? NAN : out[i];
 }
 
 /* As fmax(low, fmin(high, x)), NaN included, which are calls. */
@@ -33,7 +32,7 @@ static double clamp(double x, double low, double high)
 static int16_t quantise_cosine(double x)
 {
     double scaled = 32767.0 * clamp(x, -1.0, 1.0);
-    return (int16_t)(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+    return (int16_t)(scaled + copysign(0.5, scaled));
 }
 
 static void store_normal(int16_t *out, struct rmap_vec3 n)
@@ -70,11 +69,27 @@ static void settle(double *remainder, int n, int missing, uint16_t *quantised)
     }
 }
 
+/* The only channel that is not 0, or -1. */
+static int only_channel(const double *colour, int n_channel)
+{
+    int first = 0, last = n_channel - 1;
+    while (first < n_channel && colour[first] == 0.0)
+        first++;
+    while (last > first && colour[last] == 0.0)
+        last--;
+    return first == last ? first : -1;
+}
+
 void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantised)
 {
     double remainder[RMAP_CHANNEL_MAX];
     double sum = 0.0;
-    int missing = 65535;
+    int missing = 65535, only = only_channel(colour, n_channel);
+    if (only >= 0) {
+        memset(quantised, 0, (size_t)n_channel * sizeof *quantised);
+        quantised[only] = 65535;
+        return;
+    }
     for (int i = 0; i < n_channel; i++)
         sum += colour[i];
     for (int i = 0; i < n_channel; i++) {
@@ -87,26 +102,32 @@ void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantis
 }
 
 /* Of few channels mostly: calls of memcmp and memcpy cost more than they do. */
-static bool same_colour(const struct rmap_portion_recorder *self, const double *colour, int n)
+static bool same_colour(const struct rmap_known_colour *known, const double *colour, int n)
 {
     int i = 0;
-    while (i < n && self->colour[i] == colour[i])
+    while (i < n && known->share[i] == colour[i])
         i++;
     return i == n;
 }
 
+/* Colours of this leg and of the other one last known change places where that helps. */
 static void store_colour(struct rmap_portion_recorder *self, const double *colour, uint16_t *out)
 {
     int n = self->portion->n_channel;
-    if (!self->has_colour || !same_colour(self, colour, n)) {
-        rmap_colour_quantise(colour, n, self->quantised);
-        memcpy(self->colour, colour, (size_t)n * sizeof *colour);
-        self->has_colour = true;
+    struct rmap_known_colour *known = &self->colour[self->last];
+    if (!known->is_set || !same_colour(known, colour, n)) {
+        self->last = !self->last;
+        known = &self->colour[self->last];
+        if (!known->is_set || !same_colour(known, colour, n)) {
+            rmap_colour_quantise(colour, n, known->quantised);
+            memcpy(known->share, colour, (size_t)n * sizeof *colour);
+            known->is_set = true;
+        }
     }
     if (n == 3)
-        memcpy(out, self->quantised, 3 * sizeof *out);
+        memcpy(out, known->quantised, 3 * sizeof *out);
     else
-        memcpy(out, self->quantised, (size_t)n * sizeof *out);
+        memcpy(out, known->quantised, (size_t)n * sizeof *out);
 }
 
 /* A new row of the table, or false once memory ran short. */

@@ -9,15 +9,21 @@
 #include "trace/portion.h"
 #include "trace/recorder.h"
 
+/* A colour and what it became. */
+struct rmap_known_colour {
+    bool is_set;
+    double share[RMAP_CHANNEL_MAX];
+    uint16_t quantised[RMAP_CHANNEL_MAX];
+};
+
 struct rmap_portion_recorder {
     struct rmap_recorder base;
     struct rmap_portion *portion; /* borrowed */
     enum rmap_status status;      /* RMAP_SYSTEM once memory ran short: the portion is unusable */
 
-    /* The last colour and what it became: most legs keep the colour of the one before. */
-    bool has_colour;
-    double colour[RMAP_CHANNEL_MAX];
-    uint16_t quantised[RMAP_CHANNEL_MAX];
+    /* The last two colours: most legs keep that of the one before, and most rays begin alike. */
+    struct rmap_known_colour colour[2];
+    int last;
 };
 
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
