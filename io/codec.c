@@ -8,6 +8,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "base/wide.h"
 #include "io/shuffle.h"
 
 #define FLETCHER_NBYTES 4
@@ -38,6 +39,7 @@ static uint32_t fold(uint64_t x)
  * block's second sum is sum_j (8 b_j - j a_j). 256 groups keep b_j below 2^32. */
 enum { LANES = 8, GROUPS_MAX = 256 };
 
+RMAP_WIDE
 static void fletcher_block(const uint8_t *data, size_t n_group, uint64_t *sum1, uint64_t *sum2)
 {
     uint32_t a[LANES] = {0}, b[LANES] = {0};

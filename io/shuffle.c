@@ -7,8 +7,11 @@
 
 #include <string.h>
 
+#include "base/wide.h"
+
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "columns are little-endian in memory");
 
+RMAP_WIDE
 static void shuffle2(const uint16_t *restrict e, size_t n, uint8_t *restrict p0,
                      uint8_t *restrict p1)
 {
@@ -18,6 +21,7 @@ static void shuffle2(const uint16_t *restrict e, size_t n, uint8_t *restrict p0,
     }
 }
 
+RMAP_WIDE
 static void shuffle4(const uint32_t *restrict e, size_t n, uint8_t *restrict p0,
                      uint8_t *restrict p1, uint8_t *restrict p2, uint8_t *restrict p3)
 {
@@ -104,6 +108,7 @@ static void unshuffle4(const uint8_t *restrict p0, const uint8_t *restrict p1,
 /* Eight-byte elements go through their halves, a cache-sized strip at a time. */
 #define STRIP 1024
 
+RMAP_WIDE
 static void shuffle8(const uint64_t *restrict e, size_t n, uint8_t *restrict plane)
 {
     uint32_t low[STRIP], high[STRIP];

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * For functions whose loops the compiler turns into vector instructions: vectors as wide as the
+ * machine has them. Results are the same; nothing is contracted to multiply-adds.
+ */
+#ifndef RMAP_WIDE_H
+#define RMAP_WIDE_H
+
+#include <stdint.h> /* __GLIBC__, which chooses among the clones */
+
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&       \
+    defined(__OPTIMIZE__)
+#define RMAP_WIDE __attribute__((target_clones("avx2", "default")))
+#else
+#define RMAP_WIDE
+#endif
+
+#endif
