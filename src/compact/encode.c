@@ -309,12 +309,15 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
                                       struct rmap_path_book *book, struct rmap_rows *rows,
                                       struct rmap_error *err)
 {
+    const size_t ahead = 8;
     enum rmap_status st = RMAP_OK;
     encoder->own.n = encoder->own.n_segment = encoder->own.n_registration = 0;
     encoder->entered.n = encoder->entered.n_segment = encoder->entered.n_registration = 0;
     for (size_t i = 0; i < encoder->n_ray; i++) {
         const uint32_t *word = encoder->word + encoder->begin[i];
         bool added;
+        if (i + ahead < encoder->n_ray)
+            rmap_path_book_expect(book, encoder->hash[i + ahead]);
         RMAP_TRY(rmap_path_book_find(book, word, encoder->hash[i], &encoder->path[i], &added, err));
         if (encoder->path[i] == 0)
             RMAP_TRY(add_path(&encoder->own, word, err));

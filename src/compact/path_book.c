@@ -57,12 +57,29 @@ static size_t rows_of(const uint32_t *word)
     return 1 + (size_t)word[RMAP_WORD_SEGMENTS] + word[RMAP_WORD_REGISTRATIONS];
 }
 
+static size_t slot_of(uint64_t hash)
+{
+    return (size_t)(hash >> 32) & (FIND_SLOTS - 1);
+}
+
+#if defined(__GNUC__)
+#define soon(address) __builtin_prefetch(address)
+#else
+#define soon(address) ((void)(address))
+#endif
+
+void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash)
+{
+    soon(&book->slot[slot_of(hash)]);
+    soon(&book->seen[hash & (SEEN_SLOTS - 1)]);
+}
+
 enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t *word,
                                      uint64_t hash, uint32_t *reference_ret, bool *added_ret,
                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n_word = rmap_path_n_word(word), slot = (size_t)(hash >> 32) & (FIND_SLOTS - 1);
+    size_t n_word = rmap_path_n_word(word), slot = slot_of(hash);
     *added_ret = false;
     *reference_ret = 0;
     for (; book->slot[slot]; slot = (slot + 1) & (FIND_SLOTS - 1)) {

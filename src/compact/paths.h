@@ -45,6 +45,9 @@ enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t
                                      uint64_t hash, uint32_t *reference_ret, bool *added_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
+/* A path of this hash will be looked up soon. */
+void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash);
+
 /* A path as it is stored. */
 struct rmap_folded_path {
     int32_t source;
