@@ -204,15 +204,14 @@ static hid_t string_type(size_t nbytes)
     return type;
 }
 
-static enum rmap_status put_attribute(struct rmap_h5 *h5, const char *path, const char *name,
+static enum rmap_status put_attribute(struct rmap_h5 *h5, hid_t object, const char *name,
                                       hid_t type, hid_t space, const void *data,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     hid_t attribute = H5I_INVALID_HID;
-    if (type < 0 || space < 0 ||
-        (attribute = H5Acreate_by_name(h5->file, path, name, type, space, H5P_DEFAULT, H5P_DEFAULT,
-                                       H5P_DEFAULT)) < 0 ||
+    if (object < 0 || type < 0 || space < 0 ||
+        (attribute = H5Acreate2(object, name, type, space, H5P_DEFAULT, H5P_DEFAULT)) < 0 ||
         H5Awrite(attribute, type, data) < 0)
         st = rmap_h5_fail(h5, name, err);
     if (attribute >= 0 && !h5->failed && H5Aclose(attribute) < 0)
@@ -220,43 +219,78 @@ static enum rmap_status put_attribute(struct rmap_h5 *h5, const char *path, cons
     return st;
 }
 
+static enum rmap_status put_text(struct rmap_h5 *h5, hid_t object, const char *name,
+                                 const char *text, struct rmap_error *err)
+{
+    hid_t type = string_type(strlen(text)), space = H5Screate(H5S_SCALAR);
+    enum rmap_status st = put_attribute(h5, object, name, type, space, text, err);
+    (void)H5Tclose(type);
+    (void)H5Sclose(space);
+    return st;
+}
+
+static enum rmap_status put_numbers(struct rmap_h5 *h5, hid_t object, const char *name,
+                                    enum rmap_element element, size_t n, const void *data,
+                                    struct rmap_error *err)
+{
+    hsize_t dims = n;
+    hid_t space = n == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &dims, NULL);
+    enum rmap_status st = put_attribute(h5, object, name, rmap_h5_type(element), space, data, err);
+    (void)H5Sclose(space);
+    return st;
+}
+
+static enum rmap_status describe(struct rmap_h5 *h5, hid_t object, struct rmap_h5_unit unit,
+                                 const char *description, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(put_text(h5, object, "units", unit.name, err));
+    RMAP_TRY(put_numbers(h5, object, "unitSI", RMAP_F64, 1, &unit.si, err));
+    RMAP_TRY(put_numbers(h5, object, "unitDimension", RMAP_F64, 7, unit.dimension, err));
+    RMAP_TRY(put_text(h5, object, "description", description, err));
+out:
+    return st;
+}
+
+/* The object at a path is looked for once, whatever is put on it. */
+static enum rmap_status close_object(struct rmap_h5 *h5, hid_t object, const char *path,
+                                     enum rmap_status st, struct rmap_error *err)
+{
+    if (object >= 0 && !h5->failed && H5Oclose(object) < 0 && st == RMAP_OK)
+        st = rmap_h5_fail(h5, path, err);
+    return st;
+}
+
 enum rmap_status rmap_h5_put_text(struct rmap_h5 *h5, const char *path, const char *name,
                                   const char *text, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(check_alive(h5, err));
-    hid_t type = string_type(strlen(text)), space = H5Screate(H5S_SCALAR);
-    st = put_attribute(h5, path, name, type, space, text, err);
-    (void)H5Tclose(type);
-    (void)H5Sclose(space);
-out:
-    return st;
+    enum rmap_status st = check_alive(h5, err);
+    if (st != RMAP_OK)
+        return st;
+    hid_t object = H5Oopen(h5->file, path, H5P_DEFAULT);
+    return close_object(h5, object, path, put_text(h5, object, name, text, err), err);
 }
 
 enum rmap_status rmap_h5_put(struct rmap_h5 *h5, const char *path, const char *name,
                              enum rmap_element element, size_t n, const void *data,
                              struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(check_alive(h5, err));
-    hsize_t dims = n;
-    hid_t space = n == 1 ? H5Screate(H5S_SCALAR) : H5Screate_simple(1, &dims, NULL);
-    st = put_attribute(h5, path, name, rmap_h5_type(element), space, data, err);
-    (void)H5Sclose(space);
-out:
-    return st;
+    enum rmap_status st = check_alive(h5, err);
+    if (st != RMAP_OK)
+        return st;
+    hid_t object = H5Oopen(h5->file, path, H5P_DEFAULT);
+    return close_object(h5, object, path, put_numbers(h5, object, name, element, n, data, err),
+                        err);
 }
 
 enum rmap_status rmap_h5_describe(struct rmap_h5 *h5, const char *path, struct rmap_h5_unit unit,
                                   const char *description, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_h5_put_text(h5, path, "units", unit.name, err));
-    RMAP_TRY(rmap_h5_put(h5, path, "unitSI", RMAP_F64, 1, &unit.si, err));
-    RMAP_TRY(rmap_h5_put(h5, path, "unitDimension", RMAP_F64, 7, unit.dimension, err));
-    RMAP_TRY(rmap_h5_put_text(h5, path, "description", description, err));
-out:
-    return st;
+    enum rmap_status st = check_alive(h5, err);
+    if (st != RMAP_OK)
+        return st;
+    hid_t object = H5Oopen(h5->file, path, H5P_DEFAULT);
+    return close_object(h5, object, path, describe(h5, object, unit, description, err), err);
 }
 
 /* Elements of other sizes than a number's (texts) go through HDF5's own filters. */
@@ -280,51 +314,67 @@ static enum rmap_status write_elements(struct rmap_h5 *h5, hid_t set, const char
     return written ? RMAP_OK : rmap_h5_fail(h5, path, err);
 }
 
-static enum rmap_status write_data(struct rmap_h5 *h5, const char *path, hid_t type, int rank,
-                                   const hsize_t *dims, const void *data, struct rmap_error *err)
+/* What every dataset is given. */
+struct table {
+    const char *path, *description;
+    struct rmap_h5_unit unit;
+    hid_t type;
+    int rank;
+    const hsize_t *dims;
+};
+
+static enum rmap_status describe_table(struct rmap_h5 *h5, hid_t set, const struct table *table,
+                                       const void *data, struct rmap_error *err)
+{
+    size_t nbytes = H5Tget_size(table->type);
+    for (int k = 0; k < table->rank; k++)
+        nbytes *= (size_t)table->dims[k];
+    uint64_t sum = rmap_checksum(data, nbytes);
+    enum rmap_status st = describe(h5, set, table->unit, table->description, err);
+    return st == RMAP_OK ? put_numbers(h5, set, "checksum", RMAP_U64, 1, &sum, err) : st;
+}
+
+static enum rmap_status write_table(struct rmap_h5 *h5, const struct table *table, const void *data,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    hid_t space = H5Screate_simple(rank, dims, NULL), create = H5Pcreate(H5P_DATASET_CREATE);
+    hid_t space = H5Screate_simple(table->rank, table->dims, NULL),
+          create = H5Pcreate(H5P_DATASET_CREATE);
     hid_t set = H5I_INVALID_HID;
     struct rmap_h5_tiles tiles;
     hsize_t n = 1;
-    for (int k = 0; k < rank; k++)
-        n *= dims[k];
-    if (type < 0 || space < 0 || create < 0 || H5Pset_obj_track_times(create, false) < 0 ||
-        !rmap_h5_tile(rank, dims, H5Tget_size(type), &tiles) ||
+    for (int k = 0; k < table->rank; k++)
+        n *= table->dims[k];
+    if (table->type < 0 || space < 0 || create < 0 || H5Pset_obj_track_times(create, false) < 0 ||
+        !rmap_h5_tile(table->rank, table->dims, H5Tget_size(table->type), &tiles) ||
         (tiles.worthwhile && !rmap_h5_set_deflate(create, &tiles)) ||
-        (set = H5Dcreate2(h5->file, path, type, space, H5P_DEFAULT, create, H5P_DEFAULT)) < 0)
-        st = rmap_h5_fail(h5, path, err);
+        (set = H5Dcreate2(h5->file, table->path, table->type, space, H5P_DEFAULT, create,
+                          H5P_DEFAULT)) < 0)
+        st = rmap_h5_fail(h5, table->path, err);
     else if (n > 0)
-        st = write_elements(h5, set, path, type, &tiles, data, err);
+        st = write_elements(h5, set, table->path, table->type, &tiles, data, err);
+    if (st == RMAP_OK)
+        st = describe_table(h5, set, table, data, err);
     if (set >= 0 && !h5->failed && H5Dclose(set) < 0)
-        st = rmap_h5_fail(h5, path, err);
+        st = rmap_h5_fail(h5, table->path, err);
     (void)H5Sclose(space);
     (void)H5Pclose(create);
     return st;
 }
 
-static enum rmap_status put_checksum(struct rmap_h5 *h5, const char *path, const void *data,
-                                     size_t nbytes, struct rmap_error *err)
-{
-    uint64_t sum = rmap_checksum(data, nbytes);
-    return rmap_h5_put(h5, path, "checksum", RMAP_U64, 1, &sum, err);
-}
-
 enum rmap_status rmap_h5_write(struct rmap_h5 *h5, const struct rmap_h5_array *array,
                                const void *data, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    size_t nbytes = rmap_element_nbytes(array->element);
-    RMAP_TRY(check_alive(h5, err));
-    for (int k = 0; k < array->rank; k++)
-        nbytes *= (size_t)array->dims[k];
-    RMAP_TRY(write_data(h5, array->path, rmap_h5_type(array->element), array->rank, array->dims,
-                        data, err));
-    RMAP_TRY(rmap_h5_describe(h5, array->path, array->unit, array->description, err));
-    RMAP_TRY(put_checksum(h5, array->path, data, nbytes, err));
-out:
-    return st;
+    enum rmap_status st = check_alive(h5, err);
+    if (st != RMAP_OK)
+        return st;
+    const struct table table = {.path = array->path,
+                                .description = array->description,
+                                .unit = array->unit,
+                                .type = rmap_h5_type(array->element),
+                                .rank = array->rank,
+                                .dims = array->dims};
+    return write_table(h5, &table, data, err);
 }
 
 enum rmap_status rmap_h5_write_names(struct rmap_h5 *h5, const char *path, const char *const *name,
@@ -348,9 +398,13 @@ enum rmap_status rmap_h5_write_names(struct rmap_h5 *h5, const char *path, const
         if (name[i])
             memcpy(text + i * width, name[i], strlen(name[i]));
     type = string_type(width);
-    RMAP_TRY(write_data(h5, path, type, 1, &dims, text, err));
-    RMAP_TRY(rmap_h5_describe(h5, path, rmap_h5_unit_of(RMAP_UNIT_ONE, NULL, 1), description, err));
-    RMAP_TRY(put_checksum(h5, path, text, n * width, err));
+    const struct table table = {.path = path,
+                                .description = description,
+                                .unit = rmap_h5_unit_of(RMAP_UNIT_ONE, NULL, 1),
+                                .type = type,
+                                .rank = 1,
+                                .dims = &dims};
+    RMAP_TRY(write_table(h5, &table, text, err));
 out:
     if (type >= 0)
         (void)H5Tclose(type);
