@@ -2,6 +2,7 @@
 #include "mpi/load.h"
 
 #include <string.h>
+#include <time.h>
 
 #include "base/alloc.h"
 #include "io/map_writer.h"
@@ -99,16 +100,49 @@ out:
     return st;
 }
 
+/* Collective. Whether all ranks opened the map in the same state: of one that is being traced, one
+ * rank may know rays that another does not yet. */
+static enum rmap_status same_on_all(const struct rmap_context *context, const struct rmap_map *map,
+                                    bool *same, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
+    uint64_t least[3] = {summary.digest.low, summary.digest.high, rmap_map_n_portion(map)}, most[3];
+    memcpy(most, least, sizeof most);
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, least, 3, MPI_UINT64_T, MPI_MIN, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, most, 3, MPI_UINT64_T, MPI_MAX, context->comm)));
+    *same = memcmp(least, most, sizeof least) == 0;
+out:
+    return st;
+}
+
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err)
 {
+    enum { TRIES = 40 };
+    const struct timespec nap = {.tv_nsec = 50000000};
+    enum rmap_status st = RMAP_OK;
     struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_map_open(path, &map, err);
-    st = rmap_agree(context, st, err);
-    if (st == RMAP_OK)
-        *map_ret = map;
-    else
+    bool same = false;
+    for (int k = 0; k < TRIES && !same; k++) {
+        if (k > 0)
+            (void)nanosleep(&nap, NULL);
         rmap_map_close(map);
+        map = NULL;
+        st = rmap_map_open(path, &map, err);
+        RMAP_TRY(rmap_agree(context, st, err));
+        RMAP_TRY(same_on_all(context, map, &same, err));
+    }
+    if (!same)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM,
+                                "%s changes faster than %d ranks can open it: ask again, or with "
+                                "one rank",
+                                path, context->size));
+    *map_ret = map;
+    map = NULL;
+out:
+    rmap_map_close(map);
     return st;
 }
 

@@ -31,7 +31,7 @@ enum rmap_status rmap_load_scene(const struct rmap_context *context, const char 
                                  struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
-/* Collective. Opens the map on every rank. */
+/* Collective. Opens the map on every rank, in the same state on all of them. */
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
 

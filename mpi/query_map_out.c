@@ -8,6 +8,7 @@
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
+#include "mpi/load.h"
 #include "mpi/output.h"
 #include "mpi/progress.h"
 
@@ -19,6 +20,7 @@ struct writing {
     struct rmap_map_run run;         /* in the map's first colour space, for the index */
     struct rmap_map_content content; /* rank 0 */
     double begun;
+    bool made; /* rank 0: a map stands there that this query began */
 };
 
 bool rmap_map_answer_is(const char *path)
@@ -117,6 +119,7 @@ static enum rmap_status prepare(const struct rmap_context *context, struct writi
     RMAP_TRY(rmap_map_run_init(map, 0, self->encoding, &self->run, err));
     self->run.run.selection = self->selection;
     RMAP_TRY(rmap_map_create(answer->to, answer->force, err));
+    self->made = true;
     RMAP_TRY(write_index(self, NULL, NULL, false, err));
 out:
     return rmap_agree(context, st, err);
@@ -174,6 +177,8 @@ enum rmap_status rmap_map_answer_write(const struct rmap_context *context,
         st = summarise(context, &self, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    if (st != RMAP_OK && self.made)
+        rmap_discard_map(answer->to, err);
     rmap_map_run_fini(&self.run);
     rmap_map_content_fini(&self.content);
     rmap_tally_destroy(self.tally);

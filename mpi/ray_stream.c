@@ -334,7 +334,9 @@ static enum rmap_status gather(struct stream *self, struct rmap_error *err)
             RMAP_TRY(receive(self, from, true, &say, err));
         if (say != SAY_PART) {
             self->ended[from] = say == SAY_END;
-            goto out; /* why, that rank says when all agree */
+            if (say == SAY_END)
+                st = rmap_error_set(err, RMAP_INTERNAL, "rank %d ended before its last part", from);
+            goto out; /* why it failed, that rank says when all agree */
         }
         self->next[from]++;
         (void)choose(self, &first_ray);
