@@ -160,6 +160,21 @@ out:
     return st;
 }
 
+/* Collective. */
+static enum rmap_status define(struct rmap_session *session, const char *line,
+                               struct rmap_error *err)
+{
+    const struct rmap_context *context = session->context;
+    enum rmap_status st =
+        rmap_session_define(&session->criteria, line, rmap_map_scene(session->map), err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->rank == 0 && context->json)
+        st = rmap_json_line(json_pack("{s:s}", "defined", line), stdout, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
 static enum rmap_status show(const struct rmap_session *session, const char *what)
 {
     if (session->context->rank != 0)
@@ -189,9 +204,7 @@ enum rmap_status rmap_session_answer(struct rmap_session *session, const char *l
     if (after_word(line, "names"))
         return show(session, "names");
     if (after_word(line, "let"))
-        return rmap_agree(
-            session->context,
-            rmap_session_define(&session->criteria, line, rmap_map_scene(session->map), err), err);
+        return define(session, line, err);
     if ((rest = after_word(line, "list"))) {
         enum rmap_status st = read_list(rest, &limit, &line, err);
         if (st != RMAP_OK)
