@@ -76,18 +76,22 @@ static void compare_ray_numbers(const struct evaluation *ev, const struct rmap_c
                            : node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH  ? ray->path_length
                            : node->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
                                                                               : NULL;
-    const bool is_id = node->ray_number == RMAP_RAY_NUMBER_ID;
     const bool is_flux = node->ray_number == RMAP_RAY_NUMBER_FLUX;
     size_t n_source = ev->criterion->scene->n_source;
     if (stored) {
         rmap_compare_numbers(stored, ev->n_ray, &node->interval, verdict);
         return;
     }
+    if (node->ray_number == RMAP_RAY_NUMBER_ID) {
+        for (size_t i = 0; i < ev->n_ray; i++) {
+            bool inside = (ray->id[i] >= node->id_low) & (ray->id[i] <= node->id_high);
+            verdict[i] = inside != node->interval.outside ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+        }
+        return;
+    }
     for (size_t i = 0; i < ev->n_ray; i++) {
         double number = (double)NAN;
-        if (is_id)
-            number = (double)ray->id[i];
-        else if (!is_flux)
+        if (!is_flux)
             number = ray->segment_count[i];
         else if ((size_t)ray->source[i] < n_source)
             number = ray->weight[i] * ev->evidence->flux_per_weight[ray->source[i]];

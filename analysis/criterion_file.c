@@ -139,8 +139,8 @@ enum rmap_status rmap_criteria_create(const char *text, const char *label,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_criteria *criteria = rmap_alloc(1, sizeof *criteria);
-    if (criteria) {
-        criteria->text = rmap_strdup(text);
+    if (criteria) { /* editors put a byte order mark at the front */
+        criteria->text = rmap_strdup(text + (strncmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0));
         criteria->label = rmap_strdup(label);
     }
     if (!criteria || !criteria->text || !criteria->label) {

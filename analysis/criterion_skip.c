@@ -2,7 +2,7 @@
  *
  * Which portions a criterion can skip, by their summaries.
  */
-#include <math.h>
+#include <stdint.h>
 
 #include "analysis/criterion_tree.h"
 
@@ -88,24 +88,24 @@ bool rmap_criterion_may_match(const struct rmap_criterion *criterion,
     return possible_of(criterion, criterion->root, summary).yes;
 }
 
-static double last_ray(const struct rmap_criterion *criterion, int32_t index)
+static uint64_t last_ray(const struct rmap_criterion *criterion, int32_t index)
 {
     const struct rmap_criterion_node *node = &criterion->node[index];
     bool is_and = node->kind == RMAP_CRITERION_AND;
     if (node->kind == RMAP_CRITERION_NUMBER && node->ray_number == RMAP_RAY_NUMBER_ID &&
         !node->interval.outside)
-        return node->interval.high;
+        return node->id_high;
     if (!is_and && node->kind != RMAP_CRITERION_OR)
-        return (double)INFINITY;
-    double last = is_and ? (double)INFINITY : -(double)INFINITY;
+        return UINT64_MAX;
+    uint64_t last = is_and ? UINT64_MAX : 0;
     for (int32_t child = node->first; child >= 0; child = criterion->node[child].next) {
-        double its = last_ray(criterion, child);
-        last = is_and ? fmin(last, its) : fmax(last, its);
+        uint64_t its = last_ray(criterion, child);
+        last = (its < last) == is_and ? its : last;
     }
     return last;
 }
 
-double rmap_criterion_last_ray(const struct rmap_criterion *criterion)
+uint64_t rmap_criterion_last_ray(const struct rmap_criterion *criterion)
 {
     return last_ray(criterion, criterion->root);
 }
@@ -113,6 +113,6 @@ double rmap_criterion_last_ray(const struct rmap_criterion *criterion)
 bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,
                           const struct rmap_portion_summary *summary)
 {
-    return (double)first_ray > rmap_criterion_last_ray(criterion) ||
+    return first_ray > rmap_criterion_last_ray(criterion) ||
            !rmap_criterion_may_match(criterion, summary);
 }

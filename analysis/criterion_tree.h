@@ -134,7 +134,10 @@ struct rmap_criterion_node {
     rmap_column_set columns; /* that decide it; set by the plan, so that of a subtree */
     struct rmap_interval interval;
     union {
-        enum rmap_ray_number ray_number;
+        struct {
+            enum rmap_ray_number ray_number;
+            uint64_t id_low, id_high; /* of ID the interval, exactly: a double holds 2^53 */
+        };
         enum rmap_registration_number its_number;
         struct {
             struct rmap_index_set source;
@@ -182,8 +185,8 @@ enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
 /* Orders children by cost and sets columns, n_mask and the bits of every test. */
 void rmap_criterion_plan(struct rmap_criterion *criterion);
 
-/* Rays with larger ids cannot match; infinite without such a bound. */
-double rmap_criterion_last_ray(const struct rmap_criterion *criterion);
+/* Rays with larger ids cannot match; UINT64_MAX without such a bound. */
+uint64_t rmap_criterion_last_ray(const struct rmap_criterion *criterion);
 
 /* True when no ray of a portion with this first ray and summary can match. */
 bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,

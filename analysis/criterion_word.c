@@ -4,7 +4,9 @@
  * share: names and sets.
  */
 #include <math.h>
+#include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "analysis/criterion_parser.h"
@@ -276,6 +278,42 @@ static enum rmap_status parse_comparison(struct rmap_parser *parser, const struc
     return RMAP_OK;
 }
 
+static uint64_t id_of(long double v)
+{
+    return v >= (long double)UINT64_MAX ? UINT64_MAX : (uint64_t)v;
+}
+
+/* The ids that the comparison at byte `begin`, parsed already, holds for. */
+static enum rmap_status set_ids(struct rmap_parser *parser, size_t begin,
+                                struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *text = parser->text;
+    struct rmap_token relation, low, high;
+    RMAP_TRY(rmap_token_read(text, begin, &relation, parser->err));
+    RMAP_TRY(rmap_token_read(text, relation.end, &low, parser->err));
+    high = low;
+    if (relation.kind == RMAP_TOKEN_WORD) {
+        RMAP_TRY(rmap_token_read(text, low.end, &high, parser->err));
+        RMAP_TRY(rmap_token_read(text, high.end, &high, parser->err));
+    }
+    long double v = strtold(text + low.begin, NULL), from = ceill(v);
+    long double to = floorl(strtold(text + high.begin, NULL));
+    if (relation.kind == RMAP_TOKEN_LT || relation.kind == RMAP_TOKEN_LE)
+        from = 0;
+    else if (relation.kind == RMAP_TOKEN_GT || relation.kind == RMAP_TOKEN_GE)
+        to = (long double)INFINITY;
+    if (relation.kind == RMAP_TOKEN_LT)
+        to = ceill(v) - 1;
+    else if (relation.kind == RMAP_TOKEN_GT)
+        from = floorl(v) + 1;
+    from = fmaxl(from, 0);
+    node->id_low = from <= to ? id_of(from) : 1; /* 1 > 0: none */
+    node->id_high = from <= to ? id_of(to) : 0;
+out:
+    return st;
+}
+
 enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
 {
     enum rmap_status st = RMAP_OK;
@@ -298,7 +336,10 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
         node.kind = RMAP_CRITERION_NUMBER;
         node.ray_number = word->ray_number;
     }
+    size_t begin = parser->token.begin;
     RMAP_TRY(parse_comparison(parser, word, &token, &node.interval));
+    if (node.kind == RMAP_CRITERION_NUMBER && node.ray_number == RMAP_RAY_NUMBER_ID)
+        RMAP_TRY(set_ids(parser, begin, &node));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
 out:

@@ -104,7 +104,7 @@ static enum rmap_status read_set(struct reader *reader, uint32_t *letters)
 
 static bool is_name_start(char c)
 {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_' || (unsigned char)c >= 0x80;
 }
 
 static bool is_name_char(char c)
@@ -112,7 +112,8 @@ static bool is_name_char(char c)
     return is_name_start(c) || (c >= '0' && c <= '9');
 }
 
-/* The longest [A-Za-z_]\w*(\.\w+)*, or a quoted name. */
+/* The longest [A-Za-z_]\w*(\.\w+)*, or a quoted name. Bytes beyond ASCII are letters here as they
+ * are outside of paths. */
 static enum rmap_status read_name(struct reader *reader, struct rmap_token *token)
 {
     enum rmap_status st = RMAP_OK;

@@ -86,6 +86,8 @@ static XXH128_hash_t hash_node(const struct rmap_criterion *criterion,
         break;
     case RMAP_CRITERION_NUMBER:
         add_number(state, node->ray_number);
+        add_number(state, node->id_low);
+        add_number(state, node->id_high);
         break;
     case RMAP_CRITERION_ITS_NUMBER:
         add_number(state, node->its_number);

@@ -29,5 +29,17 @@ PY
 
 expect 0 '' "$RAYMAP" trace scene.yaml -o end.raymap -n 5000 --first-ray 18446744073709546615 --quiet
 expect 0 "$last" "$RAYMAP" report end.raymap $last
+# Ids are compared exactly: no double tells these from their neighbours.
+expect 0 'rays +1 of' "$RAYMAP" query end.raymap "ray == $last"
+expect 0 'rays +4,999 of' "$RAYMAP" query end.raymap "ray != $last"
+expect 0 'rays +4,999 of' "$RAYMAP" query end.raymap "ray < $last"
+expect 0 'rays +3 of' "$RAYMAP" query end.raymap "ray in 18446744073709551612..$last"
+expect 0 'rays +2 of' "$RAYMAP" query end.raymap "ray > 18446744073709551612"
+expect 0 'rays +0 of' "$RAYMAP" query end.raymap "ray == 18446744073709551615 or ray == 1.5"
+expect 0 'rays +5,000 of' "$RAYMAP" query end.raymap 'ray >= -1 and ray < 1e30'
+"$RAYMAP" query end.raymap "ray == $last" "ray == 18446744073709551613" --count --json --quiet >two.json
+python3 -c 'import json; assert [a["rays"]["matched"] for a in json.load(open("two.json"))] == [1, 1]' ||
+    { echo "FAILED: two ids in one call"; failures=1; }
+expect 0 "^$last " "$RAYMAP" query end.raymap "ray >= $last" --limit 2
 rm -rf ./*.raymap
 finish

@@ -93,6 +93,7 @@ static void names_stand_for_their_criteria(void **state)
         {"let hit = all", "@hit and hit(tube)", 6}, /* words of the language are names too */
         {"let let = hit(tube)", "@let", 6},
         {"\r\nlet a =\r\n hit(tube)\r\n", "(@a)", 6},
+        {"\xef\xbb\xbflet a = hit(tube)", "@a", 6}, /* a byte order mark */
     };
     for (size_t i = 0; i < sizeof table / sizeof *table; i++) {
         struct rmap_error err = {0};

@@ -297,16 +297,20 @@ static void test_last_ray(void **state)
     (void)state;
     static const struct {
         const char *text;
-        double last;
+        uint64_t last;
     } row[] = {
-        {"all", (double)INFINITY},
+        {"all", UINT64_MAX},
         {"ray in 3..99", 99},
         {"ray == 7 and hit(tube)", 7},
+        {"ray == 9007199254740993", 9007199254740993}, /* 2^53 + 1: no double */
+        {"ray < 18446744073709551614", 18446744073709551613u},
+        {"ray < 7.5", 7},
+        {"ray <= 1e30", UINT64_MAX},
         {"ray <= 7 or ray == 12", 12},
-        {"ray == 7 or hit(tube)", (double)INFINITY},
-        {"not ray == 7", (double)INFINITY},
-        {"ray != 7", (double)INFINITY},
-        {"ray > 7", (double)INFINITY},
+        {"ray == 7 or hit(tube)", UINT64_MAX},
+        {"not ray == 7", UINT64_MAX},
+        {"ray != 7", UINT64_MAX},
+        {"ray > 7", UINT64_MAX},
     };
     struct test_scene t;
     test_scene_init(&t);
