@@ -143,6 +143,20 @@ static bool read_sign(const char *text, struct rmap_token *token)
     return false;
 }
 
+static enum rmap_status fail_character(const char *text, size_t at, struct rmap_error *err)
+{
+    char c = text[at];
+    if (c == '=')
+        return rmap_criterion_fail(text, at, at + 1, err,
+                                   "unexpected '=' (equality is written '==')");
+    if (c <= ' ' || c >= 0x7f)
+        return rmap_criterion_fail(text, at, at + 1, err, "unexpected character with code %d",
+                                   (unsigned char)c);
+    bool in_word = at > 0 && continues_word(text[at - 1]) && continues_word(text[at + 1]);
+    return rmap_criterion_fail(text, at, at + 1, err, "unexpected character '%c'%s", c,
+                               in_word ? " (a name with such signs stands in single quotes)" : "");
+}
+
 enum rmap_status rmap_token_read(const char *text, size_t begin, struct rmap_token *token_ret,
                                  struct rmap_error *err)
 {
@@ -159,12 +173,7 @@ enum rmap_status rmap_token_read(const char *text, size_t begin, struct rmap_tok
     else if (c == '\'' || c == '"')
         st = read_quoted(text, &token, err);
     else if (!read_sign(text, &token))
-        st = c == '=' ? rmap_criterion_fail(text, begin, begin + 1, err,
-                                            "unexpected '=' (equality is written '==')")
-             : c > ' ' && c < 0x7f
-                 ? rmap_criterion_fail(text, begin, begin + 1, err, "unexpected character '%c'", c)
-                 : rmap_criterion_fail(text, begin, begin + 1, err,
-                                       "unexpected character with code %d", (unsigned char)c);
+        st = fail_character(text, begin, err);
     if (st == RMAP_OK)
         *token_ret = token;
     return st;

@@ -97,7 +97,7 @@ enum rmap_status rmap_parse_event_test(struct rmap_parser *parser, struct rmap_c
     node->kind = RMAP_CRITERION_STEPS;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(parse_event(parser, &node->steps.events));
-    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
 out:
     return st;
 }
@@ -109,7 +109,7 @@ enum rmap_status rmap_parse_medium(struct rmap_parser *parser, struct rmap_crite
     node->steps.of_medium = true;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_MEDIUM, &node->steps.medium));
-    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
 out:
     return st;
 }
@@ -164,6 +164,14 @@ static const char *const parameter_words[] = {
     "reflectance",       "reflect_specular", "reflect_diffuse",
     "transmit_specular", "transmit_diffuse", "absorb",
 };
+
+static bool is_parameter(const struct rmap_parser *parser, const struct rmap_token *token)
+{
+    for (size_t i = 0; i < sizeof parameter_words / sizeof *parameter_words; i++)
+        if (rmap_token_is(parser->text, token, parameter_words[i]))
+            return true;
+    return false;
+}
 
 /* Mean over the channels; NaN where it depends on the angle (bare glass, metal). */
 static double surface_parameter(const struct rmap_scene *scene, const struct rmap_surface *surface,
@@ -242,6 +250,13 @@ enum rmap_status rmap_parse_surface(struct rmap_parser *parser, struct rmap_crit
     } else {
         bool found = false;
         RMAP_TRY(rmap_parser_look_up(parser, &name, RMAP_WANTED_SURFACE, &set, &found));
+        if (!found && is_parameter(parser, &name)) {
+            st = RMAP_PARSER_FAIL(parser, &name,
+                                  "'%.*s' is a number: compare it, as in 'surface(%.*s < 0.1)'",
+                                  (int)(name.end - name.begin), parser->text + name.begin,
+                                  (int)(name.end - name.begin), parser->text + name.begin);
+            goto out;
+        }
         if (!found) {
             st = rmap_names_fail(parser->names, parser->text, &name, RMAP_WANTED_SURFACE,
                                  parser->err);
