@@ -132,9 +132,12 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_
     size_t at = rmap_history_find(self->index, info->first_ray, info->n_row, info->digest);
     if (at == SIZE_MAX)
         return RMAP_OK;
-    st = rmap_history_view_open(self->index, at, &self->view, err);
+    struct rmap_error why = {0};
+    st = rmap_history_view_open(self->index, at, &self->view, &why);
     if (st == RMAP_FORMAT) /* the columns know, too; `verify` tells of the damage */
         return RMAP_OK;
+    if (st != RMAP_OK && err)
+        *err = why;
     if (st == RMAP_OK) {
         self->nbytes += self->view.nbytes;
         *view_ret = &self->view;
