@@ -278,6 +278,24 @@ enum rmap_status rmap_map_history_measure(const struct rmap_map *map, size_t *n_
     return RMAP_OK;
 }
 
+enum rmap_status rmap_map_history_survey(const struct rmap_map *map,
+                                         struct rmap_history_survey *survey, struct rmap_error *err)
+{
+    *survey = (struct rmap_history_survey){0};
+    enum rmap_status st = rmap_map_history_measure(map, &survey->n_piece, &survey->nbytes, err);
+    if (st != RMAP_OK || survey->n_piece == 0)
+        return st;
+    for (size_t i = 0; i < map->content.n_piece; i++) {
+        struct rmap_error why = {0};
+        st = rmap_map_history_open(map, i, NULL, &why);
+        if (st == RMAP_OK || st == RMAP_INPUT)
+            continue;
+        if (survey->n_unused++ == 0)
+            survey->why = why;
+    }
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_map_history_check(const struct rmap_map *map, size_t piece,
                                         struct rmap_error *err)
 {

@@ -41,6 +41,18 @@ enum rmap_status rmap_map_history_measure(const struct rmap_map *map, size_t *n_
                                           uint64_t *nbytes_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* Those files, and how many of them are of no use to a query, which then reads columns. Opens each.
+ */
+struct rmap_history_survey {
+    size_t n_piece;
+    uint64_t nbytes;
+    size_t n_unused;
+    struct rmap_error why; /* of the first of these */
+};
+enum rmap_status rmap_map_history_survey(const struct rmap_map *map,
+                                         struct rmap_history_survey *survey,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 /* Checks every byte of the file of a piece's index, and that it is of the piece's rays. RMAP_INPUT:
  * there is none; RMAP_FORMAT says what is wrong. */
 enum rmap_status rmap_map_history_check(const struct rmap_map *map, size_t piece,

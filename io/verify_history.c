@@ -64,7 +64,7 @@ static const char *compare(const struct rmap_history_view *view, const struct rm
 {
     size_t n_registration = rays->n_row[RMAP_TABLE_REGISTRATION];
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (RMAP_HISTORY_DISCRETE & RMAP_COLUMN_BIT(c) &&
+        if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c) &&
             !same_column(rays, said, (enum rmap_column)c))
             return rmap_column_info((enum rmap_column)c)->path;
     if (!same_weights(view, rays))
@@ -87,7 +87,7 @@ static enum rmap_status check(const struct rmap_history_index *index, size_t at,
     if (st == RMAP_OK)
         st = rmap_history_view_open(index, at, &view, &why);
     if (st == RMAP_OK)
-        st = rmap_history_unfold(&view, RMAP_HISTORY_DISCRETE, said, &why);
+        st = rmap_history_unfold(&view, RMAP_COLUMNS_DISCRETE, said, &why);
     if (st == RMAP_FORMAT) {
         (void)snprintf(text, text_len, "%s", why.text);
         st = RMAP_OK;

@@ -136,14 +136,8 @@ static json_t *selection_json(const struct rmap_selection *selection)
                      "emitted", emitted);
 }
 
-/* What `raymap index` made. */
-struct indexed {
-    size_t n_piece;
-    uint64_t nbytes;
-};
-
 static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summary *summary,
-                         const struct indexed *indexed)
+                         const struct rmap_history_survey *indexed)
 {
     char digest[33];
     rmap_digest_text(summary->digest, digest);
@@ -154,7 +148,7 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
                                  "git", summary->git_revision, "hdf5", summary->hdf5_version,
                                  "embree", summary->embree_version, "isa", summary->isa);
     return json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
-                     "s:o, s:{s:I, s:I}, s:o}",
+                     "s:o, s:{s:I, s:I, s:I, s:s}, s:o}",
                      "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
                      (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
                      (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
@@ -164,8 +158,9 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
                      objects_json(rmap_map_scene(map)), "detectors", detectors_json(map), "shards",
                      shards_json(map), "ranks", summary->n_rank, "versions", versions, "spaces",
                      spaces_json(map), "trouble", trouble_json(map), "index", "pieces",
-                     (json_int_t)indexed->n_piece, "bytes", (json_int_t)indexed->nbytes,
-                     "selection", selection_json(rmap_map_selection(map)));
+                     (json_int_t)indexed->n_piece, "bytes", (json_int_t)indexed->nbytes, "unused",
+                     (json_int_t)indexed->n_unused, "why", indexed->why.text, "selection",
+                     selection_json(rmap_map_selection(map)));
 }
 
 static void print_detectors(const struct rmap_map *map, FILE *out)
@@ -210,8 +205,8 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
 }
 
 static void print_info(const char *path, const struct rmap_map *map,
-                       const struct rmap_map_summary *summary, const struct indexed *indexed,
-                       bool damaged, FILE *out)
+                       const struct rmap_map_summary *summary,
+                       const struct rmap_history_survey *indexed, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
     char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], registrations[RMAP_GROUPED_LEN];
@@ -233,6 +228,11 @@ static void print_info(const char *path, const struct rmap_map *map,
     if (indexed->n_piece > 0)
         fprintf(out, "  history indexes of %zu pieces: %.1f MB beside that\n", indexed->n_piece,
                 1e-6 * (double)indexed->nbytes);
+    if (indexed->n_unused > 0)
+        fprintf(out,
+                "  history indexes of %zu pieces cannot be used: raymap index makes them "
+                "again (%s)\n",
+                indexed->n_unused, indexed->why.text);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
     fprintf(out, "  made by raymap %s (%s) with Embree %s (%s), HDF5 %s\n",
@@ -268,8 +268,8 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     for (size_t i = 0; i < rmap_map_n_trouble(map); i++)
         fprintf(stderr, "raymap: %s\n", rmap_map_trouble(map, i));
     summary.complete = summary.complete && pieces == RMAP_OK;
-    struct indexed indexed;
-    st = rmap_map_history_measure(map, &indexed.n_piece, &indexed.nbytes, err);
+    struct rmap_history_survey indexed;
+    st = rmap_map_history_survey(map, &indexed, err);
     if (st != RMAP_OK)
         return st;
     if (context->json)

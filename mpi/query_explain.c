@@ -5,11 +5,13 @@
 #include <stdio.h>
 
 #include "analysis/query_plan.h"
+#include "io/map_history.h"
 #include "mpi/json_out.h"
 #include "mpi/query_rays_out.h"
 
 static json_t *explain_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
-                            const struct rmap_query_plan *plan)
+                            const struct rmap_query_plan *plan,
+                            const struct rmap_history_survey *indexed)
 {
     size_t n_portion = rmap_map_n_portion(map);
     json_t *names = json_array();
@@ -18,18 +20,20 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
             (void)json_array_append_new(names,
                                         json_string(rmap_column_info((enum rmap_column)c)->path));
     return json_pack(
-        "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I}, s:I}", "criterion",
-        rmap_criterion_text(criterion), "columns", names, "portions", "total",
+        "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s}, s:I}",
+        "criterion", rmap_criterion_text(criterion), "columns", names, "portions", "total",
         (json_int_t)n_portion, "read", (json_int_t)(n_portion - plan->n_skipped), "skipped",
         (json_int_t)plan->n_skipped, "index", "by_paths", (json_int_t)plan->n_by_path, "by_rows",
         (json_int_t)plan->n_by_row, "without", (json_int_t)plan->n_by_column, "rays",
         (json_int_t)plan->n_index_ray, "undecided_rays", (json_int_t)plan->n_open_ray,
         "undecided_portions", (json_int_t)plan->n_open_portion, "bytes",
-        (json_int_t)plan->index_nbytes, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
+        (json_int_t)plan->index_nbytes, "unused_pieces", (json_int_t)indexed->n_unused, "why",
+        indexed->why.text, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
 }
 
 static void print_text(const struct rmap_map *map, const struct rmap_criterion *criterion,
-                       const struct rmap_query_plan *plan)
+                       const struct rmap_query_plan *plan,
+                       const struct rmap_history_survey *indexed)
 {
     size_t n_portion = rmap_map_n_portion(map);
     printf("%s\n  portions %llu of %zu to read, %llu skipped\n", rmap_criterion_text(criterion),
@@ -46,6 +50,9 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
     if (plan->n_by_column > 0)
         printf("  index    none for %llu portions: their columns answer\n",
                (unsigned long long)plan->n_by_column);
+    if (indexed->n_unused > 0)
+        printf("  index    of %zu pieces cannot be used: raymap index makes it again (%s)\n",
+               indexed->n_unused, indexed->why.text);
     printf("  columns ");
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (plan->columns & RMAP_COLUMN_BIT(c))
@@ -59,14 +66,16 @@ enum rmap_status rmap_query_explain(const struct rmap_context *context, const st
                                     bool rays_wanted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_history_survey indexed;
     json_t *list = json_array();
+    RMAP_TRY(rmap_map_history_survey(map, &indexed, err));
     for (size_t c = 0; c < n_criterion; c++) {
         struct rmap_query_plan plan;
         RMAP_TRY(rmap_query_plan(map, criterion[c], rays_wanted, &plan, err));
         if (context->json)
-            (void)json_array_append_new(list, explain_json(map, criterion[c], &plan));
+            (void)json_array_append_new(list, explain_json(map, criterion[c], &plan, &indexed));
         else
-            print_text(map, criterion[c], &plan);
+            print_text(map, criterion[c], &plan, &indexed);
     }
     if (context->json) {
         st = rmap_json_print(list, stdout, err);

@@ -20,16 +20,9 @@
 #include "base/status.h"
 #include "trace/portion.h"
 
-/* Columns that an index is built of; those without weight and relative are the discrete ones, which
- * it gives back. */
-#define RMAP_HISTORY_DISCRETE                                                                      \
-    (RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_stop) |                           \
-     RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
-     RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |                  \
-     RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |           \
-     RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered))
+/* Columns that an index is built of; it gives the discrete ones back. */
 #define RMAP_HISTORY_COLUMNS                                                                       \
-    (RMAP_HISTORY_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_weight) |                                    \
+    (RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_weight) |                                    \
      RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative))
 
 /* Of one piece. Immutable, thread-safe. */
@@ -54,7 +47,7 @@ const struct rmap_history_class *rmap_history_classes(const struct rmap_history_
 size_t rmap_history_n_hit(const struct rmap_history_index *index);
 const struct rmap_history_hit *rmap_history_hits(const struct rmap_history_index *index);
 
-/* The dictionary as a portion: its rays are the distinct paths, its columns RMAP_HISTORY_DISCRETE,
+/* The dictionary as a portion: its rays are the distinct paths, its columns RMAP_COLUMNS_DISCRETE,
  * the others are NULL. 0 rays: no portion is in the form PATHS. */
 const struct rmap_portion *rmap_history_paths(const struct rmap_history_index *index);
 

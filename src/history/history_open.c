@@ -23,6 +23,10 @@ static enum rmap_status check_size(const uint8_t *bytes, size_t nbytes,
     if (nbytes < sizeof *head + sizeof checksum)
         return bad(err, "its head is cut off");
     memcpy(head, bytes, sizeof *head);
+    if (head->magic != RMAP_HISTORY_MAGIC && head->magic << 8 == RMAP_HISTORY_MAGIC << 8)
+        return rmap_error_set(
+            err, RMAP_FORMAT,
+            "the history index is of another format: raymap index makes it again");
     if (head->magic != RMAP_HISTORY_MAGIC)
         return bad(err, "it does not begin like one");
     if (head->n_class > RMAP_HISTORY_CLASS_MAX || head->n_hit > RMAP_HISTORY_CLASS_MAX ||
@@ -80,7 +84,7 @@ static enum rmap_status reserve_paths(struct rmap_history_index *self,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(self->paths, (enum rmap_table)t, (size_t)n[t],
-                                      RMAP_HISTORY_DISCRETE, err));
+                                      RMAP_COLUMNS_DISCRETE, err));
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         self->paths->n_row[t] = (size_t)n[t];
 out:
@@ -219,7 +223,7 @@ size_t rmap_history_nbytes(const struct rmap_history_index *self)
                     self->n_hit * sizeof *self->hit + self->n_portion * sizeof *self->place +
                     2 * sizeof(uint32_t) * self->paths->n_row[RMAP_TABLE_RAY];
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
-        if (RMAP_HISTORY_DISCRETE & RMAP_COLUMN_BIT(c))
+        if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c))
             nbytes += self->paths->cap[rmap_column_info((enum rmap_column)c)->table] *
                       rmap_portion_row_nbytes(self->paths, (enum rmap_column)c);
     return nbytes;

@@ -8,7 +8,8 @@
 
 #include "history/history_index.h"
 
-#define RMAP_HISTORY_MAGIC UINT64_C(0x31747369482e6d72) /* "rm.Hist1" */
+#define RMAP_HISTORY_MAGIC                                                                         \
+    UINT64_C(0x31747369482e6d72) /* "rm.Hist1": its last byte counts formats */
 
 enum {
     RMAP_HISTORY_RAY_MAX = 65535,       /* of a portion */

@@ -203,7 +203,7 @@ static enum rmap_status unfold_paths(const struct rmap_history_view *view, rmap_
 enum rmap_status rmap_history_unfold(const struct rmap_history_view *view, rmap_column_set columns,
                                      struct rmap_portion *out, struct rmap_error *err)
 {
-    columns = (columns & RMAP_HISTORY_DISCRETE) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
+    columns = (columns & RMAP_COLUMNS_DISCRETE) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
               RMAP_COLUMN_BIT(RMAP_RAY_registration_count);
     enum rmap_status st = reserve(view, columns, out, err);
     if (st != RMAP_OK)

@@ -79,7 +79,7 @@ static void use(const struct rmap_history_index *index)
             continue;
         if (view.form == RMAP_HISTORY_ROWS)
             use_rows(&view);
-        st = rmap_history_unfold(&view, RMAP_HISTORY_DISCRETE, out, &err);
+        st = rmap_history_unfold(&view, RMAP_COLUMNS_DISCRETE, out, &err);
         rmap_fuzz_demand(st == RMAP_OK || st == RMAP_FORMAT, "status of its columns");
     }
     rmap_portion_destroy(out);

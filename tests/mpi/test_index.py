@@ -73,7 +73,7 @@ def test_sizes_and_same_bytes():
         assert (made["pieces"], made["made"]) == (n, n) and made["share"] < 0.1, made
         assert len(indexes(name)) == n
         info = told("info", name)
-        assert info["index"] == {"pieces": n, "bytes": made["bytes"]}
+        assert info["index"] == {"pieces": n, "bytes": made["bytes"], "unused": 0, "why": ""}
         assert info["bytes"] == made["map_bytes"]
         assert told("index", name)["made"] == 0
         again(name)
@@ -130,6 +130,32 @@ def test_of_other_rays():
     assert [one["file"] for one in found] == ["shard-00000/piece-00077.history.h5"], found
     told("repair", "b.raymap")
     assert not os.path.exists(stray) and told("verify", "b.raymap")["ok"]
+
+
+def unused(path, n, why):
+    found = told("info", path)["index"]
+    assert found["unused"] == n and why in found["why"], found
+    planned = told("query", path, "all", "--explain")[0]["index"]
+    assert planned["unused_pieces"] == n and why in planned["why"], planned
+    for said in run("info", path)[0], run("query", path, "all", "--explain")[0]:
+        assert (f"of {n} pieces cannot be used" in said and why in said) == (n > 0), said
+
+
+def test_one_that_is_not_used_is_told_of():
+    again("room.raymap")
+    before = answers("b.raymap")
+    unused("b.raymap", 0, "")
+    for index in indexes("b.raymap")[1:]:
+        with open(os.path.join("b.raymap", index), "r+b") as file:
+            file.truncate(1000)
+    n = len(indexes("b.raymap")) - 1
+    unused("b.raymap", n, "cut off")
+    assert answers("b.raymap") == before
+    assert told("index", "b.raymap")["made"] == n
+    unused("b.raymap", 0, "")
+    first, second = (os.path.join("b.raymap", name) for name in indexes("b.raymap")[:2])
+    shutil.copy(first, second)
+    unused("b.raymap", 1, "not those of its piece")
 
 
 def test_convert_and_merge():

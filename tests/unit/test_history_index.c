@@ -209,7 +209,7 @@ static void same_columns(const struct rmap_portion *a, const struct rmap_portion
         enum rmap_column column = (enum rmap_column)c;
         enum rmap_table table = rmap_column_info(column)->table;
         assert_int_equal(a->n_row[table], b->n_row[table]);
-        if (RMAP_HISTORY_DISCRETE & RMAP_COLUMN_BIT(c) && a->n_row[table] > 0)
+        if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c) && a->n_row[table] > 0)
             assert_memory_equal(rmap_portion_column(a, column), rmap_portion_column(b, column),
                                 a->n_row[table] * rmap_portion_row_nbytes(a, column));
     }
@@ -374,6 +374,9 @@ static void test_damage_is_told(void **state)
         assert_int_equal(rmap_history_open(rig->bytes.head, cut, &body, &limits, &rig->index, &err),
                          RMAP_FORMAT);
     }
+    rig->bytes.head[7]++;
+    assert_int_equal(open_index(rig, true, &err), RMAP_FORMAT);
+    assert_non_null(strstr(err.text, "of another format"));
 }
 
 static void test_values_lie_in_the_scene(void **state)
