@@ -1,12 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/load.h"
 
+#include <stdio.h>
 #include <string.h>
 #include <time.h>
 
 #include "base/alloc.h"
 #include "io/map_writer.h"
 #include "mpi/agree.h"
+#include "mpi/progress.h"
 
 enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
                                          struct rmap_scene_options *options, struct rmap_error *err)
@@ -117,6 +119,18 @@ out:
     return st;
 }
 
+/* An answer from part of the rays must not be taken for one from all. */
+static void remark_incomplete(const struct rmap_context *context, const char *path,
+                              const struct rmap_map *map)
+{
+    struct rmap_map_summary summary;
+    char rays[RMAP_GROUPED_LEN];
+    rmap_map_summarise(map, &summary);
+    if (context->rank == 0 && !context->quiet && !summary.complete)
+        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s rays\n", path,
+                rmap_grouped(summary.n_row[RMAP_TABLE_RAY], rays));
+}
+
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err)
 {
@@ -139,6 +153,7 @@ enum rmap_status rmap_load_map(const struct rmap_context *context, const char *p
                                 "%s changes faster than %d ranks can open it: ask again, or with "
                                 "one rank",
                                 path, context->size));
+    remark_incomplete(context, path, map);
     *map_ret = map;
     map = NULL;
 out:

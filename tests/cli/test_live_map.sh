@@ -18,7 +18,9 @@ for _ in $(seq 300); do
     sleep 0.1
 done
 [ "${rays:-0}" -gt 0 ] || fail "a live map shows no rays"
-"$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json || fail "a live map answers no query"
+"$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json 2>remark.txt || fail "a live map answers no query"
+grep -q 'live.raymap is not complete (see: raymap info): it holds [0-9,]* rays' remark.txt || fail "query does not say that the map is not complete"
+[ -z "$("$RAYMAP" query live.raymap 'ray < 5' --limit 1 --quiet 2>&1 >/dev/null)" ] || fail "query --quiet talks"
 
 "$RAYMAP" info live.raymap | grep -q 'NOT complete: it is being traced' || fail "info does not say that it is being traced"
 
