@@ -8,6 +8,7 @@
 
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
+#include "io/publish.h"
 #include "mpi/json_out.h"
 #include "mpi/ray_lines.h"
 
@@ -64,11 +65,29 @@ enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap
 struct rmap_rays_out {
     const struct rmap_context *context;
     const struct rmap_map *map;
-    const char *path; /* NULL: stdout */
+    const char *path;            /* NULL: stdout */
+    char *directory, *temporary; /* of a file; it is written under another name */
     const struct format *format;
     FILE *file;
     uint64_t n_ray, n_segment;
 };
+
+/* What stands under the name stays until the answer is complete. */
+static enum rmap_status open_file(struct rmap_rays_out *self, struct rmap_error *err)
+{
+    const char *slash = strrchr(self->path, '/'), *name = slash ? slash + 1 : self->path;
+    self->directory = !slash ? rmap_strdup(".")
+                      : slash == self->path
+                          ? rmap_strdup("/")
+                          : rmap_path_format("%.*s", (int)(slash - self->path), self->path);
+    self->temporary = self->directory ? rmap_temporary_path(self->directory, name) : NULL;
+    if (!self->temporary)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answer");
+    self->file = fopen(self->temporary, "w");
+    return self->file ? RMAP_OK
+                      : rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", self->path,
+                                       strerror(errno));
+}
 
 enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
                                      const char *path, struct rmap_rays_out **out_ret,
@@ -81,10 +100,12 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
     self->map = map;
     self->path = path;
     self->format = path ? format_of(path) : context->json ? &json_format : &text_format;
-    self->file = path ? fopen(path, "w") : stdout;
-    if (!self->file) {
-        rmap_free(self);
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    self->file = stdout;
+    enum rmap_status st = path ? open_file(self, err) : RMAP_OK;
+    if (st != RMAP_OK) {
+        self->file = NULL;
+        rmap_rays_out_destroy(self);
+        return st;
     }
     fputs(self->format->first, self->file);
     *out_ret = self;
@@ -127,9 +148,12 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
     self->file = NULL;
     if (fclose(file) != 0 || failed) {
         enum rmap_status st = cannot_write(self, err);
-        (void)remove(self->path);
+        (void)remove(self->temporary);
         return st;
     }
+    enum rmap_status st = rmap_publish_over(self->directory, self->temporary, self->path, err);
+    if (st != RMAP_OK)
+        return st;
     if (self->context->json)
         return rmap_json_print(
             json_pack("{s:s, s:I}", "output", self->path, "rays", (json_int_t)self->n_ray), stdout,
@@ -142,9 +166,13 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
 
 void rmap_rays_out_destroy(struct rmap_rays_out *self)
 {
-    if (self && self->path && self->file) {
+    if (!self)
+        return;
+    if (self->path && self->file) {
         (void)fclose(self->file);
-        (void)remove(self->path);
+        (void)remove(self->temporary);
     }
+    rmap_free(self->temporary);
+    rmap_free(self->directory);
     rmap_free(self);
 }

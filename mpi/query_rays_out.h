@@ -24,7 +24,8 @@ enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *r
 /* Ends the list, and says of a file what is in it. */
 enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *out,
                                       struct rmap_error *err) RMAP_MUST_USE;
-/* Removes the file when it was not finished: half an answer is none. NULL is fine. */
+/* Removes what was written of a file that was not finished: half an answer is none, and what had
+ * its name keeps it. NULL is fine. */
 void rmap_rays_out_destroy(struct rmap_rays_out *out);
 
 /* Rank 0. What would be read; rays_wanted: with all columns of the rays that match. */

@@ -70,6 +70,17 @@ expect 2 'one criterion' "$RAYMAP" query a.raymap all all --limit 3
 expect 2 '' "$RAYMAP" query a.raymap all --limit 0
 touch there.csv
 expect 2 'exists' "$RAYMAP" query a.raymap all -o there.csv
+echo old >there.csv
+cp -r a.raymap bad.raymap && piece=bad.raymap/shard-00000/piece-00000.h5
+for share in 2 3 4 5 6 7 8; do
+    printf 'damaged' | dd of=$piece bs=1 conv=notrunc status=none \
+        seek=$(($(stat -c %s $piece) * share / 10))
+done
+expect 4 'damaged' "$RAYMAP" query bad.raymap all -o there.csv --force
+[ "$(cat there.csv)" = old ] && ! ls .there.csv* 2>/dev/null || { echo "FAILED: half an answer"; failures=1; }
+expect 0 '' "$RAYMAP" query a.raymap all -o there.csv --force
+grep -q old there.csv && { echo "FAILED: --force left the old file"; failures=1; }
+! ls .there.csv* 2>/dev/null || { echo "FAILED: a temporary file stays"; failures=1; }
 mkdir precious.raymap && touch precious.raymap/letter.txt
 expect 2 '' "$RAYMAP" trace scene.yaml -o precious.raymap -n 10 --force
 [ -f precious.raymap/letter.txt ] || { echo "FAILED: --force removed what is no map"; failures=1; }
