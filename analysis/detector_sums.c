@@ -177,24 +177,17 @@ static rmap_column_set columns_needed(bool colour)
 /* What finds the rays of a portion that count. */
 struct choice {
     struct rmap_query_marker *marker; /* NULL: all of them */
-    uint8_t *match;
-    size_t cap;
+    uint8_t *match;                   /* the marker's */
 };
 
-static enum rmap_status choose(struct choice *choice, const struct rmap_map *map, size_t portion,
-                               bool *any_ret, struct rmap_error *err)
+static enum rmap_status choose(struct choice *choice, size_t portion, bool *any_ret,
+                               struct rmap_error *err)
 {
-    void *match = choice->match;
     size_t n = 0;
     *any_ret = true;
     if (!choice->marker)
         return RMAP_OK;
-    enum rmap_status st =
-        rmap_reserve(&match, &choice->cap,
-                     (size_t)rmap_map_portion(map, portion)->n_row[RMAP_TABLE_RAY], 1, err);
-    choice->match = match;
-    if (st == RMAP_OK)
-        st = rmap_query_marker_mark(choice->marker, portion, choice->match, &n, err);
+    enum rmap_status st = rmap_query_marker_mark(choice->marker, portion, &choice->match, &n, err);
     *any_ret = n > 0;
     return st;
 }
@@ -218,7 +211,7 @@ enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
         const struct rmap_portion *portion = NULL;
         bool any = (info->summary.detectors >> (sums->detector % 64) & 1) != 0;
         if (any)
-            RMAP_TRY(choose(&choice, map, i, &any, err));
+            RMAP_TRY(choose(&choice, i, &any, err));
         if (!any)
             continue;
         RMAP_TRY(rmap_cursor_read(cursor, i, &portion, err));
@@ -230,7 +223,6 @@ enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
     }
 out:
     rmap_query_marker_destroy(choice.marker);
-    rmap_free(choice.match);
     rmap_cursor_destroy(cursor);
     return st;
 }

@@ -14,8 +14,8 @@ struct rmap_picker {
     struct rmap_cursor *identify;     /* ids */
     struct rmap_cursor *whole;
     struct rmap_portion **picked; /* [spaces] */
-    uint8_t *match;
-    size_t cap_match;
+    uint8_t *every;               /* marks of a portion without a criterion */
+    size_t cap_every;
     uint64_t *id; /* of a portion without gaps */
     size_t cap_id;
 };
@@ -46,9 +46,19 @@ void rmap_picker_destroy(struct rmap_picker *self)
     rmap_query_marker_destroy(self->marker);
     rmap_cursor_destroy(self->identify);
     rmap_cursor_destroy(self->whole);
-    rmap_free(self->match);
+    rmap_free(self->every);
     rmap_free(self->id);
     rmap_free(self);
+}
+
+/* The piece's chunks vouch for a portion's rows before memory is taken for them. */
+static enum rmap_status vouch(struct rmap_picker *self, size_t portion, struct rmap_error *err)
+{
+    const struct rmap_portion *rows;
+    enum rmap_status st = RMAP_OK;
+    if (!self->identify)
+        st = rmap_cursor_create(self->map, RMAP_COLUMN_BIT(RMAP_RAY_id), &self->identify, err);
+    return st == RMAP_OK ? rmap_cursor_enter(self->identify, portion, &rows, err) : st;
 }
 
 static enum rmap_status read_with(struct rmap_picker *self, struct rmap_cursor **cursor,
@@ -75,7 +85,9 @@ enum rmap_status rmap_picker_ids(struct rmap_picker *self, size_t portion, const
         return st;
     }
     void *block = self->id;
-    enum rmap_status st = rmap_reserve(&block, &self->cap_id, n, sizeof *self->id, err);
+    enum rmap_status st = vouch(self, portion, err);
+    if (st == RMAP_OK)
+        st = rmap_reserve(&block, &self->cap_id, n, sizeof *self->id, err);
     self->id = block;
     for (size_t i = 0; st == RMAP_OK && i < n; i++)
         self->id[i] = info->first_ray + i;
@@ -98,7 +110,7 @@ static size_t lower_bound(const struct rmap_pick *pick, uint64_t id)
 }
 
 /* Clears the marks of rays that are not in the list; all of them when none can be. */
-static enum rmap_status keep_listed(struct rmap_picker *self, size_t portion,
+static enum rmap_status keep_listed(struct rmap_picker *self, size_t portion, uint8_t *match,
                                     struct rmap_error *err)
 {
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
@@ -109,7 +121,7 @@ static enum rmap_status keep_listed(struct rmap_picker *self, size_t portion,
     for (size_t i = 0; st == RMAP_OK && i < n; i++) {
         while (at < pick->n_id && pick->id[at] < id[i])
             at++;
-        self->match[i] &= at < pick->n_id && pick->id[at] == id[i];
+        match[i] &= at < pick->n_id && pick->id[at] == id[i];
     }
     return st;
 }
@@ -125,6 +137,21 @@ static bool may_pick(const struct rmap_picker *self, const struct rmap_portion_i
     return at < pick->n_id && pick->id[at] < rmap_portion_end(info);
 }
 
+static enum rmap_status mark_every(struct rmap_picker *self, size_t portion, uint8_t **match_ret,
+                                   struct rmap_error *err)
+{
+    size_t n = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
+    void *block = self->every;
+    enum rmap_status st = vouch(self, portion, err);
+    if (st == RMAP_OK)
+        st = rmap_reserve(&block, &self->cap_every, n, 1, err);
+    self->every = block;
+    if (st == RMAP_OK && n > 0)
+        memset(self->every, 1, n);
+    *match_ret = self->every;
+    return st;
+}
+
 enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
                                   const uint8_t **match_ret, size_t *n_ret, struct rmap_error *err)
 {
@@ -132,28 +159,26 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     const struct rmap_criterion *criterion = self->pick.criterion;
     size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
+    uint8_t *match = NULL;
     *match_ret = NULL;
     *n_ret = 0;
     if (!may_pick(self, info))
         return RMAP_OK;
-    void *block = self->match;
-    st = rmap_reserve(&block, &self->cap_match, n, 1, err);
-    self->match = block;
-    RMAP_TRY(st);
     if (criterion && !self->marker)
         RMAP_TRY(rmap_query_marker_create(self->map, criterion, &self->marker, err));
-    if (criterion) {
-        RMAP_TRY(rmap_query_marker_mark(self->marker, portion, self->match, n_ret, err));
-    } else if (n > 0) {
-        memset(self->match, 1, n);
-    }
+    if (criterion)
+        RMAP_TRY(rmap_query_marker_mark(self->marker, portion, &match, n_ret, err));
+    else
+        RMAP_TRY(mark_every(self, portion, &match, err));
+    if (!match)
+        goto out;
     if (self->pick.id)
-        RMAP_TRY(keep_listed(self, portion, err));
+        RMAP_TRY(keep_listed(self, portion, match, err));
     *n_ret = 0;
     for (size_t i = 0; i < n; i++)
-        *n_ret += self->match[i];
+        *n_ret += match[i];
     if (*n_ret > 0)
-        *match_ret = self->match;
+        *match_ret = match;
 out:
     return st;
 }

@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/query_marker.h"
 
-#include <string.h>
-
 #include "analysis/criterion_tree.h"
 #include "analysis/query_verdicts.h"
 #include "base/alloc.h"
@@ -11,6 +9,8 @@ struct rmap_query_marker {
     const struct rmap_map *map;
     const struct rmap_criterion *criterion;
     struct rmap_query_verdicts *verdicts;
+    uint8_t *match;
+    size_t cap;
 };
 
 enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
@@ -37,26 +37,31 @@ void rmap_query_marker_destroy(struct rmap_query_marker *self)
     if (!self)
         return;
     rmap_query_verdicts_destroy(self->verdicts);
+    rmap_free(self->match);
     rmap_free(self);
 }
 
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, size_t portion,
-                                        uint8_t *match, size_t *n_ret, struct rmap_error *err)
+                                        uint8_t **match_ret, size_t *n_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     size_t n_ray = (size_t)info->n_row[RMAP_TABLE_RAY], n = 0;
     const bool wanted = true;
+    *match_ret = NULL;
     *n_ret = 0;
-    if (rmap_criterion_skips(self->criterion, info->first_ray, &info->summary)) {
-        if (n_ray > 0)
-            memset(match, 0, n_ray);
+    if (rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
         return RMAP_OK;
-    }
+    /* Entering vouches for the number of rays, before memory is taken for them. */
     RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, &wanted, err));
-    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, match, err));
+    void *block = self->match;
+    st = rmap_reserve(&block, &self->cap, n_ray, 1, err);
+    self->match = block;
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
     for (size_t i = 0; i < n_ray; i++)
-        n += match[i];
+        n += self->match[i];
+    *match_ret = self->match;
     *n_ret = n;
 out:
     return st;

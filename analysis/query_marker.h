@@ -16,10 +16,12 @@ enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fine */
 
-/* match[i] = 1 or 0 for row i of /ray; *n_ret: how many are 1. A portion that its summary rules out
- * is not read. RMAP_FORMAT when stored rows do not fit together. */
+/* (*match_ret)[i] = 1 or 0 for row i of /ray, the marker's until the next call; *n_ret: how many
+ * are
+ * 1. NULL and 0 of a portion that its summary rules out: it is not read. RMAP_FORMAT when stored
+ * rows do not fit together. */
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, size_t portion,
-                                        uint8_t *match, size_t *n_ret,
+                                        uint8_t **match_ret, size_t *n_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

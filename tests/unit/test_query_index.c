@@ -8,6 +8,7 @@
 #include "tests/format/map_fixture.h"
 
 #include "analysis/query.h"
+#include "analysis/query_mark.h"
 #include "analysis/query_marker.h"
 #include "history/history_index.h"
 #include "io/map_history.h"
@@ -224,15 +225,16 @@ static void assert_same(const char *text, const struct rmap_count *a, const stru
 static void compare_marks(struct rmap_criterion *criterion)
 {
     struct rmap_query_marker *marker[2] = {NULL};
-    uint8_t match[2][BLOCK];
+    uint8_t *match[2];
     size_t n[2];
     const struct rmap_map *map[] = {plain, indexed};
     for (int m = 0; m < 2; m++)
         assert_int_equal(rmap_query_marker_create(map[m], criterion, &marker[m], NULL), RMAP_OK);
     for (size_t p = 0; p < N_BLOCK; p++) {
         for (int m = 0; m < 2; m++)
-            assert_int_equal(rmap_query_marker_mark(marker[m], p, match[m], &n[m], NULL), RMAP_OK);
-        if (n[0] != n[1] || memcmp(match[0], match[1], BLOCK) != 0)
+            assert_int_equal(rmap_query_marker_mark(marker[m], p, &match[m], &n[m], NULL), RMAP_OK);
+        if (n[0] != n[1] || !match[0] != !match[1] ||
+            (match[0] && memcmp(match[0], match[1], BLOCK) != 0))
             fail_msg("%s\ndiffers in portion %zu", rmap_criterion_text(criterion), p);
     }
     for (int m = 0; m < 2; m++)
@@ -274,11 +276,41 @@ static void test_same(void **state)
     assert_true(n_some > N_RANDOM / 2); /* they are not all trivial */
 }
 
+/* What map.h5 says of rows is no reason to ask for memory. */
+static void test_rows_that_no_chunk_vouches_for(void **state)
+{
+    (void)state;
+    const uint64_t many = UINT64_C(1) << 50, id = 1;
+    struct rmap_criterion *criterion = compile("path_length > 0");
+    const struct rmap_pick pick[] = {{.criterion = criterion}, {.id = &id, .n_id = 1}, {0}};
+    for (size_t k = 0; k < 3; k++) {
+        struct rmap_map *map;
+        struct rmap_picker *picker;
+        struct rmap_error err = {0};
+        const uint8_t *match;
+        const uint64_t *ids;
+        size_t n;
+        fixture_must(rmap_map_open(fixture.map, &map, &err), &err);
+        /* The map that is read stands in memory that can be written. */
+        struct rmap_portion_info *info = (void *)(uintptr_t)rmap_map_portion(map, 0);
+        struct rmap_piece_info *piece = (void *)(uintptr_t)rmap_map_piece(map, 0);
+        info->n_row[RMAP_TABLE_RAY] = info->stored_rows[RMAP_TABLE_RAY] = many;
+        piece->n_row[RMAP_TABLE_RAY] = piece->stored_rows[RMAP_TABLE_RAY] = many;
+        fixture_must(rmap_picker_create(map, &pick[k], &picker, &err), &err);
+        assert_int_equal(rmap_picker_mark(picker, 0, &match, &n, &err), RMAP_FORMAT);
+        assert_int_equal(rmap_picker_ids(picker, 0, &ids, &err), RMAP_FORMAT);
+        rmap_picker_destroy(picker);
+        rmap_map_close(map);
+    }
+    rmap_criterion_destroy(criterion);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forms),
         cmocka_unit_test(test_same),
+        cmocka_unit_test(test_rows_that_no_chunk_vouches_for),
     };
     return cmocka_run_group_tests(tests, make_map, drop_map);
 }
