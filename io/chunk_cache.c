@@ -7,10 +7,9 @@
 
 #define EVICTED_MAX 16 /* chunks remembered after they were let go */
 
-/* Chunks at most: as many as these bytes hold, but never fewer. */
-#define BUDGET_NBYTES ((size_t)64 << 20)
-#define SLOT_MAX_LOW  64
-#define SLOT_MAX_HIGH 1024
+/* Chunks of a cache at most; it keeps as many as the least. */
+#define SLOT_MAX 1024
+#define SLOT_MIN 2
 
 struct key {
     size_t piece;
@@ -25,13 +24,14 @@ struct slot {
 };
 
 struct rmap_chunk_cache {
-    size_t plane_nbytes;
+    struct rmap_chunk_budget *budget;
+    struct rmap_chunk_cache *next;   /* of the budget */
+    size_t plane_nbytes, n_plane;    /* of a chunk; chunks in memory */
     size_t n_slot, max_slot;         /* in use; most */
     struct slot *slot;               /* [max_slot] */
     struct key evicted[EVICTED_MAX]; /* a ring */
     size_t n_evicted;                /* ever */
-    uint64_t tick;
-    struct slot *room; /* handed out, not kept yet */
+    struct slot *room;               /* handed out, not kept yet */
 };
 
 static bool equal(const struct key *key, size_t piece, uint64_t index)
@@ -39,24 +39,25 @@ static bool equal(const struct key *key, size_t piece, uint64_t index)
     return key->piece == piece && key->index == index;
 }
 
-enum rmap_status rmap_chunk_cache_create(size_t plane_nbytes, size_t n_shard,
-                                         struct rmap_chunk_cache **cache_ret,
+enum rmap_status rmap_chunk_cache_create(struct rmap_chunk_budget *budget, size_t plane_nbytes,
+                                         size_t n_shard, struct rmap_chunk_cache **cache_ret,
                                          struct rmap_error *err)
 {
     struct rmap_chunk_cache *cache = rmap_alloc(1, sizeof *cache);
     if (!cache)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
-    size_t most = BUDGET_NBYTES / (plane_nbytes + 1);
+    size_t most = budget->limit_nbytes / (plane_nbytes + 1);
+    cache->budget = budget;
     cache->plane_nbytes = plane_nbytes;
-    cache->max_slot = most < SLOT_MAX_LOW    ? SLOT_MAX_LOW
-                      : most < SLOT_MAX_HIGH ? most
-                                             : SLOT_MAX_HIGH;
+    cache->max_slot = most < SLOT_MIN ? SLOT_MIN : most < SLOT_MAX ? most : SLOT_MAX;
     cache->n_slot = n_shard < 1 ? 1 : n_shard < cache->max_slot ? n_shard : cache->max_slot;
     cache->slot = rmap_alloc(cache->max_slot, sizeof *cache->slot);
     if (!cache->slot) {
         rmap_free(cache);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     }
+    cache->next = budget->first;
+    budget->first = cache;
     *cache_ret = cache;
     return RMAP_OK;
 }
@@ -65,6 +66,11 @@ void rmap_chunk_cache_destroy(struct rmap_chunk_cache *cache)
 {
     if (!cache)
         return;
+    struct rmap_chunk_cache **at = &cache->budget->first;
+    while (*at != cache)
+        at = &(*at)->next;
+    *at = cache->next;
+    cache->budget->nbytes -= cache->n_plane * cache->plane_nbytes;
     for (size_t k = 0; k < cache->n_slot; k++)
         rmap_free(cache->slot[k].plane);
     rmap_free(cache->slot);
@@ -76,7 +82,7 @@ const uint8_t *rmap_chunk_cache_find(struct rmap_chunk_cache *cache, size_t piec
     for (size_t k = 0; k < cache->n_slot; k++) {
         struct slot *slot = &cache->slot[k];
         if (slot->used && equal(&slot->key, piece, index)) {
-            slot->tick = ++cache->tick;
+            slot->tick = ++cache->budget->tick;
             return slot->plane;
         }
     }
@@ -92,6 +98,48 @@ static bool was_let_go(const struct rmap_chunk_cache *cache, size_t piece, uint6
     return false;
 }
 
+static void let_go(struct rmap_chunk_cache *cache, struct slot *slot)
+{
+    if (slot->used)
+        cache->evicted[cache->n_evicted++ % EVICTED_MAX] = slot->key;
+    slot->used = false;
+    slot->tick = 0;
+}
+
+/* The least recently used chunk in memory of one cache; NULL: none. */
+static struct slot *oldest_of(struct rmap_chunk_cache *cache)
+{
+    struct slot *oldest = NULL;
+    for (size_t k = 0; k < cache->n_slot; k++)
+        if (cache->slot[k].plane && (!oldest || cache->slot[k].tick < oldest->tick))
+            oldest = &cache->slot[k];
+    return oldest;
+}
+
+/* Frees chunks of any cache that can spare one until one more of this fits. */
+static void make_room(struct rmap_chunk_cache *cache)
+{
+    struct rmap_chunk_budget *budget = cache->budget;
+    while (budget->nbytes + cache->plane_nbytes > budget->limit_nbytes) {
+        struct rmap_chunk_cache *owner = NULL;
+        struct slot *oldest = NULL;
+        for (struct rmap_chunk_cache *other = budget->first; other; other = other->next) {
+            struct slot *slot = other->n_plane > SLOT_MIN ? oldest_of(other) : NULL;
+            if (slot && (!oldest || slot->tick < oldest->tick)) {
+                oldest = slot;
+                owner = other;
+            }
+        }
+        if (!oldest)
+            return;
+        let_go(owner, oldest);
+        rmap_free(oldest->plane);
+        oldest->plane = NULL;
+        owner->n_plane--;
+        budget->nbytes -= owner->plane_nbytes;
+    }
+}
+
 enum rmap_status rmap_chunk_cache_room(struct rmap_chunk_cache *cache, size_t piece, uint64_t index,
                                        uint8_t **plane_ret, struct rmap_error *err)
 {
@@ -101,13 +149,19 @@ enum rmap_status rmap_chunk_cache_room(struct rmap_chunk_cache *cache, size_t pi
     for (size_t k = 1; k < cache->n_slot; k++)
         if (cache->slot[k].tick < room->tick)
             room = &cache->slot[k];
-    if (room->used)
-        cache->evicted[cache->n_evicted++ % EVICTED_MAX] = room->key;
-    room->used = false;
-    if (!room->plane)
+    if (!room->plane && cache->n_plane >= SLOT_MIN)
+        make_room(cache);
+    if (!room->plane && cache->n_plane >= SLOT_MIN &&
+        cache->budget->nbytes + cache->plane_nbytes > cache->budget->limit_nbytes)
+        room = oldest_of(cache);
+    let_go(cache, room);
+    if (!room->plane) {
         room->plane = rmap_alloc(cache->plane_nbytes, 1);
-    if (!room->plane)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoded chunk");
+        if (!room->plane)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoded chunk");
+        cache->n_plane++;
+        cache->budget->nbytes += cache->plane_nbytes;
+    }
     cache->room = room;
     *plane_ret = room->plane;
     return RMAP_OK;
@@ -117,5 +171,5 @@ void rmap_chunk_cache_keep(struct rmap_chunk_cache *cache, size_t piece, uint64_
 {
     cache->room->used = true;
     cache->room->key = (struct key){piece, index};
-    cache->room->tick = ++cache->tick;
+    cache->room->tick = ++cache->budget->tick;
 }

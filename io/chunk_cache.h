@@ -2,8 +2,9 @@
  *
  * The inflated chunks that a cursor keeps of one column. It begins with one per shard and grows
  * only when a chunk comes back that it had let go: blocks of several threads stand out of order by
- * some chunks, and nobody knows by how many before reading them. Fresh memory costs page faults. It
- * never takes more than 64 MiB, or 64 chunks if that is more.
+ * some chunks, and nobody knows by how many before reading them. Fresh memory costs page faults.
+ * The caches of a cursor share a budget of bytes: beyond it, the chunk that was not used for
+ * longest in any of them goes, but each keeps two.
  */
 #ifndef RMAP_CHUNK_CACHE_H
 #define RMAP_CHUNK_CACHE_H
@@ -15,9 +16,16 @@
 
 struct rmap_chunk_cache;
 
+/* Begins as {limit_nbytes}; outlives its caches. */
+struct rmap_chunk_budget {
+    size_t limit_nbytes, nbytes; /* at most; in use */
+    uint64_t tick;
+    struct rmap_chunk_cache *first;
+};
+
 /* plane_nbytes: bytes of an inflated chunk; n_shard: in the map. */
-enum rmap_status rmap_chunk_cache_create(size_t plane_nbytes, size_t n_shard,
-                                         struct rmap_chunk_cache **cache_ret,
+enum rmap_status rmap_chunk_cache_create(struct rmap_chunk_budget *budget, size_t plane_nbytes,
+                                         size_t n_shard, struct rmap_chunk_cache **cache_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_chunk_cache_destroy(struct rmap_chunk_cache *cache);
 

@@ -13,7 +13,8 @@
 #include "io/read_exactly.h"
 #include "io/shuffle.h"
 
-#define FILES_MAX 32
+#define FILES_MAX     32
+#define BUDGET_NBYTES ((size_t)64 << 20) /* of inflated chunks */
 
 struct open_file {
     size_t piece;
@@ -28,6 +29,7 @@ struct rmap_chunk_reader {
     size_t stored_cap;
     /* Chunks as byte planes, from which rows are taken; made when first read. */
     struct rmap_chunk_cache *cache[RMAP_ENCODING_COUNT][RMAP_STREAM_MAX];
+    struct rmap_chunk_budget budget; /* of all caches */
     struct open_file file[FILES_MAX];
     uint64_t tick;
     uint64_t nbytes, nbytes_of_rows;
@@ -51,6 +53,7 @@ enum rmap_status rmap_chunk_reader_create(const struct rmap_map *map,
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     self->map = map;
+    self->budget.limit_nbytes = BUDGET_NBYTES;
     for (int k = 0; k < FILES_MAX; k++)
         self->file[k].fd = -1;
     enum rmap_status st = rmap_decoder_create(&self->decoder, err);
@@ -188,7 +191,8 @@ static enum rmap_status look_up(struct rmap_chunk_reader *self, size_t piece, in
     place->element = rmap_element_nbytes(place->info->element);
     enum rmap_status st = rmap_map_piece_chunks(map, piece, &place->chunks, err);
     if (st == RMAP_OK && !*cache)
-        st = rmap_chunk_cache_create(RMAP_CHUNK_ROWS *
+        st = rmap_chunk_cache_create(&self->budget,
+                                     RMAP_CHUNK_ROWS *
                                          rmap_stream_row_nbytes(place->info, map->n_channel_max),
                                      (size_t)map->summary.n_shard, cache, err);
     place->cache = *cache;
