@@ -8,4 +8,5 @@ cd "$(dirname "$0")/.."
 
 jobs/install-packages.sh tests
 jobs/build.sh -DBUILD_TESTING=ON
-exec ctest --preset release --parallel "$(nproc)" "$@"
+# Half of their time tests wait for processes to start and files to be synchronised.
+exec ctest --preset release --parallel $(($(nproc) * 3 / 2 + 1)) "$@"
