@@ -6,26 +6,13 @@
 #define RMAP_COMPACT_WAVE_RANDOM_H
 
 #include "compact/wave_lanes.h"
+#include "trace/azimuth.h"
 
-/* As rmap_azimuth. */
 static inline void azimuth(const double turns[W], double cosine[W], double sine[W])
 {
     EACH
     {
-        int quarter = (int)(4.0 * turns[i] + 0.5);
-        double x = 2.0 * RMAP_PI * (turns[i] - 0.25 * (double)quarter), y = x * x, y2 = y * y,
-               y4 = y2 * y2;
-        double s = ((1.0 - y * (1.0 / 6.0)) + y2 * (1.0 / 120.0 - y * (1.0 / 5040.0))) +
-                   y4 * ((1.0 / 362880.0 - y * (1.0 / 39916800.0)) +
-                         y2 * (1.0 / 6227020800.0 - y * (1.0 / 1307674368000.0)));
-        double c = ((1.0 - y * (1.0 / 2.0)) + y2 * (1.0 / 24.0 - y * (1.0 / 720.0))) +
-                   y4 * ((1.0 / 40320.0 - y * (1.0 / 3628800.0)) +
-                         y2 * ((1.0 / 479001600.0 - y * (1.0 / 87178291200.0)) +
-                               y2 * (1.0 / 20922789888000.0)));
-        s *= x;
-        double along = quarter & 1 ? -s : c, across = quarter & 1 ? c : s;
-        cosine[i] = quarter & 2 ? -along : along;
-        sine[i] = quarter & 2 ? -across : across;
+        rmap_azimuth(turns[i], &cosine[i], &sine[i]);
     }
 }
 

@@ -14,28 +14,11 @@
 #include "analysis/criterion.h"
 #include "analysis/criterion_tree.h"
 #include "base/alloc.h"
+#include "tests/criterion_letters.h"
 #include "tests/criterion_scene.h"
 
 enum { N_RAY = 12, ALL = (1 << N_RAY) - 1 };
 #define RAY(i) (1u << (i))
-
-enum {
-    R = RMAP_EVENT_REFLECT_SPECULAR,
-    D = RMAP_EVENT_REFLECT_DIFFUSE,
-    T = RMAP_EVENT_TRANSMIT_SPECULAR,
-    I = RMAP_EVENT_TOTAL_REFLECTION,
-    A = RMAP_EVENT_ABSORB,
-    S = RMAP_EVENT_SCATTER_VOLUME,
-    F = RMAP_EVENT_FLUORESCE,
-    G = RMAP_EVENT_GRADIENT,
-    O = RMAP_EVENT_ELEMENT,
-    X = RMAP_EVENT_LEFT,
-    K = RMAP_EVENT_LIMIT,
-    E = RMAP_EVENT_ERROR
-};
-enum { AIR, GLASS, INK };
-enum { LENS1, TUBE, LENS2, COVER, MIRROR, ODD };
-enum { SENSOR, SCREEN, FAR_GRID };
 
 /* Weight 2 = 1 W from the lamp, 1 W = 4 from the sun. */
 static const double flux_per_weight[] = {0.5, 0.25};

@@ -14,26 +14,9 @@
 
 #include "analysis/criterion.h"
 #include "base/alloc.h"
+#include "tests/criterion_letters.h"
 #include "tests/criterion_scene.h"
 
-enum {
-    R = RMAP_EVENT_REFLECT_SPECULAR,
-    D = RMAP_EVENT_REFLECT_DIFFUSE,
-    T = RMAP_EVENT_TRANSMIT_SPECULAR,
-    d = RMAP_EVENT_TRANSMIT_DIFFUSE,
-    I = RMAP_EVENT_TOTAL_REFLECTION,
-    A = RMAP_EVENT_ABSORB,
-    S = RMAP_EVENT_SCATTER_VOLUME,
-    F = RMAP_EVENT_FLUORESCE,
-    G = RMAP_EVENT_GRADIENT,
-    O = RMAP_EVENT_ELEMENT,
-    X = RMAP_EVENT_LEFT,
-    K = RMAP_EVENT_LIMIT,
-    E = RMAP_EVENT_ERROR
-};
-enum { AIR, GLASS, INK };
-enum { LENS1, TUBE, LENS2, COVER, MIRROR, ODD, NONE = -1 };
-enum { SENSOR, SCREEN, FAR_GRID };
 enum { N_RAY = 14, ALL = (1 << N_RAY) - 1 };
 #define RAY(i) (1u << (i))
 
