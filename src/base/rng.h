@@ -14,7 +14,8 @@
     X(EMIT_POINT)     /* where on the source; which triangle */                                    \
     X(EMIT_DIRECTION) /* direction of emission */                                                  \
     X(SURFACE)        /* outcome at a surface; wavelength; two for the direction */                \
-    X(MEDIUM)         /* channel and free path in an absorbing medium */
+    X(MEDIUM)  /* channel and free path in an absorbing or scattering medium; which of both */     \
+    X(SCATTER) /* direction after scattering inside a medium */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,

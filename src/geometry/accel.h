@@ -36,8 +36,9 @@ struct rmap_contact {
 struct rmap_ray {
     struct rmap_vec3 origin;
     struct rmap_vec3 direction; /* unit */
-    int32_t medium; /* that the ray is in: prefers, among coincident faces, the one whose
-                       near side is this medium */
+    int32_t medium;   /* that the ray is in: prefers, among coincident faces, the one whose
+                         near side is this medium */
+    int32_t gradient; /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_contact contact;
 };
 

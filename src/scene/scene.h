@@ -18,6 +18,7 @@
 #include "base/vec.h"
 #include "geometry/mesh.h"
 #include "geometry/shape.h"
+#include "gradient/gradient.h"
 
 #define RMAP_CHANNEL_MAX 128
 
@@ -38,6 +39,13 @@ struct rmap_medium {
     bool dispersive;                     /* n differs between channels */
     bool absorbing;                      /* any absorption > 0 */
     char *description;                   /* "N-BK7 (Sellmeier, ...)", for reports */
+    struct rmap_field *field; /* a gradient medium's index, owned; NULL: uniform. n above is then
+                                 the index at the origin of its frame, for reports */
+    struct rmap_curve_options curve;     /* as the scene file says; 0: not said */
+    double scattering[RMAP_CHANNEL_MAX]; /* per length unit */
+    double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
+                            doi:10.1086/144246); 0: isotropic */
+    bool scattering_at_all;
 };
 
 enum rmap_surface_type {
@@ -87,8 +95,10 @@ struct rmap_object {
     int32_t geometry;
     struct rmap_affine to_world, to_local;
     int32_t surface_front, surface_back;
-    int32_t medium_front, medium_back; /* or RMAP_MEDIUM_ANY */
-    int32_t line, column;              /* in the scene file */
+    int32_t medium_front, medium_back;     /* or RMAP_MEDIUM_ANY */
+    int32_t gradient_front, gradient_back; /* 1 + index of the gradient medium in place on that
+                                              side; 0: uniform, or any */
+    int32_t line, column;                  /* in the scene file */
 };
 
 struct rmap_group {
@@ -138,6 +148,7 @@ struct rmap_source {
     double colour[RMAP_CHANNEL_MAX];
     double share; /* rays_share, > 0 */
     int32_t medium;
+    int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */
     size_t n_list;
 };
@@ -175,6 +186,9 @@ struct rmap_scene {
     enum rmap_flux_unit flux_unit; /* of every source's flux */
     uint64_t limit_steps;
     double limit_weight;
+
+    size_t n_gradient;
+    struct rmap_gradient *gradient; /* gradient media in place */
 
     size_t n_medium, n_surface, n_geometry, n_object, n_group, n_source, n_detector;
     struct rmap_medium *medium;

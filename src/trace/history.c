@@ -73,8 +73,9 @@ static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
 
 void rmap_history_init(struct rmap_history *history, int n_channel)
 {
-    *history = (struct rmap_history){.base = {emit, add_step, add_registration, end},
-                                     .n_channel = n_channel};
+    *history = (struct rmap_history){
+        .base = {.emit = emit, .step = add_step, .registration = add_registration, .end = end},
+        .n_channel = n_channel};
 }
 
 void rmap_history_fini(struct rmap_history *history)

@@ -35,6 +35,16 @@ struct rmap_step {
     const double *colour;       /* [n_channel], on arrival; borrowed during the call */
 };
 
+/* A point of a curved leg between its ends, thinned to the medium's polyline tolerance. */
+struct rmap_curve_point {
+    uint32_t segment; /* leg, from 0 */
+    struct rmap_vec3 position;
+    struct rmap_vec3 direction; /* unit */
+    double index;               /* of the field there */
+    double length;              /* of the leg up to here, geometric */
+    double optical_path;        /* from emission to here */
+};
+
 struct rmap_registration {
     int32_t detector;
     uint32_t segment; /* leg, from 0 */
@@ -66,6 +76,8 @@ struct rmap_ending {
 struct rmap_recorder {
     void (*emit)(struct rmap_recorder *self, const struct rmap_emission *emission);
     void (*step)(struct rmap_recorder *self, const struct rmap_step *step);
+    /* Points of a curved leg, before its step. NULL: not wanted. */
+    void (*curve)(struct rmap_recorder *self, const struct rmap_curve_point *point);
     void (*registration)(struct rmap_recorder *self, const struct rmap_registration *registration);
     void (*end)(struct rmap_recorder *self, const struct rmap_ending *ending);
 };

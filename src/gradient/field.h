@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Index fields: the refractive index of a gradient medium as a function of place, in the medium's
+ * own frame. One small module per model (field_*.c); a new one needs the operations below and a
+ * line in the scene reader.
+ *
+ * Everything is immutable once it is made, thread-safe, and the same bits on every rank.
+ */
+#ifndef RMAP_FIELD_H
+#define RMAP_FIELD_H
+
+#include <stdbool.h>
+
+#include "base/status.h"
+#include "base/vec.h"
+
+struct rmap_field;
+
+struct rmap_field_ops {
+    const char *model; /* "luneburg", for messages */
+
+    /* Index (> 0) and its gradient (per length unit of the frame) on a channel. False where the
+     * field has no value: not finite, not > 0, outside a grid. */
+    bool (*at)(const struct rmap_field *field, int channel, struct rmap_vec3 p, double *n,
+               struct rmap_vec3 *gradient);
+
+    /* Laplacian of n; NULL: central differences of the gradient. */
+    bool (*laplacian)(const struct rmap_field *field, int channel, struct rmap_vec3 p,
+                      double *laplacian);
+
+    /* Length over which the field may be taken for a polynomial, from a point in a direction
+     * (unit): the integrator's first guess of a step, never its accuracy. INFINITY: uniform. NULL:
+     * the size of what the medium fills. */
+    double (*best_step)(const struct rmap_field *field, struct rmap_vec3 p,
+                        struct rmap_vec3 direction);
+
+    void (*destroy)(struct rmap_field *field);
+};
+
+/* First member of every model's own structure. */
+struct rmap_field {
+    const struct rmap_field_ops *ops;
+    int n_channel;       /* channels that differ: 1 without dispersion, else the scene's */
+    double step;         /* of central differences, where the model has no gradient of its own */
+    bool may_be_missing; /* `at` can be false inside the medium: checked when the scene is read */
+};
+
+static inline bool rmap_field_at(const struct rmap_field *field, int channel, struct rmap_vec3 p,
+                                 double *n, struct rmap_vec3 *gradient)
+{
+    return field->ops->at(field, field->n_channel > 1 ? channel : 0, p, n, gradient);
+}
+
+bool rmap_field_laplacian(const struct rmap_field *field, int channel, struct rmap_vec3 p,
+                          double *laplacian);
+
+/* Central differences of a scalar: gradient with error O(step^2). value: false where undefined. */
+typedef bool rmap_field_value(const struct rmap_field *field, int channel, struct rmap_vec3 p,
+                              double *n);
+bool rmap_field_differences(const struct rmap_field *field, rmap_field_value *value, int channel,
+                            struct rmap_vec3 p, double *n, struct rmap_vec3 *gradient);
+
+void rmap_field_destroy(struct rmap_field *field); /* NULL is fine */
+
+#endif

@@ -1,0 +1,47 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A gradient medium in place: a field, and the frame it stands in. Two bodies filled with the same
+ * medium are two of these; `/segment/medium` and criteria see one medium.
+ */
+#ifndef RMAP_GRADIENT_H
+#define RMAP_GRADIENT_H
+
+#include <stdint.h>
+
+#include "base/vec.h"
+#include "gradient/field.h"
+
+enum rmap_scheme {
+    RMAP_SCHEME_ADAPTIVE, /* error-controlled, dense output (the default) */
+    RMAP_SCHEME_SHARMA,   /* three evaluations, order 4, the step rule between step_min and step_max
+                             (Sharma, Kumar, Ghatak 1982, doi:10.1364/AO.21.000984) */
+    RMAP_SCHEME_SHARMA_FIXED /* the same with a fixed step */
+};
+
+/* How light is traced through a medium. Lengths in the scene's unit; 0: chosen from the size of
+ * what the medium fills (rmap_scene_finish). */
+struct rmap_curve_options {
+    enum rmap_scheme scheme;
+    double tolerance; /* of positions on the curve and of boundaries met; default 1e-9 x size */
+    double sag;       /* most that a chord tested against the scene may leave the curve where no
+                         surface is near; default 1e-2 x size */
+    double polyline; /* most that the recorded points' polyline may leave it; default 1e-3 x size */
+    double step_min, step_max; /* SHARMA: geometric lengths; default 1e-4, 1e-2 x size */
+    double step;               /* SHARMA_FIXED; default 1e-2 x size */
+    double amplitude;          /* SHARMA: of the directional derivative of n; default 1 / size */
+    uint64_t max_steps;        /* per leg, then the ray ends with `limit`; default 1,000,000 */
+};
+
+struct rmap_gradient {
+    int32_t medium;
+    const struct rmap_field *field; /* the medium's */
+    struct rmap_affine to_world, to_local;
+    double size;                       /* diameter of what it fills */
+    struct rmap_curve_options options; /* none of them 0 */
+};
+
+/* Index and its gradient in the world; false where the field has no value. */
+bool rmap_gradient_at(const struct rmap_gradient *gradient, int channel, struct rmap_vec3 p,
+                      double *n, struct rmap_vec3 *slope);
+
+#endif
