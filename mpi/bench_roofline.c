@@ -71,7 +71,10 @@ enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap
     struct rmap_tally *tally = NULL;
     struct rmap_tally_recorder silent;
     struct rmap_bench_series series = {0};
-    struct leg_recorder recorder = {.base = {keep_emit, keep_step, keep_registration, keep_end}};
+    struct leg_recorder recorder = {.base = {.emit = keep_emit,
+                                             .step = keep_step,
+                                             .registration = keep_registration,
+                                             .end = keep_end}};
     struct rmap_tracer tracer = {.scene = scene->scene, .accel = scene->accel, .seed = 1};
     RMAP_TRY(rmap_tally_create(scene->scene, &tally, err));
     rmap_tally_recorder_init(&silent, tally, NULL);

@@ -183,6 +183,13 @@ static void add_registration(struct rmap_recorder *self,
         recorder->next->registration(recorder->next, registration);
 }
 
+static void curve(struct rmap_recorder *self, const struct rmap_curve_point *point)
+{
+    struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
+    if (recorder->next && recorder->next->curve)
+        recorder->next->curve(recorder->next, point);
+}
+
 static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
 {
     struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
@@ -200,6 +207,11 @@ static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
 void rmap_tally_recorder_init(struct rmap_tally_recorder *recorder, struct rmap_tally *tally,
                               struct rmap_recorder *next)
 {
-    *recorder = (struct rmap_tally_recorder){
-        .base = {emit, step, add_registration, end}, .next = next, .tally = tally};
+    *recorder = (struct rmap_tally_recorder){.base = {.emit = emit,
+                                                      .step = step,
+                                                      .curve = curve,
+                                                      .registration = add_registration,
+                                                      .end = end},
+                                             .next = next,
+                                             .tally = tally};
 }
