@@ -168,7 +168,10 @@ static void work(void *context, int thread)
 {
     struct writer *writer = context;
     struct rmap_tracer tracer = {.scene = writer->scene, .accel = writer->accel, .seed = 1};
-    struct recorder recorder = {.base = {record_emit, record_step, record_registration, record_end},
+    struct recorder recorder = {.base = {.emit = record_emit,
+                                         .step = record_step,
+                                         .registration = record_registration,
+                                         .end = record_end},
                                 .n_channel = writer->scene->channels.n};
     uint64_t n_block = (writer->n_ray + RMAP_BLOCK_RAYS - 1) / RMAP_BLOCK_RAYS, block;
     (void)thread;

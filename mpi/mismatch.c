@@ -68,7 +68,10 @@ static void watch_end(struct rmap_recorder *base, const struct rmap_ending *endi
 
 static struct watcher watch(const struct rmap_tracer *tracer, uint64_t ray)
 {
-    struct watcher watcher = {.base = {watch_emit, watch_step, watch_registration, watch_end},
+    struct watcher watcher = {.base = {.emit = watch_emit,
+                                       .step = watch_step,
+                                       .registration = watch_registration,
+                                       .end = watch_end},
                               .left_object = -1,
                               .met_object = -1,
                               .medium = -1};
