@@ -19,8 +19,9 @@ struct rmap_field;
 struct rmap_field_ops {
     const char *model; /* "luneburg", for messages */
 
-    /* Index (> 0) and its gradient (per length unit of the frame) on a channel. False where the
-     * field has no value: not finite, not > 0, outside a grid. */
+    /* Index and its gradient (per length unit of the frame) on a channel. False where the field has
+     * no value: outside a grid, beyond a pole. That an index is finite and > 0 is checked by
+     * rmap_field_at: the same field may stand for a temperature (rmap_field_scalar). */
     bool (*at)(const struct rmap_field *field, int channel, struct rmap_vec3 p, double *n,
                struct rmap_vec3 *gradient);
 
@@ -45,10 +46,19 @@ struct rmap_field {
     bool may_be_missing; /* `at` can be false inside the medium: checked when the scene is read */
 };
 
+/* Any finite value: a temperature, a salinity. */
+static inline bool rmap_field_scalar(const struct rmap_field *field, int channel,
+                                     struct rmap_vec3 p, double *value, struct rmap_vec3 *gradient)
+{
+    return field->ops->at(field, field->n_channel > 1 ? channel : 0, p, value, gradient) &&
+           isfinite(*value) && isfinite(rmap_dot(*gradient, *gradient));
+}
+
+/* An index: finite and > 0. */
 static inline bool rmap_field_at(const struct rmap_field *field, int channel, struct rmap_vec3 p,
                                  double *n, struct rmap_vec3 *gradient)
 {
-    return field->ops->at(field, field->n_channel > 1 ? channel : 0, p, n, gradient);
+    return rmap_field_scalar(field, channel, p, n, gradient) && *n > 0.0;
 }
 
 bool rmap_field_laplacian(const struct rmap_field *field, int channel, struct rmap_vec3 p,
