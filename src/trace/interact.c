@@ -12,6 +12,7 @@
 struct side {
     const struct rmap_surface *surface;
     int32_t far;             /* medium beyond; the light's own where none is stated */
+    int32_t far_gradient;    /* its place, as struct rmap_ray has it */
     struct rmap_vec3 normal; /* towards the light */
     double cos_i;
 };
@@ -30,7 +31,12 @@ static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
     if (near != RMAP_MEDIUM_ANY && near != ray->medium)
         return false;
     side->surface = &scene->surface[front ? object->surface_front : object->surface_back];
-    side->far = far == RMAP_MEDIUM_ANY ? ray->medium : far;
+    side->far = ray->medium;
+    side->far_gradient = ray->gradient;
+    if (far != RMAP_MEDIUM_ANY) {
+        side->far = far;
+        side->far_gradient = front ? object->gradient_back : object->gradient_front;
+    }
     side->normal = front ? hit->normal : rmap_scale(hit->normal, -1.0);
     side->cos_i = fabs(cosine) < 1.0 ? fabs(cosine) : 1.0;
     return true;
@@ -78,6 +84,12 @@ static void turn(struct rmap_decision *decision, uint32_t event, struct rmap_vec
     decision->direction = direction;
 }
 
+static void pass(const struct side *side, struct rmap_decision *decision)
+{
+    decision->medium = side->far;
+    decision->gradient = side->far_gradient;
+}
+
 /* Transmission in the direction of channel i's index. Where rounding, or a mixture's surface,
  * meets total reflection, the light turns back. */
 static void pass_specular(const struct rmap_scene *scene, const struct rmap_ray *ray,
@@ -90,7 +102,7 @@ static void pass_specular(const struct rmap_scene *scene, const struct rmap_ray 
     }
     decision->events = RMAP_EVENT_TRANSMIT_SPECULAR;
     decision->turned = false;
-    decision->medium = side->far;
+    pass(side, decision);
 }
 
 /* The channel to refract with; draws one where the two media bend them apart. */
@@ -211,7 +223,7 @@ static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray 
         break;
     case RMAP_EVENT_TRANSMIT_DIFFUSE:
         decision->events = chosen->event;
-        decision->medium = side->far;
+        pass(side, decision);
         decision->direction = diffused(rmap_scale(side->normal, -1.0), u[2], u[3]);
         break;
     default:
@@ -257,6 +269,7 @@ void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
     struct side side;
     decision->turned = false;
     decision->medium = ray->medium;
+    decision->gradient = ray->gradient;
     decision->collapse = -1;
     decision->weigh = NULL;
     decision->events = RMAP_EVENT_ERROR;

@@ -20,6 +20,7 @@ struct rmap_decision {
     uint32_t events;            /* what happened; ABSORB and ERROR end the ray */
     bool turned;                /* goes on, on the side it came from */
     int32_t medium;             /* it goes on in */
+    int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_vec3 direction; /* unit, if it goes on */
     int collapse;               /* channel drawn, or -1 */
     const double *weigh; /* probabilities that the colour is to be weighed with, or NULL; may point
