@@ -26,9 +26,9 @@ static void check_version(struct rmap_reader *reader)
 
 static enum rmap_status read_sections(struct rmap_reader *reader)
 {
-    static const char *const key[] = {"raymap",  "units",     "spectrum",   "limits",
-                                      "media",   "surfaces",  "geometries", "objects",
-                                      "sources", "detectors", "simulations"};
+    static const char *const key[] = {
+        "raymap",  "units",   "spectrum",  "limits",  "media",      "surfaces",   "geometries",
+        "objects", "sources", "detectors", "cameras", "background", "simulations"};
     enum rmap_status st = RMAP_OK;
     if (!rmap_reader_check_map(reader, reader->root, "a scene", key, RMAP_COUNT(key)))
         return RMAP_OK;
@@ -43,6 +43,8 @@ static enum rmap_status read_sections(struct rmap_reader *reader)
     RMAP_TRY(rmap_reader_read_objects(reader));
     RMAP_TRY(rmap_reader_read_sources(reader));
     RMAP_TRY(rmap_reader_read_detectors(reader));
+    RMAP_TRY(rmap_reader_read_cameras(reader));
+    RMAP_TRY(rmap_reader_read_background(reader));
     RMAP_TRY(rmap_reader_read_simulations(reader));
 out:
     return st;

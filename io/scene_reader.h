@@ -74,7 +74,8 @@ struct rmap_reader {
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
     const struct rmap_yaml_node *simulation; /* the one chosen, or NULL */
-    size_t cap_medium, cap_surface, cap_geometry, cap_object, cap_group, cap_source, cap_detector;
+    size_t cap_medium, cap_surface, cap_geometry, cap_object, cap_group, cap_source, cap_detector,
+        cap_camera;
     struct rmap_names media, surfaces, geometries, members;
     struct rmap_geometry_entry *entry;
     size_t n_entry, cap_entry;
@@ -189,6 +190,8 @@ enum rmap_status rmap_reader_read_geometries(struct rmap_reader *reader) RMAP_MU
 enum rmap_status rmap_reader_read_objects(struct rmap_reader *reader) RMAP_MUST_USE;
 enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader) RMAP_MUST_USE;
 enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader) RMAP_MUST_USE;
+enum rmap_status rmap_reader_read_cameras(struct rmap_reader *reader) RMAP_MUST_USE;
+enum rmap_status rmap_reader_read_background(struct rmap_reader *reader) RMAP_MUST_USE;
 
 /* Finds the chosen simulation before anything else is read. */
 void rmap_reader_choose_simulation(struct rmap_reader *reader);
@@ -213,6 +216,10 @@ extern const char *const rmap_unit_names[6];
  * untouched when the key is absent. */
 enum rmap_status rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                                     const char *key, int32_t *medium_ret) RMAP_MUST_USE;
+
+/* `air`, `vacuum`, or what most objects stand in; else a vacuum is made. */
+enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader,
+                                                int32_t *medium_ret) RMAP_MUST_USE;
 
 /* A new medium `vacuum` of index 1; there must be none of that name. */
 enum rmap_status rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret) RMAP_MUST_USE;

@@ -327,8 +327,7 @@ out:
 
 /* ---- what a source says by saying nothing ---- */
 
-/* `air`, `vacuum`, or what most objects stand in; else a vacuum is made. */
-static enum rmap_status surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
+enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
 {
     const struct rmap_scene *scene = reader->scene;
     const struct rmap_name *name = rmap_names_find(&reader->media, "air");
@@ -370,7 +369,7 @@ static enum rmap_status settle(struct rmap_reader *reader, const struct light *l
         if (source->medium >= 0 || rmap_yaml_get(light[i].node, "medium"))
             continue;
         if (medium < 0)
-            RMAP_TRY(surrounding_medium(reader, &medium));
+            RMAP_TRY(rmap_reader_surrounding_medium(reader, &medium));
         source->medium = medium;
     }
 out:

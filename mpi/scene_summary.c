@@ -80,6 +80,7 @@ NAME_OF(object)
 NAME_OF(group)
 NAME_OF(source)
 NAME_OF(detector)
+NAME_OF(camera)
 #undef NAME_OF
 
 static const char *mode_text(const struct rmap_scene *scene)
@@ -116,6 +117,8 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     print_names(out, "groups", scene->n_group, name_group, scene);
     print_names(out, "sources", scene->n_source, name_source, scene);
     print_names(out, "detectors", scene->n_detector, name_detector, scene);
+    if (scene->n_camera > 0)
+        print_names(out, "cameras", scene->n_camera, name_camera, scene);
     print_light(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
     if (scene->n_object > 0) {
@@ -150,7 +153,7 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "units",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "units",
                      scene->unit, "light", light_json(scene), "media",
                      names_json(scene, scene->n_medium, name_medium), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
@@ -158,6 +161,7 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
                      names_json(scene, scene->n_object, name_object), "groups",
                      names_json(scene, scene->n_group, name_group), "sources",
                      names_json(scene, scene->n_source, name_source), "detectors",
-                     names_json(scene, scene->n_detector, name_detector), "triangles",
+                     names_json(scene, scene->n_detector, name_detector), "cameras",
+                     names_json(scene, scene->n_camera, name_camera), "triangles",
                      (json_int_t)triangles(scene), "box", extent);
 }

@@ -15,7 +15,9 @@
     X(EMIT_DIRECTION) /* direction of emission */                                                  \
     X(SURFACE)        /* outcome at a surface; wavelength; two for the direction */                \
     X(MEDIUM)  /* channel and free path in an absorbing or scattering medium; which of both */     \
-    X(SCATTER) /* direction after scattering inside a medium */
+    X(SCATTER) /* direction after scattering inside a medium */                                    \
+    X(CAMERA)  /* place in the pixel and on the lens */                                            \
+    X(LIGHT)   /* which light, and where on it */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,

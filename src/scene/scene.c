@@ -58,6 +58,9 @@ static void destroy_bodies(struct rmap_scene *scene)
     for (size_t i = 0; scene->detector && i < scene->n_detector; i++)
         rmap_free(scene->detector[i].name);
     rmap_free(scene->detector);
+    for (size_t i = 0; scene->camera && i < scene->n_camera; i++)
+        rmap_free(scene->camera[i].name);
+    rmap_free(scene->camera);
 }
 
 static void destroy_derived(struct rmap_scene *scene)

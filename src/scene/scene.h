@@ -171,6 +171,22 @@ struct rmap_detector {
     int32_t on_group;     /* group or -1; both -1: free in space */
 };
 
+enum rmap_camera_type { RMAP_CAMERA_PINHOLE, RMAP_CAMERA_THIN_LENS };
+
+/* Looks from `at` along `forward`; right, up and forward are orthonormal. Light is not touched. */
+struct rmap_camera {
+    char *name;
+    enum rmap_camera_type type;
+    struct rmap_vec3 at, right, up, forward;
+    double slope;           /* half the picture's height at distance 1; pixels are square */
+    uint32_t resolution[2]; /* pixels to the right, and down */
+    double focus;           /* THIN_LENS: distance along `forward` of the plane in focus */
+    double aperture;        /* THIN_LENS: radius of the lens */
+    double exposure;        /* what unit radiance is shown as, 1 being white; 0: not said */
+    int32_t medium;
+    int32_t gradient; /* 1 + index of the gradient medium in place; 0: uniform */
+};
+
 /* A named choice kept with the scene. Unset: rays 0, time_limit_s 0, names NULL. */
 struct rmap_simulation {
     char *name;
@@ -199,6 +215,11 @@ struct rmap_scene {
     struct rmap_source *source;
     struct rmap_detector *detector;
     struct rmap_simulation simulation; /* the one chosen, or unset */
+
+    /* For pictures alone: no ray of a map knows of them. */
+    size_t n_camera;
+    struct rmap_camera *camera;
+    double background[RMAP_CHANNEL_MAX]; /* radiance from outside the scene: flux unit / (m2 sr) */
 
     /* Derived by rmap_scene_finish. */
     struct rmap_vec3 centre; /* of the scene's bounding sphere: objects, sources, detectors */
