@@ -147,8 +147,9 @@ enum rmap_status rmap_field_profile(struct rmap_field **field_ret, enum rmap_pro
 
 /* ---- Fields made of fields ---- */
 
-/* n = 1 + sum of weight[i] (n_i - 1): a hot plume in an atmosphere. weight NULL: all 1. */
-enum rmap_status rmap_field_sum(struct rmap_field **field_ret, int n_term,
+/* n = base + sum of weight[i] (n_i - base): base 1 for indices (a hot plume in an atmosphere), 0
+ * for scalars. weight NULL: all 1. */
+enum rmap_status rmap_field_sum(struct rmap_field **field_ret, double base, int n_term,
                                 struct rmap_field *const *term, const double *weight,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
