@@ -17,8 +17,9 @@ enum { DECISION_NBYTES_MAX = 64 << 20 };
 /* What was found out of a piece's dictionary. */
 struct decision {
     size_t n_path;
-    uint8_t *verdict;                    /* [n_criterion][n_path], NULL: not yet judged */
-    size_t *first_row[RMAP_TABLE_COUNT]; /* [n_path], NULL: not yet added up; /ray has none */
+    uint8_t *verdict; /* [n_criterion][n_path], NULL: not yet judged */
+    size_t
+        *first_row[RMAP_TABLE_HISTORY_COUNT]; /* [n_path], NULL: not yet added up; /ray has none */
 };
 
 struct rmap_query_history {
@@ -72,7 +73,7 @@ static void forget_decisions(struct rmap_query_history *self)
 {
     for (size_t p = 0; self->decision && p < rmap_map_n_piece(self->map); p++) {
         rmap_free(self->decision[p].verdict);
-        for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
             rmap_free(self->decision[p].first_row[t]);
         self->decision[p] = (struct decision){0};
     }
@@ -266,7 +267,7 @@ enum rmap_status rmap_query_history_know(struct rmap_query_history *self, rmap_c
         return unfold(self, columns, err);
     known->portion = rmap_history_paths(self->index);
     RMAP_TRY(decide(self, &decision, err));
-    for (int t = RMAP_TABLE_SEGMENT; t < RMAP_TABLE_COUNT; t++) {
+    for (int t = RMAP_TABLE_SEGMENT; t < RMAP_TABLE_HISTORY_COUNT; t++) {
         RMAP_TRY(add_up(self, decision, (enum rmap_table)t, err));
         known->first_row[t] = decision->first_row[t];
     }

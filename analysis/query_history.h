@@ -44,7 +44,7 @@ enum rmap_status rmap_query_history_unfold(struct rmap_query_history *history,
  * registrations begin. ROWS: unfolded, first_row NULL. */
 struct rmap_known_rows {
     const struct rmap_portion *portion;
-    const size_t *first_row[RMAP_TABLE_COUNT];
+    const size_t *first_row[RMAP_TABLE_HISTORY_COUNT];
 };
 enum rmap_status rmap_query_history_know(struct rmap_query_history *history,
                                          rmap_column_set columns, struct rmap_known_rows *known,

@@ -15,7 +15,7 @@ struct rmap_row_range {
 
 void rmap_undecided_fini(struct rmap_undecided *self)
 {
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         rmap_free(self->range[t]);
     rmap_free(self->ray);
     rmap_portion_destroy(self->memory);
@@ -63,7 +63,7 @@ enum rmap_status rmap_undecided_enter(struct rmap_undecided *self, const uint8_t
     rmap_portion_clear(self->memory);
     self->rows = (struct rmap_portion){.first_ray = view->first_ray, .n_row[RMAP_TABLE_RAY] = n};
     if (self->is_whole)
-        memcpy(self->rows.n_row, view->n_row, sizeof self->rows.n_row);
+        memcpy(self->rows.n_row, view->n_row, sizeof view->n_row);
     return RMAP_OK;
 }
 

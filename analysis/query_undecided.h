@@ -23,9 +23,9 @@ struct rmap_undecided {
     const struct rmap_portion *measured; /* what it reads */
     struct rmap_portion *memory;         /* of the columns */
     rmap_column_set present;
-    bool is_placed[RMAP_TABLE_COUNT];
-    struct rmap_row_range *range[RMAP_TABLE_COUNT]; /* [n] of each ray */
-    size_t range_cap[RMAP_TABLE_COUNT];
+    bool is_placed[RMAP_TABLE_HISTORY_COUNT];
+    struct rmap_row_range *range[RMAP_TABLE_HISTORY_COUNT]; /* [n] of each ray */
+    size_t range_cap[RMAP_TABLE_HISTORY_COUNT];
 };
 void rmap_undecided_fini(struct rmap_undecided *undecided);
 

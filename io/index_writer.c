@@ -52,6 +52,9 @@ static enum rmap_status put_totals(struct index *self, bool complete, struct rma
                          &self->content.n_row[RMAP_TABLE_SEGMENT], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "registrations", RMAP_U64, 1,
                          &self->content.n_row[RMAP_TABLE_REGISTRATION], err));
+    if (rmap_scene_is_curved(self->run->scene))
+        RMAP_TRY(rmap_h5_put(&self->h5, "/", "curve_points", RMAP_U64, 1,
+                             &self->content.n_row[RMAP_TABLE_CURVE], err));
 out:
     return st;
 }
@@ -187,8 +190,9 @@ static enum rmap_status write_content(struct index *self, struct rmap_error *err
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map_content *content = &self->content;
-    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
-                            chunks = rmap_chunk_fields();
+    bool curved = rmap_scene_is_curved(self->run->scene);
+    struct rmap_field_table pieces = rmap_piece_fields(curved), chunks = rmap_chunk_fields(),
+                            portions = rmap_portion_fields_index(curved);
     RMAP_TRY(rmap_h5_group(&self->h5, "/piece", err));
     RMAP_TRY(rmap_h5_write_fields(&self->h5, pieces.field, pieces.n, content->piece,
                                   content->n_piece, sizeof *content->piece, err));
@@ -212,9 +216,10 @@ static enum rmap_status write_layouts(struct index *self, struct rmap_error *err
         const struct rmap_layout *layout =
             rmap_layout_of((enum rmap_encoding)e, self->run->scene->channels.mode);
         const char *name[RMAP_STREAM_MAX];
-        for (int s = 0; s < layout->n_stream; s++)
+        int n = rmap_layout_n_stream(layout, rmap_scene_is_curved(self->run->scene));
+        for (int s = 0; s < n; s++)
             name[s] = layout->stream[s].path;
-        st = rmap_h5_write_names(&self->h5, path[e], name, (size_t)layout->n_stream,
+        st = rmap_h5_write_names(&self->h5, path[e], name, (size_t)n,
                                  "datasets of such pieces; /chunk/stream counts them", err);
     }
     return st;

@@ -103,12 +103,18 @@ static bool take_chunks(struct reading *self, size_t nbytes, enum rmap_status *s
     return good;
 }
 
+static bool is_curved(const struct rmap_journal_header *header)
+{
+    return header->format_major == RMAP_FORMAT_CURVED_MAJOR;
+}
+
 static bool take_portions(struct reading *self, size_t nbytes, enum rmap_status *st,
                           struct rmap_error *err)
 {
     void *rows = self->journal->portion;
-    bool good = take_rows(self, rmap_portion_fields_piece(), nbytes, &rows, &self->n_portion,
-                          &self->cap_portion, sizeof *self->journal->portion, st, err);
+    bool good =
+        take_rows(self, rmap_portion_fields_piece(is_curved(&self->journal->header)), nbytes, &rows,
+                  &self->n_portion, &self->cap_portion, sizeof *self->journal->portion, st, err);
     self->journal->portion = rows;
     return good;
 }
@@ -140,16 +146,17 @@ static bool take_commit(struct reading *self, size_t nbytes)
 {
     struct rmap_journal *journal = self->journal;
     struct source *source = self->source;
-    struct rmap_journal_commit commit;
-    if (nbytes != sizeof commit ||
-        !take(source, &commit, offsetof(struct rmap_journal_commit, hash)))
+    const bool curved = is_curved(&journal->header);
+    uint64_t n_portion, n_row[RMAP_STORED_TABLE_MAX] = {0}, stored;
+    if (nbytes != rmap_journal_commit_nbytes(curved) ||
+        !take(source, &n_portion, sizeof n_portion) ||
+        !take(source, n_row, rmap_format_n_table(curved) * sizeof *n_row))
         return false;
     uint64_t hash = XXH3_64bits_digest(&source->hash);
-    if (!take(source, &commit.hash, sizeof commit.hash) || commit.hash != hash ||
-        commit.n_portion != self->n_portion)
+    if (!take(source, &stored, sizeof stored) || stored != hash || n_portion != self->n_portion)
         return false;
     (void)XXH3_64bits_reset_withSeed(&source->hash, hash);
-    memcpy(journal->n_row, commit.n_row, sizeof journal->n_row);
+    memcpy(journal->n_row, n_row, sizeof journal->n_row);
     journal->n_entry = self->n_entry;
     journal->n_portion = self->n_portion;
     journal->n_tail = self->n_tail;
@@ -188,14 +195,15 @@ static enum rmap_status check_header(const struct rmap_journal_header *h, const 
 {
     if (memcmp(h->magic, RMAP_JOURNAL_MAGIC, sizeof h->magic) != 0)
         return rmap_error_set(err, RMAP_FORMAT, "%s is no journal of a ray map, or damaged", path);
-    *other_version_ret =
-        h->version != RMAP_JOURNAL_VERSION || h->format_major != RMAP_FORMAT_MAJOR ||
-        h->encoding >= RMAP_ENCODING_COUNT || !rmap_layout_of(h->encoding, RMAP_COLOUR_RGB);
+    *other_version_ret = h->version != RMAP_JOURNAL_VERSION ||
+                         (h->format_major != RMAP_FORMAT_MAJOR && !is_curved(h)) ||
+                         h->encoding >= RMAP_ENCODING_COUNT ||
+                         !rmap_layout_of(h->encoding, RMAP_COLOUR_RGB);
     if (*other_version_ret)
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s was written by another version of raymap: use that one", path);
     if (h->chunk_nbytes != rmap_journal_row_nbytes(rmap_chunk_fields()) ||
-        h->portion_nbytes != rmap_journal_row_nbytes(rmap_portion_fields_piece()) ||
+        h->portion_nbytes != rmap_journal_row_nbytes(rmap_portion_fields_piece(is_curved(h))) ||
         (h->mode != RMAP_COLOUR_SPECTRAL && h->mode != RMAP_COLOUR_RGB) || h->n_channel < 1 ||
         h->n_channel > RMAP_CHANNEL_MAX || h->shard < 0 || h->shard > 99999 || h->number < 0 ||
         h->number > 99999 || !terminated(h->scene_digest, sizeof h->scene_digest) ||

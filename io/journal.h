@@ -41,8 +41,8 @@ enum rmap_journal_record {
 /* As in the file: no padding, text ends with 0. */
 struct rmap_journal_header {
     char magic[8];
-    uint32_t version; /* RMAP_JOURNAL_VERSION */
-    uint32_t format_major, format_minor;
+    uint32_t version;                      /* RMAP_JOURNAL_VERSION */
+    uint32_t format_major, format_minor;   /* RMAP_FORMAT_CURVED_MAJOR: with /curve */
     uint32_t chunk_nbytes, portion_nbytes; /* of a row in CHUNK, in PORTION */
     uint32_t encoding;                     /* enum rmap_encoding */
     uint32_t mode;                         /* enum rmap_colour_mode */

@@ -18,17 +18,14 @@ struct rmap_journal_tail_head {
     uint64_t first_row;
 };
 
-/* Payload of COMMIT. */
-struct rmap_journal_commit {
-    uint64_t n_portion;
-    uint64_t n_row[RMAP_STORED_TABLE_MAX];
-    uint64_t hash;
-};
+/* Payload of COMMIT: portions, rows of as many stored tables as the format has, hash. */
+static inline size_t rmap_journal_commit_nbytes(bool curved)
+{
+    return 8 * (2 + rmap_format_n_table(curved));
+}
 
 _Static_assert(sizeof(struct rmap_journal_record_head) == 8, "bytes of the file");
 _Static_assert(sizeof(struct rmap_journal_tail_head) == 16, "bytes of the file");
-_Static_assert(sizeof(struct rmap_journal_commit) == 8 * (2 + RMAP_STORED_TABLE_MAX),
-               "bytes of the file");
 
 /* Bytes of a packed row. */
 size_t rmap_journal_row_nbytes(struct rmap_field_table table);

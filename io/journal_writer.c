@@ -18,7 +18,7 @@
 struct rmap_journal_writer {
     char *path;
     int fd;
-    bool failed;
+    bool failed, curved;
     uint64_t hash;                   /* of the last commit */
     struct rmap_journal_batch begin; /* the header, until the first commit */
 };
@@ -74,11 +74,11 @@ enum rmap_status rmap_journal_add_chunks(struct rmap_journal_batch *batch,
     return add_rows(batch, RMAP_JOURNAL_CHUNK, rmap_chunk_fields(), entry, n, sizeof *entry, err);
 }
 
-enum rmap_status rmap_journal_add_portions(struct rmap_journal_batch *batch,
+enum rmap_status rmap_journal_add_portions(struct rmap_journal_batch *batch, bool curved,
                                            const struct rmap_portion_info *portion, size_t n,
                                            struct rmap_error *err)
 {
-    return add_rows(batch, RMAP_JOURNAL_PORTION, rmap_portion_fields_piece(), portion, n,
+    return add_rows(batch, RMAP_JOURNAL_PORTION, rmap_portion_fields_piece(curved), portion, n,
                     sizeof *portion, err);
 }
 
@@ -106,14 +106,16 @@ enum rmap_status rmap_journal_create(const char *path, const struct rmap_journal
     uint8_t *to;
     memcpy(full.magic, RMAP_JOURNAL_MAGIC, sizeof full.magic);
     full.version = RMAP_JOURNAL_VERSION;
-    full.format_major = RMAP_FORMAT_MAJOR;
+    bool curved = full.format_major == RMAP_FORMAT_CURVED_MAJOR;
+    full.format_major = curved ? RMAP_FORMAT_CURVED_MAJOR : RMAP_FORMAT_MAJOR;
     full.format_minor = RMAP_FORMAT_MINOR;
     full.chunk_nbytes = (uint32_t)rmap_journal_row_nbytes(rmap_chunk_fields());
-    full.portion_nbytes = (uint32_t)rmap_journal_row_nbytes(rmap_portion_fields_piece());
+    full.portion_nbytes = (uint32_t)rmap_journal_row_nbytes(rmap_portion_fields_piece(curved));
     struct rmap_journal_writer *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a journal");
     self->fd = -1;
+    self->curved = curved;
     self->path = rmap_strdup(path);
     if (!self->path) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a journal");
@@ -155,21 +157,23 @@ enum rmap_status rmap_journal_commit(struct rmap_journal_writer *self,
                                      uint64_t n_portion, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_journal_commit commit = {.n_portion = n_portion};
+    const size_t rows_nbytes = rmap_format_n_table(self->curved) * sizeof *n_row;
     XXH3_state_t state;
+    uint64_t hash = 0;
     uint8_t *to;
     if (self->failed)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->path);
-    memcpy(commit.n_row, n_row, sizeof commit.n_row);
-    RMAP_TRY(add_record(batch, RMAP_JOURNAL_COMMIT, sizeof commit, &to, err));
-    memcpy(to, &commit, sizeof commit);
+    RMAP_TRY(
+        add_record(batch, RMAP_JOURNAL_COMMIT, rmap_journal_commit_nbytes(self->curved), &to, err));
+    memcpy(to, &n_portion, sizeof n_portion);
+    memcpy(to + sizeof n_portion, n_row, rows_nbytes);
     XXH3_INITSTATE(&state);
     (void)XXH3_64bits_reset_withSeed(&state, self->hash);
     if (self->begin.nbytes > 0)
         (void)XXH3_64bits_update(&state, self->begin.data, self->begin.nbytes);
-    (void)XXH3_64bits_update(&state, batch->data, batch->nbytes - sizeof commit.hash);
-    commit.hash = XXH3_64bits_digest(&state);
-    memcpy(to, &commit, sizeof commit);
+    (void)XXH3_64bits_update(&state, batch->data, batch->nbytes - sizeof hash);
+    hash = XXH3_64bits_digest(&state);
+    memcpy(to + sizeof n_portion + rows_nbytes, &hash, sizeof hash);
     RMAP_TRY(write_all(self, self->begin.data, self->begin.nbytes, err));
     RMAP_TRY(write_all(self, batch->data, batch->nbytes, err));
     if (fdatasync(self->fd) != 0) {
@@ -177,7 +181,7 @@ enum rmap_status rmap_journal_commit(struct rmap_journal_writer *self,
                             strerror(errno));
         goto out;
     }
-    self->hash = commit.hash;
+    self->hash = hash;
     self->begin.nbytes = 0;
     batch->nbytes = 0;
 out:

@@ -19,7 +19,7 @@ void rmap_journal_batch_fini(struct rmap_journal_batch *batch);
 enum rmap_status rmap_journal_add_chunks(struct rmap_journal_batch *batch,
                                          const struct rmap_chunk_entry *entry, size_t n,
                                          struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_journal_add_portions(struct rmap_journal_batch *batch,
+enum rmap_status rmap_journal_add_portions(struct rmap_journal_batch *batch, bool curved,
                                            const struct rmap_portion_info *portion, size_t n,
                                            struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_journal_add_tail(struct rmap_journal_batch *batch, int stream,
@@ -28,8 +28,9 @@ enum rmap_status rmap_journal_add_tail(struct rmap_journal_batch *batch, int str
 
 struct rmap_journal_writer;
 
-/* A new file with the header, whose magic, version and row sizes are set here; nothing is synced
- * before the first commit. RMAP_SYSTEM, also when the file exists. */
+/* A new file with the header, whose magic, version and row sizes are set here, and the format
+ * unless it says RMAP_FORMAT_CURVED_MAJOR; nothing is synced before the first commit. RMAP_SYSTEM,
+ * also when the file exists. */
 enum rmap_status rmap_journal_create(const char *path, const struct rmap_journal_header *header,
                                      struct rmap_journal_writer **writer_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -274,6 +274,31 @@ static enum rmap_status check_cells(const struct rmap_cursor *self, struct rmap_
                           self->map->path, self->in_hand);
 }
 
+#define CURVE_COLUMNS                                                                              \
+    (RMAP_COLUMN_BIT(RMAP_CURVE_ray) | RMAP_COLUMN_BIT(RMAP_CURVE_segment) |                       \
+     RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count))
+
+/* Every point lies on a leg of a ray of the portion, in their order. */
+static enum rmap_status check_curve(const struct rmap_cursor *self, struct rmap_error *err)
+{
+    const struct rmap_portion *rows = &self->shown;
+    const size_t n = rows->n_row[RMAP_TABLE_CURVE];
+    size_t k = 0;
+    for (size_t i = 0; k < n && i < rows->n_row[RMAP_TABLE_RAY]; i++)
+        for (uint32_t leg = 0; k < n && rows->curve.ray[k] == rows->ray.id[i]; k++) {
+            if (rows->curve.segment[k] < leg ||
+                rows->curve.segment[k] >= rows->ray.segment_count[i])
+                return rmap_error_set(err, RMAP_FORMAT,
+                                      "%s: the points of /curve of ray %llu lie on no leg of it",
+                                      self->map->path, (unsigned long long)rows->ray.id[i]);
+            leg = rows->curve.segment[k];
+        }
+    if (k == n)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_FORMAT, "%s: points of /curve in portion %zu are of no ray",
+                          self->map->path, self->in_hand);
+}
+
 enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
                                    const struct rmap_portion **portion_ret, struct rmap_error *err)
 {
@@ -388,6 +413,8 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
     rmap_column_set now = self->present | self->kept;
     if ((now & cells) == cells && (before & cells) != cells)
         RMAP_TRY(check_cells(self, err));
+    if ((now & CURVE_COLUMNS) == CURVE_COLUMNS && (before & CURVE_COLUMNS) != CURVE_COLUMNS)
+        RMAP_TRY(check_curve(self, err));
 out:
     return st;
 }

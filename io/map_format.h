@@ -5,6 +5,7 @@
 #ifndef RMAP_MAP_FORMAT_H
 #define RMAP_MAP_FORMAT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -22,6 +23,8 @@
 #define RMAP_FORMAT_MINOR 0
 /* Of maps of picked rays and their pieces: ids of a portion may have gaps. */
 #define RMAP_FORMAT_PICKED_MAJOR 3
+/* Of maps whose scene has gradient media, picked or not, and their pieces: with /curve. */
+#define RMAP_FORMAT_CURVED_MAJOR 4
 
 /* Pieces that the view of all pieces as one (virtual datasets) is made for. */
 #define RMAP_VIEW_PIECES_MAX 256
@@ -32,12 +35,15 @@ struct rmap_field_table {
 };
 
 /* Fields of struct rmap_chunk_entry, rmap_portion_info (in a piece, in the index), and
- * rmap_piece_info. */
+ * rmap_piece_info. curved: those that count rows have room for /curve. */
 struct rmap_field_table rmap_chunk_fields(void);
-struct rmap_field_table rmap_portion_fields_piece(void);
-struct rmap_field_table rmap_portion_fields_index(void);
+struct rmap_field_table rmap_portion_fields_piece(bool curved);
+struct rmap_field_table rmap_portion_fields_index(bool curved);
 struct rmap_field_table rmap_portion_fields_picked(void); /* besides, where rays were picked */
-struct rmap_field_table rmap_piece_fields(void);
+struct rmap_field_table rmap_piece_fields(bool curved);
+
+/* Stored tables whose rows a file states. */
+size_t rmap_format_n_table(bool curved);
 struct rmap_field_table rmap_run_fields(void); /* of struct rmap_run_row */
 
 #endif

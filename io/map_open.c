@@ -83,8 +83,9 @@ static enum rmap_status read_content(struct rmap_map *map, struct rmap_h5 *h5,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_content *content = &map->content;
-    struct rmap_field_table pieces = rmap_piece_fields(), portions = rmap_portion_fields_index(),
-                            chunks = rmap_chunk_fields();
+    bool curved = rmap_provenance_is_curved(h5);
+    struct rmap_field_table pieces = rmap_piece_fields(curved), chunks = rmap_chunk_fields(),
+                            portions = rmap_portion_fields_index(curved);
     uint64_t digest[2];
     void *piece = NULL, *chunk = NULL;
     RMAP_TRY(rmap_h5_read_fields(h5, pieces.field, pieces.n, sizeof *content->piece, &piece,

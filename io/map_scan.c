@@ -83,13 +83,15 @@ static enum rmap_status read_tables(struct rmap_h5 *h5, const struct rmap_layout
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_field_table portions = rmap_portion_fields_piece(), chunks = rmap_chunk_fields();
+    bool curved = rmap_provenance_is_curved(h5);
+    struct rmap_field_table portions = rmap_portion_fields_piece(curved),
+                            chunks = rmap_chunk_fields();
     struct rmap_portion_info *portion = NULL;
     void *chunk = NULL;
     int *stream = NULL;
     size_t n_portion = 0, n_chunk = 0, n_stream = 0;
-    RMAP_TRY(rmap_h5_get(h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX, info->stored_rows,
-                         err));
+    RMAP_TRY(rmap_h5_get(h5, "/", "stored_rows", RMAP_U64, rmap_format_n_table(curved),
+                         info->stored_rows, err));
     RMAP_TRY(read_numbering(h5, layout, &stream, &n_stream, err));
     RMAP_TRY(rmap_h5_read_fields(h5, chunks.field, chunks.n, sizeof(struct rmap_chunk_entry),
                                  &chunk, &n_chunk, err));

@@ -29,6 +29,8 @@ struct rmap_piece_writer {
     struct rmap_piece_origin origin;
     char *directory, *temporary, *journal_path;
     const struct rmap_layout *layout;
+    bool curved;           /* the scene's rays may be */
+    int n_table, n_stream; /* of the layout, that the file has */
     int shard, number;
     hid_t set[RMAP_STREAM_MAX];
     struct rmap_chunk_entry *entry;
@@ -42,9 +44,9 @@ struct rmap_piece_writer {
 static enum rmap_status write_stream_names(struct rmap_piece_writer *self, struct rmap_error *err)
 {
     const char *name[RMAP_STREAM_MAX];
-    for (int s = 0; s < self->layout->n_stream; s++)
+    for (int s = 0; s < self->n_stream; s++)
         name[s] = self->layout->stream[s].path;
-    return rmap_h5_write_names(&self->h5, "/chunk/name", name, (size_t)self->layout->n_stream,
+    return rmap_h5_write_names(&self->h5, "/chunk/name", name, (size_t)self->n_stream,
                                "datasets that /chunk/stream counts", err);
 }
 
@@ -103,7 +105,7 @@ static enum rmap_status describe_values(struct rmap_piece_writer *self, struct r
     enum rmap_status st = RMAP_OK;
     char text[sizeof bits];
     (void)snprintf(text, sizeof text, "%.*s", (int)(sizeof bits - 3), bits);
-    for (int s = 0; st == RMAP_OK && s < self->layout->n_stream; s++) {
+    for (int s = 0; st == RMAP_OK && s < self->n_stream; s++) {
         const struct rmap_stream_info *stream = &self->layout->stream[s];
         if (stream->width == 0)
             st = rmap_h5_put(&self->h5, stream->path, "wavelength_nm", RMAP_F64,
@@ -124,11 +126,11 @@ static enum rmap_status create_file(struct rmap_piece_writer *self, struct rmap_
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "shard", RMAP_I32, 1, &place[0], err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "piece", RMAP_I32, 1, &place[1], err));
     RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "encoding", encoding, err));
-    for (int t = 0; t < self->layout->n_table; t++)
+    for (int t = 0; t < self->n_table; t++)
         RMAP_TRY(rmap_h5_group(&self->h5, self->layout->table_path[t], err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
     RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
-    for (int s = 0; s < self->layout->n_stream; s++)
+    for (int s = 0; s < self->n_stream; s++)
         RMAP_TRY(create_stream(self, s, err));
     RMAP_TRY(describe_values(self, err));
     RMAP_TRY(write_stream_names(self, err));
@@ -180,6 +182,9 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
     self->shard = shard;
     self->number = number;
     self->layout = rmap_layout_of(run->encoding, run->scene->channels.mode);
+    self->curved = rmap_scene_is_curved(run->scene);
+    self->n_table = rmap_layout_n_table(self->layout, self->curved);
+    self->n_stream = rmap_layout_n_stream(self->layout, self->curved);
     self->h5.file = H5I_INVALID_HID;
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         self->set[s] = H5I_INVALID_HID;
@@ -245,7 +250,9 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
 static enum rmap_status begin_journal(struct rmap_piece_writer *self, struct rmap_error *err)
 {
     const struct rmap_piece_origin *origin = &self->origin;
-    struct rmap_journal_header header = {.encoding = (uint32_t)origin->encoding,
+    struct rmap_journal_header header = {.format_major = self->curved ? RMAP_FORMAT_CURVED_MAJOR
+                                                                      : RMAP_FORMAT_MAJOR,
+                                         .encoding = (uint32_t)origin->encoding,
                                          .mode = (uint32_t)origin->mode,
                                          .n_channel = (uint32_t)origin->n_channel,
                                          .shard = self->shard,
@@ -333,7 +340,7 @@ static enum rmap_status close_file(struct rmap_piece_writer *self, uint64_t *nby
 {
     enum rmap_status st = RMAP_OK;
     struct stat file;
-    for (int s = 0; s < self->layout->n_stream; s++) {
+    for (int s = 0; s < self->n_stream; s++) {
         if (H5Dclose(self->set[s]) < 0) {
             st = rmap_h5_fail(&self->h5, self->layout->stream[s].path, err);
             goto out;
@@ -359,7 +366,8 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
 {
     static const int32_t complete = 1;
     enum rmap_status st = RMAP_OK;
-    struct rmap_field_table chunks = rmap_chunk_fields(), portions = rmap_portion_fields_piece();
+    struct rmap_field_table chunks = rmap_chunk_fields(),
+                            portions = rmap_portion_fields_piece(self->curved);
     struct rmap_piece_info info = {.shard = self->shard,
                                    .encoding = (int32_t)self->layout->encoding,
                                    .space = self->run->space,
@@ -368,7 +376,7 @@ enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
                                   sizeof *self->entry, err));
     RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, portion, n_portion,
                                      self->run->selection != NULL, err));
-    RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, RMAP_STORED_TABLE_MAX,
+    RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, rmap_format_n_table(self->curved),
                          stored_rows, err));
     RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));
     RMAP_TRY(close_file(self, &info.nbytes, err));

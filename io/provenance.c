@@ -108,12 +108,18 @@ out:
     return st;
 }
 
+static int32_t format_of(const struct rmap_run *run)
+{
+    if (rmap_scene_is_curved(run->scene))
+        return RMAP_FORMAT_CURVED_MAJOR;
+    return run->selection ? RMAP_FORMAT_PICKED_MAJOR : RMAP_FORMAT_MAJOR;
+}
+
 enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
                                      const struct rmap_run *run,
                                      const struct rmap_piece_origin *origin, struct rmap_error *err)
 {
-    const int32_t version[2] = {run->selection ? RMAP_FORMAT_PICKED_MAJOR : RMAP_FORMAT_MAJOR,
-                                RMAP_FORMAT_MINOR};
+    const int32_t version[2] = {format_of(run), RMAP_FORMAT_MINOR};
     const struct rmap_scene *scene = run->scene;
     const char *flux = scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
     enum rmap_status st = RMAP_OK;
@@ -149,11 +155,18 @@ enum rmap_status rmap_provenance_check(struct rmap_h5 *h5, const char *filetype,
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s is an HDF5 file, but not a '%s': give the map's directory",
                               h5->path, filetype);
-    if (version[0] != RMAP_FORMAT_MAJOR && version[0] != RMAP_FORMAT_PICKED_MAJOR)
+    if (version[0] < RMAP_FORMAT_MAJOR || version[0] > RMAP_FORMAT_CURVED_MAJOR)
         return rmap_error_set(
             err, RMAP_FORMAT,
-            "%s has format version %d.%d; this program reads %d.x and %d.x: use %s raymap",
-            h5->path, (int)version[0], (int)version[1], RMAP_FORMAT_MAJOR, RMAP_FORMAT_PICKED_MAJOR,
+            "%s has format version %d.%d; this program reads %d.x to %d.x: use %s raymap", h5->path,
+            (int)version[0], (int)version[1], RMAP_FORMAT_MAJOR, RMAP_FORMAT_CURVED_MAJOR,
             version[0] > RMAP_FORMAT_MAJOR ? "a newer" : "an older");
     return RMAP_OK;
+}
+
+bool rmap_provenance_is_curved(struct rmap_h5 *h5)
+{
+    int32_t version[2] = {0};
+    return rmap_h5_get(h5, "/", "version", RMAP_I32, 2, version, NULL) == RMAP_OK &&
+           version[0] == RMAP_FORMAT_CURVED_MAJOR;
 }

@@ -14,6 +14,7 @@
 #include "base/alloc.h"
 #include "io/codec.h"
 #include "io/journal.h"
+#include "io/map_format.h"
 #include "io/map_internal.h"
 #include "io/piece_writer.h"
 #include "io/publish.h"
@@ -311,6 +312,10 @@ static enum rmap_status place(struct salvage *self, struct rmap_error *err)
         strcmp(self->origin.scene_digest, map->scene_digest) != 0 || space < 0)
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s belongs to another scene, seed or colour space than this map",
+                              self->part_path);
+    if ((header->format_major == RMAP_FORMAT_CURVED_MAJOR) !=
+        rmap_scene_is_curved(map->scene[space]))
+        return rmap_error_set(err, RMAP_FORMAT, "%s has another format than this map's scene",
                               self->part_path);
     self->run = (struct rmap_run){.bundle = map->bundle,
                                   .scene = map->scene[space],

@@ -57,7 +57,8 @@ enum rmap_status rmap_shard_flush_begin(struct rmap_shard_writer *self, struct r
     for (int s = 0; s < self->queue.layout->n_stream; s++)
         if (self->open[s])
             RMAP_TRY(take_rows(self, s, err));
-    RMAP_TRY(rmap_journal_add_portions(&flush->batch, piece->portion + piece->n_portion_taken,
+    RMAP_TRY(rmap_journal_add_portions(&flush->batch, rmap_scene_is_curved(self->run.scene),
+                                       piece->portion + piece->n_portion_taken,
                                        piece->n_portion - piece->n_portion_taken, err));
     piece->n_portion_taken = piece->n_portion;
     for (int t = 0; t < RMAP_STORED_TABLE_MAX; t++)

@@ -15,6 +15,7 @@
 #include "io/map_internal.h"
 #include "io/map_scan.h"
 #include "io/portion_rows.h"
+#include "io/provenance.h"
 #include "io/publish.h"
 
 void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_content *content,
@@ -95,14 +96,15 @@ static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_fin
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     if (rmap_h5_open(&h5, path, NULL) != RMAP_OK)
         goto out; /* opening the map said so already */
-    RMAP_TRY(read_table(&h5, rmap_piece_fields(), sizeof *raw->piece, &piece, &raw->n_piece,
+    bool curved = rmap_provenance_is_curved(&h5);
+    RMAP_TRY(read_table(&h5, rmap_piece_fields(curved), sizeof *raw->piece, &piece, &raw->n_piece,
                         findings, err));
     raw->piece = piece;
-    RMAP_TRY(read_table(&h5, rmap_portion_fields_index(), sizeof *raw->portion, &portion,
+    RMAP_TRY(read_table(&h5, rmap_portion_fields_index(curved), sizeof *raw->portion, &portion,
                         &raw->n_portion, findings, err));
     raw->portion = portion;
     if (raw->n_portion > 0 &&
-        rmap_portion_rows_read(&h5, rmap_portion_fields_index(), &whole, &n_whole, NULL) ==
+        rmap_portion_rows_read(&h5, rmap_portion_fields_index(curved), &whole, &n_whole, NULL) ==
             RMAP_OK) { /* with last ids, if it has any */
         rmap_free(raw->portion);
         raw->portion = whole;

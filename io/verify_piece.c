@@ -160,7 +160,7 @@ static enum rmap_status compare_portions(struct piece_check *check, struct rmap_
     size_t before = check->findings->n;
     struct rmap_table_pair pair = {.file = "map.h5",
                                    .what = check->info->name,
-                                   .table = rmap_portion_fields_piece(),
+                                   .table = rmap_portion_fields_piece(true),
                                    .says = check->claimed,
                                    .is = check->own.portion,
                                    .n = check->n_claimed,
@@ -223,7 +223,7 @@ static enum rmap_status compare_info(struct piece_check *check, struct rmap_erro
     is.space = check->info->space;
     const struct rmap_table_pair pair = {.file = "map.h5",
                                          .what = check->info->name,
-                                         .table = rmap_piece_fields(),
+                                         .table = rmap_piece_fields(true),
                                          .says = check->info,
                                          .is = &is,
                                          .n = 1,

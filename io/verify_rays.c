@@ -43,7 +43,7 @@ static const char *check_ids(const struct rmap_portion_info *info, const struct 
 /* Those fields of /portion that sum up the rays. */
 static struct rmap_field_table summary_fields(void)
 {
-    struct rmap_field_table table = rmap_portion_fields_piece();
+    struct rmap_field_table table = rmap_portion_fields_piece(true);
     while (table.n > 0 && table.field->offset < offsetof(struct rmap_portion_info, summary)) {
         table.field++;
         table.n--;
@@ -194,10 +194,12 @@ static enum rmap_status compare_tallies(const struct rmap_tally *says, const str
 static enum rmap_status check_totals(struct rmap_verification *self, struct rmap_h5 *h5,
                                      struct rmap_findings *findings, struct rmap_error *err)
 {
-    static const char *const name[RMAP_TABLE_COUNT] = {"rays", "segments", "registrations"};
+    static const char *const name[RMAP_TABLE_COUNT] = {"rays", "segments", "registrations",
+                                                       "curve_points"};
+    const bool curved = rmap_scene_is_curved(self->map->scene[0]);
     enum rmap_status st = RMAP_OK;
     char says[40] = "", is[33];
-    for (int t = 0; t < RMAP_TABLE_COUNT && st == RMAP_OK; t++) {
+    for (int t = 0; t < (curved ? RMAP_TABLE_COUNT : RMAP_TABLE_CURVE) && st == RMAP_OK; t++) {
         uint64_t n = 0;
         char of[64];
         (void)snprintf(of, sizeof of, " (%s)", name[t]);

@@ -93,7 +93,8 @@ enum rmap_status rmap_verify_view(struct rmap_verification *self, struct rmap_h5
     if (!has_view(self->content))
         return RMAP_OK;
     const struct rmap_layout *layout = rmap_map_piece_layout(self->map, 0);
-    for (int s = 0; s < layout->n_stream && st == RMAP_OK; s++) {
+    int n_stream = rmap_layout_n_stream(layout, rmap_scene_is_curved(self->map->scene[0]));
+    for (int s = 0; s < n_stream && st == RMAP_OK; s++) {
         struct source source = {.self = self, .stream = &layout->stream[s]};
         hid_t set = rmap_h5_has(h5, source.stream->path)
                         ? H5Dopen2(h5->file, source.stream->path, H5P_DEFAULT)

@@ -111,6 +111,8 @@ static enum rmap_status check(const struct rmap_path_table *table, const struct 
                                   rows->layout->stream[s].path);
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return damaged("it has not as many rays as the index says", err);
+    if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
+        return damaged("it has not as many points of curved legs as the index says", err);
     const struct own own = own_rows(rows);
     size_t n_own = rows->n_row[RMAP_COMPACT_OWN], k = 0;
     uint64_t n[2] = {0, 0}, own_n[2] = {0, 0}; /* at most 2^32 rays of 2^32 rows */
@@ -332,6 +334,18 @@ static void correct_media(struct rmap_lane *lane, struct rmap_portion *out)
     (void)rmap_lane_offer(lane, 0, n, sizeof *medium, medium);
 }
 
+/* They stand as they are. */
+static void fill_curve(const struct rmap_rows *rows, rmap_column_set columns,
+                       struct rmap_portion *out)
+{
+    size_t n = out->n_row[RMAP_TABLE_CURVE];
+#define FILL(field, path, type, element, width, unit, text)                                        \
+    if (n > 0 && (columns & BIT(RMAP_CURVE_##field)))                                              \
+        memcpy(out->curve.field, rows->data[RMAP_STREAM_curve_##field], n *(width) * sizeof(type));
+    RMAP_CURVE_COLUMNS(FILL)
+#undef FILL
+}
+
 static enum rmap_status retrace(struct rmap_compact_decoder *decoder, const struct rmap_rows *rows,
                                 const uint64_t *header, rmap_column_set columns,
                                 struct rmap_portion *out, struct rmap_error *err)
@@ -413,6 +427,7 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
                    BIT(RMAP_REGISTRATION_registered)))
         fill_crossings(table, &own, columns, out);
+    fill_curve(rows, columns, out);
     if (columns & (LEG_COLUMNS | SIMPLE_COLUMNS))
         RMAP_TRY(fill_lanes(decoder, rows, columns, out, err));
 out:

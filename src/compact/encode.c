@@ -29,6 +29,8 @@ struct rmap_compact_encoder {
     int16_t *medium; /* expected, [legs] */
     size_t cap_medium;
     struct rmap_path_rows own, entered;
+    struct rmap_curve_columns curve; /* as they are */
+    size_t n_curve, cap_ray, cap_segment, cap_position;
     struct rmap_wave wave;
     struct rmap_portion *predicted;
 };
@@ -67,6 +69,9 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_free(encoder->word);
     rmap_free(encoder->triangle);
     rmap_free(encoder->medium);
+    rmap_free(encoder->curve.ray);
+    rmap_free(encoder->curve.segment);
+    rmap_free(encoder->curve.position);
     rmap_free(encoder);
 }
 
@@ -105,6 +110,25 @@ static enum rmap_status make_room(struct rmap_compact_encoder *encoder,
     ROOM(triangle, s);
     ROOM(medium, s);
 #undef ROOM
+out:
+    return st;
+}
+
+/* Points of curved legs follow from nothing but the media's fields, which a reader need not have.
+ */
+static enum rmap_status copy_curve(struct rmap_compact_encoder *encoder,
+                                   const struct rmap_portion *portion, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = encoder->n_curve = portion->n_row[RMAP_TABLE_CURVE];
+    if (n == 0)
+        return RMAP_OK;
+#define COPY(field, path, type, element, width, unit, text)                                        \
+    RMAP_TRY(rmap_reserve((void **)&encoder->curve.field, &encoder->cap_##field, n *(width),       \
+                          sizeof(type), err));                                                     \
+    memcpy(encoder->curve.field, portion->curve.field, n *(width) * sizeof(type));
+    RMAP_CURVE_COLUMNS(COPY)
+#undef COPY
 out:
     return st;
 }
@@ -260,6 +284,7 @@ enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint6
     encoder->n_ray = 0;
     RMAP_TRY(check(encoder, portion, err));
     RMAP_TRY(make_room(encoder, portion, err));
+    RMAP_TRY(copy_curve(encoder, portion, err));
     encoder->n_ray = portion->n_row[RMAP_TABLE_RAY];
     rmap_lanes_begin(encoder->lane, portion);
     spell_all(encoder, portion);
@@ -342,6 +367,10 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
     rows->data[RMAP_STREAM_pool32] = encoder->store.pool32;
     rows->n_row[RMAP_COMPACT_POOL64] = encoder->store.n64;
     rows->data[RMAP_STREAM_pool64] = encoder->store.pool64;
+    rows->n_row[RMAP_COMPACT_CURVE] = encoder->n_curve;
+    rows->data[RMAP_STREAM_curve_ray] = encoder->curve.ray;
+    rows->data[RMAP_STREAM_curve_segment] = encoder->curve.segment;
+    rows->data[RMAP_STREAM_curve_position] = encoder->curve.position;
 out:
     return st;
 }

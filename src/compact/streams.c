@@ -15,10 +15,15 @@ static const struct rmap_stream_info stream[] = {
     {RMAP_COMPACT_##table, path, RMAP_##element, 1, RMAP_UNIT_ONE, text},
     RMAP_COMPACT_STREAMS(INFO)
 #undef INFO
+#define INFO(field, path, type, element, width, unit, text)                                        \
+    {RMAP_COMPACT_CURVE, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
+        RMAP_CURVE_COLUMNS(INFO)
+#undef INFO
 };
 
 _Static_assert((int)RMAP_COMPACT_TABLE_COUNT <= RMAP_STORED_TABLE_MAX, "tables");
 _Static_assert((int)RMAP_COMPACT_STREAM_COUNT <= RMAP_STREAM_MAX, "streams");
+_Static_assert((int)RMAP_COMPACT_CURVE == RMAP_STORED_TABLE_STRAIGHT, "/curve comes last");
 
 const struct rmap_layout rmap_compact_layout = {
     .encoding = RMAP_ENCODING_COMPACT,
@@ -28,6 +33,8 @@ const struct rmap_layout rmap_compact_layout = {
     .stream = stream,
     .whole_tables = 1u << RMAP_COMPACT_PATH | 1u << RMAP_COMPACT_PATH_SEGMENT |
                     1u << RMAP_COMPACT_PATH_REGISTRATION,
+    .curve_table = RMAP_COMPACT_CURVE,
+    .curve_stream = RMAP_STREAM_curve_ray,
 };
 
 #define BIT(name) (UINT64_C(1) << RMAP_STREAM_##name)
@@ -47,7 +54,7 @@ uint64_t rmap_compact_streams(rmap_column_set columns)
 {
     uint64_t streams = BIT(ray_path) | BIT(OWN_source) | BIT(OWN_stop) | BIT(OWN_start_object) |
                        BIT(OWN_segment_count) | BIT(OWN_registration_count);
-    rmap_column_set lanes = columns & ~(PATH_COLUMNS | CROSSING_COLUMNS);
+    rmap_column_set lanes = columns & ~(PATH_COLUMNS | CROSSING_COLUMNS | RMAP_COLUMNS_CURVE);
     if (lanes ||
         (columns & (RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event))))
         streams |= BIT(OWN_object) | BIT(OWN_event);
@@ -56,5 +63,10 @@ uint64_t rmap_compact_streams(rmap_column_set columns)
     if (lanes)
         streams |= BIT(ray_channel) | BIT(triangle) | BIT(patch_skip) | BIT(patch_value) |
                    BIT(pool16) | BIT(pool32) | BIT(pool64);
+#define CURVE(field, path, type, element, width, unit, text)                                       \
+    if (columns & RMAP_COLUMN_BIT(RMAP_CURVE_##field))                                             \
+        streams |= BIT(curve_##field);
+    RMAP_CURVE_COLUMNS(CURVE)
+#undef CURVE
     return streams;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The streams of the compact encoding, once.
+ * The streams of the compact encoding, once; behind them come the columns of /curve as they are.
  * X(name, table, dataset, element, description)
  */
 #ifndef RMAP_COMPACT_STREAMS_H
@@ -13,7 +13,7 @@
     X(RAY, "/ray") X(OWN, "/own") X(OWN_SEGMENT, "/own_segment")                                   \
     X(OWN_REGISTRATION, "/own_registration") X(PATH, "/path") X(PATH_SEGMENT, "/path_segment")     \
     X(PATH_REGISTRATION, "/path_registration") X(TRIANGLE, "/triangle") X(PATCH, "/patch")         \
-    X(POOL16, "/pool16") X(POOL32, "/pool32") X(POOL64, "/pool64")
+    X(POOL16, "/pool16") X(POOL32, "/pool32") X(POOL64, "/pool64") X(CURVE, "/curve")
 
 #define RMAP_COMPACT_PATH(X, table, group)                                                         \
     X(table##_source, table, group "/source", I32, "source of the rays")                           \
@@ -51,7 +51,10 @@ enum rmap_compact_stream {
 #define RMAP_ENUM(name, table, path, element, text) RMAP_STREAM_##name,
     RMAP_COMPACT_STREAMS(RMAP_ENUM)
 #undef RMAP_ENUM
-        RMAP_COMPACT_STREAM_COUNT
+#define RMAP_ENUM(field, path, type, element, width, unit, text) RMAP_STREAM_curve_##field,
+        RMAP_CURVE_COLUMNS(RMAP_ENUM)
+#undef RMAP_ENUM
+            RMAP_COMPACT_STREAM_COUNT
 };
 
 /* Paths of a piece, and their rows in all three tables together: no more are entered. */

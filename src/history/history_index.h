@@ -56,7 +56,7 @@ size_t rmap_history_n_portion(const struct rmap_history_index *index);
 /* The portion of the index that holds the rays of this one of the map: first ray, rows and digest
  * decide. SIZE_MAX: none does, for whatever reason; the columns are to be read. */
 size_t rmap_history_find(const struct rmap_history_index *index, uint64_t first_ray,
-                         const uint64_t n_row[RMAP_TABLE_COUNT], struct rmap_digest digest);
+                         const uint64_t n_row[RMAP_TABLE_HISTORY_COUNT], struct rmap_digest digest);
 
 enum rmap_history_form { RMAP_HISTORY_PATHS, RMAP_HISTORY_ROWS };
 
@@ -66,7 +66,7 @@ struct rmap_history_view {
     const struct rmap_history_index *index;
     enum rmap_history_form form;
     uint64_t first_ray;
-    size_t n_row[RMAP_TABLE_COUNT];
+    size_t n_row[RMAP_TABLE_HISTORY_COUNT];
     bool unit_weight; /* every weight is exactly 1: sums of weights are numbers of rays. Otherwise
                          the column is to be read */
     const uint16_t *relative; /* [n_registration][2] in the order of /registration, or NULL: the

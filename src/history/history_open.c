@@ -75,17 +75,17 @@ static enum rmap_status reserve_paths(struct rmap_history_index *self,
                                       const struct rmap_history_head *head, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const uint64_t n[RMAP_TABLE_COUNT] = {head->n_path, head->n_path_segment,
-                                          head->n_path_registration};
+    const uint64_t n[RMAP_TABLE_HISTORY_COUNT] = {head->n_path, head->n_path_segment,
+                                                  head->n_path_registration};
     self->paths = rmap_alloc(1, sizeof *self->paths);
     self->path_segment = rmap_alloc((size_t)head->n_path, sizeof *self->path_segment);
     self->path_registration = rmap_alloc((size_t)head->n_path, sizeof *self->path_registration);
     if (!self->paths || !self->path_segment || !self->path_registration)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(self->paths, (enum rmap_table)t, (size_t)n[t],
                                       RMAP_COLUMNS_DISCRETE, err));
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         self->paths->n_row[t] = (size_t)n[t];
 out:
     return st;
@@ -260,7 +260,7 @@ size_t rmap_history_n_portion(const struct rmap_history_index *self)
 }
 
 size_t rmap_history_find(const struct rmap_history_index *self, uint64_t first_ray,
-                         const uint64_t n_row[RMAP_TABLE_COUNT], struct rmap_digest digest)
+                         const uint64_t n_row[RMAP_TABLE_HISTORY_COUNT], struct rmap_digest digest)
 {
     size_t low = 0, high = self->n_portion;
     while (low < high) {
@@ -275,7 +275,7 @@ size_t rmap_history_find(const struct rmap_history_index *self, uint64_t first_r
     const struct rmap_history_place *place = &self->place[low];
     bool same = place->first_ray == first_ray && place->digest_low == digest.low &&
                 place->digest_high == digest.high;
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         same &= place->n_row[t] == n_row[t];
     return same ? low : SIZE_MAX;
 }

@@ -46,7 +46,7 @@ struct rmap_history_place {
     uint64_t digest_low, digest_high; /* of its rays */
     uint64_t offset, checksum;        /* XXH3-64 of its bytes */
     uint32_t nbytes;
-    uint32_t n_row[RMAP_TABLE_COUNT];
+    uint32_t n_row[RMAP_TABLE_HISTORY_COUNT];
     uint8_t form, unit_weight, has_relative, zero[5];
 };
 

@@ -62,9 +62,9 @@ static enum rmap_status reserve(const struct rmap_history_view *view, rmap_colum
 {
     enum rmap_status st = RMAP_OK;
     rmap_portion_clear(out);
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, view->n_row[t], columns, err));
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         out->n_row[t] = view->n_row[t];
     out->first_ray = view->first_ray;
 out:

@@ -277,7 +277,7 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                        .rows = rows};
     if (!rows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         view->n_row[t] = place->n_row[t];
     enum rmap_status st = fetch(index, place, view, &bytes, err);
     return st == RMAP_OK ? open_form(view, place, bytes, err) : st;

@@ -126,3 +126,11 @@ int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint6
         *ordinal_ret = period * scene->schedule_quota[source] + scene->schedule_rank[entry];
     return source;
 }
+
+bool rmap_scene_is_curved(const struct rmap_scene *scene)
+{
+    bool curved = scene->n_gradient > 0;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        curved = curved || scene->medium[i].field;
+    return curved;
+}

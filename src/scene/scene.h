@@ -246,6 +246,9 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
  * that reaches to infinity, RMAP_SYSTEM when memory is short. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Has gradient media: its rays may be curved, and its maps have /curve. */
+bool rmap_scene_is_curved(const struct rmap_scene *scene);
+
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);
 

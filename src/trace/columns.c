@@ -14,6 +14,9 @@ static const struct rmap_column_info info[RMAP_COLUMN_COUNT] = {
     RMAP_REGISTRATION_COLUMNS(REGISTRATION)
     [RMAP_SEGMENT_colour] = {RMAP_TABLE_SEGMENT, "colour", "/segment/colour", RMAP_U16, 0, RMAP_UNIT_ONE,
                              "share of the ray's flux per channel on the leg's arrival x 65535; a row sums to 65535"},
+#define CURVE(field, path, type, element, width, unit, text)                                       \
+    [RMAP_CURVE_##field] = {RMAP_TABLE_CURVE, #field, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
+    RMAP_CURVE_COLUMNS(CURVE)
 };
 /* clang-format on */
 

@@ -7,7 +7,8 @@
  *   element: U8 U16 I16 U32 I32 U64 F32 F64; width: numbers per row;
  *   unit: ONE (dimensionless), LENGTH (the scene's unit), NM (wavelength).
  * The colour of a segment is beside them (struct rmap_portion.colour): its width is the
- * number of channels of the portion's colour space.
+ * number of channels of the portion's colour space. /curve comes last: only maps of scenes with
+ * gradient media store it.
  */
 #ifndef RMAP_COLUMNS_H
 #define RMAP_COLUMNS_H
@@ -48,15 +49,30 @@
     X(registered, "/registration/registered", uint8_t, U8, 1, ONE, "1 registered, 0 only crossed (side or angle limits)") \
     X(direction, "/registration/direction", float, F32, 3, ONE, "unit direction of the light")     \
     X(optical_path, "/registration/optical_path", double, F64, 1, LENGTH, "optical path length from emission to here")
+
+#define RMAP_CURVE_COLUMNS(X)                                                                      \
+    X(ray, "/curve/ray", uint64_t, U64, 1, ONE, "ray id; a ray's rows lie together, the rays in the order of /ray/id") \
+    X(segment, "/curve/segment", uint32_t, U32, 1, ONE, "curved leg that the point lies on, from 0 within the ray") \
+    X(position, "/curve/position", float, F32, 3, LENGTH, "point of the leg between its ends, along the light")
 /* clang-format on */
 
-enum rmap_table { RMAP_TABLE_RAY, RMAP_TABLE_SEGMENT, RMAP_TABLE_REGISTRATION, RMAP_TABLE_COUNT };
+enum rmap_table {
+    RMAP_TABLE_RAY,
+    RMAP_TABLE_SEGMENT,
+    RMAP_TABLE_REGISTRATION,
+    RMAP_TABLE_CURVE,
+    RMAP_TABLE_COUNT
+};
+
+/* The first tables, which say what a ray met: criteria and history indexes are about these. */
+#define RMAP_TABLE_HISTORY_COUNT ((int)RMAP_TABLE_CURVE)
 
 enum rmap_element { RMAP_U8, RMAP_U16, RMAP_I16, RMAP_U32, RMAP_I32, RMAP_U64, RMAP_F32, RMAP_F64 };
 
 enum rmap_unit { RMAP_UNIT_ONE, RMAP_UNIT_LENGTH, RMAP_UNIT_NM };
 
-/* Column ids: RMAP_RAY_id ..., RMAP_SEGMENT_object ..., RMAP_REGISTRATION_segment ... */
+/* Column ids: RMAP_RAY_id ..., RMAP_SEGMENT_object ..., RMAP_REGISTRATION_segment ...,
+ * RMAP_CURVE_ray ... */
 enum rmap_column {
 #define RMAP_ENUM(field, path, type, element, width, unit, text) RMAP_RAY_##field,
     RMAP_RAY_COLUMNS(RMAP_ENUM)
@@ -68,13 +84,19 @@ enum rmap_column {
             RMAP_REGISTRATION_COLUMNS(RMAP_ENUM)
 #undef RMAP_ENUM
                 RMAP_SEGMENT_colour, /* width known at run time: channels */
-    RMAP_COLUMN_COUNT
+#define RMAP_ENUM(field, path, type, element, width, unit, text) RMAP_CURVE_##field,
+    RMAP_CURVE_COLUMNS(RMAP_ENUM)
+#undef RMAP_ENUM
+        RMAP_COLUMN_COUNT
 };
 
 /* Set of columns: bit c stands for column c. */
 typedef uint64_t rmap_column_set;
 #define RMAP_COLUMN_BIT(column) ((rmap_column_set)1 << (column))
 #define RMAP_COLUMNS_ALL        (RMAP_COLUMN_BIT(RMAP_COLUMN_COUNT) - 1)
+#define RMAP_COLUMNS_CURVE                                                                         \
+    (RMAP_COLUMN_BIT(RMAP_CURVE_ray) | RMAP_COLUMN_BIT(RMAP_CURVE_segment) |                       \
+     RMAP_COLUMN_BIT(RMAP_CURVE_position))
 
 /* What of a ray is no number measured: equal for all rays of the same path. */
 #define RMAP_COLUMNS_DISCRETE                                                                      \

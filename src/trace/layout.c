@@ -10,12 +10,14 @@
     {RMAP_TABLE_SEGMENT, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
 #define REGISTRATION(field, path, type, element, width, unit, text)                                \
     {RMAP_TABLE_REGISTRATION, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
+#define CURVE(field, path, type, element, width, unit, text)                                       \
+    {RMAP_TABLE_CURVE, path, RMAP_##element, width, RMAP_UNIT_##unit, text},
 #define COLOUR(path)                                                                               \
     {RMAP_TABLE_SEGMENT, path, RMAP_U16, 0, RMAP_UNIT_ONE,                                         \
      "share of the ray's flux per channel on the leg's arrival x 65535; a row sums to 65535"},
 #define PLAIN(colour_path)                                                                         \
     {RMAP_RAY_COLUMNS(RAY) RMAP_SEGMENT_COLUMNS(SEGMENT)                                           \
-     RMAP_REGISTRATION_COLUMNS(REGISTRATION) COLOUR(colour_path)}
+     RMAP_REGISTRATION_COLUMNS(REGISTRATION) COLOUR(colour_path) RMAP_CURVE_COLUMNS(CURVE)}
 /* clang-format on */
 
 static const struct rmap_stream_info plain_spectral[] = PLAIN("/segment/colour_spectral");
@@ -26,13 +28,13 @@ _Static_assert(sizeof plain_rgb / sizeof *plain_rgb == RMAP_COLUMN_COUNT,
 _Static_assert(RMAP_COLUMN_COUNT <= RMAP_STREAM_MAX, "streams of the plain encoding");
 _Static_assert((int)RMAP_TABLE_COUNT <= (int)RMAP_STORED_TABLE_MAX, "tables of that encoding");
 
-static const char *const plain_table[] = {"/ray", "/segment", "/registration"};
+static const char *const plain_table[] = {"/ray", "/segment", "/registration", "/curve"};
 
 static const struct rmap_layout plain[] = {
     [RMAP_COLOUR_SPECTRAL] = {RMAP_ENCODING_PLAIN, RMAP_TABLE_COUNT, plain_table, RMAP_COLUMN_COUNT,
-                              plain_spectral, 0},
+                              plain_spectral, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray},
     [RMAP_COLOUR_RGB] = {RMAP_ENCODING_PLAIN, RMAP_TABLE_COUNT, plain_table, RMAP_COLUMN_COUNT,
-                         plain_rgb, 0},
+                         plain_rgb, 0, RMAP_TABLE_CURVE, RMAP_CURVE_ray},
 };
 
 const struct rmap_layout *rmap_layout_of(enum rmap_encoding encoding, enum rmap_colour_mode mode)
@@ -45,6 +47,16 @@ const struct rmap_layout *rmap_layout_of(enum rmap_encoding encoding, enum rmap_
     default:
         return NULL;
     }
+}
+
+int rmap_layout_n_table(const struct rmap_layout *layout, bool curved)
+{
+    return curved ? layout->n_table : layout->curve_table;
+}
+
+int rmap_layout_n_stream(const struct rmap_layout *layout, bool curved)
+{
+    return curved ? layout->n_stream : layout->curve_stream;
 }
 
 const char *rmap_encoding_name(enum rmap_encoding encoding)

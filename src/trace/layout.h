@@ -12,8 +12,11 @@
 
 enum rmap_encoding { RMAP_ENCODING_PLAIN, RMAP_ENCODING_COMPACT, RMAP_ENCODING_COUNT };
 
-#define RMAP_STORED_TABLE_MAX 12
+#define RMAP_STORED_TABLE_MAX 13
 #define RMAP_STREAM_MAX       60
+
+/* Without that of /curve: maps of scenes without gradient media state the rows of so many. */
+#define RMAP_STORED_TABLE_STRAIGHT 12
 
 struct rmap_stream_info {
     int table;        /* of the layout's table_path */
@@ -32,7 +35,14 @@ struct rmap_layout {
     const struct rmap_stream_info *stream; /* [n_stream] */
     uint32_t whole_tables; /* bit t: rows of table t belong to the piece as a whole and stand in no
                               portion's range; a reader loads the table entirely */
+    int curve_table, curve_stream; /* /curve and its streams, the last ones: only files of scenes
+                                      with gradient media have them, see below */
 };
+
+/* Tables and streams that a file has; they are the first ones of the layout. In memory every layout
+ * has all of them, with no rows in those that a file lacks. */
+int rmap_layout_n_table(const struct rmap_layout *layout, bool curved);
+int rmap_layout_n_stream(const struct rmap_layout *layout, bool curved);
 
 /* Constant. NULL for an encoding that this program does not know. The mode chooses the name of
  * the colours' dataset alone: streams have the same numbers and widths in both. */

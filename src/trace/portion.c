@@ -20,6 +20,9 @@ static const size_t pointer_offset[RMAP_COLUMN_COUNT] = {
     [RMAP_REGISTRATION_##field] = offsetof(struct rmap_portion, registration.field),
     RMAP_REGISTRATION_COLUMNS(REGISTRATION)
     [RMAP_SEGMENT_colour] = offsetof(struct rmap_portion, colour),
+#define CURVE(field, path, type, element, width, unit, text)                                       \
+    [RMAP_CURVE_##field] = offsetof(struct rmap_portion, curve.field),
+    RMAP_CURVE_COLUMNS(CURVE)
 };
 /* clang-format on */
 
@@ -69,6 +72,7 @@ enum rmap_status rmap_portion_create(size_t n_ray, int n_channel, struct rmap_po
     RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_SEGMENT, n_ray * FIRST_SEGMENTS_PER_RAY,
                                   RMAP_COLUMNS_ALL, err));
     RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_REGISTRATION, n_ray, RMAP_COLUMNS_ALL, err));
+    RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_CURVE, 1, RMAP_COLUMNS_ALL, err));
     *portion_ret = portion;
     portion = NULL;
 out:
@@ -118,14 +122,38 @@ enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_ta
     return RMAP_OK;
 }
 
+/* First row of /curve of a ray whose id is not below this one. */
+static size_t curve_bound(const struct rmap_portion *portion, uint64_t ray)
+{
+    size_t low = 0, high = portion->n_row[RMAP_TABLE_CURVE];
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (portion->curve.ray[middle] < ray)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, size_t *first_ret)
+{
+    size_t first = curve_bound(portion, ray), n = 0;
+    while (n < portion->n_row[RMAP_TABLE_CURVE] - first && portion->curve.ray[first + n] == ray)
+        n++;
+    *first_ret = first;
+    return n;
+}
+
 enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct rmap_portion *src,
                                          size_t ray, size_t first_segment,
                                          size_t first_registration, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
-    const size_t n[RMAP_TABLE_COUNT] = {1, src->ray.segment_count[ray],
-                                        src->ray.registration_count[ray]};
+    size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
+    const size_t n[RMAP_TABLE_COUNT] = {
+        1, src->ray.segment_count[ray], src->ray.registration_count[ray],
+        rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])};
     if (dst->n_channel != src->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "rays of %d colour channels appended to %d",
                               src->n_channel, dst->n_channel);
@@ -135,8 +163,9 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
         enum rmap_column c = (enum rmap_column)i;
         enum rmap_table t = rmap_column_info(c)->table;
         size_t row = rmap_portion_row_nbytes(src, c);
-        memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
-               (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
+        if (n[t] > 0)
+            memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
+                   (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
     }
     uint64_t id = src->ray.id[ray];
     if (dst->n_row[RMAP_TABLE_RAY] == 0 || id < dst->first_ray)
@@ -201,4 +230,5 @@ void rmap_portion_summarise(const struct rmap_portion *portion,
         summary->detectors |= UINT64_C(1) << ((uint32_t)portion->registration.detector[i] & 63);
     box_add(summary, portion->ray.start, n[RMAP_TABLE_RAY]);
     box_add(summary, portion->segment.position, n[RMAP_TABLE_SEGMENT]);
+    box_add(summary, portion->curve.position, n[RMAP_TABLE_CURVE]);
 }

@@ -26,6 +26,9 @@ struct rmap_segment_columns {
 struct rmap_registration_columns {
     RMAP_REGISTRATION_COLUMNS(RMAP_FIELD)
 };
+struct rmap_curve_columns {
+    RMAP_CURVE_COLUMNS(RMAP_FIELD)
+};
 #undef RMAP_FIELD
 
 struct rmap_portion {
@@ -35,6 +38,7 @@ struct rmap_portion {
     struct rmap_ray_columns ray;         /* [n_row[RMAP_TABLE_RAY]][width] */
     struct rmap_segment_columns segment; /* [n_row[RMAP_TABLE_SEGMENT]][width] */
     struct rmap_registration_columns registration;
+    struct rmap_curve_columns curve; /* see rmap_portion_curve_of */
     int n_channel;
     uint16_t *colour; /* [n_row[RMAP_TABLE_SEGMENT]][n_channel], sum of a row = 65535; colour on
                          the leg's arrival */
@@ -72,6 +76,10 @@ void **rmap_portion_column_address(struct rmap_portion *portion, enum rmap_colum
 /* Bytes per row of a column in this portion (colour included). */
 size_t rmap_portion_row_nbytes(const struct rmap_portion *portion, enum rmap_column column);
 
+/* Rows of /curve that belong to the ray with that id, the first of them in *first_ret; they go from
+ * leg to leg. 0: none of its legs has points between its ends. For portions whose ids ascend. */
+size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, size_t *first_ret);
+
 /* Appends ray number `ray` of src (a row of /ray with its rows of the other tables, which begin
  * at rows first_segment and first_registration) to dst. Both must have all columns and the same
  * channels. RMAP_SYSTEM when memory is short; dst is unchanged then. */
@@ -85,7 +93,8 @@ void rmap_portion_summarise(const struct rmap_portion *portion,
                             struct rmap_portion_summary *summary);
 
 /* 128-bit logical digest: the sum modulo 2^128 over rays of XXH3-128 of the ray's rows, column
- * by column in the order of columns.h (the ray id comes first). Floats are stored with -0 as 0
+ * by column in the order of columns.h (the ray id comes first, points of curved legs come last, so
+ * that rays without them have the digest that they have always had). Floats are stored with -0 as 0
  * and one NaN, so the bytes in memory are the canonical ones. */
 struct rmap_digest {
     uint64_t low, high;

@@ -70,8 +70,19 @@ static struct rmap_digest hash_short(const struct rmap_portion *portion, size_t 
     to = gather_rows(strip, RMAP_SEGMENT_object, RMAP_REGISTRATION_segment, first, n, to);
     if (n[RMAP_TABLE_REGISTRATION] > 0)
         to = gather_rows(strip, RMAP_REGISTRATION_segment, RMAP_SEGMENT_colour, first, n, to);
-    to = gather_rows(strip, RMAP_SEGMENT_colour, RMAP_COLUMN_COUNT, first, n, to);
+    to = gather_rows(strip, RMAP_SEGMENT_colour, RMAP_CURVE_ray, first, n, to);
+    if (n[RMAP_TABLE_CURVE] > 0)
+        to = gather_rows(strip, RMAP_CURVE_ray, RMAP_COLUMN_COUNT, first, n, to);
     return from_hash(XXH3_128bits(gather, (size_t)(to - gather)));
+}
+
+/* Rows of /curve from `first` on that are the ray's: they stand in the order of the rays. */
+static size_t curve_rows(const struct rmap_portion *portion, size_t first, uint64_t ray)
+{
+    size_t n = 0;
+    while (first + n < portion->n_row[RMAP_TABLE_CURVE] && portion->curve.ray[first + n] == ray)
+        n++;
+    return n;
 }
 
 struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
@@ -86,8 +97,9 @@ struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
         row_nbytes[strip[i].table] += strip[i].row_nbytes;
     }
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        const size_t n[RMAP_TABLE_COUNT] = {1, portion->ray.segment_count[i],
-                                            portion->ray.registration_count[i]};
+        const size_t n[RMAP_TABLE_COUNT] = {
+            1, portion->ray.segment_count[i], portion->ray.registration_count[i],
+            curve_rows(portion, first[RMAP_TABLE_CURVE], portion->ray.id[i])};
         size_t nbytes = 0;
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             nbytes += n[t] * row_nbytes[t];

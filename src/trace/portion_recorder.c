@@ -183,6 +183,19 @@ static void step(struct rmap_recorder *base, const struct rmap_step *leg)
     portion->ray.segment_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
 }
 
+/* Of the ray that was emitted last. */
+static void curve(struct rmap_recorder *base, const struct rmap_curve_point *point)
+{
+    struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
+    struct rmap_portion *portion = self->portion;
+    size_t i;
+    if (!next_row(self, RMAP_TABLE_CURVE, &i))
+        return;
+    portion->curve.ray[i] = portion->ray.id[portion->n_row[RMAP_TABLE_RAY] - 1];
+    portion->curve.segment[i] = point->segment;
+    store_float3(portion->curve.position + 3 * i, point->position);
+}
+
 static void registration(struct rmap_recorder *base, const struct rmap_registration *hit)
 {
     struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
@@ -221,7 +234,10 @@ static void end(struct rmap_recorder *base, const struct rmap_ending *ending)
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
                                 struct rmap_portion *portion)
 {
-    *recorder = (struct rmap_portion_recorder){
-        .base = {.emit = emit, .step = step, .registration = registration, .end = end},
-        .portion = portion};
+    *recorder = (struct rmap_portion_recorder){.base = {.emit = emit,
+                                                        .step = step,
+                                                        .curve = curve,
+                                                        .registration = registration,
+                                                        .end = end},
+                                               .portion = portion};
 }

@@ -144,7 +144,7 @@ static void write_journal(struct scratch *s)
         memcpy(n_row, table_rows[k], sizeof table_rows[k]);
         for (int stream = 0; stream < s->layout->n_stream; stream++)
             add_stream(&batch, s->layout, stream, k);
-        must(rmap_journal_add_portions(&batch, &info, 1, &err), &err);
+        must(rmap_journal_add_portions(&batch, false, &info, 1, &err), &err);
         must(rmap_journal_commit(writer, &batch, n_row, (uint64_t)k, &err), &err);
         s->end[k] = file_nbytes(s->path);
     }
@@ -386,7 +386,7 @@ static enum rmap_status tell(const struct scratch *s, const struct lie *lie, str
         struct rmap_chunk_entry entry = chunk_of(lie->chunk, 0);
         must(rmap_journal_add_chunks(&batch, &entry, 1, err), err);
     }
-    must(rmap_journal_add_portions(&batch, &info, 1, err), err);
+    must(rmap_journal_add_portions(&batch, false, &info, 1, err), err);
     must(rmap_journal_commit(writer, &batch, n_row, 1, err), err);
     rmap_journal_writer_destroy(writer);
     rmap_journal_batch_fini(&batch);

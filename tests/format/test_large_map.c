@@ -154,12 +154,12 @@ static void claim_rows(struct rmap_map_content *content)
     for (size_t i = 0; i < content->n_portion; i++) {
         struct rmap_portion_info *portion = &content->portion[i];
         portion->first_ray = i * MANY;
-        for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+        for (int t = 0; t < RMAP_TABLE_CURVE; t++) {
             portion->n_row[t] = portion->stored_rows[t] = MANY;
             portion->stored_first[t] = i * MANY;
         }
     }
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_CURVE; t++)
         content->piece[0].n_row[t] = content->piece[0].stored_rows[t] = N_BLOCK * MANY;
 }
 
@@ -178,7 +178,7 @@ static void test_rows(void **state)
     rewrite_index(&f, claim_rows);
     fixture_must(rmap_map_open(f.map, &map, &err), &err);
     rmap_map_summarise(map, &summary);
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+    for (int t = 0; t < RMAP_TABLE_CURVE; t++)
         assert_true(summary.n_row[t] == N_BLOCK * MANY);
     for (size_t part = 0; part <= N_BLOCK; part++)
         assert_int_equal(rmap_map_split(map, N_BLOCK, part), part);

@@ -126,7 +126,7 @@ static void add_commit(struct rmap_journal_writer *writer, const struct rmap_lay
                                    &err);
     }
     if (st == RMAP_OK)
-        st = rmap_journal_add_portions(&batch, &portion, 1, &err);
+        st = rmap_journal_add_portions(&batch, false, &portion, 1, &err);
     if (st == RMAP_OK)
         st = rmap_journal_commit(writer, &batch, n_row, k + 1, &err);
     rmap_fuzz_demand(st == RMAP_OK, "a commit");

@@ -115,7 +115,7 @@ static inline struct rmap_portion *rig_trace(const struct rig *rig, uint64_t fir
 static inline size_t stream_nbytes(const struct rmap_rows *rows, int s)
 {
     const struct rmap_stream_info *info = &rmap_compact_layout.stream[s];
-    return rows->n_row[info->table] * rmap_element_nbytes(info->element);
+    return rows->n_row[info->table] * rmap_stream_row_nbytes(info, rows->n_channel);
 }
 
 static inline bool is_whole(int s)
@@ -252,8 +252,10 @@ static inline double compact_nbytes(struct rmap_encoder *codec, const struct rma
     for (int s = 0; s < rmap_compact_layout.n_stream; s++) {
         const struct rmap_stream_info *info = &rmap_compact_layout.stream[s];
         if (rows->data[s])
-            sum += stored_nbytes(codec, rows->data[s], rows->n_row[info->table],
-                                 rmap_element_nbytes(info->element));
+            sum +=
+                stored_nbytes(codec, rows->data[s],
+                              rows->n_row[info->table] * rmap_stream_width(info, rows->n_channel),
+                              rmap_element_nbytes(info->element));
     }
     return sum;
 }

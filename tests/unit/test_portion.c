@@ -46,6 +46,12 @@ static void record_ray(struct rmap_recorder *out, uint64_t ray)
                                  .position = {noise(ray, 10 + (uint64_t)k), k, -k},
                                  .normal = {0, last ? 0 : -1, last ? 0 : 0.5},
                                  .colour = k < 2 ? white : red};
+        for (uint64_t j = 0; ray % 5 == 4 && k % 2 == 1 && j < 3; j++) {
+            struct rmap_curve_point point = {.segment = (uint32_t)k,
+                                             .position = {noise(ray, 40 + j), -0.0, -(double)j}};
+            step.events |= RMAP_EVENT_GRADIENT;
+            out->curve(out, &point);
+        }
         out->step(out, &step);
         struct rmap_registration hit = {.detector = 5,
                                         .segment = (uint32_t)k,
@@ -96,7 +102,23 @@ static void test_recorded(void **state)
     assert_int_equal(p->registration.relative[0], 16384);
     assert_int_equal(p->registration.relative[1], 65535);
     assert_int_equal(p->colour[0], 21845);
+    size_t first = 99, points = 0;
+    for (uint64_t ray = 100; ray < 150; ray++) {
+        size_t n = rmap_portion_curve_of(p, ray, &first);
+        assert_int_equal(n, ray % 5 == 4 ? 3 * ((1 + ray % 9) / 2) : 0);
+        assert_int_equal(first, points);
+        for (size_t k = 0; k < n; k++) {
+            assert_int_equal(p->curve.ray[first + k], ray);
+            assert_int_equal(p->curve.segment[first + k], 1 + 2 * (k / 3));
+            assert_true(p->curve.position[3 * (first + k) + 2] == -(float)(k % 3));
+        }
+        points += n;
+    }
+    assert_int_equal(p->n_row[RMAP_TABLE_CURVE], points);
+    assert_int_equal(rmap_portion_curve_of(p, 99, &first), 0);
+    assert_int_equal(rmap_portion_curve_of(p, UINT64_MAX, &first), 0);
     float zero = 0;
+    assert_memory_equal(p->curve.position + 1, &zero, sizeof zero);
     assert_memory_equal(p->ray.start, &zero, sizeof zero); /* -0 was stored as 0 */
     rmap_portion_destroy(p);
     assert_int_equal(rmap_alloc_live(), 0);
@@ -108,12 +130,15 @@ static void test_summary(void **state)
     struct rmap_portion *p = record(0, 9);
     struct rmap_portion_summary s;
     rmap_portion_summarise(p, &s);
-    assert_int_equal(s.events, RMAP_EVENT_LEFT | RMAP_EVENT_REFLECT_SPECULAR);
+    assert_int_equal(s.events, RMAP_EVENT_LEFT | RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_GRADIENT);
     assert_int_equal(s.stops, 1 << RMAP_STOP_LEFT);
     assert_int_equal(s.sources, 7);
     assert_int_equal(s.detectors, 1 << 5);
     assert_true(s.objects[0] == UINT64_MAX && s.objects[3] == UINT64_MAX); /* 300 objects mod 256 */
     assert_true(s.box_min[2] == -1999.0f && s.box_max[1] == 1999.0f && s.box_max[2] == 0.0f);
+    p->curve.position[4] = 5000; /* points of curved legs lie in the box */
+    rmap_portion_summarise(p, &s);
+    assert_true(s.box_max[1] == 5000.0f);
     rmap_portion_clear(p);
     rmap_portion_summarise(p, &s);
     assert_true(s.objects[0] == 0 && isinf(s.box_min[0]));
@@ -149,6 +174,10 @@ static void test_digest_of_any_blocks(void **state)
     copy->segment.position[4] = nextafterf(copy->segment.position[4], 1e9f);
     sum = rmap_portion_digest(copy);
     assert_memory_not_equal(&sum, &want, sizeof sum);
+    copy->segment.position[4] = nextafterf(copy->segment.position[4], -1e9f);
+    copy->curve.position[7] = nextafterf(copy->curve.position[7], 1e9f);
+    sum = rmap_portion_digest(copy);
+    assert_memory_not_equal(&sum, &want, sizeof sum);
     rmap_portion_destroy(copy);
     rmap_portion_destroy(all);
     assert_int_equal(rmap_alloc_live(), 0);
@@ -158,7 +187,8 @@ static void test_digest_of_any_blocks(void **state)
 static void test_digest_by_definition(void **state)
 {
     (void)state;
-    static const uint64_t rays[] = {7, 8, 9, 10}; /* 2000 legs, 9 legs, 1 leg, 2 legs */
+    /* 2000 legs, 9 legs, 1 leg, 2 legs, 6 legs of which 3 are curved */
+    static const uint64_t rays[] = {7, 8, 9, 10, 14};
     for (size_t k = 0; k < sizeof rays / sizeof *rays; k++) {
         struct rmap_portion *p = record(rays[k], 1);
         uint8_t *bytes = rmap_alloc(100000, 1);
