@@ -20,12 +20,20 @@ struct rmap_curve_state {
     double n; /* of the field at r */
 };
 
+/* Stages whose values a step keeps for its dense output. */
+#define RMAP_CURVE_STAGES 6
+
 /* One step; its curve is r(theta), theta in [0, 1]. */
 struct rmap_curve_step {
     struct rmap_curve_state from, to;
     double h;               /* in t */
     double optical, length; /* over the step: integrals of n^2 dt, of n dt; as accurate as r */
     double error;           /* estimate of the error of `to` over this step, scene units */
+
+    int n_stage;  /* of the dense output; 0: from the ends alone */
+    double whole; /* h of the step that the stages are of */
+    struct rmap_vec3 D[RMAP_CURVE_STAGES];
+    double n[RMAP_CURVE_STAGES];
 };
 
 struct rmap_curve {
@@ -35,6 +43,8 @@ struct rmap_curve {
     double next_h;                 /* guess for the next step */
     uint64_t n_evaluation;         /* of the field, so far */
     uint64_t n_step;
+    double log_error; /* of the last step against the tolerance, for the step control */
+    bool blind;       /* the last step ended where the field has no value */
 };
 
 /* From a point in a unit direction. False where the field has no value. */

@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: MIT */
+#include "gradient/curve.h"
+
+#include <float.h>
+
+#include "gradient/curve_internal.h"
+
+/* Step control: of the step that would just be allowed; least and greatest change at a time. */
+static const double safety = 0.9;
+static const double least_change = 0.1;
+static const double greatest_change = 6.0;
+
+bool rmap_curve_evaluate(struct rmap_curve *curve, struct rmap_curve_state *state)
+{
+    struct rmap_vec3 slope;
+    curve->n_evaluation++;
+    if (!rmap_gradient_at(curve->gradient, curve->channel, state->r, &state->n, &slope)) {
+        return false;
+    }
+    state->D = rmap_scale(slope, state->n);
+    return true;
+}
+
+/* Shortest step worth taking, geometric: below it rounding rules. */
+static double least_length(const struct rmap_curve *curve)
+{
+    return 1e-14 * curve->gradient->size + 8 * DBL_EPSILON * rmap_length(curve->state.r);
+}
+
+/* The step that a field like a polynomial over `best_step` allows, in t. */
+static double first_step(const struct rmap_curve *curve, struct rmap_vec3 direction)
+{
+    const struct rmap_gradient *gradient = curve->gradient;
+    const struct rmap_field *field = gradient->field;
+    double reach = gradient->size;
+    if (field->ops->best_step) {
+        struct rmap_vec3 p = rmap_affine_point(&gradient->to_local, curve->state.r);
+        struct rmap_vec3 d = rmap_affine_vector(&gradient->to_local, direction);
+        double stretch = rmap_length(d);
+        reach = field->ops->best_step(field, p, rmap_scale(d, 1.0 / stretch)) / stretch;
+    }
+    double allowed = gradient->options.tolerance / gradient->size;
+    return 2.0 * reach * pow(allowed, 1.0 / RMAP_CURVE_ESTIMATE) / curve->state.n;
+}
+
+bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *gradient, int channel,
+                      struct rmap_vec3 origin, struct rmap_vec3 direction)
+{
+    *curve = (struct rmap_curve){.gradient = gradient, .channel = channel};
+    curve->state.r = origin;
+    if (!rmap_curve_evaluate(curve, &curve->state)) {
+        return false;
+    }
+    curve->state.T = rmap_scale(direction, curve->state.n);
+    curve->next_h = first_step(curve, direction);
+    return true;
+}
+
+/* Where even a step within the tolerance ends without a value: a parabola a little beyond, once, so
+ * that a surface on the edge of a field is met. */
+static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
+{
+    const struct rmap_curve_state *from = &step->from;
+    if (curve->blind) {
+        return false;
+    }
+    double h = 4.0 * curve->gradient->options.tolerance / from->n;
+    struct rmap_curve_state *to = &step->to;
+    to->r = rmap_axpy(h * h / 2, from->D, rmap_axpy(h, from->T, from->r));
+    to->T = rmap_axpy(h, from->D, from->T);
+    to->D = from->D;
+    to->n = rmap_length(to->T);
+    step->h = h;
+    step->n_stage = 0;
+    step->error = curve->gradient->options.tolerance;
+    rmap_curve_hermite_lengths(step, 1.0, &step->optical, &step->length);
+    curve->blind = true;
+    curve->next_h = h;
+    return true;
+}
+
+static double change_after(double log_error, double log_error_before)
+{
+    double exponent = (-0.7 * log_error + 0.4 * log_error_before) / RMAP_CURVE_ESTIMATE;
+    return fmin(fmax(safety * exp(exponent), least_change), greatest_change);
+}
+
+/* Error-controlled: h is the longest step that the caller allows. */
+static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step, double longest)
+{
+    double h = fmin(curve->next_h, longest);
+    double least = least_length(curve) / curve->state.n;
+    double blind = curve->gradient->options.tolerance / curve->state.n;
+    double growth = INFINITY;
+    for (;;) {
+        if (!rmap_curve_nystrom(curve, step, h)) {
+            if (h <= blind) {
+                return step_blindly(curve, step);
+            }
+            h *= 0.25;
+            growth = 1.0;
+            continue;
+        }
+        double log_error = log(fmax(rmap_curve_nystrom_error(curve, step), 1e-10));
+        if (log_error <= 0.0) {
+            double next = h * fmin(change_after(log_error, curve->log_error), growth);
+            /* A step that the caller cut short says little about the next. */
+            curve->next_h = h < curve->next_h && growth > 1.0 ? fmax(next, curve->next_h) : next;
+            curve->log_error = log_error;
+            curve->blind = false;
+            return true;
+        }
+        if (h <= least) { /* a singular place */
+            return false;
+        }
+        h = fmax(least, h * change_after(log_error, 0.0));
+        growth = 1.0;
+        curve->next_h = h;
+    }
+}
+
+/* Sharma's scheme in steps of a given length; shorter only where the field ends. */
+static bool advance_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, double h)
+{
+    double blind = curve->gradient->options.tolerance / curve->state.n;
+    while (!rmap_curve_sharma(curve, step, h)) {
+        if (h <= blind) {
+            return step_blindly(curve, step);
+        }
+        h *= 0.25;
+    }
+    curve->blind = false;
+    return true;
+}
+
+/* The longest steps where light runs across the gradient. */
+static double seed_length(const struct rmap_curve_options *options,
+                          const struct rmap_curve_state *state)
+{
+    double along = fabs(rmap_dot(state->T, state->D)) / (state->n * state->n);
+    double share = fmin(fmax(1.0 - along / options->amplitude, 0.0), 1.0);
+    return options->step_min + share * (options->step_max - options->step_min);
+}
+
+bool rmap_curve_advance(struct rmap_curve *curve, double length_max, struct rmap_curve_step *step)
+{
+    const struct rmap_curve_options *options = &curve->gradient->options;
+    double n = curve->state.n;
+    double longest = fmin(length_max, curve->gradient->size) / n;
+    bool done = false;
+    step->from = curve->state;
+    switch (options->scheme) {
+    case RMAP_SCHEME_ADAPTIVE:
+        done = advance_adaptive(curve, step, longest);
+        break;
+    case RMAP_SCHEME_SHARMA:
+        done = advance_sharma(curve, step, fmin(seed_length(options, &curve->state) / n, longest));
+        break;
+    case RMAP_SCHEME_SHARMA_FIXED:
+        done = advance_sharma(curve, step, fmin(options->step / n, longest));
+        break;
+    }
+    if (done) {
+        curve->state = step->to;
+        curve->n_step++;
+    }
+    return done;
+}
