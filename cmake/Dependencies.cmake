@@ -19,6 +19,7 @@ rmap_pkg(xxhash libxxhash)
 rmap_pkg(png libpng)
 rmap_pkg(edit libedit)
 rmap_pkg(assimp assimp)
+rmap_pkg(muparser muparser) # its C interface: formulas of gradient media
 rmap_pkg(rsvg librsvg-2.0) # brings cairo, which draws for it
 
 # Embree's own CMake files pull in its C++ targets' needs; header and library are all we use.

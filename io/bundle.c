@@ -47,6 +47,7 @@ enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *o
         goto out;
     }
     RMAP_TRY(rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err));
+    bundle->loads_plugins = 1;
     *bundle_ret = bundle;
     bundle = NULL;
 out:
@@ -63,25 +64,68 @@ void rmap_bundle_destroy(struct rmap_bundle *bundle)
         rmap_mesh_destroy(bundle->mesh[i].mesh);
     }
     rmap_free(bundle->mesh);
+    for (size_t i = 0; i < bundle->n_grid; i++) {
+        rmap_free(bundle->grid[i].field);
+        rmap_grid_drop(bundle->grid[i].grid);
+    }
+    rmap_free(bundle->grid);
+    for (size_t i = 0; i < bundle->n_plugin; i++)
+        rmap_free(bundle->plugin[i].field);
+    rmap_free(bundle->plugin);
     rmap_free(bundle->path);
     rmap_free(bundle->text);
     rmap_scene_options_fini(&bundle->options);
     rmap_free(bundle);
 }
 
+/* A list with room for one more item of `size` bytes, and a copy of the item's name. */
+static void *grow(void *list, size_t n, size_t size, const char *name, char **name_ret,
+                  struct rmap_error *err)
+{
+    *name_ret = rmap_strdup(name);
+    void *grown = *name_ret ? rmap_realloc(list, n + 1, size) : NULL;
+    if (grown)
+        return grown;
+    rmap_free(*name_ret);
+    (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for a part of a scene");
+    return NULL;
+}
+
 enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
                                       struct rmap_mesh *mesh, struct rmap_error *err)
 {
-    char *name = rmap_strdup(geometry);
-    void *grown =
-        name ? rmap_realloc(bundle->mesh, bundle->n_mesh + 1, sizeof *bundle->mesh) : NULL;
-    if (!grown) {
-        rmap_free(name);
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh");
-    }
-    bundle->mesh = grown;
+    char *name = NULL;
+    void *list = grow(bundle->mesh, bundle->n_mesh, sizeof *bundle->mesh, geometry, &name, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->mesh = list;
     bundle->mesh[bundle->n_mesh].geometry = name;
-    bundle->mesh[bundle->n_mesh].mesh = mesh;
-    bundle->n_mesh++;
+    bundle->mesh[bundle->n_mesh++].mesh = mesh;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_add_grid(struct rmap_bundle *bundle, const char *field,
+                                      struct rmap_grid *grid, struct rmap_error *err)
+{
+    char *name = NULL;
+    void *list = grow(bundle->grid, bundle->n_grid, sizeof *bundle->grid, field, &name, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->grid = list;
+    bundle->grid[bundle->n_grid].field = name;
+    bundle->grid[bundle->n_grid++].grid = grid;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_add_plugin(struct rmap_bundle *bundle, const char *field,
+                                        uint64_t xxh3, struct rmap_error *err)
+{
+    char *name = NULL;
+    void *list = grow(bundle->plugin, bundle->n_plugin, sizeof *bundle->plugin, field, &name, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->plugin = list;
+    bundle->plugin[bundle->n_plugin].field = name;
+    bundle->plugin[bundle->n_plugin++].xxh3 = xxh3;
     return RMAP_OK;
 }

@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
  * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
- * length (64 bits; all ones: none) and its bytes; arrays follow their counts.
+ * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
+ * gradient media are made of stands at the end, where there is any.
  */
 #include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "io/bundle.h"
 
 static const char magic[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '1'};
+static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};
 
 /* ---- bytes out; nbytes only counts while `to` is NULL ---- */
 
@@ -68,10 +71,33 @@ static void put_mesh(struct sink *sink, const struct rmap_mesh *mesh)
         put_text(sink, mesh->face_name[i]);
 }
 
+_Static_assert(sizeof(double) == 8, "a double is packed as eight bytes");
+
+static void put_fields(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    put_u64(sink, bundle->n_grid);
+    for (size_t i = 0; i < bundle->n_grid; i++) {
+        const struct rmap_grid *grid = bundle->grid[i].grid;
+        const double frame[6] = {grid->origin.x,  grid->origin.y,  grid->origin.z,
+                                 grid->spacing.x, grid->spacing.y, grid->spacing.z};
+        put_text(sink, bundle->grid[i].field);
+        for (int axis = 0; axis < 3; axis++)
+            put_u64(sink, grid->n[axis]);
+        put_bytes(sink, frame, sizeof frame);
+        put_bytes(sink, grid->value, rmap_grid_count(grid) * sizeof *grid->value);
+    }
+    put_u64(sink, bundle->n_plugin);
+    for (size_t i = 0; i < bundle->n_plugin; i++) {
+        put_text(sink, bundle->plugin[i].field);
+        put_u64(sink, bundle->plugin[i].xxh3);
+    }
+}
+
 static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
 {
     const struct rmap_scene_options *options = &bundle->options;
-    put_bytes(sink, magic, sizeof magic);
+    bool fields = bundle->n_grid || bundle->n_plugin;
+    put_bytes(sink, fields ? magic_fields : magic, sizeof magic);
     put_text(sink, bundle->path);
     put_u64(sink, bundle->text_nbytes);
     put_bytes(sink, bundle->text, bundle->text_nbytes);
@@ -86,6 +112,8 @@ static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
         put_text(sink, bundle->mesh[i].geometry);
         put_mesh(sink, bundle->mesh[i].mesh);
     }
+    if (fields)
+        put_fields(sink, bundle);
 }
 
 enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -265,12 +293,81 @@ out:
     return st;
 }
 
+static enum rmap_status take_doubles(struct cursor *in, double *value, size_t n)
+{
+    if (in->left / sizeof *value < n)
+        return damaged(in, "numbers exceed what is there");
+    memcpy(value, in->at, n * sizeof *value);
+    in->at += n * sizeof *value;
+    in->left -= n * sizeof *value;
+    return RMAP_OK;
+}
+
+/* The count is checked against what is there before memory is taken for it. */
+static enum rmap_status take_grid(struct cursor *in, struct rmap_grid **grid_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n[3], count = 1;
+    double frame[6];
+    struct rmap_grid *grid = NULL;
+    struct rmap_error why = {0};
+    for (int axis = 0; axis < 3; axis++) {
+        RMAP_TRY(take_count(in, 8, &n[axis]));
+        if (n[axis] && count > in->left / 8 / n[axis])
+            RMAP_TRY(damaged(in, "a grid exceeds what is there"));
+        count *= n[axis];
+    }
+    RMAP_TRY(take_doubles(in, frame, 6));
+    st = rmap_grid_create(n, rmap_vec3(frame[0], frame[1], frame[2]),
+                          rmap_vec3(frame[3], frame[4], frame[5]), &grid, &why);
+    if (st != RMAP_OK)
+        return st == RMAP_SYSTEM ? no_memory(in) : damaged(in, why.text);
+    RMAP_TRY(take_doubles(in, grid->value, count));
+    *grid_ret = grid;
+    grid = NULL;
+out:
+    rmap_grid_drop(grid);
+    return st;
+}
+
+static enum rmap_status take_fields(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = 0;
+    char *name = NULL;
+    struct rmap_grid *grid = NULL;
+    RMAP_TRY(take_count(in, 32, &n));
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_grid(in, &grid));
+        RMAP_TRY(rmap_bundle_add_grid(bundle, name, grid, in->err));
+        grid = NULL;
+        rmap_free(name);
+        name = NULL;
+    }
+    RMAP_TRY(take_count(in, 16, &n));
+    for (size_t i = 0; i < n; i++) {
+        uint64_t xxh3 = 0;
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_u64(in, &xxh3));
+        RMAP_TRY(rmap_bundle_add_plugin(bundle, name, xxh3, in->err));
+        rmap_free(name);
+        name = NULL;
+    }
+out:
+    rmap_free(name);
+    rmap_grid_drop(grid);
+    return st;
+}
+
 static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundle)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene_options *options = &bundle->options;
     uint32_t complete = 0;
-    if (in->left < sizeof magic || memcmp(in->at, magic, sizeof magic) != 0)
+    bool known = in->left >= sizeof magic;
+    bool fields = known && memcmp(in->at, magic_fields, sizeof magic) == 0;
+    if (!known || (!fields && memcmp(in->at, magic, sizeof magic) != 0))
         return damaged(in, "it does not begin like one");
     in->at += sizeof magic;
     in->left -= sizeof magic;
@@ -287,6 +384,8 @@ static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundl
         RMAP_TRY(damaged(in, "its meshes are not all in it"));
     bundle->meshes_complete = 1;
     RMAP_TRY(take_meshes(in, bundle));
+    if (fields)
+        RMAP_TRY(take_fields(in, bundle));
     if (in->left)
         RMAP_TRY(damaged(in, "something follows its end"));
 out:

@@ -149,12 +149,12 @@ static void read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *n
 static enum rmap_status read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                     struct rmap_camera *camera)
 {
-    static const char *const pinhole[] = {"name",   "type",         "at",         "look_at",
-                                          "up",     "direction",    "resolution", "fov",
-                                          "sensor", "focal_length", "exposure",   "medium"};
-    static const char *const thin_lens[] = {
+    static const char *const pinhole[] = {
         "name", "type",   "at",           "look_at",  "up",     "direction", "resolution",
-        "fov",  "sensor", "focal_length", "exposure", "medium", "focus",     "aperture"};
+        "fov",  "sensor", "focal_length", "exposure", "medium", "within"};
+    static const char *const thin_lens[] = {
+        "name",   "type",         "at",       "look_at", "up",     "direction", "resolution", "fov",
+        "sensor", "focal_length", "exposure", "medium",  "within", "focus",     "aperture"};
     static const char *const word[] = {"pinhole", "thin_lens"};
     enum rmap_status st = RMAP_OK;
     double distance = 0;
@@ -177,7 +177,8 @@ static enum rmap_status read_camera(struct rmap_reader *reader, const struct rma
                              &camera->exposure);
     RMAP_TRY(rmap_reader_medium(reader, node, "medium", &camera->medium));
     if (camera->medium < 0 && !rmap_yaml_get(node, "medium"))
-        st = rmap_reader_surrounding_medium(reader, &camera->medium);
+        RMAP_TRY(rmap_reader_surrounding_medium(reader, &camera->medium));
+    RMAP_TRY(rmap_reader_place_within(reader, node, camera->medium, &camera->gradient));
 out:
     return st;
 }

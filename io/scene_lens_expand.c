@@ -33,20 +33,43 @@ static char *compose(struct rmap_reader *reader, const char *format, ...)
     return text;
 }
 
+/* The lens's frame, shifted along its axis: of a part, and of the index of an element, whose origin
+ * is the vertex of the surface before it. */
+static struct rmap_affine frame_at(const struct expansion *e, double z)
+{
+    const struct rmap_affine shift =
+        rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(0, 0, 0), rmap_vec3(0, 0, z));
+    return rmap_affine_compose(&e->plan->to_world, &shift);
+}
+
 /* A part of the instance at z of the lens's axis. */
 static enum rmap_status add_part(struct expansion *e, const char *name, int32_t parent,
                                  int32_t geometry, double z, const struct rmap_object_plan *sides)
 {
-    const struct rmap_affine shift =
-        rmap_affine_placement(rmap_vec3(1, 1, 1), rmap_vec3(0, 0, 0), rmap_vec3(0, 0, z));
     struct rmap_object_plan part = *sides;
     part.name = name;
     part.node = e->plan->node;
     part.parent = parent;
     part.geometry = geometry;
-    part.to_world = rmap_affine_compose(&e->plan->to_world, &shift);
+    part.to_world = frame_at(e, z);
     part.derived = true;
     return rmap_reader_add_object(e->reader, &part);
+}
+
+static bool is_hole(const struct expansion *e, size_t k)
+{
+    const struct rmap_lens_row *row = &e->lens->row[k];
+    int32_t before = k ? e->lens->row[k - 1].medium : e->outside;
+    return row->stop && row->shape.curvature == 0 && row->shape.n_asphere == 0 &&
+           row->medium == before;
+}
+
+/* z of the surface behind which the medium of row k begins. */
+static double element_z(const struct expansion *e, size_t k)
+{
+    while (k && is_hole(e, k))
+        k--;
+    return e->lens->row[k].z;
 }
 
 static enum rmap_status add_cap(struct expansion *e, size_t k)
@@ -62,11 +85,15 @@ static enum rmap_status add_cap(struct expansion *e, size_t k)
             return rmap_reader_no_memory(e->reader);
         RMAP_TRY(rmap_reader_add_shape(e->reader, shape_name, &row->shape, &row->geometry));
     }
+    const struct rmap_affine after = frame_at(e, row->z);
+    const struct rmap_affine before = frame_at(e, element_z(e, k ? k - 1 : k));
     const struct rmap_object_plan sides = {
         .surface_front = e->plan->surface_front,
         .surface_back = e->plan->surface_back,
         .medium_front = row->medium,
         .medium_back = k ? e->lens->row[k - 1].medium : e->outside,
+        .element_front = k + 1 < e->lens->n_row ? &after : NULL,
+        .element_back = k ? &before : NULL,
     };
     RMAP_TRY(add_part(e, name, e->group, row->geometry, row->z, &sides));
 out:
@@ -113,14 +140,6 @@ static enum rmap_status add_stop(struct expansion *e, size_t k, int32_t parent)
     RMAP_TRY(add_part(e, name, parent, row->stop_geometry, row->rim_z, &sides));
 out:
     return st;
-}
-
-static bool is_hole(const struct expansion *e, size_t k)
-{
-    const struct rmap_lens_row *row = &e->lens->row[k];
-    int32_t before = k ? e->lens->row[k - 1].medium : e->outside;
-    return row->stop && row->shape.curvature == 0 && row->shape.n_asphere == 0 &&
-           row->medium == before;
 }
 
 static enum rmap_status add_row(struct expansion *e, size_t k)
@@ -185,12 +204,15 @@ static enum rmap_status add_edge(struct expansion *e, size_t k, size_t next)
             return rmap_reader_no_memory(e->reader);
         RMAP_TRY(rmap_reader_add_shape(e->reader, shape_name, &edge.shape, &row->edge_geometry));
     }
+    const struct rmap_affine element = frame_at(e, element_z(e, k));
     /* The edge's `front` surface is the outer one. */
     const struct rmap_object_plan sides = {
         .surface_front = edge.glass_in_front ? e->edge_back : e->edge_front,
         .surface_back = edge.glass_in_front ? e->edge_front : e->edge_back,
         .medium_front = edge.glass_in_front ? row->medium : e->outside,
         .medium_back = edge.glass_in_front ? e->outside : row->medium,
+        .element_front = edge.glass_in_front ? &element : NULL,
+        .element_back = edge.glass_in_front ? NULL : &element,
     };
     RMAP_TRY(add_part(e, name, e->group, row->edge_geometry, edge.z, &sides));
 out:

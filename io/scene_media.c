@@ -210,17 +210,37 @@ out:
     return st;
 }
 
+static enum rmap_status read_scattering(struct rmap_reader *reader,
+                                        const struct rmap_yaml_node *node,
+                                        struct rmap_medium *medium)
+{
+    const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_reader_quantity(reader, node, "scattering", RMAP_OPTIONAL,
+                                  &rmap_range_nonnegative, medium->scattering));
+    (void)rmap_reader_number(reader, node, "scattering_g", RMAP_OPTIONAL, &cosine,
+                             &medium->scattering_g);
+    for (int i = 0; i < reader->scene->channels.n; i++)
+        medium->scattering_at_all |= medium->scattering[i] > 0;
+    if (rmap_yaml_get(node, "scattering_g") && !rmap_yaml_get(node, "scattering"))
+        rmap_reader_error(reader, rmap_yaml_get(node, "scattering_g"),
+                          "'scattering_g' says how 'scattering' scatters: give that too");
+out:
+    return st;
+}
+
 static enum rmap_status read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                     struct rmap_medium *medium)
 {
-    static const char *const key[] = {"index", "glass",           "sellmeier",
-                                      "table", "wavelength_unit", "absorption"};
+    static const char *const key[] = {"index",      "glass",      "sellmeier",
+                                      "table",      "gradient",   "wavelength_unit",
+                                      "absorption", "scattering", "scattering_g"};
     static const char *const unit[] = {"nm", "um"};
     enum rmap_status st = RMAP_OK;
     if (!rmap_reader_check_map(reader, node, "a medium", key, RMAP_COUNT(key)))
         goto out;
     int model = -1, n_model = 0, choice = -1;
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 5; i++) {
         if (!rmap_yaml_get(node, key[i]))
             continue;
         model = i;
@@ -229,7 +249,7 @@ static enum rmap_status read_medium(struct rmap_reader *reader, const struct rma
     (void)rmap_reader_choice(reader, node, "wavelength_unit", RMAP_OPTIONAL, unit, 2, &choice);
     if (n_model != 1)
         rmap_reader_error(reader, node,
-                          "medium '%.60s' needs one of index, glass, sellmeier, table%s",
+                          "medium '%.60s' needs one of index, glass, sellmeier, table, gradient%s",
                           medium->name, n_model ? ", not several" : "");
     else if (model == 0)
         RMAP_TRY(read_index(reader, node, medium));
@@ -237,9 +257,13 @@ static enum rmap_status read_medium(struct rmap_reader *reader, const struct rma
         RMAP_TRY(read_glass(reader, node, medium));
     else if (model == 2)
         RMAP_TRY(read_sellmeier(reader, node, choice == 0 ? 1e-3 : 1.0, medium));
-    else
+    else if (model == 3)
         RMAP_TRY(read_table(reader, node, choice == 1 ? 1e3 : 1.0, medium));
+    else
+        RMAP_TRY(rmap_reader_gradient(reader, rmap_yaml_get(node, "gradient"),
+                                      (int32_t)(medium - reader->scene->medium)));
     RMAP_TRY(read_absorption(reader, node, medium));
+    RMAP_TRY(read_scattering(reader, node, medium));
 out:
     return st;
 }

@@ -37,9 +37,31 @@ static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node 
     return id;
 }
 
+/* Places of gradient media on both sides. Only elements of lenses have frames of their own. */
+static enum rmap_status place_sides(struct rmap_reader *reader, const struct rmap_object_plan *plan,
+                                    int32_t index)
+{
+    enum rmap_status st = RMAP_OK;
+    int32_t front = 0, back = 0;
+    const struct rmap_geometry *geometry = &reader->scene->geometry[plan->geometry];
+    bool body = geometry->kind == RMAP_GEOMETRY_MESH || geometry->shape.type == RMAP_SHAPE_SPHERE;
+    const struct rmap_object_side side[2] = {
+        {index, plan->medium_front, plan->element_front ? plan->element_front : &plan->to_world,
+         plan->element_front != NULL},
+        {index, plan->medium_back, plan->element_back ? plan->element_back : &plan->to_world,
+         plan->element_back || body}};
+    RMAP_TRY(rmap_reader_place_side(reader, &side[0], &front));
+    RMAP_TRY(rmap_reader_place_side(reader, &side[1], &back));
+    reader->scene->object[index].gradient_front = front;
+    reader->scene->object[index].gradient_back = back;
+out:
+    return st;
+}
+
 enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
                                         const struct rmap_object_plan *plan)
 {
+    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     void *array = scene->object;
     struct rmap_object *object =
@@ -64,8 +86,11 @@ enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
     };
     if (!object->name)
         return rmap_reader_no_memory(reader);
-    return rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT,
-                                  (int32_t)(scene->n_object - 1), plan->node);
+    RMAP_TRY(place_sides(reader, plan, (int32_t)(scene->n_object - 1)));
+    RMAP_TRY(rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT,
+                                    (int32_t)(scene->n_object - 1), plan->node));
+out:
+    return st;
 }
 
 enum rmap_status rmap_reader_add_group(struct rmap_reader *reader, const char *name,

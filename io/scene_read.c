@@ -41,10 +41,12 @@ static enum rmap_status read_sections(struct rmap_reader *reader)
     RMAP_TRY(rmap_reader_read_surfaces(reader));
     RMAP_TRY(rmap_reader_read_geometries(reader));
     RMAP_TRY(rmap_reader_read_objects(reader));
+    RMAP_TRY(rmap_reader_make_gradients(reader));
     RMAP_TRY(rmap_reader_read_sources(reader));
     RMAP_TRY(rmap_reader_read_detectors(reader));
     RMAP_TRY(rmap_reader_read_cameras(reader));
     RMAP_TRY(rmap_reader_read_background(reader));
+    rmap_reader_settle_frames(reader);
     RMAP_TRY(rmap_reader_read_simulations(reader));
 out:
     return st;
@@ -71,6 +73,7 @@ static void fini(struct rmap_reader *reader)
     rmap_names_fini(&reader->members);
     rmap_free(reader->entry);
     rmap_free(reader->group_to_world);
+    rmap_free(reader->frame);
     rmap_reader_release(reader);
 }
 

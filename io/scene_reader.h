@@ -67,6 +67,19 @@ struct rmap_geometry_entry {
     int32_t geometry;
 };
 
+/* Where a gradient medium's index lives. */
+enum rmap_frame_kind { RMAP_FRAME_OBJECT, RMAP_FRAME_WORLD, RMAP_FRAME_NAMED };
+struct rmap_medium_frame {
+    int32_t medium;
+    const struct rmap_yaml_node *node; /* of `gradient` */
+    enum rmap_frame_kind kind;
+    struct rmap_affine placement;       /* of the field inside the frame */
+    int32_t shared;                     /* WORLD, NAMED: 1 + index of the one place; 0: not yet */
+    int32_t first;                      /* OBJECT: first place made, or -1 */
+    int32_t first_object, other_object; /* whose frames differ; -1 */
+    bool open; /* OBJECT: a surface that closes no body by itself names the medium */
+};
+
 struct rmap_reader {
     struct rmap_bundle *bundle;
     struct rmap_yaml_node *root;
@@ -81,6 +94,8 @@ struct rmap_reader {
     size_t n_entry, cap_entry;
     struct rmap_affine *group_to_world; /* [n_group] */
     size_t cap_group_to_world;
+    struct rmap_medium_frame *frame; /* of the gradient media */
+    size_t n_frame, cap_frame, cap_gradient;
     void *arena; /* blocks that live as long as the reader */
 };
 
@@ -280,6 +295,31 @@ enum rmap_status rmap_reader_add_shape(struct rmap_reader *reader, const char *n
                                        const struct rmap_shape *shape,
                                        int32_t *index_ret) RMAP_MUST_USE;
 
+/* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
+enum rmap_status rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                      int32_t medium_index) RMAP_MUST_USE;
+
+/* Once all objects stand: the fields of the gradient media. */
+enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader) RMAP_MUST_USE;
+
+/* A gradient medium on a side of an object gets its place; 0 for any other. closes: the side is
+ * the inside of a closed body, or of an element of a lens. */
+struct rmap_object_side {
+    int32_t object, medium;
+    const struct rmap_affine *to_world; /* frame of the medium's `frame: object` */
+    bool closes;
+};
+enum rmap_status rmap_reader_place_side(struct rmap_reader *reader,
+                                        const struct rmap_object_side *side,
+                                        int32_t *gradient_ret) RMAP_MUST_USE;
+/* Once all names are known: frames by name, and media that need one. */
+void rmap_reader_settle_frames(struct rmap_reader *reader);
+/* The place of the medium in which a source or camera stands, as far as the scene file says it
+ * (`within`); 0: not, or uniform. */
+enum rmap_status rmap_reader_place_within(struct rmap_reader *reader,
+                                          const struct rmap_yaml_node *node, int32_t medium,
+                                          int32_t *gradient_ret) RMAP_MUST_USE;
+
 /* Objects as they are made. */
 struct rmap_object_plan {
     const char *name;
@@ -288,6 +328,8 @@ struct rmap_object_plan {
     int32_t parent, geometry;
     struct rmap_affine to_world;
     int32_t surface_front, surface_back, medium_front, medium_back;
+    /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
+    const struct rmap_affine *element_front, *element_back;
 };
 enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
                                         const struct rmap_object_plan *plan) RMAP_MUST_USE;

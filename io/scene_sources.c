@@ -256,17 +256,18 @@ static enum rmap_status read_rays(struct rmap_reader *reader, const struct rmap_
 
 static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node, int type)
 {
-    static const char *const collimated[] = {"name",      "type",     "shape",      "at",
-                                             "direction", "rotate",   "scale",      "matrix",
-                                             "flux",      "spectrum", "rays_share", "medium"};
-    static const char *const point[] = {
-        "name",   "type",  "distribution", "cone", "cosine_power", "at",         "direction",
-        "rotate", "scale", "matrix",       "flux", "spectrum",     "rays_share", "medium"};
-    static const char *const area[] = {"name",      "type",       "shape", "distribution", "at",
-                                       "direction", "rotate",     "scale", "matrix",       "flux",
-                                       "spectrum",  "rays_share", "medium"};
-    static const char *const rays[] = {"name",     "type",       "rays",  "flux",
-                                       "spectrum", "rays_share", "medium"};
+    static const char *const collimated[] = {"name",       "type",   "shape",  "at",   "direction",
+                                             "rotate",     "scale",  "matrix", "flux", "spectrum",
+                                             "rays_share", "medium", "within"};
+    static const char *const point[] = {"name",         "type",   "distribution", "cone",
+                                        "cosine_power", "at",     "direction",    "rotate",
+                                        "scale",        "matrix", "flux",         "spectrum",
+                                        "rays_share",   "medium", "within"};
+    static const char *const area[] = {"name",      "type",       "shape",  "distribution", "at",
+                                       "direction", "rotate",     "scale",  "matrix",       "flux",
+                                       "spectrum",  "rays_share", "medium", "within"};
+    static const char *const rays[] = {"name",     "type",       "rays",   "flux",
+                                       "spectrum", "rays_share", "medium", "within"};
     static const struct {
         const char *what;
         const char *const *key;
@@ -366,11 +367,13 @@ static enum rmap_status settle(struct rmap_reader *reader, const struct light *l
     for (size_t i = 0; i < n; i++) {
         settle_light(reader, &light[i]);
         struct rmap_source *source = &scene->source[light[i].source];
-        if (source->medium >= 0 || rmap_yaml_get(light[i].node, "medium"))
-            continue;
-        if (medium < 0)
+        bool named = source->medium >= 0 || rmap_yaml_get(light[i].node, "medium");
+        if (!named && medium < 0)
             RMAP_TRY(rmap_reader_surrounding_medium(reader, &medium));
-        source->medium = medium;
+        if (!named)
+            source->medium = medium;
+        RMAP_TRY(
+            rmap_reader_place_within(reader, light[i].node, source->medium, &source->gradient));
     }
 out:
     return st;

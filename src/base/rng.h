@@ -17,7 +17,8 @@
     X(MEDIUM)  /* channel and free path in an absorbing or scattering medium; which of both */     \
     X(SCATTER) /* direction after scattering inside a medium */                                    \
     X(CAMERA)  /* place in the pixel and on the lens */                                            \
-    X(LIGHT)   /* which light, and where on it */
+    X(LIGHT)   /* which light, and where on it */                                                  \
+    X(NOISE)   /* permutations of noise fields; the key is the field's own seed */
 
 enum rmap_rng_slot {
 #define RMAP_RNG_ENUM(symbol) RMAP_RNG_##symbol,

@@ -35,6 +35,7 @@ static void destroy_optics(struct rmap_scene *scene)
     for (size_t i = 0; scene->medium && i < scene->n_medium; i++) {
         rmap_free(scene->medium[i].name);
         rmap_free(scene->medium[i].description);
+        rmap_field_destroy(scene->medium[i].field);
     }
     rmap_free(scene->medium);
     for (size_t i = 0; scene->surface && i < scene->n_surface; i++)
@@ -65,6 +66,7 @@ static void destroy_bodies(struct rmap_scene *scene)
 
 static void destroy_derived(struct rmap_scene *scene)
 {
+    rmap_free(scene->gradient);
     rmap_free(scene->schedule);
     rmap_free(scene->schedule_rank);
     rmap_free(scene->schedule_quota);

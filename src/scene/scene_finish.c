@@ -6,55 +6,16 @@
 #include <math.h>
 
 #include "base/alloc.h"
+#include "scene/bounds.h"
+#include "scene/scene_gradient.h"
 #include "scene/schedule.h"
 
-/* A box that grows; empty while lower > upper. */
-struct bounds {
-    struct rmap_vec3 lower, upper;
-    bool infinite; /* fmin and fmax would pass over a NaN */
-};
-
-static void include(struct bounds *box, struct rmap_vec3 p)
-{
-    if (!isfinite(p.x + p.y + p.z))
-        box->infinite = true;
-    box->lower = rmap_least(box->lower, p);
-    box->upper = rmap_greatest(box->upper, p);
-}
-
-/* The eight corners of a local box, in the world. */
-static void include_box(struct bounds *box, const struct rmap_affine *to_world,
-                        struct rmap_vec3 lower, struct rmap_vec3 upper)
-{
-    for (int k = 0; k < 8; k++)
-        include(box, rmap_affine_point(to_world, rmap_vec3(k & 1 ? upper.x : lower.x,
-                                                           k & 2 ? upper.y : lower.y,
-                                                           k & 4 ? upper.z : lower.z)));
-}
-
-static void include_geometry(struct bounds *box, const struct rmap_geometry *geometry,
-                             const struct rmap_affine *to_world)
-{
-    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
-        struct rmap_vec3 lower, upper;
-        rmap_shape_bounds(&geometry->shape, &lower, &upper);
-        include_box(box, to_world, lower, upper);
-        return;
-    }
-    const struct rmap_mesh *mesh = geometry->mesh;
-    for (size_t i = 0; i < mesh->n_vertex; i++) {
-        const float *v = mesh->vertex[i];
-        include(box,
-                rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2])));
-    }
-}
-
-static void include_source(struct bounds *box, const struct rmap_scene *scene,
+static void include_source(struct rmap_bounds *box, const struct rmap_scene *scene,
                            const struct rmap_source *source)
 {
     if (source->type == RMAP_SOURCE_RAYS) {
         for (size_t i = 0; i < source->n_list; i++)
-            include(box, source->list[i].origin);
+            rmap_bounds_include(box, source->list[i].origin);
         return;
     }
     double half[2] = {0.0, 0.0};
@@ -69,30 +30,31 @@ static void include_source(struct bounds *box, const struct rmap_scene *scene,
         half[1] = 0.5 * source->shape_size[1];
         break;
     case RMAP_EMITTER_MESH:
-        include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
+        rmap_bounds_include_geometry(box, &scene->geometry[source->shape_geometry], &source->frame);
         return;
     }
-    include_box(box, &source->frame, rmap_vec3(-half[0], -half[1], 0.0),
-                rmap_vec3(half[0], half[1], 0.0));
+    rmap_bounds_include_box(box, &source->frame, rmap_vec3(-half[0], -half[1], 0.0),
+                            rmap_vec3(half[0], half[1], 0.0));
 }
 
-static void include_detector(struct bounds *box, const struct rmap_detector *detector)
+static void include_detector(struct rmap_bounds *box, const struct rmap_detector *detector)
 {
     if (detector->type != RMAP_DETECTOR_PLANE)
         return;
     for (int k = 0; k < 4; k++) {
         double u = (k & 1 ? 0.5 : -0.5) * detector->size[0];
         double v = (k & 2 ? 0.5 : -0.5) * detector->size[1];
-        include(box, rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
+        rmap_bounds_include(box,
+                            rmap_axpy(u, detector->x, rmap_axpy(v, detector->y, detector->origin)));
     }
 }
 
 static enum rmap_status bound_scene(struct rmap_scene *scene, struct rmap_error *err)
 {
-    struct bounds box = {{HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, false};
+    struct rmap_bounds box = rmap_bounds_empty();
     for (size_t i = 0; i < scene->n_object; i++)
-        include_geometry(&box, &scene->geometry[scene->object[i].geometry],
-                         &scene->object[i].to_world);
+        rmap_bounds_include_geometry(&box, &scene->geometry[scene->object[i].geometry],
+                                     &scene->object[i].to_world);
     for (size_t i = 0; i < scene->n_source; i++)
         include_source(&box, scene, &scene->source[i]);
     for (size_t i = 0; i < scene->n_detector; i++)
@@ -206,6 +168,7 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
             scene->source[i].type != RMAP_SOURCE_RAYS)
             RMAP_TRY(tabulate_areas(scene, &scene->source[i], err));
     RMAP_TRY(bound_scene(scene, err));
+    RMAP_TRY(rmap_scene_place_gradients(scene, err));
     RMAP_TRY(list_detectors(scene, err));
     RMAP_TRY(rmap_scene_schedule(scene, err));
 out:

@@ -85,9 +85,11 @@ static const struct mistake mistakes[] = {
      "6:16: error: 'index' must be a refractive index, 0.001 to 1000, not 0\n"},
     {6, "  air: {index: [1]}", "6:16: error: 'index' must be a number, not a list\n"},
     {6, "  air: 1", "6:8: error: a medium must be a mapping of keys and values\n"},
-    {6, "  air: {}", "6:8: error: medium 'air' needs one of index, glass, sellmeier, table\n"},
+    {6, "  air: {}",
+     "6:8: error: medium 'air' needs one of index, glass, sellmeier, table, gradient\n"},
     {6, "  air: {index: 1, glass: N-BK7}",
-     "6:8: error: medium 'air' needs one of index, glass, sellmeier, table, not several\n"},
+     "6:8: error: medium 'air' needs one of index, glass, sellmeier, table, gradient, not "
+     "several\n"},
     {6, "  air: {index: 1, absorbtion: 1}",
      "6:19: error: unknown key in a medium: 'absorbtion' (did you mean 'absorption'?)\n"},
     {6, "  air: {index: 1, absorption: -1}",

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+#include "scene/bounds.h"
+
+#include <math.h>
+
+struct rmap_bounds rmap_bounds_empty(void)
+{
+    return (struct rmap_bounds){
+        {HUGE_VAL, HUGE_VAL, HUGE_VAL}, {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL}, false};
+}
+
+void rmap_bounds_include(struct rmap_bounds *box, struct rmap_vec3 p)
+{
+    if (!isfinite(p.x + p.y + p.z))
+        box->infinite = true;
+    box->lower = rmap_least(box->lower, p);
+    box->upper = rmap_greatest(box->upper, p);
+}
+
+void rmap_bounds_include_box(struct rmap_bounds *box, const struct rmap_affine *to_world,
+                             struct rmap_vec3 lower, struct rmap_vec3 upper)
+{
+    for (int k = 0; k < 8; k++)
+        rmap_bounds_include(box, rmap_affine_point(to_world, rmap_vec3(k & 1 ? upper.x : lower.x,
+                                                                       k & 2 ? upper.y : lower.y,
+                                                                       k & 4 ? upper.z : lower.z)));
+}
+
+void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geometry *geometry,
+                                  const struct rmap_affine *to_world)
+{
+    if (geometry->kind == RMAP_GEOMETRY_SHAPE) {
+        struct rmap_vec3 lower, upper;
+        rmap_shape_bounds(&geometry->shape, &lower, &upper);
+        rmap_bounds_include_box(box, to_world, lower, upper);
+        return;
+    }
+    const struct rmap_mesh *mesh = geometry->mesh;
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        const float *v = mesh->vertex[i];
+        rmap_bounds_include(
+            box, rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2])));
+    }
+}

@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * An axis-aligned box about what is put into it.
+ */
+#ifndef RMAP_BOUNDS_H
+#define RMAP_BOUNDS_H
+
+#include "scene/scene.h"
+
+/* Empty while lower > upper. */
+struct rmap_bounds {
+    struct rmap_vec3 lower, upper;
+    bool infinite; /* fmin and fmax would pass over a NaN */
+};
+
+struct rmap_bounds rmap_bounds_empty(void);
+void rmap_bounds_include(struct rmap_bounds *box, struct rmap_vec3 p);
+
+/* The eight corners of a local box, in the world. */
+void rmap_bounds_include_box(struct rmap_bounds *box, const struct rmap_affine *to_world,
+                             struct rmap_vec3 lower, struct rmap_vec3 upper);
+
+/* A geometry's vertices, or the corners of its box. */
+void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geometry *geometry,
+                                  const struct rmap_affine *to_world);
+
+#endif

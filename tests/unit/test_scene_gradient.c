@@ -1,0 +1,245 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Gradient media of scene files: their fields, the places in which they stand, and mistakes.
+ */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include "tests/unit/near.h"
+#include "tests/unit/read_text.h"
+
+/* A scene around a medium `m` and a list of objects and sources. */
+static struct rmap_scene *scene_of(const char *medium, const char *objects, const char *sources,
+                                   char **told)
+{
+    static char text[16384];
+    (void)snprintf(text, sizeof text,
+                   "raymap: 1\n"
+                   "units: mm\n"
+                   "spectrum: {wavelengths: [400, 500, 700]}\n"
+                   "media:\n"
+                   "  air: {index: 1}\n"
+                   "  m: %s\n"
+                   "geometries:\n"
+                   "  ball: {type: sphere, radius: 2}\n"
+                   "  tube: {type: cylinder, radius: 1, length: 4}\n"
+                   "  end: {type: disc, radius: 1}\n"
+                   "  lens:\n"
+                   "    type: lens\n"
+                   "    surfaces:\n"
+                   "      - {radius: 50, thickness: 3, medium: m, aperture: 5}\n"
+                   "      - {radius: -50, thickness: 2, medium: air, aperture: 5}\n"
+                   "      - {radius: 40, thickness: 1, medium: m, aperture: 5}\n"
+                   "      - {radius: inf, thickness: 1, medium: m, aperture: 4, stop: true}\n"
+                   "      - {radius: -40, medium: air, aperture: 5}\n"
+                   "objects:\n%s\n"
+                   "sources:\n%s\n",
+                   medium, objects, sources);
+    return read_text(text, told);
+}
+
+static const char beam[] = "  - {name: s, type: collimated, shape: {disc: 1}, at: [0, 0, -9]}";
+static const char rod[] =
+    "  - name: rod\n"
+    "    at: [1, 2, 3]\n"
+    "    objects:\n"
+    "      - {name: side, geometry: tube, surface: fresnel, outside: air, inside: m}\n"
+    "      - {name: in, geometry: end, surface: fresnel, back: air, front: m}\n"
+    "      - {name: out, geometry: end, at: [0, 0, 4], surface: fresnel, back: m, front: air}";
+
+static struct rmap_scene *good_scene(const char *medium, const char *objects, const char *sources)
+{
+    char *told = NULL;
+    struct rmap_scene *scene = scene_of(medium, objects, sources, &told);
+    if (!scene)
+        fail_msg("%s", told);
+    free(told);
+    return scene;
+}
+
+static double index_at(const struct rmap_gradient *gradient, double x, double y, double z)
+{
+    double n = 0;
+    struct rmap_vec3 slope;
+    struct rmap_vec3 local = rmap_affine_point(&gradient->to_local, rmap_vec3(x, y, z));
+    assert_true(rmap_field_at(gradient->field, 0, local, &n, &slope));
+    return n;
+}
+
+static void test_places_of_bodies(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = good_scene(
+        "{gradient: {type: luneburg, radius: 2, at: [0, 0, 1], tolerance: 1e-5, scheme: sharma, "
+        "step_max: 0.5}}",
+        "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}\n"
+        "  - {name: b, geometry: ball, at: [10, 0, 0], scale: 2, surface: fresnel, outside: air, "
+        "inside: m}",
+        beam);
+    assert_int_equal(scene->n_gradient, 2);
+    assert_int_equal(scene->object[0].gradient_front, 0);
+    assert_int_equal(scene->object[0].gradient_back, 1);
+    assert_int_equal(scene->object[1].gradient_back, 2);
+    assert_int_equal(scene->source[0].gradient, 0);
+    const struct rmap_gradient *a = &scene->gradient[0], *b = &scene->gradient[1];
+    assert_ptr_equal(a->field, scene->medium[a->medium].field);
+    assert_near(index_at(a, 0, 0, 1), sqrt(2), 1e-14);
+    assert_near(index_at(b, 10, 0, 2), sqrt(2), 1e-14);
+    assert_near(index_at(b, 10, 4, 2), 1, 1e-14);
+    assert_near(a->size, 4 * sqrt(3), 1e-12);
+    assert_int_equal(a->options.scheme, RMAP_SCHEME_SHARMA);
+    assert_true(a->options.tolerance == 1e-5 && a->options.step_max == 0.5);
+    assert_near(a->options.step_min, 1e-4 * a->size, 1e-15);
+    assert_int_equal(a->options.max_steps, 1000000);
+    rmap_scene_destroy(scene);
+}
+
+static void test_frames(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene =
+        good_scene("{gradient: {type: parabolic, n0: 1.6, alpha: 0.1, frame: rod}}", rod, beam);
+    assert_int_equal(scene->n_gradient, 1);
+    for (int o = 0; o < 3; o++)
+        assert_int_equal(scene->object[o].gradient_front + scene->object[o].gradient_back, 1);
+    assert_near(index_at(&scene->gradient[0], 1, 2, 99), 1.6, 1e-14);
+    assert_near(index_at(&scene->gradient[0], 2, 2, 3), 1.6 * sqrt(1 - 0.01), 1e-14);
+    rmap_scene_destroy(scene);
+
+    scene = good_scene("{gradient: {type: axial, coefficients: [1.5, 0.1], frame: world}}", rod,
+                       "  - {name: s, type: point, at: [0, 0, -9], medium: m}");
+    assert_int_equal(scene->n_gradient, 1);
+    assert_int_equal(scene->source[0].gradient, 1);
+    assert_near(index_at(&scene->gradient[0], 0, 0, 2), 1.7, 1e-14);
+    rmap_scene_destroy(scene);
+}
+
+/* Each element stands behind the vertex of its first surface, whatever bounds it. */
+static void test_places_of_a_lens(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene =
+        good_scene("{gradient: {type: axial, coefficients: [1.5, 0.1]}}",
+                   "  - {name: l, geometry: lens, at: [0, 0, 7], outside: air}", beam);
+    assert_int_equal(scene->n_gradient, 2);
+    for (size_t o = 0; o < scene->n_object; o++) {
+        const struct rmap_object *object = &scene->object[o];
+        int32_t place = object->gradient_front + object->gradient_back;
+        bool second = strcmp(object->name, "l.3") >= 0 && object->name[2] != 'e';
+        if (strcmp(object->name, "l.edge.1") == 0 || strcmp(object->name, "l.edge.2") == 0)
+            second = object->name[7] == '2';
+        else if (strncmp(object->name, "l.stop", 6) == 0)
+            continue;
+        assert_int_equal(place, second ? 2 : 1);
+    }
+    assert_near(index_at(&scene->gradient[0], 0, 0, 8), 1.6, 1e-14);
+    assert_near(index_at(&scene->gradient[1], 0, 0, 13), 1.6, 1e-14);
+    rmap_scene_destroy(scene);
+}
+
+static void test_sources_within(void **state)
+{
+    (void)state;
+    static const char two[] =
+        "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}\n"
+        "  - {name: b, geometry: ball, at: [10, 0, 0], surface: fresnel, outside: air, inside: m}";
+    struct rmap_scene *scene =
+        good_scene("{gradient: {type: maxwell, radius: 2}}", two,
+                   "  - {name: s, type: point, at: [10, 0, 0], medium: m, within: b}");
+    assert_int_equal(scene->source[0].gradient, 2);
+    rmap_scene_destroy(scene);
+}
+
+static void test_dispersion_and_scattering(void **state)
+{
+    (void)state;
+    struct rmap_scene *scene = good_scene(
+        "{gradient: {type: constant, index: {wavelength: [400, 700], value: [1.6, 1.3]}}, "
+        "scattering: 0.5, scattering_g: 0.9, absorption: 0.1}",
+        "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}", beam);
+    const struct rmap_medium *medium = &scene->medium[1];
+    assert_true(medium->dispersive && medium->scattering_at_all && medium->absorbing);
+    assert_int_equal(medium->field->n_channel, 3);
+    assert_near(medium->n[1], 1.5, 1e-14);
+    assert_true(medium->scattering[2] == 0.5 && medium->scattering_g == 0.9);
+    rmap_scene_destroy(scene);
+}
+
+/* What is told about a medium `m` that fills a ball, or about objects and sources. */
+static const struct {
+    const char *medium, *objects, *sources, *told;
+} mistakes[] = {
+    {"{gradient: {type: luneberg, radius: 2}}", NULL, NULL,
+     "unknown type 'luneberg' (did you mean 'luneburg'?)"},
+    {"{gradient: {type: luneburg}}", NULL, NULL, "s:6:17: error: 'radius' is missing: add it"},
+    {"{gradient: {type: luneburg, radius: 0}}", NULL, NULL, "s:6:17: error: "},
+    {"{gradient: {type: luneburg, radius: 2, size: 1}}", NULL, NULL,
+     "s:6:45: error: unknown key in a gradient of type luneburg: 'size'"},
+    {"{gradient: {type: luneburg, radius: 2, tolerance: 0}}", NULL, NULL,
+     "s:6:56: error: 'tolerance' must be greater than 0, not 0"},
+    {"{gradient: {type: luneburg, radius: 2, step: 1}}", NULL, NULL,
+     "'step' is for 'scheme: fixed': the scheme here is adaptive"},
+    {"{gradient: {type: luneburg, radius: 2, scheme: sharma, step_min: 2, step_max: 1}}", NULL,
+     NULL, "'step_min' must not be above 'step_max'"},
+    {"{gradient: {type: luneburg, radius: 2, scale: 0}}", NULL, NULL, "this transform is singular"},
+    {"{gradient: {type: luneburg, radius: 2, frame: nobody}}", NULL, NULL,
+     "unknown frame 'nobody'"},
+    {"{gradient: {type: luneburg, radius: 2, frame: s}}", NULL, NULL,
+     "'s' is no object or group: a frame is one of these, or 'world', or 'object'"},
+    {"{gradient: luneburg}", NULL, NULL, "a gradient must be a mapping"},
+    {"{gradient: {type: axial, coefficients: []}}", NULL, NULL,
+     "'coefficients' must be a list of 1 to 32 numbers"},
+    {"{gradient: {type: axial, coefficients: [1, {wavelength: [1], value: [1, 2]}]}}", NULL, NULL,
+     "'value' has 2 entries, 'wavelength' has 1"},
+    {"{gradient: {type: luneburg, radius: 2}, index: 1}", NULL, NULL,
+     "needs one of index, glass, sellmeier, table, gradient, not several"},
+    {"{index: 1, scattering_g: 0.5}", NULL, NULL, "give that too"},
+    {"{index: 1, scattering: -1}", NULL, NULL, "'scattering' must be 0 or greater, not -1"},
+    {"{index: 1, scattering: 1, scattering_g: 1}", NULL, NULL, "'scattering_g' must be"},
+    {"{gradient: {type: parabolic, n0: 1.6, alpha: 0.1}}", rod, NULL,
+     "medium 'm' stands beside surfaces with frames of their own ('side', 'out'): say where its "
+     "index lives"},
+    {"{gradient: {type: parabolic, n0: 1.6, alpha: 0.1}}", NULL,
+     "  - {name: s, type: point, medium: air, within: a}", "'within' is for gradient media"},
+    {"{gradient: {type: parabolic, n0: 1.6, alpha: 0.1}}", NULL,
+     "  - {name: s, type: point, medium: m, within: b}", "unknown object or group 'b'"},
+    {"{gradient: {type: parabolic, n0: 1.6, alpha: 0.1}}",
+     "  - {name: a, geometry: ball, surface: absorber}",
+     "  - {name: s, type: point, medium: m, within: a}", "medium 'm' is on no side of 'a'"},
+    {"{gradient: {type: parabolic, n0: 1.6, alpha: 0.1}}",
+     "  - {name: a, geometry: ball, surface: absorber}", "  - {name: s, type: point, medium: m}",
+     "'s' stands in medium 'm', which stands in no place"},
+};
+
+static void test_mistakes(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof mistakes / sizeof mistakes[0]; i++) {
+        char *told = NULL;
+        struct rmap_scene *scene = scene_of(
+            mistakes[i].medium,
+            mistakes[i].objects
+                ? mistakes[i].objects
+                : "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}",
+            mistakes[i].sources ? mistakes[i].sources : beam, &told);
+        if (scene || !strstr(told, mistakes[i].told))
+            fail_msg("case %zu: told\n%sexpected\n%s", i, told, mistakes[i].told);
+        free(told);
+        assert_int_equal(rmap_alloc_live(), 0);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_places_of_bodies),          cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_places_of_a_lens),          cmocka_unit_test(test_sources_within),
+        cmocka_unit_test(test_dispersion_and_scattering), cmocka_unit_test(test_mistakes),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
