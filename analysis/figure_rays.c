@@ -46,7 +46,7 @@ struct pen {
     double leaving;
     struct rmap_svg_style style;
     char ink[8];
-    double (*pixel)[2]; /* [longest ray + 1] */
+    double (*pixel)[2]; /* [points of the longest ray + 1] */
     size_t n_pixel;
 };
 
@@ -74,6 +74,7 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
     const struct rmap_portion *rays = pen->rays;
     size_t n_channel = (size_t)rays->n_channel;
     const uint16_t *last = NULL;
+    size_t point, n_point = rmap_portion_curve_of(rays, rays->ray.id[ray], &point);
     struct rmap_vec3 from = place(rays->ray.start + 3 * ray);
     for (size_t i = segment; i < segment + rays->ray.segment_count[ray]; i++) {
         const uint16_t *colour = rays->colour + i * n_channel;
@@ -87,7 +88,11 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
             last = colour;
         }
         struct rmap_vec3 to = place(rays->segment.position + 3 * i);
-        if (rays->segment.event[i] & RMAP_EVENT_LEFT)
+        for (; n_point > 0 && rays->curve.segment[point] == i - segment; point++, n_point--) {
+            from = place(rays->curve.position + 3 * point);
+            put_point(pen, from);
+        }
+        if ((rays->segment.event[i] & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
             to = rmap_axpy(pen->leaving, place(rays->ray.end_direction + 3 * ray), from);
         put_point(pen, to);
         from = to;
@@ -100,10 +105,12 @@ enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rma
                                 const struct rmap_view_frame *frame, double leaving,
                                 struct rmap_svg *svg, struct rmap_error *err)
 {
-    size_t n_ray = rays->n_row[RMAP_TABLE_RAY], longest = 0, segment = 0;
-    for (size_t i = 0; i < n_ray; i++)
-        if (rays->ray.segment_count[i] > longest)
-            longest = rays->ray.segment_count[i];
+    size_t n_ray = rays->n_row[RMAP_TABLE_RAY], longest = 0, segment = 0, point;
+    for (size_t i = 0; i < n_ray; i++) {
+        size_t n =
+            rays->ray.segment_count[i] + rmap_portion_curve_of(rays, rays->ray.id[i], &point);
+        longest = n > longest ? n : longest;
+    }
     struct pen pen = {.scene = scene,
                       .rays = rays,
                       .frame = frame,

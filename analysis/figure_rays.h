@@ -9,8 +9,8 @@
 #include "io/map_reader.h"
 #include "trace/portion.h"
 
-/* rays has all columns. A leg that leaves the scene is drawn `leaving` length units long.
- * map: as in struct rmap_figure_draw. */
+/* rays has all columns; curved legs follow their points. A leg that leaves the scene is drawn
+ * `leaving` length units long. map: as in struct rmap_figure_draw. */
 enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_map *map,
                                 const struct rmap_portion *rays,
                                 const struct rmap_view_frame *frame, double leaving,

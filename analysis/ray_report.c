@@ -9,23 +9,25 @@
 enum { DIGITS_FLOAT = 9, DIGITS_DOUBLE = 17 };
 
 enum rmap_status rmap_ray_report_create(const struct rmap_scene *scene, size_t n_step,
-                                        size_t n_registration, struct rmap_ray_report **report_ret,
-                                        struct rmap_error *err)
+                                        size_t n_registration, size_t n_point,
+                                        struct rmap_ray_report **report_ret, struct rmap_error *err)
 {
     size_t n_channel = (size_t)scene->channels.n;
     struct rmap_ray_report *report = rmap_alloc(1, sizeof *report);
     if (report) {
         report->step = rmap_alloc(n_step + 1, sizeof *report->step);
         report->registration = rmap_alloc(n_registration + 1, sizeof *report->registration);
+        report->point = rmap_alloc(n_point + 1, sizeof *report->point);
         report->colour = rmap_alloc((n_step + 1) * n_channel, sizeof *report->colour);
     }
-    if (!report || !report->step || !report->registration || !report->colour) {
+    if (!report || !report->step || !report->registration || !report->point || !report->colour) {
         rmap_ray_report_destroy(report);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a ray of %zu legs", n_step);
     }
     report->scene = scene;
     report->n_step = n_step;
     report->n_registration = n_registration;
+    report->n_point = n_point;
     for (size_t i = 0; i < n_step; i++)
         report->step[i].colour = report->colour + i * n_channel;
     *report_ret = report;
@@ -38,6 +40,7 @@ void rmap_ray_report_destroy(struct rmap_ray_report *report)
         return;
     rmap_free(report->step);
     rmap_free(report->registration);
+    rmap_free(report->point);
     rmap_free(report->colour);
     rmap_free(report);
 }
@@ -82,6 +85,45 @@ static int32_t face_of(const struct rmap_scene *scene, int32_t object, int32_t p
     return (int32_t)geometry->mesh->face[primitive];
 }
 
+/* The next points that lie on leg `leg` are the step's; segment: of every point behind them. */
+static void take_points(struct rmap_report_step *step, uint32_t leg, const uint32_t *segment,
+                        size_t n, size_t *next)
+{
+    step->first_point = *next;
+    while (*next < n && segment[*next] == leg)
+        (*next)++;
+    step->n_point = *next - step->first_point;
+}
+
+static void read_points(struct rmap_ray_report *report, const struct rmap_portion *portion,
+                        size_t first)
+{
+    size_t next = 0;
+    for (size_t i = 0; i < report->n_point; i++)
+        report->point[i] = (struct rmap_report_point){
+            .position = vector_of(portion->curve.position + 3 * (first + i)),
+            .direction = nowhere(),
+            .length = (double)NAN,
+            .optical_path = (double)NAN};
+    for (size_t i = 0; report->n_point > 0 && i < report->n_step; i++)
+        take_points(&report->step[i], (uint32_t)i, portion->curve.segment + first, report->n_point,
+                    &next);
+}
+
+/* Along the points of the leg that begins at `from`; its last stretch. */
+static double polyline(const struct rmap_ray_report *report, const struct rmap_report_step *step,
+                       struct rmap_vec3 from, struct rmap_vec3 *last)
+{
+    double length = 0.0;
+    for (size_t k = 0; k < step->n_point; k++) {
+        struct rmap_vec3 to = report->point[step->first_point + k].position;
+        length += rmap_length(rmap_sub(to, from));
+        from = to;
+    }
+    *last = rmap_sub(step->position, from);
+    return length + rmap_length(*last);
+}
+
 static void read_steps(struct rmap_ray_report *report, const struct rmap_portion *portion,
                        size_t ray, size_t first)
 {
@@ -97,9 +139,9 @@ static void read_steps(struct rmap_ray_report *report, const struct rmap_portion
         step->position = vector_of(portion->segment.position + 3 * row);
         step->normal = normal_of(portion->segment.normal + 3 * row);
         step->optical_path = (double)NAN;
-        struct rmap_vec3 leg = rmap_sub(step->position, from);
-        step->length = rmap_length(leg);
-        step->direction = step->length > 0.0 ? rmap_normalize(leg) : nowhere();
+        struct rmap_vec3 leg;
+        step->length = polyline(report, step, from, &leg);
+        step->direction = rmap_dot(leg, leg) > 0.0 ? rmap_normalize(leg) : nowhere();
         if (step->events & RMAP_EVENT_LEFT) {
             step->length = 0.0;
             step->direction = vector_of(portion->ray.end_direction + 3 * ray);
@@ -145,9 +187,11 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
                                      struct rmap_error *err)
 {
     struct rmap_ray_report *report = NULL;
+    size_t first_point,
+        n_point = rmap_portion_curve_of(portion, portion->ray.id[row], &first_point);
     enum rmap_status st =
         rmap_ray_report_create(rmap_map_scene_of(map, space), portion->ray.segment_count[row],
-                               portion->ray.registration_count[row], &report, err);
+                               portion->ray.registration_count[row], n_point, &report, err);
     if (st != RMAP_OK)
         return st;
     report->digits = DIGITS_FLOAT;
@@ -160,6 +204,7 @@ enum rmap_status rmap_ray_report_row(const struct rmap_map *map, size_t space,
     report->optical_path = portion->ray.optical_path[row];
     report->start = vector_of(portion->ray.start + 3 * row);
     report->start_object = portion->ray.start_object[row];
+    read_points(report, portion, first_point);
     read_steps(report, portion, row, segment);
     read_registrations(report, portion, registration);
     *report_ret = report;
@@ -221,6 +266,21 @@ static void copy_registrations(struct rmap_ray_report *report, const struct rmap
     }
 }
 
+static void copy_points(struct rmap_ray_report *report, const struct rmap_history *history)
+{
+    size_t step = 0;
+    for (size_t i = 0; i < report->n_point; i++) {
+        const struct rmap_curve_point *from = &history->curve[i];
+        report->point[i] = (struct rmap_report_point){.position = from->position,
+                                                      .direction = from->direction,
+                                                      .length = from->length,
+                                                      .optical_path = from->optical_path};
+        while (step < from->segment && step + 1 < report->n_step)
+            report->step[++step].first_point = i;
+        report->step[step].n_point++;
+    }
+}
+
 static void copy_steps(struct rmap_ray_report *report, const struct rmap_history *history)
 {
     size_t n_channel = (size_t)report->scene->channels.n;
@@ -249,8 +309,8 @@ enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
     struct rmap_ray_report *report = NULL;
     if (history->status != RMAP_OK)
         return rmap_error_set(err, history->status, "out of memory for a ray's history");
-    enum rmap_status st =
-        rmap_ray_report_create(scene, history->n_step, history->n_registration, &report, err);
+    enum rmap_status st = rmap_ray_report_create(scene, history->n_step, history->n_registration,
+                                                 history->n_curve, &report, err);
     if (st != RMAP_OK)
         return st;
     report->digits = DIGITS_DOUBLE;
@@ -264,6 +324,7 @@ enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
     report->start = history->emission.position;
     report->start_object = history->emission.object;
     copy_steps(report, history);
+    copy_points(report, history);
     copy_registrations(report, history);
     *report_ret = report;
     return RMAP_OK;

@@ -22,10 +22,19 @@ struct rmap_report_step {
     uint32_t events;
     int32_t medium;
     struct rmap_vec3 position, normal;
-    struct rmap_vec3 direction; /* of the leg */
-    double length;              /* 0 for the leg that leaves the scene */
-    double optical_path;        /* from emission to here; NaN from a map, which keeps the sum */
-    const double *colour;       /* [n_channel] shares on arrival, in the report's own memory */
+    struct rmap_vec3 direction;  /* of the leg */
+    double length;               /* 0 for the leg that leaves the scene */
+    size_t first_point, n_point; /* of a curved leg, in the report's points; from a map its
+                                    direction and length are those of the polyline through them */
+    double optical_path;         /* from emission to here; NaN from a map, which keeps the sum */
+    const double *colour;        /* [n_channel] shares on arrival, in the report's own memory */
+};
+
+/* A point of a curved leg between its ends. From a map: the position alone, the others are NaN. */
+struct rmap_report_point {
+    struct rmap_vec3 position, direction;
+    double length;       /* of the leg up to here */
+    double optical_path; /* from emission to here */
 };
 
 struct rmap_report_registration {
@@ -51,12 +60,15 @@ struct rmap_ray_report {
     size_t n_step, n_registration;
     struct rmap_report_step *step;
     struct rmap_report_registration *registration;
-    double *colour; /* [n_step][n_channel] */
+    size_t n_point;
+    struct rmap_report_point *point; /* of all curved legs, along the light */
+    double *colour;                  /* [n_step][n_channel] */
 };
 
 /* Empty, with room for so many rows. */
 enum rmap_status rmap_ray_report_create(const struct rmap_scene *scene, size_t n_step,
-                                        size_t n_registration, struct rmap_ray_report **report_ret,
+                                        size_t n_registration, size_t n_point,
+                                        struct rmap_ray_report **report_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_ray_report_destroy(struct rmap_ray_report *report); /* NULL is fine */
 

@@ -43,18 +43,30 @@ static json_t *colour_list(const double *colour, int n)
     return list;
 }
 
-static json_t *step_json(const struct rmap_scene *scene, const struct rmap_report_step *step)
+static json_t *curve_list(const struct rmap_ray_report *report, const struct rmap_report_step *step)
 {
+    json_t *list = json_array();
+    for (size_t k = 0; k < step->n_point; k++)
+        json_array_append_new(list, vector(report->point[step->first_point + k].position));
+    return list;
+}
+
+static json_t *step_json(const struct rmap_ray_report *report, const struct rmap_report_step *step)
+{
+    const struct rmap_scene *scene = report->scene;
     bool object = step->object >= 0 && (size_t)step->object < scene->n_object;
     bool medium = step->medium >= 0 && (size_t)step->medium < scene->n_medium;
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "object",
-                     text_or_null(object ? scene->object[step->object].name : NULL), "face",
-                     index_or_null(step->face), "primitive", index_or_null(step->primitive),
-                     "events", event_list(step->events), "medium",
-                     text_or_null(medium ? scene->medium[step->medium].name : NULL), "position",
-                     vector(step->position), "normal", vector(step->normal), "direction",
-                     vector(step->direction), "length", number(step->length), "colour",
-                     colour_list(step->colour, scene->channels.n));
+    json_t *json = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "object",
+                             text_or_null(object ? scene->object[step->object].name : NULL), "face",
+                             index_or_null(step->face), "primitive", index_or_null(step->primitive),
+                             "events", event_list(step->events), "medium",
+                             text_or_null(medium ? scene->medium[step->medium].name : NULL),
+                             "position", vector(step->position), "normal", vector(step->normal),
+                             "direction", vector(step->direction), "length", number(step->length),
+                             "colour", colour_list(step->colour, scene->channels.n));
+    if (json && (step->events & RMAP_EVENT_GRADIENT))
+        json_object_set_new(json, "curve", curve_list(report, step));
+    return json;
 }
 
 static json_t *registration_json(const struct rmap_scene *scene,
@@ -72,7 +84,7 @@ json_t *rmap_ray_report_json(const struct rmap_ray_report *report)
 {
     json_t *steps = json_array(), *registrations = json_array();
     for (size_t i = 0; i < report->n_step; i++)
-        json_array_append_new(steps, step_json(report->scene, &report->step[i]));
+        json_array_append_new(steps, step_json(report, &report->step[i]));
     for (size_t i = 0; i < report->n_registration; i++)
         json_array_append_new(registrations,
                               registration_json(report->scene, &report->registration[i]));

@@ -145,6 +145,16 @@ static void add_vector(struct rmap_text_table *table, int digits, struct rmap_ve
     add_number(table, digits, v.z);
 }
 
+static void add_point(struct rmap_text_table *table, const struct rmap_ray_report *report,
+                      const struct rmap_report_point *point)
+{
+    rmap_text_table_add(table, "~");
+    add_vector(table, report->digits, point->position);
+    add_vector(table, report->digits, point->direction);
+    add_number(table, report->digits, point->length);
+    add_number(table, report->digits, point->optical_path);
+}
+
 static void add_geometry(struct rmap_text_table *table, const struct rmap_ray_report *report)
 {
     static const char *const heading[] = {"step",        "x",           "y",
@@ -158,6 +168,8 @@ static void add_geometry(struct rmap_text_table *table, const struct rmap_ray_re
         rmap_text_table_add(table, "%s", "");
     for (size_t i = 0; i < report->n_step; i++) {
         const struct rmap_report_step *step = &report->step[i];
+        for (size_t k = 0; k < step->n_point; k++)
+            add_point(table, report, &report->point[step->first_point + k]);
         rmap_text_table_add(table, "%zu", i);
         add_vector(table, report->digits, step->position);
         add_vector(table, report->digits, step->direction);
@@ -203,7 +215,8 @@ enum rmap_status rmap_ray_report_print(const struct rmap_ray_report *report, FIL
     add_geometry(&geometry, report);
     print_header(report, out);
     RMAP_TRY(rmap_text_table_print(&history, "rllrrlll", out, err));
-    fprintf(out, "\nends of legs and directions, in %s\n", report->scene->unit);
+    fprintf(out, "\nends of legs and directions, in %s%s\n", report->scene->unit,
+            report->n_point > 0 ? "; ~: points of curved legs" : "");
     RMAP_TRY(rmap_text_table_print(&geometry, "rrrrrrrrr", out, err));
 out:
     rmap_text_table_fini(&history);

@@ -147,20 +147,24 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
     json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s}", "raymap", summary->program_version,
                                  "git", summary->git_revision, "hdf5", summary->hdf5_version,
                                  "embree", summary->embree_version, "isa", summary->isa);
-    return json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
-                     "s:o, s:{s:I, s:I, s:I, s:s}, s:o}",
-                     "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
-                     (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
-                     (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
-                     (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
-                     (json_int_t)summary->seed, "digest", digest, "units",
-                     rmap_map_scene(map)->unit, "sources", sources, "objects",
-                     objects_json(rmap_map_scene(map)), "detectors", detectors_json(map), "shards",
-                     shards_json(map), "ranks", summary->n_rank, "versions", versions, "spaces",
-                     spaces_json(map), "trouble", trouble_json(map), "index", "pieces",
-                     (json_int_t)indexed->n_piece, "bytes", (json_int_t)indexed->nbytes, "unused",
-                     (json_int_t)indexed->n_unused, "why", indexed->why.text, "selection",
-                     selection_json(rmap_map_selection(map)));
+    json_t *info =
+        json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
+                  "s:o, s:{s:I, s:I, s:I, s:s}, s:o}",
+                  "rays", (json_int_t)summary->n_row[RMAP_TABLE_RAY], "segments",
+                  (json_int_t)summary->n_row[RMAP_TABLE_SEGMENT], "registrations",
+                  (json_int_t)summary->n_row[RMAP_TABLE_REGISTRATION], "bytes",
+                  (json_int_t)summary->nbytes, "complete", (int)summary->complete, "seed",
+                  (json_int_t)summary->seed, "digest", digest, "units", rmap_map_scene(map)->unit,
+                  "sources", sources, "objects", objects_json(rmap_map_scene(map)), "detectors",
+                  detectors_json(map), "shards", shards_json(map), "ranks", summary->n_rank,
+                  "versions", versions, "spaces", spaces_json(map), "trouble", trouble_json(map),
+                  "index", "pieces", (json_int_t)indexed->n_piece, "bytes",
+                  (json_int_t)indexed->nbytes, "unused", (json_int_t)indexed->n_unused, "why",
+                  indexed->why.text, "selection", selection_json(rmap_map_selection(map)));
+    if (info && rmap_scene_is_curved(rmap_map_scene(map)))
+        (void)json_object_set_new(info, "curve_points",
+                                  json_integer((json_int_t)summary->n_row[RMAP_TABLE_CURVE]));
+    return info;
 }
 
 static void print_detectors(const struct rmap_map *map, FILE *out)
@@ -210,6 +214,7 @@ static void print_info(const char *path, const struct rmap_map *map,
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
     char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], registrations[RMAP_GROUPED_LEN];
+    char points[RMAP_GROUPED_LEN];
     char digest[33];
     rmap_digest_text(summary->digest, digest);
     double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];
@@ -217,10 +222,14 @@ static void print_info(const char *path, const struct rmap_map *map,
             summary->complete ? "complete"
             : damaged         ? "damaged: pieces are missing or cut off"
                               : unfinished(path, map));
-    fprintf(out, "  %s rays, %s segments, %s registrations\n",
+    fprintf(out, "  %s rays, %s segments, %s registrations",
             rmap_grouped(summary->n_row[RMAP_TABLE_RAY], rays),
             rmap_grouped(summary->n_row[RMAP_TABLE_SEGMENT], segments),
             rmap_grouped(summary->n_row[RMAP_TABLE_REGISTRATION], registrations));
+    if (rmap_scene_is_curved(scene))
+        fprintf(out, ", %s points of curved legs",
+                rmap_grouped(summary->n_row[RMAP_TABLE_CURVE], points));
+    fputc('\n', out);
     fprintf(out, "  %.1f MB", 1e-6 * (double)summary->nbytes);
     if (n_segment > 0)
         fprintf(out, ", %.2f bytes per segment", (double)summary->nbytes / n_segment);

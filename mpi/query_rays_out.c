@@ -34,6 +34,8 @@ static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *o
 static const struct format json_format = {".json", "[\n", ",\n", "\n]\n", write_json};
 static const struct format csv_format = {".csv", RMAP_RAY_CSV_HEADER "\n", "", "",
                                          rmap_ray_csv_write};
+static const struct format curved_csv_format = {".csv", RMAP_RAY_CSV_HEADER_CURVED "\n", "", "",
+                                                rmap_ray_csv_write};
 static const struct format text_format = {"", "", "", "", rmap_ray_path_write};
 
 static const struct format *format_of(const char *path)
@@ -100,6 +102,8 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
     self->map = map;
     self->path = path;
     self->format = path ? format_of(path) : context->json ? &json_format : &text_format;
+    if (self->format == &csv_format && rmap_scene_is_curved(rmap_map_scene(map)))
+        self->format = &curved_csv_format;
     self->file = stdout;
     enum rmap_status st = path ? open_file(self, err) : RMAP_OK;
     if (st != RMAP_OK) {

@@ -68,10 +68,23 @@ static void write_detectors(FILE *out, const struct rmap_ray_report *report, siz
     }
 }
 
+static void write_curve(FILE *out, const struct rmap_ray_report *report,
+                        const struct rmap_report_step *step)
+{
+    for (size_t k = 0; k < step->n_point; k++) {
+        struct rmap_vec3 p = report->point[step->first_point + k].position;
+        fprintf(out, "%s%.*g %.*g %.*g", k > 0 ? ";" : ",", report->digits, p.x, report->digits,
+                p.y, report->digits, p.z);
+    }
+    if (step->n_point == 0)
+        fputc(',', out);
+}
+
 enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *out,
                                     struct rmap_error *err)
 {
     const struct rmap_scene *scene = report->scene;
+    const bool curved = rmap_scene_is_curved(scene);
     struct rmap_vec3 from = report->start;
     (void)err;
     for (size_t i = 0; i < report->n_step; i++) {
@@ -92,6 +105,8 @@ enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *
         write_point(out, report->digits, step->normal);
         write_number(out, report->digits, step->length);
         write_detectors(out, report, i);
+        if (curved)
+            write_curve(out, report, step);
         fputc('\n', out);
         from = step->position;
     }

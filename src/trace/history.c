@@ -29,7 +29,7 @@ static void emit(struct rmap_recorder *self, const struct rmap_emission *emissio
 {
     struct rmap_history *history = (struct rmap_history *)self;
     history->status = RMAP_OK;
-    history->n_step = history->n_registration = 0;
+    history->n_step = history->n_registration = history->n_curve = 0;
     history->emission = *emission;
     history->emission.colour = NULL;
     (void)keep_colour(history, 0, emission->colour);
@@ -46,6 +46,17 @@ static void add_step(struct rmap_recorder *self, const struct rmap_step *step)
         return;
     history->step[history->n_step] = *step;
     history->step[history->n_step++].colour = NULL;
+}
+
+static void add_curve(struct rmap_recorder *self, const struct rmap_curve_point *point)
+{
+    struct rmap_history *history = (struct rmap_history *)self;
+    void *block = history->curve;
+    bool kept =
+        reserve(history, &block, &history->curve_cap, history->n_curve + 1, sizeof *history->curve);
+    history->curve = block;
+    if (kept)
+        history->curve[history->n_curve++] = *point;
 }
 
 static void add_registration(struct rmap_recorder *self,
@@ -73,15 +84,19 @@ static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
 
 void rmap_history_init(struct rmap_history *history, int n_channel)
 {
-    *history = (struct rmap_history){
-        .base = {.emit = emit, .step = add_step, .registration = add_registration, .end = end},
-        .n_channel = n_channel};
+    *history = (struct rmap_history){.base = {.emit = emit,
+                                              .step = add_step,
+                                              .curve = add_curve,
+                                              .registration = add_registration,
+                                              .end = end},
+                                     .n_channel = n_channel};
 }
 
 void rmap_history_fini(struct rmap_history *history)
 {
     rmap_free(history->step);
     rmap_free(history->registration);
+    rmap_free(history->curve);
     rmap_free(history->colour);
     *history = (struct rmap_history){0};
 }

@@ -198,6 +198,8 @@ static inline void rig_roundtrip(struct rig *rig, uint64_t seed, const struct rm
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path) | RMAP_COLUMN_BIT(RMAP_RAY_wavelength),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_colour) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment),
         RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) | RMAP_COLUMN_BIT(RMAP_RAY_path_length),
+        RMAP_COLUMNS_CURVE,
+        RMAP_COLUMN_BIT(RMAP_CURVE_position) | RMAP_COLUMN_BIT(RMAP_RAY_id),
     };
     struct rmap_rows own;
     rig_encode(rig, seed, portion, &own);

@@ -209,12 +209,74 @@ static void test_patches(void **state)
     rig_close(&rig);
 }
 
+/* Appends rays of a portion as if medium `bent` were a gradient medium: its legs end elsewhere, and
+ * have points. */
+static struct rmap_portion *bend_rays(struct rmap_portion *all, int16_t bent)
+{
+    struct rmap_error err = {0};
+    size_t segment = 0;
+    for (size_t i = 0; i < all->n_row[RMAP_TABLE_RAY]; i++) {
+        for (uint32_t leg = 0; leg < all->ray.segment_count[i]; leg++) {
+            float *end = all->segment.position + 3 * (segment + leg);
+            if (all->segment.medium[segment + leg] != bent)
+                continue;
+            all->segment.event[segment + leg] |= RMAP_EVENT_GRADIENT;
+            for (size_t k = 0; k < 3; k++)
+                end[k] += 0.1f * sinf((float)(7 * i + leg + k));
+            for (size_t k = 0; k < 2 + i % 4; k++) {
+                rig_ok(rmap_portion_reserve(all, RMAP_TABLE_CURVE, 1, RMAP_COLUMNS_ALL, &err),
+                       &err);
+                size_t row = all->n_row[RMAP_TABLE_CURVE]++;
+                all->curve.ray[row] = all->ray.id[i];
+                all->curve.segment[row] = leg;
+                for (size_t c = 0; c < 3; c++)
+                    all->curve.position[3 * row + c] = end[c] - 0.3f * (float)(k + c);
+            }
+        }
+        segment += all->ray.segment_count[i];
+    }
+    return all;
+}
+
+/* Points of curved legs come back, alone or with the rest, and what they cost is what they cost in
+ * plain pieces; rays without them are stored as ever. */
+static void test_curved(void **state)
+{
+    (void)state;
+    struct rig rig;
+    struct rmap_error err = {0};
+    struct rmap_encoder *codec = NULL;
+    struct rmap_rows own;
+    rig_open_text(&rig, all_kinds);
+    struct rmap_portion *all = bend_rays(rig_trace(&rig, 0, 4096), 2); /* fog */
+    assert_true(all->n_row[RMAP_TABLE_CURVE] > 1000);
+    rig_roundtrip(&rig, RIG_SEED, all);
+    rig_encode(&rig, RIG_SEED, all, &own);
+    assert_int_equal(own.n_row[RMAP_COMPACT_CURVE], all->n_row[RMAP_TABLE_CURVE]);
+    rig_ok(rmap_encoder_create(&codec, &err), &err);
+    double compact = compact_nbytes(codec, &own), plain = plain_nbytes(codec, all);
+    print_message("curved: %.0f bytes, plain %.0f\n", compact, plain);
+    assert_true(compact < 1.01 * plain);
+    own.n_row[RMAP_COMPACT_CURVE]--;
+    struct rmap_path_table *table = NULL;
+    rig_ok(rmap_path_table_create(rig.model, &rig.whole, &table, &err), &err);
+    assert_int_equal(rmap_compact_decode(rig.decoder, table, &own, all->n_row, RMAP_COLUMNS_ALL,
+                                         rig.decoded, &err),
+                     RMAP_FORMAT);
+    rmap_path_table_destroy(table);
+    rmap_encoder_destroy(codec);
+    rows_free(&own);
+    rmap_portion_destroy(all);
+    rig_close(&rig);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_kind), cmocka_unit_test(test_examples),
         cmocka_unit_test(test_wrong_seed), cmocka_unit_test(test_selection),
         cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_patches),
+        cmocka_unit_test(test_curved),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
