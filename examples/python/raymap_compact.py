@@ -21,7 +21,7 @@ PREDICTED, PATCHED, RESIDUAL, VERBATIM = range(4)
 
 # The stored tables, in the order of /portion/stored_first.
 TABLES = ("ray", "own", "own_segment", "own_registration", "path", "path_segment",
-          "path_registration", "triangle", "patch", "pool16", "pool32", "pool64")
+          "path_registration", "triangle", "patch", "pool16", "pool32", "pool64", "curve")
 
 # Lanes, in the order of header and pools: column, type.
 LANES = (
@@ -140,7 +140,7 @@ class Decoder:
     def portion(self, stored_first, stored_rows, n_row):
         """The columns of a portion, by name."""
         rows = {}
-        for k, table in enumerate(TABLES):
+        for k, table in enumerate(TABLES[:len(stored_first)]):  # /curve is there or not
             if not table.startswith("path"):
                 begin, end = int(stored_first[k]), int(stored_first[k] + stored_rows[k])
                 for name, data in self.file[table].items():
@@ -162,6 +162,7 @@ class Decoder:
                 width = {"registration/cell": 2, "registration/relative": 2,
                          "segment/colour": self.model.n_channel}.get(name, 3)
             columns[name] = lane.out.reshape(-1, width) if wide else lane.out
+        columns.update((name, rows[name]) for name in rows if name.startswith("curve/"))
         return columns
 
     def _columns_of_paths(self, rows):

@@ -9,6 +9,7 @@
         portion["segment/position"]            # every column of docs/map.md, as a numpy array
         for ray in portion.rays():
             ray["id"], ray.segments["event"], ray.registrations["cell"]
+            ray.curve["position"]              # points of curved legs: a map of gradient media
     lens.ray(17).segments["position"]
     lens.columns("ray/weight", "ray/source")   # of all rays
 
@@ -26,7 +27,7 @@ import sys
 import h5py
 import numpy as np
 
-TABLES = ("ray", "segment", "registration")
+TABLES = ("ray", "segment", "registration", "curve")
 
 # The columns, in the order of docs/map.md: name, type, numbers per row (0: one per channel).
 COLUMNS = (
@@ -42,8 +43,11 @@ COLUMNS = (
     ("registration/registered", "u1", 1), ("registration/direction", "<f4", 3),
     ("registration/optical_path", "<f8", 1),
     ("segment/colour", "<u2", 0),
+    # Points between the ends of curved legs; only maps whose scene has gradient media have them.
+    ("curve/ray", "<u8", 1), ("curve/segment", "<u4", 1), ("curve/position", "<f4", 3),
 )
-COLUMN_NAMES = tuple(name for name, _, _ in COLUMNS)
+COLUMN_NAMES = tuple(name for name, _, _ in COLUMNS if not name.startswith("curve/"))
+CURVE_NAMES = tuple(name for name, _, _ in COLUMNS if name.startswith("curve/"))
 
 EVENTS = ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_diffuse",
           "total_reflection", "absorb", "scatter_volume", "fluoresce", "gradient", "element",
@@ -70,9 +74,17 @@ class Ray:
                      if name.startswith("ray/") and name in portion.columns}
         self.segments = portion.rows_of("segment", row)
         self.registrations = portion.rows_of("registration", row)
+        self.curve = portion.curve_of(self._row["id"])
 
     def __getitem__(self, name):
         return self._row[name]
+
+    def line(self, leg):
+        """The leg as points: where it begins, its points, where it ends."""
+        position = self.segments["position"]
+        begin = position[leg - 1] if leg > 0 else self["start"]
+        on = self.curve["segment"] == leg
+        return np.concatenate([[begin], self.curve["position"][on], [position[leg]]])
 
 
 class Portion:
@@ -98,6 +110,14 @@ class Portion:
         return {name.split("/")[1]: column[begin:end] for name, column in self.columns.items()
                 if name.startswith(table + "/")}
 
+    def curve_of(self, ray):
+        """The rows of /curve of the ray with this id; none in a map without gradient media."""
+        if "curve/ray" not in self.columns:
+            return {"ray": np.empty(0, "<u8"), "segment": np.empty(0, "<u4"),
+                    "position": np.empty((0, 3), "<f4")}
+        begin, end = np.searchsorted(self["curve/ray"], [ray, ray + np.uint64(1)])
+        return {name[6:]: self[name][begin:end] for name in CURVE_NAMES}
+
     def rays(self):
         return (Ray(self, row) for row in range(len(self)))
 
@@ -116,8 +136,11 @@ class Map:
         if index.attrs["filetype"] != b"raymap map" and index.attrs["filetype"] != "raymap map":
             raise MapError(f"{self.path}: no index of a ray map")
         major, minor = index.attrs["version"]
-        if major not in (2, 3):
-            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x and 3.x")
+        if major not in (2, 3, 4):
+            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x to 4.x")
+        self.is_curved = major == 4
+        self.column_names = COLUMN_NAMES + (CURVE_NAMES if self.is_curved else ())
+        self.n_curve_points = int(index.attrs["curve_points"]) if self.is_curved else 0
         self.n_rays, self.n_segments, self.n_registrations = (
             int(index.attrs[name]) for name in ("rays", "segments", "registrations"))
         self.complete = bool(index.attrs["complete"])
@@ -163,8 +186,9 @@ class Map:
             self._pieces = {piece: h5py.File(path, "r")}
         return self._pieces[piece]
 
-    def portion(self, k, names=COLUMN_NAMES):
+    def portion(self, k, names=None):
         """Block k of rays, in the order of first ray ids; `names`: the columns wanted."""
+        names = names or self.column_names
         piece = int(self.portion_table["piece"][k])
         file = self._piece(piece)
         if self.encoding(k) == PLAIN:
@@ -194,7 +218,7 @@ class Map:
             self.portion_table["n_row"][k])
         return {name: columns[name] for name in names}
 
-    def portions(self, names=COLUMN_NAMES):
+    def portions(self, names=None):
         return (self.portion(k, names) for k in range(self.n_portions))
 
     def rays(self):
@@ -213,7 +237,7 @@ class Map:
 
     def columns(self, *names):
         """Whole columns, portions in the order of their first ray ids."""
-        wanted = names or COLUMN_NAMES
+        wanted = names or self.column_names
         parts = [portion.columns for portion in self.portions(wanted)]
         return {name: np.concatenate([part[name] for part in parts]) for name in wanted}
 
@@ -238,6 +262,8 @@ def print_ray(lens, number):
         met = lens.names["object"][s["object"][k]] if s["object"][k] >= 0 else "-"
         print(f"{k:4d}  {met:24s} {','.join(event_words(s['event'][k])):32s}",
               *(f"{x:.9g}" for x in s["position"][k]), s["colour"][k])
+    if len(ray.curve["segment"]):
+        print(f"{len(ray.curve['segment'])} points of curved legs")
     r = ray.registrations
     for k in range(len(r["cell"])):
         print(f"leg {r['segment'][k]} on {lens.names['detector'][r['detector'][k]]}: "
