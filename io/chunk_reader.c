@@ -231,7 +231,8 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t p
             st = find_chunk(self, &place, index, &plane, err);
             if (st != RMAP_OK)
                 return st;
-            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place.width, (size_t)skip * place.width,
+            size_t n_lead = place.chunks->entry[place.chunks->first[stream] + index].lead_planes;
+            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place.width, n_lead, (size_t)skip * place.width,
                            n * place.width, place.element, out);
             self->nbytes_of_rows +=
                 share_of_chunk(self, &place, index, (size_t)skip, (size_t)skip + n);

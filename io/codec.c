@@ -2,13 +2,13 @@
 #include "io/codec.h"
 
 #define XXH_INLINE_ALL
-#include <libdeflate.h>
 #include <stdbool.h>
 #include <string.h>
 #include <xxhash.h>
 
 #include "base/alloc.h"
 #include "base/wide.h"
+#include "io/inflate.h"
 #include "io/shuffle.h"
 
 #define FLETCHER_NBYTES 4
@@ -20,7 +20,7 @@ struct rmap_encoder {
 };
 
 struct rmap_decoder {
-    struct libdeflate_decompressor *decompressor;
+    struct rmap_inflater *inflater;
 };
 
 uint64_t rmap_checksum(const void *data, size_t nbytes)
@@ -134,21 +134,21 @@ out:
 enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret, struct rmap_error *err)
 {
     struct rmap_decoder *decoder = rmap_alloc(1, sizeof *decoder);
-    if (decoder)
-        decoder->decompressor = libdeflate_alloc_decompressor();
-    if (!decoder || !decoder->decompressor) {
-        rmap_free(decoder);
+    if (!decoder)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a decoder");
-    }
-    *decoder_ret = decoder;
-    return RMAP_OK;
+    enum rmap_status st = rmap_inflater_create(&decoder->inflater, err);
+    if (st == RMAP_OK)
+        *decoder_ret = decoder;
+    else
+        rmap_decoder_destroy(decoder);
+    return st;
 }
 
 void rmap_decoder_destroy(struct rmap_decoder *decoder)
 {
     if (!decoder)
         return;
-    libdeflate_free_decompressor(decoder->decompressor);
+    rmap_inflater_destroy(decoder->inflater);
     rmap_free(decoder);
 }
 
@@ -189,12 +189,10 @@ enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stor
         lead = size->lead_planes;
         nbytes = size->lead_nbytes - HEADER + sizeof final_block;
         memcpy(stored + size->lead_nbytes, final_block, sizeof final_block);
-        memset(plane + lead * n, 0, (element_nbytes - lead) * n);
     }
     /* fletcher32 vouches for all that was stored: Adler-32 need not be computed once more. */
-    if (lead > 0 && libdeflate_deflate_decompress(decoder->decompressor, stored + HEADER,
-                                                  nbytes + RMAP_DECODER_SLACK, plane, n * lead,
-                                                  NULL) != LIBDEFLATE_SUCCESS)
+    if (lead > 0 && !rmap_inflate(decoder->inflater, stored + HEADER, nbytes + RMAP_DECODER_SLACK,
+                                  plane, n * lead))
         return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * lead);
     return RMAP_OK;
 }

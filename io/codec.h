@@ -43,9 +43,9 @@ void rmap_decoder_destroy(struct rmap_decoder *decoder);
 #define RMAP_DECODER_SLACK 64
 
 /* Decodes a chunk of exactly n elements as far as its byte planes, [element_nbytes][n]; any range
- * of elements then comes out of them by rmap_unshuffle. The size is the encoder's: planes that are
- * 0 are not inflated. Changes bytes of `stored` behind its leading planes. RMAP_FORMAT when the
- * bytes are not that. */
+ * of elements then comes out of them by rmap_unshuffle. The size is the encoder's: planes from its
+ * lead_planes on are 0, and what comes out for them is undefined. Changes bytes of `stored` behind
+ * its leading planes. RMAP_FORMAT when the bytes are not that. */
 enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stored,
                                      const struct rmap_stream_size *size, size_t n,
                                      size_t element_nbytes, uint8_t *plane,

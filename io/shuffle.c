@@ -149,16 +149,46 @@ void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t 
         memcpy(plane, element, n);
 }
 
-void rmap_unshuffle(const uint8_t *plane, size_t n, size_t first, size_t n_range,
+/* Planes 1 to 3 are 0. */
+RMAP_WIDE
+static void widen4(const uint8_t *restrict p0, size_t n, uint32_t *restrict e)
+{
+    for (size_t i = 0; i < n; i++)
+        e[i] = p0[i];
+}
+
+/* All planes are there. */
+static void unshuffle(const uint8_t *plane, size_t stride, size_t n, size_t element_nbytes,
+                      void *element)
+{
+    const uint8_t *p = plane;
+    if (element_nbytes == 2)
+        unshuffle2(p, p + stride, n, element);
+    else if (element_nbytes == 4)
+        unshuffle4(p, p + stride, p + 2 * stride, p + 3 * stride, n, element);
+    else if (element_nbytes == 8)
+        unshuffle8(p, stride, n, element);
+    else
+        memcpy(element, p, n);
+}
+
+void rmap_unshuffle(const uint8_t *plane, size_t n, size_t n_lead, size_t first, size_t n_range,
                     size_t element_nbytes, void *element)
 {
+    uint8_t strip[8 * STRIP] = {0}, *out = element;
     const uint8_t *p = plane + first;
-    if (element_nbytes == 2)
-        unshuffle2(p, p + n, n_range, element);
-    else if (element_nbytes == 4)
-        unshuffle4(p, p + n, p + 2 * n, p + 3 * n, n_range, element);
-    else if (element_nbytes == 8)
-        unshuffle8(p, n, n_range, element);
-    else
-        memcpy(element, p, n_range);
+    if (n_lead >= element_nbytes) {
+        unshuffle(p, n, n_range, element_nbytes, element);
+    } else if (n_lead == 0) {
+        memset(element, 0, n_range * element_nbytes);
+    } else if (n_lead == 1 && element_nbytes == 4) {
+        widen4(p, n_range, element);
+    } else {
+        for (size_t i = 0; i < n_range; i += STRIP) {
+            size_t m = n_range - i < STRIP ? n_range - i : STRIP;
+            for (size_t k = 0; k < n_lead; k++)
+                memcpy(strip + k * STRIP, p + k * n + i, m);
+            unshuffle(strip, STRIP, m, element_nbytes, out + i * element_nbytes);
+        }
+    }
 }

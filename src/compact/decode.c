@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "compact/paths.h"
+#include "compact/decode_paths.h"
 #include "compact/settle.h"
 
 struct rmap_compact_decoder {
@@ -26,8 +26,9 @@ enum rmap_status rmap_compact_decoder_create(const struct rmap_compact_model *mo
 
 void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 {
-    if (decoder)
-        rmap_wave_fini(&decoder->wave);
+    if (!decoder)
+        return;
+    rmap_wave_fini(&decoder->wave);
     rmap_free(decoder);
 }
 
@@ -46,10 +47,6 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder)
 #define COLOUR_COLUMNS                                                                             \
     (BIT(RMAP_SEGMENT_colour) | BIT(RMAP_RAY_optical_path) | BIT(RMAP_REGISTRATION_optical_path))
 
-#define HEAD_COLUMNS                                                                               \
-    (BIT(RMAP_RAY_source) | BIT(RMAP_RAY_stop) | BIT(RMAP_RAY_segment_count) |                     \
-     BIT(RMAP_RAY_registration_count) | BIT(RMAP_RAY_start_object))
-
 #define SIMPLE_COLUMNS                                                                             \
     (BIT(RMAP_RAY_id) | BIT(RMAP_RAY_weight) | BIT(RMAP_RAY_wavelength) |                          \
      BIT(RMAP_RAY_start_primitive) | BIT(RMAP_SEGMENT_primitive) | BIT(RMAP_SEGMENT_medium))
@@ -59,7 +56,7 @@ static rmap_column_set with_needs(rmap_column_set columns)
 {
     if (columns & LEG_COLUMNS)
         columns |= BIT(RMAP_RAY_id) | BIT(RMAP_SEGMENT_primitive) | BIT(RMAP_SEGMENT_medium) |
-                   HEAD_COLUMNS;
+                   RMAP_HEAD_COLUMNS;
     if (columns & CROSSING_LANES)
         columns |= BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector);
     if (columns & BIT(RMAP_SEGMENT_primitive))
@@ -74,34 +71,9 @@ static enum rmap_status damaged(const char *what, struct rmap_error *err)
     return rmap_error_set(err, RMAP_FORMAT, "damaged portion: %s", what);
 }
 
-/* Streams as typed rows. */
-struct own {
-    const uint32_t *path;
-    const int32_t *source, *detector;
-    const uint8_t *stop, *registered;
-    const uint32_t *start_object, *segment_count, *registration_count, *object, *event, *segment;
-};
-
-static struct own own_rows(const struct rmap_rows *rows)
-{
-    void *const *data = rows->data;
-    return (struct own){.path = data[RMAP_STREAM_ray_path],
-                        .source = data[RMAP_STREAM_OWN_source],
-                        .stop = data[RMAP_STREAM_OWN_stop],
-                        .start_object = data[RMAP_STREAM_OWN_start_object],
-                        .segment_count = data[RMAP_STREAM_OWN_segment_count],
-                        .registration_count = data[RMAP_STREAM_OWN_registration_count],
-                        .object = data[RMAP_STREAM_OWN_object],
-                        .event = data[RMAP_STREAM_OWN_event],
-                        .segment = data[RMAP_STREAM_OWN_segment],
-                        .detector = data[RMAP_STREAM_OWN_detector],
-                        .registered = data[RMAP_STREAM_OWN_registered]};
-}
-
-/* The streams are there, the paths exist, and their rows add up to what the index promises. */
-static enum rmap_status check(const struct rmap_path_table *table, const struct rmap_rows *rows,
-                              const size_t n_row[RMAP_TABLE_COUNT], uint64_t streams,
-                              struct rmap_error *err)
+/* The streams are there. */
+static enum rmap_status check_streams(const struct rmap_rows *rows, uint64_t streams,
+                                      struct rmap_error *err)
 {
     if (rows->layout != &rmap_compact_layout)
         return rmap_error_set(err, RMAP_INTERNAL, "rows are not of the compact encoding");
@@ -109,155 +81,7 @@ static enum rmap_status check(const struct rmap_path_table *table, const struct 
         if ((streams >> s & 1) && !rows->data[s] && rows->n_row[rows->layout->stream[s].table] > 0)
             return rmap_error_set(err, RMAP_INTERNAL, "no rows of %s",
                                   rows->layout->stream[s].path);
-    if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
-        return damaged("it has not as many rays as the index says", err);
-    if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
-        return damaged("it has not as many points of curved legs as the index says", err);
-    const struct own own = own_rows(rows);
-    size_t n_own = rows->n_row[RMAP_COMPACT_OWN], k = 0;
-    uint64_t n[2] = {0, 0}, own_n[2] = {0, 0}; /* at most 2^32 rays of 2^32 rows */
-    for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i++) {
-        uint32_t path = own.path[i];
-        if (path > table->n || (path == 0 && k == n_own))
-            return damaged("a ray refers to a path that is not there", err);
-        if (path > 0) {
-            n[0] += table->path[path - 1].n_segment;
-            n[1] += table->path[path - 1].n_registration;
-        } else {
-            own_n[0] += own.segment_count[k];
-            own_n[1] += own.registration_count[k++];
-        }
-        if (n[0] + own_n[0] > n_row[RMAP_TABLE_SEGMENT] ||
-            n[1] + own_n[1] > n_row[RMAP_TABLE_REGISTRATION])
-            break;
-    }
-    if (n[0] + own_n[0] != n_row[RMAP_TABLE_SEGMENT] ||
-        n[1] + own_n[1] != n_row[RMAP_TABLE_REGISTRATION])
-        return damaged("its paths have not as many rows as the index says", err);
-    if (k != n_own || own_n[0] != rows->n_row[RMAP_COMPACT_OWN_SEGMENT] ||
-        own_n[1] != rows->n_row[RMAP_COMPACT_OWN_REGISTRATION])
-        return damaged("its own paths have not as many rows as there are", err);
     return RMAP_OK;
-}
-
-/* Sources, stops, counts. */
-static void fill_heads(const struct rmap_path_table *table, const struct own *own,
-                       rmap_column_set columns, struct rmap_portion *out)
-{
-    size_t k = 0;
-    const struct rmap_ray_columns *ray = &out->ray;
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        struct rmap_known_path path;
-        if (own->path[i] > 0) {
-            path = table->path[own->path[i] - 1];
-        } else {
-            path = (struct rmap_known_path){.source = own->source[k],
-                                            .stop = own->stop[k],
-                                            .start_object = (int32_t)(own->start_object[k] - 1),
-                                            .n_segment = own->segment_count[k],
-                                            .n_registration = own->registration_count[k]};
-            k++;
-        }
-        if (columns & BIT(RMAP_RAY_source))
-            ray->source[i] = path.source;
-        if (columns & BIT(RMAP_RAY_stop))
-            ray->stop[i] = path.stop;
-        if (columns & BIT(RMAP_RAY_start_object))
-            ray->start_object[i] = path.start_object;
-        if (columns & BIT(RMAP_RAY_segment_count))
-            ray->segment_count[i] = path.n_segment;
-        if (columns & BIT(RMAP_RAY_registration_count))
-            ray->registration_count[i] = path.n_registration;
-    }
-}
-
-static void fill_own_legs(const struct rmap_compact_model *model, const struct own *own, size_t k,
-                          size_t from, size_t to, rmap_column_set columns, struct rmap_portion *out)
-{
-    struct rmap_segment_columns *segment = &out->segment;
-    const struct rmap_folded_path path = {.source = own->source[k],
-                                          .stop = own->stop[k],
-                                          .n = own->segment_count[k],
-                                          .object = own->object + from,
-                                          .event = own->event + from};
-    rmap_path_unfold(model, &path, columns & BIT(RMAP_SEGMENT_object) ? segment->object + to : NULL,
-                     columns & BIT(RMAP_SEGMENT_event) ? segment->event + to : NULL,
-                     columns & BIT(RMAP_SEGMENT_medium) ? segment->medium + to : NULL);
-}
-
-/* Known paths are copied by so many legs, into rows that are filled later, if there are as many. */
-#define COPIED 8
-
-static inline void copy_legs(void *to, const void *from, size_t n, size_t nbytes)
-{
-    uint8_t *out = to;
-    const uint8_t *in = from;
-    if (n % COPIED != 0)
-        memcpy(out, in, n * nbytes);
-    for (size_t i = 0; n % COPIED == 0 && i < n; i += COPIED)
-        memcpy(out + i * nbytes, in + i * nbytes, COPIED * nbytes);
-}
-
-/* Objects, events, and media as the paths say. */
-static void fill_legs(const struct rmap_compact_model *model, const struct rmap_path_table *table,
-                      const struct own *own, rmap_column_set columns, struct rmap_portion *out)
-{
-    struct rmap_segment_columns *segment = &out->segment;
-    size_t k = 0, from = 0, to = 0, n_row = out->n_row[RMAP_TABLE_SEGMENT];
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        if (own->path[i] == 0) {
-            fill_own_legs(model, own, k, from, to, columns, out);
-            from += own->segment_count[k];
-            to += own->segment_count[k++];
-            continue;
-        }
-        const struct rmap_known_path *path = &table->path[own->path[i] - 1];
-        size_t n = path->n_segment, most = (n + COPIED - 1) / COPIED * COPIED;
-        most = most <= n_row - to && most <= table->n_segment - path->segment ? most : n;
-        if (columns & BIT(RMAP_SEGMENT_object))
-            copy_legs(segment->object + to, table->object + path->segment, most, 4);
-        if (columns & BIT(RMAP_SEGMENT_event))
-            copy_legs(segment->event + to, table->event + path->segment, most, 4);
-        if (columns & BIT(RMAP_SEGMENT_medium))
-            copy_legs(segment->medium + to, table->medium + path->segment, most, 2);
-        to += n;
-    }
-}
-
-/* Rows [from, from + n) of a path, out of its own columns or the table's. */
-struct crossings {
-    const uint32_t *segment;
-    const int32_t *detector;
-    const uint8_t *registered;
-};
-
-static void fill_crossings(const struct rmap_path_table *table, const struct own *own,
-                           rmap_column_set columns, struct rmap_portion *out)
-{
-    const struct crossings known = {table->segment, table->detector, table->registered},
-                           rare = {own->segment, own->detector, own->registered};
-    struct rmap_registration_columns *registration = &out->registration;
-    size_t k = 0, own_from = 0, to = 0;
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        const struct crossings *c = &rare;
-        size_t from = own_from, n;
-        if (own->path[i] > 0) {
-            c = &known;
-            from = table->path[own->path[i] - 1].registration;
-            n = table->path[own->path[i] - 1].n_registration;
-        } else {
-            n = own->registration_count[k++];
-            own_from += n;
-        }
-        for (size_t j = 0; j < n; j++, to++) {
-            if (columns & BIT(RMAP_REGISTRATION_segment))
-                registration->segment[to] = c->segment[from + j];
-            if (columns & BIT(RMAP_REGISTRATION_detector))
-                registration->detector[to] = c->detector[from + j];
-            if (columns & BIT(RMAP_REGISTRATION_registered))
-                registration->registered[to] = c->registered[from + j];
-        }
-    }
 }
 
 /* Numbers that stand in the lane's column as predicted become the truth. */
@@ -414,19 +238,18 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
     if (out->n_channel != decoder->model->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);
-    RMAP_TRY(check(table, rows, n_row, streams, err));
+    RMAP_TRY(check_streams(rows, streams, err));
+    if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
+        return damaged("it has not as many rays as the index says", err);
+    if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
+        return damaged("it has not as many points of curved legs as the index says", err);
+    const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
+    RMAP_TRY(rmap_own_paths_check(&own, table, n_row, err));
     columns = with_needs(columns);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, n_row[t], columns, err));
     memcpy(out->n_row, n_row, sizeof out->n_row);
-    const struct own own = own_rows(rows);
-    if (columns & HEAD_COLUMNS)
-        fill_heads(table, &own, columns, out);
-    if (columns & (BIT(RMAP_SEGMENT_object) | BIT(RMAP_SEGMENT_event)))
-        fill_legs(decoder->model, table, &own, columns, out);
-    if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
-                   BIT(RMAP_REGISTRATION_registered)))
-        fill_crossings(table, &own, columns, out);
+    rmap_paths_fill(&own, table, columns, out);
     fill_curve(rows, columns, out);
     if (columns & (LEG_COLUMNS | SIMPLE_COLUMNS))
         RMAP_TRY(fill_lanes(decoder, rows, columns, out, err));

@@ -45,6 +45,18 @@ struct rmap_compact_body {
     bool mesh;
 };
 
+/* The same in 32 bits, for many legs at once: the event expected; the medium in front; in which
+ * bits that behind differs from it; whether light in that is inside a closed body, and whether
+ * light may come in any medium. Only where media and events are as few. */
+enum {
+    RMAP_SIGN_EVENT_BITS = 13,
+    RMAP_SIGN_MEDIUM_BITS = 5,
+    RMAP_SIGN_FRONT = RMAP_SIGN_EVENT_BITS, /* its lowest bit; and so on */
+    RMAP_SIGN_CHANGE = RMAP_SIGN_FRONT + RMAP_SIGN_MEDIUM_BITS,
+    RMAP_SIGN_CLOSED = RMAP_SIGN_CHANGE + RMAP_SIGN_MEDIUM_BITS,
+    RMAP_SIGN_ANY
+};
+
 /* What waves need of it beforehand. */
 struct rmap_compact_guide {
     uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
@@ -68,6 +80,8 @@ struct rmap_compact_model {
     size_t n_object, n_source, n_medium, n_detector;
     struct rmap_compact_object *object; /* [n_object] */
     struct rmap_compact_body *body;     /* [n_object + 1]: the last is that of no object */
+    uint32_t *sign;                     /* [n_object + 1]: the first is that of no object */
+    bool signs;                         /* can be used */
     struct rmap_compact_guide *guide;   /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */

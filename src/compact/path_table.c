@@ -39,6 +39,7 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                    *object = rows->data[RMAP_STREAM_PATH_object],
                    *event = rows->data[RMAP_STREAM_PATH_event];
     size_t segment = 0, registration = 0;
+    bool guided = rmap_path_guided(model, object, table->n_segment);
     for (size_t i = 0; i < table->n; i++) {
         if (n_segment[i] > table->n_segment - segment ||
             n_registration[i] > table->n_registration - registration)
@@ -50,13 +51,19 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                                                   .n_registration = n_registration[i],
                                                   .segment = segment,
                                                   .registration = registration};
+        table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i]};
         const struct rmap_folded_path folded = {.source = source[i],
                                                 .stop = stop[i],
+                                                .guided = guided,
                                                 .n = n_segment[i],
+                                                .n_stored = table->n_segment - segment,
                                                 .object = object + segment,
                                                 .event = event + segment};
-        rmap_path_unfold(model, &folded, table->object + segment, table->event + segment,
-                         table->medium + segment);
+        rmap_path_unfold(model, &folded,
+                         &(struct rmap_path_columns){.n_row = table->n_segment - segment,
+                                                     .object = table->object + segment,
+                                                     .event = table->event + segment,
+                                                     .medium = table->medium + segment});
         segment += n_segment[i];
         registration += n_registration[i];
     }
@@ -84,14 +91,15 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
     size_t s = table->n_segment = rows->n_row[RMAP_COMPACT_PATH_SEGMENT];
     size_t r = table->n_registration = rows->n_row[RMAP_COMPACT_PATH_REGISTRATION];
     table->path = rmap_alloc(n + 1, sizeof *table->path);
+    table->count = rmap_alloc(n + 1, sizeof *table->count);
     table->object = rmap_alloc(s + 1, sizeof *table->object);
     table->event = rmap_alloc(s + 1, sizeof *table->event);
     table->medium = rmap_alloc(s + 1, sizeof *table->medium);
     table->segment = rmap_alloc(r + 1, sizeof *table->segment);
     table->detector = rmap_alloc(r + 1, sizeof *table->detector);
     table->registered = rmap_alloc(r + 1, sizeof *table->registered);
-    if (!table->path || !table->object || !table->event || !table->medium || !table->segment ||
-        !table->detector || !table->registered)
+    if (!table->path || !table->count || !table->object || !table->event || !table->medium ||
+        !table->segment || !table->detector || !table->registered)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
     RMAP_TRY(fill(model, rows, table, err));
     *table_ret = table;
@@ -106,6 +114,7 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
     if (!table)
         return;
     rmap_free(table->path);
+    rmap_free(table->count);
     rmap_free(table->object);
     rmap_free(table->event);
     rmap_free(table->medium);
@@ -119,46 +128,6 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
 {
     size_t leg = sizeof *table->object + sizeof *table->event + sizeof *table->medium;
     size_t crossing = sizeof *table->segment + sizeof *table->detector + sizeof *table->registered;
-    return sizeof *table + table->n * sizeof *table->path + table->n_segment * leg +
-           table->n_registration * crossing;
-}
-
-/* What light of medium `now` comes to at an object. Bits instead of branches: whether it goes
- * through is anybody's guess. */
-static inline int32_t medium_after(const struct rmap_compact_body *body, int32_t now,
-                                   uint32_t event)
-{
-    uint32_t from_front = (uint32_t)0 - (body->medium_front == now);
-    uint32_t front = (uint32_t)body->medium_front, back = (uint32_t)body->medium_back;
-    uint32_t far = front ^ ((front ^ back) & from_front);
-    uint32_t through = event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE);
-    uint32_t goes = (uint32_t)0 - ((through != 0) & (far <= INT32_MAX));
-    return (int32_t)((uint32_t)now ^ (((uint32_t)now ^ far) & goes));
-}
-
-void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
-                      int32_t *object_out, uint32_t *event_out, int16_t *medium_out)
-{
-    static const struct rmap_compact_body nobody = {-1, -1, 0, INT32_MIN, false};
-    const struct rmap_compact_body *body = &nobody;
-    int32_t medium = rmap_first_medium(model, path->source);
-    uint32_t before = 0; /* 1 + object */
-    for (size_t k = 0; k < path->n; k++) {
-        uint32_t now = path->object[k];
-        /* a branch that is predicted: the next legs need not wait for this one */
-        if ((now == 0 || now == before) && body->inside == medium)
-            now = before - now;
-        body = now > 0 && now <= model->n_object ? &model->body[now - 1] : &nobody;
-        uint32_t happened = path->event[k] ^ body->expected;
-        if (object_out)
-            object_out[k] = (int32_t)(now - 1);
-        if (event_out)
-            event_out[k] = happened;
-        if (medium_out)
-            medium_out[k] = (int16_t)medium;
-        medium = medium_after(body, medium, happened);
-        before = now;
-    }
-    if (event_out && path->n > 0) /* another one is expected there */
-        event_out[path->n - 1] = path->event[path->n - 1] ^ rmap_event_at_end(path->stop);
+    return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count) +
+           table->n_segment * leg + table->n_registration * crossing;
 }

@@ -52,13 +52,25 @@ void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash);
 struct rmap_folded_path {
     int32_t source;
     uint8_t stop;
-    size_t n; /* legs */
+    bool guided;     /* as rmap_path_guided says */
+    size_t n;        /* legs */
+    size_t n_stored; /* legs that can be read from the first on: at least n */
     const uint32_t *object, *event;
 };
 
-/* Objects, events and media (as rmap_path_media says) of its legs; any of them may be NULL. */
+/* Whether the scene's signposts lead along paths of these stored objects. */
+bool rmap_path_guided(const struct rmap_compact_model *model, const uint32_t *object, size_t n);
+
+/* Where a path's legs go; any column may be NULL. */
+struct rmap_path_columns {
+    size_t n_row; /* rows from the first on that may be written: at least as many as legs; what
+                     comes after those is undefined */
+    int32_t *object;
+    uint32_t *event;
+    int16_t *medium; /* as rmap_path_media says */
+};
 void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
-                      int32_t *object_out, uint32_t *event_out, int16_t *medium_out);
+                      const struct rmap_path_columns *out);
 
 /* A path of the dictionary, decoded. */
 struct rmap_known_path {
@@ -68,10 +80,15 @@ struct rmap_known_path {
     size_t segment, registration; /* first rows in the table's columns */
 };
 
+struct rmap_path_count {
+    uint32_t n_segment, n_registration;
+};
+
 struct rmap_path_table {
     size_t n, n_segment, n_registration;
     struct rmap_known_path *path;
-    int32_t *object; /* [n_segment] */
+    struct rmap_path_count *count; /* [n + 1]: of path i - 1; the first is 0 */
+    int32_t *object;               /* [n_segment] */
     uint32_t *event;
     int16_t *medium;   /* as rmap_path_media says */
     uint32_t *segment; /* [n_registration] */

@@ -338,7 +338,7 @@ void map_image_set_in_chunk(struct map_image *image, size_t k, size_t row, uint6
     size_t n = RMAP_CHUNK_ROWS * rmap_stream_width(stream, CHANNELS);
     if (!decode(stored, &size, n, element, plane))
         return;
-    rmap_unshuffle(plane, n, 0, n, element, raw);
+    rmap_unshuffle(plane, n, size.lead_planes, 0, n, element, raw);
     memcpy(raw + row % n * element, &value, element);
     uint8_t *out = malloc(rmap_codec_bound(n, element));
     rmap_fuzz_demand(out && rmap_encoder_create(&encoder, NULL) == RMAP_OK &&

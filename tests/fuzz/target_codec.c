@@ -69,7 +69,7 @@ static void there_and_back(const uint8_t *data, size_t n, size_t element)
     rmap_fuzz_demand(encode(raw, n, element, stored, &size) <= rmap_codec_bound(n, element),
                      "the bound of an encoded chunk");
     rmap_fuzz_demand(decode(stored, &size, n, element, plane) == RMAP_OK, "decoding its own");
-    rmap_unshuffle(plane, n, 0, n, element, back);
+    rmap_unshuffle(plane, n, size.lead_planes, 0, n, element, back);
     rmap_fuzz_demand(memcmp(raw, back, n * element) == 0, "what was encoded comes back");
     rmap_free(raw);
     rmap_free(stored);
