@@ -27,8 +27,13 @@ static double least_length(const struct rmap_curve *curve)
     return 1e-14 * curve->gradient->size + 8 * DBL_EPSILON * rmap_length(curve->state.r);
 }
 
-/* The step that a field like a polynomial over `best_step` allows, in t. */
-static double first_step(const struct rmap_curve *curve, struct rmap_vec3 direction)
+/* Errors of the pairs for a step of the length over which the field is like a polynomial, measured
+ * on Luneburg's ray (sine and cosine of t): what the first steps are guessed from. */
+static const double unit_error_6 = 9e-6;
+static const double unit_error_8 = 3.3e-8;
+
+/* The steps in t, of either pair, that a field like a polynomial over `best_step` allows. */
+static void guess_steps(struct rmap_curve *curve, struct rmap_vec3 direction)
 {
     const struct rmap_gradient *gradient = curve->gradient;
     const struct rmap_field *field = gradient->field;
@@ -37,10 +42,16 @@ static double first_step(const struct rmap_curve *curve, struct rmap_vec3 direct
         struct rmap_vec3 p = rmap_affine_point(&gradient->to_local, curve->state.r);
         struct rmap_vec3 d = rmap_affine_vector(&gradient->to_local, direction);
         double stretch = rmap_length(d);
-        reach = field->ops->best_step(field, p, rmap_scale(d, 1.0 / stretch)) / stretch;
+        reach = 2.0 * field->ops->best_step(field, p, rmap_scale(d, 1.0 / stretch)) / stretch;
+    }
+    if (!(reach > 0.0)) {
+        reach = gradient->size;
     }
     double allowed = gradient->options.tolerance / gradient->size;
-    return 2.0 * reach * pow(allowed, 1.0 / RMAP_CURVE_ESTIMATE) / curve->state.n;
+    double step_6 = pow(allowed / unit_error_6, 1.0 / rmap_curve_pair_6.exponent);
+    double step_8 = pow(allowed / unit_error_8, 1.0 / rmap_curve_pair_8.exponent);
+    curve->share_6 = step_6 / step_8;
+    curve->next_h = fmin(safety * step_8 * reach, gradient->size) / curve->state.n;
 }
 
 bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *gradient, int channel,
@@ -52,7 +63,7 @@ bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *grad
         return false;
     }
     curve->state.T = rmap_scale(direction, curve->state.n);
-    curve->next_h = first_step(curve, direction);
+    guess_steps(curve, direction);
     return true;
 }
 
@@ -71,51 +82,62 @@ static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
     to->D = from->D;
     to->n = rmap_length(to->T);
     step->h = h;
-    step->n_stage = 0;
     step->error = curve->gradient->options.tolerance;
-    rmap_curve_hermite_lengths(step, 1.0, &step->optical, &step->length);
+    rmap_curve_hermite_finish(step);
     curve->blind = true;
     curve->next_h = h;
     return true;
 }
 
-static double change_after(double log_error, double log_error_before)
+static double change_after(const struct rmap_curve_pair *pair, double log_error)
 {
-    double exponent = (-0.7 * log_error + 0.4 * log_error_before) / RMAP_CURVE_ESTIMATE;
-    return fmin(fmax(safety * exp(exponent), least_change), greatest_change);
+    double change = safety * exp(-log_error / pair->exponent);
+    return fmin(fmax(change, least_change), greatest_change);
 }
 
-/* Error-controlled: h is the longest step that the caller allows. */
+/* The first step of a leg, and any that the caller or the end of the field keeps short, by the pair
+ * of order 6: nothing is known yet, or nothing would be won. */
+static const struct rmap_curve_pair *choose_pair(const struct rmap_curve *curve, double longest)
+{
+    bool small = curve->n_step == 0 || longest <= curve->share_6 * curve->next_h;
+    return small ? &rmap_curve_pair_6 : &rmap_curve_pair_8;
+}
+
+/* Error-controlled; `longest` is in t. */
 static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step, double longest)
 {
-    double h = fmin(curve->next_h, longest);
     double least = least_length(curve) / curve->state.n;
     double blind = curve->gradient->options.tolerance / curve->state.n;
-    double growth = INFINITY;
+    double growth = greatest_change;
     for (;;) {
-        if (!rmap_curve_nystrom(curve, step, h)) {
+        const struct rmap_curve_pair *pair = choose_pair(curve, longest);
+        double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
+        double h = fmin(share * curve->next_h, longest);
+        if (!rmap_curve_nystrom(curve, pair, step, h)) {
             if (h <= blind) {
                 return step_blindly(curve, step);
             }
-            h *= 0.25;
+            longest = 0.25 * h;
             growth = 1.0;
             continue;
         }
         double log_error = log(fmax(rmap_curve_nystrom_error(curve, step), 1e-10));
+        double next = h / share * fmin(change_after(pair, log_error), growth);
+        if (share < 1.0) { /* across the pairs the guess is less sure */
+            next *= safety;
+        }
         if (log_error <= 0.0) {
-            double next = h * fmin(change_after(log_error, curve->log_error), growth);
-            /* A step that the caller cut short says little about the next. */
-            curve->next_h = h < curve->next_h && growth > 1.0 ? fmax(next, curve->next_h) : next;
-            curve->log_error = log_error;
+            /* A step that was cut short says little about the next. */
+            curve->next_h = h < share * curve->next_h ? fmax(next, curve->next_h) : next;
             curve->blind = false;
+            rmap_curve_nystrom_finish(step);
             return true;
         }
         if (h <= least) { /* a singular place */
             return false;
         }
-        h = fmax(least, h * change_after(log_error, 0.0));
         growth = 1.0;
-        curve->next_h = h;
+        curve->next_h = fmax(least / share, next);
     }
 }
 

@@ -20,8 +20,10 @@ struct rmap_curve_state {
     double n; /* of the field at r */
 };
 
-/* Stages whose values a step keeps for its dense output. */
-#define RMAP_CURVE_STAGES 6
+struct rmap_curve_pair; /* curve_internal.h */
+
+#define RMAP_CURVE_STAGES 9
+#define RMAP_CURVE_POWERS 7
 
 /* One step; its curve is r(theta), theta in [0, 1]. */
 struct rmap_curve_step {
@@ -30,21 +32,23 @@ struct rmap_curve_step {
     double optical, length; /* over the step: integrals of n^2 dt, of n dt; as accurate as r */
     double error;           /* estimate of the error of `to` over this step, scene units */
 
-    int n_stage;  /* of the dense output; 0: from the ends alone */
-    double whole; /* h of the step that the stages are of */
-    struct rmap_vec3 D[RMAP_CURVE_STAGES];
-    double n[RMAP_CURVE_STAGES];
+    /* Dense output: r = from.r + t from.T + t^2 (sum of bend[k] (t / whole)^k), t = theta h */
+    struct rmap_vec3 bend[RMAP_CURVE_POWERS];
+    double whole;                          /* h before any cut */
+    double between;                        /* error of T inside the step, of what is allowed */
+    const struct rmap_curve_pair *pair;    /* the formula; NULL: Sharma's */
+    struct rmap_vec3 D[RMAP_CURVE_STAGES]; /* of its stages */
 };
 
 struct rmap_curve {
     const struct rmap_gradient *gradient; /* borrowed */
     int channel;
     struct rmap_curve_state state; /* where the next step begins */
-    double next_h;                 /* guess for the next step */
+    double next_h;                 /* guess for the next step, of the pair of order 8 */
+    double share_6;                /* of it: what the pair of order 6 may step */
     uint64_t n_evaluation;         /* of the field, so far */
     uint64_t n_step;
-    double log_error; /* of the last step against the tolerance, for the step control */
-    bool blind;       /* the last step ended where the field has no value */
+    bool blind; /* the last step ended where the field has no value */
 };
 
 /* From a point in a unit direction. False where the field has no value. */
@@ -55,7 +59,8 @@ bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *grad
  * False where the field has no value within reach of any step (the state stays). */
 bool rmap_curve_advance(struct rmap_curve *curve, double length_max, struct rmap_curve_step *step);
 
-/* Dense output, no evaluation: position and T at theta, within the tolerance. */
+/* Dense output, no evaluation: position at theta within the tolerance; T within it at the ends, ten
+ * times it (as an angle, of tolerance / size) between them. */
 void rmap_curve_at(const struct rmap_curve_step *step, double theta, struct rmap_vec3 *r,
                    struct rmap_vec3 *T);
 

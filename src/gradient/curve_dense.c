@@ -7,30 +7,47 @@
 void rmap_curve_at(const struct rmap_curve_step *step, double theta, struct rmap_vec3 *r,
                    struct rmap_vec3 *T)
 {
-    if (step->n_stage) {
-        rmap_curve_nystrom_at(step, theta, r, T);
-    } else {
-        rmap_curve_hermite_at(step, theta, r, T);
+    double t = theta * step->h;
+    double share = t / step->whole;
+    struct rmap_vec3 of_r = {0};
+    struct rmap_vec3 of_T = {0};
+    for (int k = RMAP_CURVE_POWERS - 1; k >= 0; k--) {
+        of_r = rmap_axpy(share, of_r, step->bend[k]);
+        of_T = rmap_axpy(share, of_T, rmap_scale(step->bend[k], k + 2));
     }
+    *r = rmap_axpy(t * t, of_r, rmap_axpy(t, step->from.T, step->from.r));
+    *T = rmap_axpy(t, of_T, step->from.T);
 }
 
+/* Gauss's formula of six points with n = |T| of the dense output: n^2 and n are rougher functions
+ * of t than r and T are, and here they cost no evaluation. */
 void rmap_curve_lengths(const struct rmap_curve_step *step, double theta, double *optical,
                         double *length)
 {
-    if (step->n_stage) {
-        rmap_curve_nystrom_lengths(step, theta, optical, length);
-    } else {
-        rmap_curve_hermite_lengths(step, theta, optical, length);
+    static const double node[] = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521};
+    static const double weight[] = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
+    double half = 0.5 * theta;
+    *optical = *length = 0.0;
+    for (int i = 0; i < 6; i++) {
+        struct rmap_vec3 r;
+        struct rmap_vec3 T;
+        rmap_curve_at(step, i < 3 ? half - half * node[i] : half + half * node[i - 3], &r, &T);
+        double share = half * step->h * weight[i % 3];
+        *optical += share * rmap_dot(T, T);
+        *length += share * rmap_length(T);
     }
 }
 
-/* The dense output's end made a step of its own. */
+/* The dense output's end made a step of its own, T improved where that has a need. */
 static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, double theta)
 {
     struct rmap_curve_step whole = *step;
     struct rmap_curve_state *to = &step->to;
     rmap_curve_at(&whole, theta, &to->r, &to->T);
     rmap_curve_lengths(&whole, theta, &step->optical, &step->length);
+    if (whole.pair && whole.pair->has_finer && whole.between > 1.0) {
+        (void)rmap_curve_nystrom_finer(curve, &whole, theta, &to->T);
+    }
     if (!rmap_curve_evaluate(curve, to)) { /* the edge of the field, within rounding */
         to->n = rmap_length(to->T);
     }
@@ -38,13 +55,29 @@ static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, do
     step->h = theta * whole.h;
 }
 
+/* The step taken anew to there, where dense output would be too coarse. */
+static bool cut_anew(struct rmap_curve *curve, struct rmap_curve_step *step, double theta)
+{
+    if (!step->pair) {
+        return rmap_curve_sharma(curve, step, theta * step->h);
+    }
+    if (step->pair->has_finer || step->between <= 1.0) {
+        return false;
+    }
+    struct rmap_curve_step shorter = *step;
+    if (!rmap_curve_nystrom(curve, step->pair, &shorter, theta * step->h)) {
+        return false;
+    }
+    (void)rmap_curve_nystrom_error(curve, &shorter);
+    rmap_curve_nystrom_finish(&shorter);
+    *step = shorter;
+    return true;
+}
+
 bool rmap_curve_cut(struct rmap_curve *curve, struct rmap_curve_step *step, double theta)
 {
-    bool adaptive = step->n_stage > 0;
-    if (theta < 1.0) {
-        if (adaptive || !rmap_curve_sharma(curve, step, theta * step->h)) {
-            cut_dense(curve, step, theta);
-        }
+    if (theta < 1.0 && !cut_anew(curve, step, theta)) {
+        cut_dense(curve, step, theta);
     }
     curve->state = step->to;
     return true;

@@ -5,31 +5,55 @@
 #ifndef RMAP_CURVE_INTERNAL_H
 #define RMAP_CURVE_INTERNAL_H
 
+#include <stddef.h>
+
 #include "gradient/curve.h"
+
+/* An embedded pair of Runge-Kutta-Nystroem formulae; its last stage is the next step's first. */
+struct rmap_curve_pair {
+    int stages;
+    int evaluations; /* of a step */
+    double exponent; /* the error of a step goes with this power of h */
+    double node[RMAP_CURVE_STAGES];
+    double coupling[RMAP_CURVE_STAGES][RMAP_CURVE_STAGES - 1]; /* the last row: the weights of r */
+    double weight_T[RMAP_CURVE_STAGES];
+    double defect_r[RMAP_CURVE_STAGES]; /* less the embedded formula, two orders lower */
+    double defect_T[RMAP_CURVE_STAGES];
+    /* h times the sums of D with these are two orders lower than with defect_T, and two more
+     * (rougher; all 0: not used). What the defect is to the one, and the one to the other, tells
+     * how fast orders fall off: by smoothness times the greater of these the defect is scaled. */
+    double rough[RMAP_CURVE_STAGES];
+    double rougher[RMAP_CURVE_STAGES];
+    double smoothness;
+    /* bend[k] of the dense output: the sum of D with these */
+    double dense[RMAP_CURVE_POWERS][RMAP_CURVE_STAGES];
+    /* The same with one stage more, at theta 1/2 of the interpolant, whose T is an order better. */
+    bool has_finer;
+    double finer[RMAP_CURVE_POWERS + 1][RMAP_CURVE_STAGES + 1];
+};
+
+extern const struct rmap_curve_pair rmap_curve_pair_6, rmap_curve_pair_8;
 
 /* The field at *state's r: sets n and D = n grad n, counts the evaluation. */
 bool rmap_curve_evaluate(struct rmap_curve *curve, struct rmap_curve_state *state);
 
-/* One step of h (in t) from step->from, which must be whole; sets the rest of *step. False, with
+/* One step of h (in t) from step->from, which must be whole: `to`, h and the stages. False, with
  * *step in part, where a stage meets a place without a value. */
-bool rmap_curve_nystrom(struct rmap_curve *curve, struct rmap_curve_step *step, double h);
+bool rmap_curve_nystrom(struct rmap_curve *curve, const struct rmap_curve_pair *pair,
+                        struct rmap_curve_step *step, double h);
 bool rmap_curve_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, double h);
 
-/* The largest error of the step against what the medium allows: 1 is just allowed. The step's error
- * estimates are of order RMAP_CURVE_ESTIMATE in h. */
-#define RMAP_CURVE_ESTIMATE 5
+/* Sets the step's errors; returns the greatest's share of what the medium allows: 1 is just
+ * allowed. */
 double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curve_step *step);
 
-/* Dense output of a Nystroem step at theta; r, T, optical and length may be NULL. */
-void rmap_curve_nystrom_at(const struct rmap_curve_step *step, double theta, struct rmap_vec3 *r,
-                           struct rmap_vec3 *T);
-void rmap_curve_nystrom_lengths(const struct rmap_curve_step *step, double theta, double *optical,
-                                double *length);
+/* The rest of the step: what dense output needs, and the lengths. */
+void rmap_curve_nystrom_finish(struct rmap_curve_step *step);
+void rmap_curve_hermite_finish(struct rmap_curve_step *step);
 
-/* Hermite interpolation of (r, T, D) at both ends, and of n^2 and n with their derivatives. */
-void rmap_curve_hermite_at(const struct rmap_curve_step *step, double theta, struct rmap_vec3 *r,
-                           struct rmap_vec3 *T);
-void rmap_curve_hermite_lengths(const struct rmap_curve_step *step, double theta, double *optical,
-                                double *length);
+/* T at theta, better than dense output, of a pair that has_finer: one evaluation. False where the
+ * field has no value. */
+bool rmap_curve_nystrom_finer(struct rmap_curve *curve, const struct rmap_curve_step *step,
+                              double theta, struct rmap_vec3 *T);
 
 #endif
