@@ -37,6 +37,7 @@ struct rmap_curve_step {
     double whole;                          /* h before any cut */
     double between;                        /* error of T inside the step, of what is allowed */
     const struct rmap_curve_pair *pair;    /* the formula; NULL: Sharma's */
+    int n_stage;                           /* of it; Sharma's: 0 */
     struct rmap_vec3 D[RMAP_CURVE_STAGES]; /* of its stages */
 };
 

@@ -20,6 +20,7 @@ bool rmap_curve_nystrom(struct rmap_curve *curve, const struct rmap_curve_pair *
     struct rmap_curve_state at;
     step->h = step->whole = h;
     step->pair = pair;
+    step->n_stage = pair->stages;
     step->D[0] = from->D;
     for (int i = 1; i < pair->stages; i++) {
         struct rmap_vec3 bend = combine(pair->coupling[i], step->D, i);
