@@ -15,13 +15,23 @@
 enum { N_TYPE_MAX = 48, N_KEY_MAX = 48 };
 
 static const char *const placement_key[] = {"type", "at", "rotate", "scale", "matrix"};
-static const char *const whole_key[] = {"frame",     "scheme",   "tolerance", "sag",
-                                        "polyline",  "step_min", "step_max",  "step",
-                                        "amplitude", "max_steps"};
+static const char *const whole_key[] = {"frame",          "scheme",    "tolerance", "sag",
+                                        "polyline",       "step_min",  "step_max",  "step",
+                                        "step_amplitude", "max_steps", "dispersion"};
 
 static const struct rmap_field_model *model_at(size_t i)
 {
-    return rmap_field_model_analytic(i);
+    const struct rmap_field_model *(*const kind[])(size_t) = {
+        rmap_field_model_analytic, rmap_field_model_made, rmap_field_model_from_file};
+    for (size_t k = 0; k < RMAP_COUNT(kind); k++) {
+        size_t n = 0;
+        while (kind[k](n) && n < i)
+            n++;
+        if (kind[k](n))
+            return kind[k](n);
+        i -= n;
+    }
+    return NULL;
 }
 
 static const struct rmap_field_model *choose_model(struct rmap_reader *reader,
@@ -51,6 +61,8 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
         key[n++] = placement_key[i];
     for (size_t i = 0; place->whole && i < RMAP_COUNT(whole_key); i++)
         key[n++] = whole_key[i];
+    if (place->weighted)
+        key[n++] = "weight";
     (void)snprintf(what, sizeof what, "a gradient of type %s", model->type);
     (void)rmap_reader_check_map(reader, node, what, key, n);
 }
@@ -77,6 +89,24 @@ out:
     return st;
 }
 
+/* A part of a field stands in the frame of the whole. */
+static enum rmap_status place_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   struct rmap_field **field)
+{
+    struct rmap_affine placement, to_local;
+    struct rmap_error failure = {0};
+    struct rmap_field *of = *field;
+    bool moved = false;
+    for (size_t i = 1; i < RMAP_COUNT(placement_key); i++)
+        moved |= rmap_yaml_get(node, placement_key[i]) != NULL;
+    if (!moved || !rmap_reader_placement(reader, node, &placement) || !of ||
+        !rmap_affine_invert(&placement, &to_local))
+        return RMAP_OK;
+    *field = NULL;
+    return rmap_reader_made(reader, node, rmap_field_placed(field, of, &to_local, &failure),
+                            &failure);
+}
+
 enum rmap_status rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                    const struct rmap_field_place *place,
                                    struct rmap_field **field_ret)
@@ -96,6 +126,8 @@ enum rmap_status rmap_reader_field(struct rmap_reader *reader, const struct rmap
         RMAP_TRY(model->read(reader, node, place, field_ret));
     else
         RMAP_TRY(make_of_parameters(reader, node, model, field_ret));
+    if (!place->whole)
+        RMAP_TRY(place_part(reader, node, field_ret));
 out:
     return st;
 }
@@ -116,7 +148,7 @@ static void read_options(struct rmap_reader *reader, const struct rmap_yaml_node
         {"polyline", &options->polyline, -1},
         {"step_min", &options->step_min, RMAP_SCHEME_SHARMA},
         {"step_max", &options->step_max, RMAP_SCHEME_SHARMA},
-        {"amplitude", &options->amplitude, RMAP_SCHEME_SHARMA},
+        {"step_amplitude", &options->amplitude, RMAP_SCHEME_SHARMA},
         {"step", &options->step, RMAP_SCHEME_SHARMA_FIXED},
     };
     int choice = 0;
@@ -215,8 +247,10 @@ enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader)
     for (size_t i = 0; i < reader->n_frame; i++) {
         const struct rmap_medium_frame *frame = &reader->frame[i];
         struct rmap_medium *medium = &reader->scene->medium[frame->medium];
-        const struct rmap_field_place place = {medium->name, true, size_of(reader, frame)};
+        const struct rmap_field_place place = {
+            .path = medium->name, .whole = true, .size = size_of(reader, frame)};
         RMAP_TRY(rmap_reader_field(reader, frame->node, &place, &medium->field));
+        RMAP_TRY(rmap_reader_disperse(reader, frame->node, &medium->field));
         if (!medium->field)
             continue;
         medium->dispersive = medium->field->n_channel > 1;

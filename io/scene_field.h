@@ -13,8 +13,10 @@
  * `scale`, `matrix` of the same mapping give it. */
 struct rmap_field_place {
     const char *path; /* among the bundle's: the medium's name, then "/1", "/2" for parts */
-    bool whole;  /* a medium's: its frame is that of the place, and other keys may stand there */
-    double size; /* of what it fills, in its frame, about: for finite differences */
+    bool whole;    /* a medium's: its frame is that of the place, and other keys may stand there */
+    bool weighted; /* `weight` may stand there */
+    bool scalar;   /* what an index is a function of, not an index */
+    double size;   /* of what it fills, in its frame, about: for finite differences */
 };
 enum rmap_status rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                    const struct rmap_field_place *place,
@@ -47,6 +49,9 @@ enum rmap_status rmap_reader_channel_list(struct rmap_reader *reader,
 /* 1 where the rows of [n_channel][width] are the same, else the scene's number of channels. */
 int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, size_t width);
 
+/* The scene's number of channels, or 1 where all have one wavelength. */
+int rmap_reader_distinct_wavelengths(const struct rmap_reader *reader);
+
 /* Hands a maker's verdict on: RMAP_INPUT becomes a complaint at node. */
 enum rmap_status rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                   enum rmap_status status,
@@ -63,7 +68,14 @@ struct rmap_field_model {
     enum rmap_status (*read)(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                              const struct rmap_field_place *place, struct rmap_field **field_ret);
 };
-/* The i-th model of each kind; NULL after the last. */
+/* The i-th model: of formulas in closed form, made of other fields, from files; NULL after the
+ * last. */
 const struct rmap_field_model *rmap_field_model_analytic(size_t i);
+const struct rmap_field_model *rmap_field_model_made(size_t i);
+const struct rmap_field_model *rmap_field_model_from_file(size_t i);
+
+/* `dispersion:` of a medium's gradient, put on top of its field. */
+enum rmap_status rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                      struct rmap_field **field) RMAP_MUST_USE;
 
 #endif

@@ -107,6 +107,11 @@ int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, 
     return 1;
 }
 
+int rmap_reader_distinct_wavelengths(const struct rmap_reader *reader)
+{
+    return rmap_reader_distinct(reader, reader->scene->channels.wavelength_nm, 1);
+}
+
 enum rmap_status rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                   enum rmap_status status, const struct rmap_error *failure)
 {

@@ -184,18 +184,17 @@ static double mesh_scale(struct rmap_reader *reader, const struct rmap_yaml_node
     return factor;
 }
 
-/* Relative to the folder of the scene file. */
-static char *mesh_path(const struct rmap_reader *reader, const char *file)
+/* Never a bare name, which dlopen would look for elsewhere. */
+char *rmap_reader_path(const struct rmap_reader *reader, const char *file)
 {
     const char *scene = reader->bundle->path ? reader->bundle->path : "";
     const char *slash = strrchr(scene, '/');
-    size_t folder = slash && file[0] != '/' ? (size_t)(slash - scene) + 1 : 0;
-    size_t len = strlen(file);
-    char *path = rmap_alloc(folder + len + 1, 1);
-    if (path) {
-        memcpy(path, scene, folder);
-        memcpy(path + folder, file, len);
-    }
+    const char *here = slash || file[0] == '/' || strchr(file, '/') ? "" : "./";
+    int folder = slash && file[0] != '/' ? (int)(slash - scene) + 1 : 0;
+    size_t nbytes = (size_t)folder + strlen(here) + strlen(file) + 1;
+    char *path = rmap_alloc(nbytes, 1);
+    if (path)
+        (void)snprintf(path, nbytes, "%.*s%s%s", folder, scene, here, file);
     return path;
 }
 
@@ -206,7 +205,7 @@ static enum rmap_status load_mesh(struct rmap_reader *reader, const char *name,
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
     struct rmap_error failure = {0};
     size_t n_degenerate = 0;
-    char *path = mesh_path(reader, file);
+    char *path = rmap_reader_path(reader, file);
     if (!path)
         return rmap_reader_no_memory(reader);
     enum rmap_status st = rmap_mesh_read(path, scale, mesh_ret, &n_degenerate, &failure);

@@ -85,49 +85,60 @@ static enum rmap_status apply_glass(struct rmap_reader *reader, const struct rma
     return describe(reader, medium, text);
 }
 
-static enum rmap_status read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_medium *medium)
+const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
+                                           const struct rmap_yaml_node *node)
 {
     enum { LISTED = 256 };
     const char *name = rmap_reader_text(reader, node, "glass", RMAP_REQUIRED);
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "glass");
-    if (!name)
-        return RMAP_OK;
-    const struct rmap_glass *glass = rmap_glass_find(name);
-    if (glass)
-        return apply_glass(reader, at, glass, medium);
+    const struct rmap_glass *glass = name ? rmap_glass_find(name) : NULL;
+    if (glass || !name)
+        return glass;
     const char *known[LISTED];
     size_t n = 0;
     for (const struct rmap_glass *g; n < LISTED && (g = rmap_glass_at(n)) != NULL; n++)
         known[n] = g->name;
     rmap_reader_unknown(reader, at->line, at->column, "unknown glass", name, known, n);
-    return RMAP_OK;
+    return NULL;
 }
 
-/* Coefficients with C brought to um^2. */
+static enum rmap_status read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   struct rmap_medium *medium)
+{
+    const struct rmap_glass *glass = rmap_reader_glass(reader, node);
+    return glass ? apply_glass(reader, rmap_yaml_get(node, "glass"), glass, medium) : RMAP_OK;
+}
+
+bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           double unit_um, struct rmap_sellmeier *sellmeier)
+{
+    static const char *const key[] = {"B", "C"};
+    size_t n_b = 0, n_c = 0;
+    *sellmeier = (struct rmap_sellmeier){0};
+    if (!rmap_reader_check_map(reader, node, "sellmeier", key, RMAP_COUNT(key)))
+        return false;
+    bool good = rmap_reader_numbers(reader, node, "B", RMAP_REQUIRED, &rmap_range_any, 1,
+                                    RMAP_SELLMEIER_MAX, sellmeier->b, &n_b);
+    good &= rmap_reader_numbers(reader, node, "C", RMAP_REQUIRED, &rmap_range_any, 1,
+                                RMAP_SELLMEIER_MAX, sellmeier->c, &n_c);
+    if (good && n_b != n_c)
+        rmap_reader_error(reader, node, "B has %zu coefficients, C has %zu", n_b, n_c);
+    if (!good || n_b != n_c)
+        return false;
+    sellmeier->n_term = n_b;
+    for (size_t i = 0; i < n_c; i++)
+        sellmeier->c[i] *= unit_um * unit_um;
+    return true;
+}
+
 static enum rmap_status read_sellmeier(struct rmap_reader *reader,
                                        const struct rmap_yaml_node *node, double unit_um,
                                        struct rmap_medium *medium)
 {
-    static const char *const key[] = {"B", "C"};
     const struct rmap_yaml_node *inner = rmap_yaml_get(node, "sellmeier");
-    struct rmap_sellmeier sellmeier = {0};
-    size_t n_b = 0, n_c = 0;
-    if (!rmap_reader_check_map(reader, inner, "sellmeier", key, RMAP_COUNT(key)))
+    struct rmap_sellmeier sellmeier;
+    if (!rmap_reader_sellmeier(reader, inner, unit_um, &sellmeier))
         return RMAP_OK;
-    bool good = rmap_reader_numbers(reader, inner, "B", RMAP_REQUIRED, &rmap_range_any, 1,
-                                    RMAP_SELLMEIER_MAX, sellmeier.b, &n_b);
-    good &= rmap_reader_numbers(reader, inner, "C", RMAP_REQUIRED, &rmap_range_any, 1,
-                                RMAP_SELLMEIER_MAX, sellmeier.c, &n_c);
-    if (good && n_b != n_c) {
-        rmap_reader_error(reader, inner, "B has %zu coefficients, C has %zu", n_b, n_c);
-        return RMAP_OK;
-    }
-    if (!good)
-        return RMAP_OK;
-    sellmeier.n_term = n_b;
-    for (size_t i = 0; i < n_c; i++)
-        sellmeier.c[i] *= unit_um * unit_um;
     evaluate_sellmeier(reader, inner, &sellmeier, medium);
     return describe(reader, medium, "Sellmeier coefficients of the scene");
 }

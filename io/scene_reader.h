@@ -16,6 +16,7 @@
 #include "io/bundle.h"
 #include "io/diagnostics.h"
 #include "io/yaml_tree.h"
+#include "optics/dispersion.h"
 #include "optics/spectrum.h"
 #include "scene/scene.h"
 
@@ -227,6 +228,9 @@ enum rmap_status rmap_reader_reduce(struct rmap_reader *reader,
 double rmap_reader_unit_m(const char *unit);
 extern const char *const rmap_unit_names[6];
 
+/* A file that the scene names, relative to the scene file's folder; rmap_free. NULL: no memory. */
+char *rmap_reader_path(const struct rmap_reader *reader, const char *file);
+
 /* `key` names a medium, or a glass of the built-in list, which then becomes one. *medium_ret is
  * untouched when the key is absent. */
 enum rmap_status rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
@@ -235,6 +239,15 @@ enum rmap_status rmap_reader_medium(struct rmap_reader *reader, const struct rma
 /* `air`, `vacuum`, or what most objects stand in; else a vacuum is made. */
 enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader,
                                                 int32_t *medium_ret) RMAP_MUST_USE;
+
+/* The glass that `glass` of the mapping names; NULL after a complaint. */
+const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
+                                           const struct rmap_yaml_node *node);
+
+/* {B: [..], C: [..]}, with C brought to um^2 from the square of unit_um. False after a complaint.
+ */
+bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           double unit_um, struct rmap_sellmeier *sellmeier);
 
 /* A new medium `vacuum` of index 1; there must be none of that name. */
 enum rmap_status rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret) RMAP_MUST_USE;

@@ -54,7 +54,7 @@ out:
     return st;
 }
 
-/* Other ranks: the same scene from rank 0's bundle, without touching a file. */
+/* Other ranks: the same scene from rank 0's bundle, without touching a file but plug-ins. */
 static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
                                       struct rmap_bundle **bundle, struct rmap_scene **scene,
                                       struct rmap_error *err)
@@ -63,6 +63,7 @@ static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
     rmap_diagnostics_init(&diagnostics, "scene");
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle, err));
+    (*bundle)->loads_plugins = 1; /* rank 0 had it from the scene file, not from a map */
     RMAP_TRY(rmap_scene_read(*bundle, scene, &diagnostics, err));
 out:
     rmap_diagnostics_fini(&diagnostics);

@@ -20,6 +20,7 @@ static const char *const variable[N_VARIABLE] = {"x", "y", "z", "r", "rho", "lam
 struct compiled {
     muParserHandle_t parser;
     double value[N_VARIABLE];
+    bool failed; /* to evaluate: asking muparser takes the answer away */
     atomic_flag busy;
     char apart[ALIGNED]; /* from the next one's cache line */
 };
@@ -64,7 +65,8 @@ static bool evaluate(struct compiled *c, struct rmap_vec3 p, double lambda, int 
     c->value[RHO] = sqrt(p.x * p.x + p.y * p.y);
     c->value[LAMBDA] = lambda;
     const double *result = mupEvalMulti(c->parser, &n);
-    if (mupError(c->parser) || !result || n != n_wanted)
+    c->failed = mupError(c->parser);
+    if (c->failed || !result || n != n_wanted)
         return false;
     memcpy(value, result, (size_t)n * sizeof *value);
     return true;
@@ -156,6 +158,12 @@ static enum rmap_status compile(const struct rmap_formula *formula, const char *
     for (int i = 0; i < N_VARIABLE; i++)
         mupDefineVar(c->parser, variable[i], &c->value[i]);
     for (size_t i = 0; i < formula->n_constant; i++) {
+        for (int k = 0; k < N_VARIABLE; k++)
+            if (strcmp(formula->constant[i], variable[k]) == 0)
+                return rmap_error_set(err, RMAP_INPUT,
+                                      "the formula is wrong: a constant has the name of the "
+                                      "variable '%s'",
+                                      variable[k]);
         mupDefineConst(c->parser, formula->constant[i], formula->constant_value[i]);
         if (mupError(c->parser))
             return complain(c, err);
@@ -171,7 +179,7 @@ static enum rmap_status try_out(const struct formula *f, struct compiled *c, str
     int n = f->has_slopes ? 4 : 1;
     if (evaluate(c, rmap_vec3(0.1, 0.2, 0.3), f->wavelength_um[0], n, value))
         return RMAP_OK;
-    if (mupError(c->parser))
+    if (c->failed)
         return complain(c, err);
     return rmap_error_set(err, RMAP_INPUT,
                           "the formula is wrong: a comma stands outside of a function's brackets");

@@ -119,7 +119,7 @@ static enum rmap_status check(const struct rmap_noise *given, struct rmap_error 
         double value;
     } parameter[] = {{{"mean", RMAP_NEED_FINITE}, given->mean},
                      {{"amplitude", RMAP_NEED_FINITE}, given->amplitude},
-                     {{"scale", RMAP_NEED_POSITIVE}, given->scale},
+                     {{"length", RMAP_NEED_POSITIVE}, given->length},
                      {{"persistence", RMAP_NEED_NOT_NEGATIVE}, given->persistence},
                      {{"lacunarity", RMAP_NEED_POSITIVE}, given->lacunarity}};
     for (size_t i = 0; i < sizeof parameter / sizeof parameter[0]; i++)
@@ -142,12 +142,12 @@ enum rmap_status rmap_field_noise(struct rmap_field **field_ret, int n_channel,
     noise = (struct noise *)rmap_field_new(nbytes, &ops, n_channel, err);
     if (!noise)
         return RMAP_SYSTEM;
-    noise->scale = parameter->scale;
+    noise->scale = parameter->length;
     noise->n_octave = parameter->n_octave;
-    noise->field.step = 1e-4 * parameter->scale;
+    noise->field.step = 1e-4 * parameter->length;
     double finer = 1.0, weight = 1.0;
     for (int o = 0; o < parameter->n_octave; o++) {
-        noise->octave[o].per_length = finer / parameter->scale;
+        noise->octave[o].per_length = finer / parameter->length;
         noise->octave[o].weight = weight;
         finer *= parameter->lacunarity;
         weight *= parameter->persistence;

@@ -12,13 +12,13 @@
 
 #define RMAP_NOISE_OCTAVE_MAX 16
 
-/* value = mean + amplitude * sum over octaves o of persistence^o noise_o(p lacunarity^o / scale),
+/* value = mean + amplitude * sum over octaves o of persistence^o noise_o(p lacunarity^o / length),
  * |noise| <= 1.04, 0 at lattice points; each octave has a permutation of its own, drawn by Philox
  * from the seed. Period: 256 cells. */
 struct rmap_noise {
     double mean,
         amplitude; /* the wavelength-dependent ones: one structure per channel, else equal */
-    double scale;  /* edge of a cell of the first octave, > 0 */
+    double length; /* edge of a cell of the first octave, > 0 */
     double persistence, lacunarity; /* usual: 0.5, 2 */
     int n_octave;                   /* 1 to RMAP_NOISE_OCTAVE_MAX */
     uint64_t seed;

@@ -57,7 +57,7 @@ static struct rmap_scene *good_scene(const char *medium, const char *objects, co
     char *told = NULL;
     struct rmap_scene *scene = scene_of(medium, objects, sources, &told);
     if (!scene)
-        fail_msg("%s", told);
+        fail_msg("%s: %s", medium, told);
     free(told);
     return scene;
 }
@@ -170,6 +170,107 @@ static void test_dispersion_and_scattering(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* Every model, at (1, 0.5, 0.25) of a ball of radius 2 and 500 nm. */
+static const struct {
+    const char *gradient;
+    double n;
+} models[] = {
+    {"type: constant, index: 1.5", 1.5},
+    {"type: luneburg, radius: 2", 1.2930100540985752},         /* sqrt(2 - 21 / 64) */
+    {"type: maxwell, radius: 2", 1.5058823529411764},          /* 2 / (1 + 21 / 64) */
+    {"type: eaton, radius: 2", 1.5784442479149772},            /* sqrt(4 / r - 1), r^2 = 21 / 16 */
+    {"type: gutman, radius: 2, focus: 4", 1.0807260291119114}, /* sqrt(1 + (4 - 21/16) / 16) */
+    {"type: parabolic, n0: 1.6, alpha: 0.1", 1.5899685531481433},
+    {"type: selfoc, n0: 1.6, A: 0.02", 1.5800000000000001},
+    {"type: axial, coefficients: [1.5, 0.1]", 1.525},
+    {"type: radial, coefficients: [2.25, -0.04], of: n^2", 1.4832396974191326},
+    {"type: spherical, coefficients: [1.5, -0.01]", 1.4868749999999999},
+    {"type: polynomial, terms: [{power: [0, 0, 0], value: 1.5}, {power: [1, 1, 0], value: 0.1}]",
+     1.55},
+    {"type: zemax, gradient: 4, parameters: {n0: 1.5, nx1: 0.01, ny2: 0.02, nz1: 0.04}", 1.525},
+    {"type: exponential, refractivity: 0.5, scale_height: 0.25", 1.1839397205857212},
+    {"type: profile, along: z, coordinate: [0, 1, 2], n: [1, 2, 3]", 1.25},
+    {"type: noise, mean: 1.4, amplitude: 0, length: 1, octaves: 3, seed: 2", 1.4},
+    {"type: formula, formula: 'a + 0.1 * x * y', constants: {a: 1.3}", 1.35},
+    {"type: formula, formula: '1 + lambda'", 1.5},
+    {"type: sum, terms: [{type: constant, index: 1.2}, {type: constant, index: 1.3, weight: 0.5}]",
+     1.35},
+    {"type: sum, terms: [{type: axial, coefficients: [1, 1], at: [0, 0, -1]}]", 2.25},
+    {"type: index_of, law: linear, n0: 1.3, slope: 0.1, field: {type: formula, formula: '-y'}",
+     1.25},
+    {"type: index_of, law: gladstone_dale, n0: 1.0003, reference: 1.2, field: {type: formula, "
+     "formula: '2.4 * x'}",
+     1.0006},
+    {"type: index_of, law: table, table: {value: [0, 1, 2], n: [1.3, 1.4, 1.5]}, field: {type: "
+     "sum, terms: [{type: formula, formula: y}, {type: formula, formula: y}]}",
+     1.4},
+    {"type: constant, index: 1.5, dispersion: {table: {wavelength: [400, 600], n: [1.6, 1.4]}, "
+     "reference: 600}",
+     1.6},
+    {"type: constant, index: 1.5, dispersion: {table: {wavelength: [400, 600], n: [1.6, 1.4]}, "
+     "reference: 600, mode: refractivity}",
+     1.625},
+    {"type: constant, index: 1.5, dispersion: {sellmeier: {B: [1.25], C: [0]}, mode: "
+     "multiplicative}",
+     1.5},
+};
+
+static const char one_ball[] =
+    "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}";
+
+static void test_models(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof models / sizeof models[0]; i++) {
+        char medium[512];
+        double n = 0;
+        struct rmap_vec3 slope;
+        (void)snprintf(medium, sizeof medium, "{gradient: {%s}}", models[i].gradient);
+        struct rmap_scene *scene = good_scene(medium, one_ball, beam);
+        assert_int_equal(scene->n_gradient, 1);
+        assert_true(
+            rmap_field_at(scene->gradient[0].field, 1, rmap_vec3(1, 0.5, 0.25), &n, &slope));
+        if (!(fabs(n - models[i].n) < 1e-12))
+            fail_msg("%s: %.17g", models[i].gradient, n);
+        rmap_scene_destroy(scene);
+        assert_int_equal(rmap_alloc_live(), 0);
+    }
+}
+
+/* Physical laws are in their own tests: here, that their keys reach them. */
+static void test_laws(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *gradient;
+        double from, to;
+    } law[] = {
+        {"type: standard_atmosphere", 1.00027, 1.00029},
+        {"type: standard_atmosphere, temperature: 100, pressure: 50000", 1.00009, 1.00012},
+        {"type: index_of, law: air, unit: K, field: {type: formula, formula: '288.15'}", 1.00027,
+         1.00029},
+        {"type: index_of, law: air, pressure: 202650, field: {type: formula, formula: '15'}",
+         1.00054, 1.00058},
+        {"type: index_of, law: seawater_salinity, temperature: 20, field: {type: formula, formula: "
+         "'0'}",
+         1.33, 1.34},
+        {"type: index_of, law: seawater_temperature, salinity: 35, field: {type: formula, formula: "
+         "'20'}",
+         1.34, 1.35},
+    };
+    for (size_t i = 0; i < sizeof law / sizeof law[0]; i++) {
+        char medium[512];
+        double n = 0;
+        struct rmap_vec3 slope;
+        (void)snprintf(medium, sizeof medium, "{gradient: {%s}}", law[i].gradient);
+        struct rmap_scene *scene = good_scene(medium, one_ball, beam);
+        assert_true(rmap_field_at(scene->gradient[0].field, 1, rmap_vec3(0, 0, 0), &n, &slope));
+        if (!(n > law[i].from && n < law[i].to))
+            fail_msg("%s: %.17g", law[i].gradient, n);
+        rmap_scene_destroy(scene);
+    }
+}
+
 /* What is told about a medium `m` that fills a ball, or about objects and sources. */
 static const struct {
     const char *medium, *objects, *sources, *told;
@@ -196,6 +297,41 @@ static const struct {
      "'coefficients' must be a list of 1 to 32 numbers"},
     {"{gradient: {type: axial, coefficients: [1, {wavelength: [1], value: [1, 2]}]}}", NULL, NULL,
      "'value' has 2 entries, 'wavelength' has 1"},
+    {"{gradient: {type: polynomial, terms: [{power: [0, 0, 0.5], value: 1}]}}", NULL, NULL,
+     "powers are whole numbers"},
+    {"{gradient: {type: zemax, gradient: 8, parameters: {n0: 1}}}", NULL, NULL,
+     "there is no gradient 8 here"},
+    {"{gradient: {type: zemax, gradient: 5, parameters: {n0: 1, nq: 2}}}", NULL, NULL,
+     "s:6:64: error: unknown key in a Zemax gradient: 'nq'"},
+    {"{gradient: {type: noise, mean: 1, amplitude: 0.1, length: 0}}", NULL, NULL,
+     "'length' must be greater than 0, not 0"},
+    {"{gradient: {type: formula, formula: 1 + foo}}", NULL, NULL,
+     "s:6:42: error: the formula is wrong: Unexpected token \"foo\" found at position 4."},
+    {"{gradient: {type: formula, formula: x, slope: [1, 0]}}", NULL, NULL,
+     "'slope' must be a list of 3 formulas"},
+    {"{gradient: {type: formula, formula: x, constants: {x: 1}}}", NULL, NULL,
+     "the formula is wrong"},
+    {"{gradient: {type: sum, terms: []}}", NULL, NULL, "'terms' must be a list"},
+    {"{gradient: {type: sum, terms: [{type: constant, index: 1, weight: no}]}}", NULL, NULL,
+     "'weight' must be a finite number, not 'no'"},
+    {"{gradient: {type: sum, terms: [{type: sum, terms: [{type: none}]}]}}", NULL, NULL,
+     "unknown type 'none'"},
+    {"{gradient: {type: index_of, law: linear, n0: 1, slope: 1}}", NULL, NULL,
+     "'field' is missing"},
+    {"{gradient: {type: index_of, law: air, n0: 1, field: {type: formula, formula: x}}}", NULL,
+     NULL, "'n0' has no part in 'law: air'"},
+    {"{gradient: {type: grid, file: absent.h5}}", NULL, NULL,
+     "s:6:36: error: ./absent.h5 cannot be opened as an HDF5 file"},
+    {"{gradient: {type: grid, file: a, origin: [0, 0, 0], lower: [0, 0, 0]}}", NULL, NULL,
+     "give 'origin' or 'lower', not both"},
+    {"{gradient: {type: grid, file: a, spacing: 1}}", NULL, NULL,
+     "'spacing' must be a list of 3 numbers"},
+    {"{gradient: {type: constant, index: 1.5, dispersion: {}}}", NULL, NULL,
+     "dispersion needs one of glass, sellmeier, table"},
+    {"{gradient: {type: constant, index: 1.5, dispersion: {glass: N-BK8}}}", NULL, NULL,
+     "unknown glass 'N-BK8' (did you mean 'N-BK7'?)"},
+    {"{gradient: {type: constant, index: 1.5, dispersion: {sellmeier: {B: [-9], C: [0]}}}}", NULL,
+     NULL, "the dispersion has no index at 587.56 nm"},
     {"{gradient: {type: luneburg, radius: 2}, index: 1}", NULL, NULL,
      "needs one of index, glass, sellmeier, table, gradient, not several"},
     {"{index: 1, scattering_g: 0.5}", NULL, NULL, "give that too"},
@@ -221,12 +357,9 @@ static void test_mistakes(void **state)
     (void)state;
     for (size_t i = 0; i < sizeof mistakes / sizeof mistakes[0]; i++) {
         char *told = NULL;
-        struct rmap_scene *scene = scene_of(
-            mistakes[i].medium,
-            mistakes[i].objects
-                ? mistakes[i].objects
-                : "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}",
-            mistakes[i].sources ? mistakes[i].sources : beam, &told);
+        struct rmap_scene *scene =
+            scene_of(mistakes[i].medium, mistakes[i].objects ? mistakes[i].objects : one_ball,
+                     mistakes[i].sources ? mistakes[i].sources : beam, &told);
         if (scene || !strstr(told, mistakes[i].told))
             fail_msg("case %zu: told\n%sexpected\n%s", i, told, mistakes[i].told);
         free(told);
@@ -237,9 +370,14 @@ static void test_mistakes(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_places_of_bodies),          cmocka_unit_test(test_frames),
-        cmocka_unit_test(test_places_of_a_lens),          cmocka_unit_test(test_sources_within),
-        cmocka_unit_test(test_dispersion_and_scattering), cmocka_unit_test(test_mistakes),
+        cmocka_unit_test(test_places_of_bodies),
+        cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_places_of_a_lens),
+        cmocka_unit_test(test_sources_within),
+        cmocka_unit_test(test_dispersion_and_scattering),
+        cmocka_unit_test(test_mistakes),
+        cmocka_unit_test(test_models),
+        cmocka_unit_test(test_laws),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
