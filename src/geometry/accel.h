@@ -77,6 +77,11 @@ const char *rmap_accel_embree_version(void);
 bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
                      struct rmap_hit *hit);
 
+/* The same as far as `length` (> 0) from the start. A surface that lies no farther beyond than its
+ * own coincidence tolerance is met too, so that one at the joint of two chords is not lost. */
+bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                            double length, struct rmap_hit *hit);
+
 /* The ray went on through the surface of `hit` (which it reached over distance hit->t). */
 void rmap_contact_pass(struct rmap_contact *contact, const struct rmap_hit *hit);
 

@@ -112,11 +112,11 @@ void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
 }
 
 static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
-                       const struct rmap_ray *ray)
+                       const struct rmap_ray *ray, double limit)
 {
     query->accel = accel;
     query->ray = ray;
-    query->limit = INFINITY;
+    query->limit = limit;
     query->n_candidate = 0;
     query->local.object = -1;
     for (int i = 0; i < RMAP_DONE_SLOTS; i++)
@@ -169,7 +169,7 @@ static void traverse(struct rmap_query *query, RTCScene scene, const float origi
     traversal_init(&traversal, query);
     traversal.shift = shift;
     traversal.rate = 1;
-    if (query->n_candidate > 0)
+    if (query->limit < INFINITY)
         (void)shrink(&traversal);
     struct RTCRayHit ray = {.ray = {.org_x = origin[0],
                                     .org_y = origin[1],
@@ -214,15 +214,15 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
     }
 }
 
-bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
-                     struct rmap_hit *hit)
+bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                            double length, struct rmap_hit *hit)
 {
     struct rmap_query query;
     float origin[3], direction[3];
     double shift;
     if (accel->n_object == 0)
         return false;
-    query_init(&query, accel, ray);
+    query_init(&query, accel, ray, length);
     if (!enter_scene(&query, origin, direction, &shift))
         return false;
     look_around(&query);
@@ -236,11 +236,17 @@ bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
     return true;
 }
 
+bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                     struct rmap_hit *hit)
+{
+    return rmap_accel_next_within(accel, ray, INFINITY, hit);
+}
+
 void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray)
 {
     for (size_t i = 0; i < n_ray; i++) {
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray);
+        query_init(&query, accel, &ray[i].ray, INFINITY);
         ray[i].misses = !enter_scene(&query, ray[i].origin, ray[i].direction, &ray[i].shift);
         ray[i].prepared = true;
     }
@@ -257,7 +263,7 @@ size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_repla
         if (now.misses)
             continue;
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray);
+        query_init(&query, accel, &ray[i].ray, INFINITY);
         look_around(&query);
         traverse(&query, accel->top, now.origin, now.direction, now.shift);
         n_hit += query.n_candidate > 0;
