@@ -169,7 +169,7 @@ static void traverse(struct rmap_query *query, RTCScene scene, const float origi
     traversal_init(&traversal, query);
     traversal.shift = shift;
     traversal.rate = 1;
-    if (query->limit < INFINITY)
+    if (query->limit < HUGE_VAL)
         (void)shrink(&traversal);
     struct RTCRayHit ray = {.ray = {.org_x = origin[0],
                                     .org_y = origin[1],
@@ -239,14 +239,14 @@ bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ra
 bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
                      struct rmap_hit *hit)
 {
-    return rmap_accel_next_within(accel, ray, INFINITY, hit);
+    return rmap_accel_next_within(accel, ray, HUGE_VAL, hit);
 }
 
 void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray)
 {
     for (size_t i = 0; i < n_ray; i++) {
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray, INFINITY);
+        query_init(&query, accel, &ray[i].ray, HUGE_VAL);
         ray[i].misses = !enter_scene(&query, ray[i].origin, ray[i].direction, &ray[i].shift);
         ray[i].prepared = true;
     }
@@ -263,7 +263,7 @@ size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_repla
         if (now.misses)
             continue;
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray, INFINITY);
+        query_init(&query, accel, &ray[i].ray, HUGE_VAL);
         look_around(&query);
         traverse(&query, accel->top, now.origin, now.direction, now.shift);
         n_hit += query.n_candidate > 0;

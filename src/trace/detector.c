@@ -35,96 +35,231 @@ static void place(const struct rmap_detector *detector, struct rmap_registration
         registration->cell[k] = cell_of(registration->relative[k], detector->cells[k]);
 }
 
+/* Light at a point of a leg. */
+struct passage {
+    struct rmap_vec3 point, direction;
+    double optical_path;
+    uint32_t segment;
+};
+
 /* Registers light at a point of the detector's plane, if it lies within its area. */
-static void register_plane(const struct rmap_scene *scene, const struct rmap_leg *leg,
-                           int32_t index, struct rmap_vec3 point, double distance,
-                           struct rmap_recorder *recorder)
+static void register_plane(const struct rmap_scene *scene, int32_t index,
+                           const struct passage *light, struct rmap_recorder *recorder)
 {
     const struct rmap_detector *detector = &scene->detector[index];
-    struct rmap_vec3 offset = rmap_sub(point, detector->origin);
+    struct rmap_vec3 offset = rmap_sub(light->point, detector->origin);
     double x = rmap_dot(offset, detector->x), y = rmap_dot(offset, detector->y);
     if (!(fabs(x) <= 0.5 * detector->size[0] && fabs(y) <= 0.5 * detector->size[1]))
         return;
-    double cosine = -rmap_dot(leg->direction, detector->axis);
+    double cosine = -rmap_dot(light->direction, detector->axis);
     struct rmap_registration registration = {
         .detector = index,
-        .segment = leg->segment,
+        .segment = light->segment,
         .relative = {x / detector->size[0] + 0.5, y / detector->size[1] + 0.5},
         .position = rmap_axpy(x, detector->x, rmap_axpy(y, detector->y, detector->origin)),
-        .direction = leg->direction,
+        .direction = light->direction,
         .cosine = cosine,
-        .optical_path = leg->optical_from + leg->index * distance};
+        .optical_path = light->optical_path};
     registration.registered = accepts(detector, cosine);
     place(detector, &registration);
     recorder->registration(recorder, &registration);
 }
 
+static double height(const struct rmap_detector *detector, struct rmap_vec3 p)
+{
+    return rmap_dot(rmap_sub(p, detector->origin), detector->axis);
+}
+
+static bool crosses(double from, double to)
+{
+    return (from > 0.0 && to <= 0.0) || (from < 0.0 && to >= 0.0);
+}
+
 struct crossing {
-    double distance;
+    double along; /* distance from the start, or theta of a curve */
     int32_t detector;
 };
 
 static bool before(struct crossing a, struct crossing b)
 {
-    return a.distance < b.distance || (a.distance == b.distance && a.detector < b.detector);
-}
-
-/* False when the leg does not cross the plane. */
-static bool cross(const struct rmap_detector *detector, const struct rmap_leg *leg,
-                  double *distance)
-{
-    double from = rmap_dot(rmap_sub(leg->from, detector->origin), detector->axis);
-    double to = rmap_dot(rmap_sub(leg->to, detector->origin), detector->axis);
-    if (!((from > 0.0 && to <= 0.0) || (from < 0.0 && to >= 0.0)))
-        return false;
-    *distance = leg->length * (from / (from - to));
-    return true;
+    return a.along < b.along || (a.along == b.along && a.detector < b.detector);
 }
 
 #define SORTED_MAX 16
 
-/* The nearest crossings after `last`, sorted, at most SORTED_MAX; returns how many. */
-static int nearest_crossings(const struct rmap_scene *scene, const struct rmap_leg *leg,
-                             struct crossing last, struct crossing sorted[SORTED_MAX])
+/* The nearest crossings after `last`, sorted. */
+struct sorted {
+    struct crossing last, c[SORTED_MAX];
+    int n;
+};
+
+static void sort_in(struct sorted *sorted, struct crossing c)
 {
-    int n = 0;
-    for (size_t k = 0; k < scene->n_free_detector; k++) {
-        struct crossing c = {0.0, scene->free_detector[k]};
-        if (!cross(&scene->detector[c.detector], leg, &c.distance) || !before(last, c))
-            continue;
-        if (n == SORTED_MAX && !before(c, sorted[n - 1]))
-            continue;
-        int at = n < SORTED_MAX ? n++ : n - 1;
-        for (; at > 0 && before(c, sorted[at - 1]); at--)
-            sorted[at] = sorted[at - 1];
-        sorted[at] = c;
+    if (!before(sorted->last, c))
+        return;
+    if (sorted->n == SORTED_MAX && !before(c, sorted->c[SORTED_MAX - 1]))
+        return;
+    int at = sorted->n < SORTED_MAX ? sorted->n++ : SORTED_MAX - 1;
+    for (; at > 0 && before(c, sorted->c[at - 1]); at--)
+        sorted->c[at] = sorted->c[at - 1];
+    sorted->c[at] = c;
+}
+
+/* The straight leg, or the step of a curve, that detectors watch. */
+struct watched {
+    const struct rmap_leg *leg;
+    const struct rmap_leg_piece *piece; /* NULL: a straight leg */
+};
+
+static void find_straight(const struct rmap_detector *detector, int32_t index,
+                          const struct rmap_leg *leg, struct sorted *sorted)
+{
+    double from = height(detector, leg->from), to = height(detector, leg->to);
+    if (crosses(from, to))
+        sort_in(sorted, (struct crossing){leg->length * (from / (from - to)), index});
+}
+
+/* An interval of theta, and the curve's height over the detector at its ends. */
+struct interval {
+    double a, b, from, to;
+};
+
+/* The root in an interval at whose ends the heights differ in sign: Newton's steps, or halving
+ * where they lead out of the bracket. */
+static double root(const struct rmap_detector *detector, const struct rmap_curve_step *step,
+                   struct interval at)
+{
+    struct rmap_vec3 r, T;
+    double theta = at.a + (at.b - at.a) * (at.from / (at.from - at.to));
+    for (int i = 0; i < 60; i++) {
+        rmap_curve_at(step, theta, &r, &T);
+        double h = height(detector, r), rate = step->h * rmap_dot(T, detector->axis);
+        if (h == 0.0)
+            break;
+        if (crosses(at.from, h))
+            at.b = theta;
+        else
+            at.a = theta;
+        double next = theta - h / rate;
+        if (!(next > at.a && next < at.b))
+            next = 0.5 * (at.a + at.b);
+        if (fabs(next - theta) <= 1e-15)
+            break;
+        theta = next;
     }
-    return n;
+    return theta;
+}
+
+#define HALVINGS_MAX 48
+
+/* All crossings in an interval: none where both ends lie on one side, farther off than the sag; one
+ * where the curve runs to the other side at both ends; else of both halves. */
+static void find_curved(const struct rmap_detector *detector, int32_t index,
+                        const struct rmap_leg_piece *piece, struct interval at, int depth,
+                        struct sorted *sorted)
+{
+    const struct rmap_curve_step *step = piece->step;
+    bool across = crosses(at.from, at.to);
+    struct rmap_vec3 r, T[2];
+    if (!across) {
+        double sag = rmap_curve_sag(step, at.a, at.b);
+        if (fmin(fabs(at.from), fabs(at.to)) > sag || sag <= piece->tolerance)
+            return;
+    } else {
+        rmap_curve_at(step, at.a, &r, &T[0]);
+        rmap_curve_at(step, at.b, &r, &T[1]);
+        double way = at.to - at.from;
+        if (depth == HALVINGS_MAX || (rmap_dot(T[0], detector->axis) * way > 0.0 &&
+                                      rmap_dot(T[1], detector->axis) * way > 0.0)) {
+            sort_in(sorted, (struct crossing){root(detector, step, at), index});
+            return;
+        }
+    }
+    if (depth == HALVINGS_MAX)
+        return;
+    double middle = 0.5 * (at.a + at.b);
+    rmap_curve_at(step, middle, &r, &T[0]);
+    double h = height(detector, r);
+    find_curved(detector, index, piece, (struct interval){at.a, middle, at.from, h}, depth + 1,
+                sorted);
+    find_curved(detector, index, piece, (struct interval){middle, at.b, h, at.to}, depth + 1,
+                sorted);
+}
+
+/* Between two points on one side a curve must be longer than its way to the plane and back. */
+static bool is_far(const struct interval *at, double length)
+{
+    return !crosses(at->from, at->to) && fabs(at->from) + fabs(at->to) > 1.001 * length;
+}
+
+static void find(const struct rmap_scene *scene, int32_t index, const struct watched *light,
+                 struct sorted *sorted)
+{
+    const struct rmap_detector *detector = &scene->detector[index];
+    const struct rmap_leg_piece *piece = light->piece;
+    if (!piece) {
+        find_straight(detector, index, light->leg, sorted);
+        return;
+    }
+    struct interval at = {0.0, 1.0, height(detector, piece->from), height(detector, piece->to)};
+    if (!is_far(&at, piece->step->length))
+        find_curved(detector, index, piece, at, 0, sorted);
+}
+
+static struct passage passage_at(const struct watched *light, double along)
+{
+    const struct rmap_leg *leg = light->leg;
+    const struct rmap_leg_piece *piece = light->piece;
+    if (!piece)
+        return (struct passage){rmap_axpy(along, leg->direction, leg->from), leg->direction,
+                                leg->optical_from + leg->index * along, leg->segment};
+    struct passage passage = {.segment = piece->segment};
+    double length;
+    rmap_curve_at(piece->step, along, &passage.point, &passage.direction);
+    passage.direction = rmap_normalize(passage.direction);
+    rmap_curve_lengths(piece->step, along, &passage.optical_path, &length);
+    passage.optical_path += piece->optical_from;
+    return passage;
+}
+
+static void detect(const struct rmap_scene *scene, const struct watched *light,
+                   struct rmap_recorder *recorder)
+{
+    struct sorted sorted = {.last = {-1.0, -1}};
+    do {
+        sorted.n = 0;
+        for (size_t k = 0; k < scene->n_free_detector; k++)
+            find(scene, scene->free_detector[k], light, &sorted);
+        for (int i = 0; i < sorted.n; i++) {
+            struct passage passage = passage_at(light, sorted.c[i].along);
+            register_plane(scene, sorted.c[i].detector, &passage, recorder);
+        }
+        if (sorted.n > 0)
+            sorted.last = sorted.c[sorted.n - 1];
+    } while (sorted.n == SORTED_MAX);
 }
 
 void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_leg *leg,
                       struct rmap_recorder *recorder)
 {
-    if (scene->n_free_detector == 0)
-        return;
-    struct crossing sorted[SORTED_MAX], last = {-1.0, -1};
-    int n;
-    do {
-        n = nearest_crossings(scene, leg, last, sorted);
-        for (int i = 0; i < n; i++)
-            register_plane(scene, leg, sorted[i].detector,
-                           rmap_axpy(sorted[i].distance, leg->direction, leg->from),
-                           sorted[i].distance, recorder);
-        if (n > 0)
-            last = sorted[n - 1];
-    } while (n == SORTED_MAX);
+    if (scene->n_free_detector > 0)
+        detect(scene, &(struct watched){.leg = leg}, recorder);
+}
+
+void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_piece *piece,
+                       struct rmap_recorder *recorder)
+{
+    if (scene->n_free_detector > 0)
+        detect(scene, &(struct watched){.piece = piece}, recorder);
 }
 
 void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
                     struct rmap_recorder *recorder)
 {
+    const struct passage light = {leg->to, leg->direction,
+                                  leg->optical_from + leg->index * leg->length, leg->segment};
     for (size_t k = scene->on_first[object]; k < scene->on_first[object + 1]; k++)
-        register_plane(scene, leg, scene->on_detector[k], leg->to, leg->length, recorder);
+        register_plane(scene, scene->on_detector[k], &light, recorder);
 }
 
 void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,

@@ -6,6 +6,7 @@
 #ifndef RMAP_DETECTOR_H
 #define RMAP_DETECTOR_H
 
+#include "gradient/curve.h"
 #include "scene/scene.h"
 #include "trace/recorder.h"
 
@@ -23,6 +24,20 @@ struct rmap_leg {
 /* Planes free in space that the leg crosses, by distance, then by detector index. */
 void rmap_detect_free(const struct rmap_scene *scene, const struct rmap_leg *leg,
                       struct rmap_recorder *recorder);
+
+/* A step of a curved leg, from theta 0 to 1. from, to: the very points at which its neighbours end
+ * and start, as above. */
+struct rmap_leg_piece {
+    const struct rmap_curve_step *step;
+    struct rmap_vec3 from, to;
+    double optical_from; /* optical path at `from` */
+    double tolerance;    /* a curve that dips through a plane by less may go unnoticed */
+    uint32_t segment;
+};
+
+/* Planes free in space that the curve crosses, each as often as it does, along the curve. */
+void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_piece *piece,
+                       struct rmap_recorder *recorder);
 
 /* Planes lying on the object met at the end of the leg: the point is projected along the
  * detector's axis onto its plane. */

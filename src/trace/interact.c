@@ -13,6 +13,7 @@ struct side {
     const struct rmap_surface *surface;
     int32_t far;             /* medium beyond; the light's own where none is stated */
     int32_t far_gradient;    /* its place, as struct rmap_ray has it */
+    const double *n1, *n2;   /* indices per channel, here and beyond */
     struct rmap_vec3 normal; /* towards the light */
     double cos_i;
 };
@@ -92,11 +93,11 @@ static void pass(const struct side *side, struct rmap_decision *decision)
 
 /* Transmission in the direction of channel i's index. Where rounding, or a mixture's surface,
  * meets total reflection, the light turns back. */
-static void pass_specular(const struct rmap_scene *scene, const struct rmap_ray *ray,
-                          const struct side *side, int channel, struct rmap_decision *decision)
+static void pass_specular(const struct rmap_ray *ray, const struct side *side, int channel,
+                          struct rmap_decision *decision)
 {
-    double n1 = scene->medium[ray->medium].n[channel], n2 = scene->medium[side->far].n[channel];
-    if (!refract(ray->direction, side, n1, n2, &decision->direction)) {
+    if (!refract(ray->direction, side, side->n1[channel], side->n2[channel],
+                 &decision->direction)) {
         turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
         return;
     }
@@ -117,10 +118,10 @@ static int refracting_channel(const struct rmap_scene *scene, const struct rmap_
     return decision->collapse;
 }
 
-static double fresnel_reflectance(const struct side *side, double n1, double n2, int channel,
-                                  bool *total)
+static double fresnel_reflectance(const struct side *side, int channel, bool *total)
 {
-    struct rmap_fresnel f = rmap_fresnel_dielectric(n1, n2, side->cos_i);
+    struct rmap_fresnel f =
+        rmap_fresnel_dielectric(side->n1[channel], side->n2[channel], side->cos_i);
     *total = f.total;
     if (f.total)
         return 1.0;
@@ -136,14 +137,13 @@ static double fresnel_reflectance(const struct side *side, double n1, double n2,
 }
 
 /* All live channels share one reflectance, or there is only one of them. */
-static void fresnel_alike(const struct rmap_scene *scene, const struct rmap_ray *ray,
-                          const struct side *side, const struct rmap_colour *colour,
-                          const struct rmap_draw *draw, struct rmap_decision *decision)
+static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
+                          const struct rmap_colour *colour, const struct rmap_draw *draw,
+                          struct rmap_decision *decision)
 {
     int channel = colour->begin;
     bool total;
-    double r = fresnel_reflectance(side, scene->medium[ray->medium].n[channel],
-                                   scene->medium[side->far].n[channel], channel, &total);
+    double r = fresnel_reflectance(side, channel, &total);
     double u[4] = {0.5, 0.5, 0.5, 0.5};
     if (r > 0.0 && r < 1.0)
         rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
@@ -151,7 +151,7 @@ static void fresnel_alike(const struct rmap_scene *scene, const struct rmap_ray 
         turn(decision, total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
              reflected(ray->direction, side));
     else
-        pass_specular(scene, ray, side, channel, decision);
+        pass_specular(ray, side, channel, decision);
 }
 
 static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray *ray,
@@ -162,14 +162,14 @@ static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray
     bool dispersive = near->dispersive || far->dispersive;
     if (rmap_colour_single(colour) ||
         (!dispersive && side->surface->coat != RMAP_COAT_REFLECTANCE)) {
-        fresnel_alike(scene, ray, side, colour, draw, decision);
+        fresnel_alike(ray, side, colour, draw, decision);
         return;
     }
     bool all_total = true;
     double *r = decision->scratch;
     for (int i = colour->begin; i < colour->end; i++) {
         bool total;
-        r[i] = fresnel_reflectance(side, near->n[i], far->n[i], i, &total);
+        r[i] = fresnel_reflectance(side, i, &total);
         all_total = all_total && (total || !(colour->share[i] > 0.0));
     }
     if (all_total) {
@@ -186,7 +186,7 @@ static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray
     for (int i = colour->begin; i < colour->end; i++)
         r[i] = 1.0 - r[i];
     int channel = refracting_channel(scene, ray, side, colour, r, u[1], decision);
-    pass_specular(scene, ray, side, channel, decision);
+    pass_specular(ray, side, channel, decision);
 }
 
 /* One outcome out of shares per channel; what is left over is absorbed. */
@@ -217,7 +217,7 @@ static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray 
         turn(decision, chosen->event, diffused(side->normal, u[2], u[3]));
         break;
     case RMAP_EVENT_TRANSMIT_SPECULAR:
-        pass_specular(scene, ray, side,
+        pass_specular(ray, side,
                       refracting_channel(scene, ray, side, colour, chosen->p, u[1], decision),
                       decision);
         break;
@@ -239,9 +239,8 @@ static void decide_mirror(const struct rmap_scene *scene, const struct rmap_ray 
     struct outcome outcome[] = {{RMAP_EVENT_REFLECT_SPECULAR, surface->reflect_specular}, {0}};
     if (surface->is_metal) {
         for (int i = colour->begin; i < colour->end; i++)
-            decision->scratch[i] =
-                rmap_fresnel_metal(scene->medium[ray->medium].n[i], surface->metal_n[i],
-                                   surface->metal_k[i], side->cos_i);
+            decision->scratch[i] = rmap_fresnel_metal(side->n1[i], surface->metal_n[i],
+                                                      surface->metal_k[i], side->cos_i);
         outcome[0].p = decision->scratch;
     }
     decide_shares(scene, ray, side, colour, draw, outcome, decision);
@@ -262,18 +261,67 @@ static void decide_mixture(const struct rmap_scene *scene, const struct rmap_ray
     decide_shares(scene, ray, side, colour, draw, outcome, decision);
 }
 
+/* Where an index is needed. */
+static bool refracts(const struct rmap_surface *surface)
+{
+    return surface->type == RMAP_SURFACE_FRESNEL || surface->type == RMAP_SURFACE_MIXTURE ||
+           surface->is_metal;
+}
+
+/* Indices of the live channels in a gradient medium at a point of its boundary, which rounding may
+ * have put outside: a field may end there. `within` leads inside. */
+static bool index_at(const struct rmap_gradient *gradient, const struct rmap_colour *colour,
+                     struct rmap_vec3 point, struct rmap_vec3 within, double *n)
+{
+    struct rmap_vec3 slope, inside = rmap_axpy(4.0 * gradient->options.tolerance, within, point);
+    for (int i = colour->begin; i < colour->end; i++) {
+        if (i > colour->begin && gradient->field->n_channel == 1)
+            n[i] = n[i - 1];
+        else if (!rmap_gradient_at(gradient, i, point, &n[i], &slope) &&
+                 !rmap_gradient_at(gradient, i, inside, &n[i], &slope))
+            return false;
+    }
+    return true;
+}
+
+/* False where a gradient medium has no index. near, far: room for its indices. */
+static bool look_up(const struct rmap_scene *scene, const struct rmap_ray *ray,
+                    const struct rmap_hit *hit, const struct rmap_colour *colour, struct side *side,
+                    double *near, double *far)
+{
+    side->n1 = scene->medium[ray->medium].n;
+    side->n2 = scene->medium[side->far].n;
+    if (!(ray->gradient | side->far_gradient) || !refracts(side->surface))
+        return true;
+    if (ray->gradient) {
+        side->n1 = near;
+        if (!index_at(&scene->gradient[ray->gradient - 1], colour, hit->position, side->normal,
+                      near))
+            return false;
+    }
+    if (side->far_gradient == ray->gradient) {
+        side->n2 = side->n1;
+    } else if (side->far_gradient) {
+        side->n2 = far;
+        return index_at(&scene->gradient[side->far_gradient - 1], colour, hit->position,
+                        rmap_scale(side->normal, -1.0), far);
+    }
+    return true;
+}
+
 void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
                    const struct rmap_hit *hit, const struct rmap_colour *colour,
                    const struct rmap_draw *draw, struct rmap_decision *decision)
 {
     struct side side;
+    double near[RMAP_CHANNEL_MAX], far[RMAP_CHANNEL_MAX];
     decision->turned = false;
     decision->medium = ray->medium;
     decision->gradient = ray->gradient;
     decision->collapse = -1;
     decision->weigh = NULL;
     decision->events = RMAP_EVENT_ERROR;
-    if (!meet(scene, ray, hit, &side))
+    if (!meet(scene, ray, hit, &side) || !look_up(scene, ray, hit, colour, &side, near, far))
         return;
     switch (side.surface->type) {
     case RMAP_SURFACE_FRESNEL:
@@ -303,25 +351,4 @@ void rmap_decision_apply(const struct rmap_decision *decision, struct rmap_colou
         rmap_colour_collapse(colour, decision->collapse);
     else if (decision->weigh)
         rmap_colour_weigh(colour, decision->weigh);
-}
-
-double rmap_absorb(const struct rmap_medium *medium, const struct rmap_draw *draw, double length,
-                   struct rmap_colour *colour)
-{
-    double u[4], p[RMAP_CHANNEL_MAX];
-    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_MEDIUM, u);
-    double mu = medium->absorption[rmap_colour_pick(colour, NULL, u[0])];
-    double travelled = fmin(-log(u[1]) / mu, length);
-    bool absorbed = travelled < length;
-    if (rmap_colour_single(colour))
-        return travelled;
-    for (int i = colour->begin; i < colour->end; i++) {
-        double mu_i = medium->absorption[i];
-        if (i > colour->begin && mu_i == medium->absorption[i - 1])
-            p[i] = p[i - 1]; /* exp is dear, and many media are grey */
-        else
-            p[i] = exp(-mu_i * travelled) * (absorbed ? mu_i : 1.0);
-    }
-    rmap_colour_weigh(colour, p);
-    return travelled;
 }

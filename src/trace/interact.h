@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What becomes of light at a surface, and inside an absorbing medium: one outcome drawn with its
- * physical probability (analog Monte Carlo).
+ * What becomes of light at a surface: one outcome drawn with its physical probability (analog Monte
+ * Carlo).
  */
 #ifndef RMAP_INTERACT_H
 #define RMAP_INTERACT_H
@@ -29,18 +29,13 @@ struct rmap_decision {
 };
 
 /* Decides at the surface of `hit`; changes nothing but *decision. The light's medium must be that
- * of the side it meets (or that side RMAP_MEDIUM_ANY): else the event is ERROR. */
+ * of the side it meets (or that side RMAP_MEDIUM_ANY), and a gradient medium must have an index
+ * there: else the event is ERROR. */
 void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
                    const struct rmap_hit *hit, const struct rmap_colour *colour,
                    const struct rmap_draw *draw, struct rmap_decision *decision);
 
 /* Brings the colour from before the surface to after it. */
 void rmap_decision_apply(const struct rmap_decision *decision, struct rmap_colour *colour);
-
-/* Distance travelled in an absorbing medium on a leg of this length: `length` if the light got
- * through, less if it was absorbed there. The colour becomes that of the light that did so
- * (Beer-Lambert, per channel). */
-double rmap_absorb(const struct rmap_medium *medium, const struct rmap_draw *draw, double length,
-                   struct rmap_colour *colour);
 
 #endif

@@ -89,6 +89,15 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
     return false;
 }
 
+static bool meet_particle(struct rmap_walk *walk, const struct rmap_arrival *arrival)
+{
+    if (rmap_walk_limited(walk))
+        return stop_here(walk, arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
+    record_step(walk, arrival, RMAP_EVENT_SCATTER_VOLUME);
+    rmap_walk_scatter(walk, arrival);
+    return true;
+}
+
 /* One leg; true when the ray goes on. */
 static bool advance(struct rmap_walk *walk)
 {
@@ -104,6 +113,7 @@ static bool advance(struct rmap_walk *walk)
     case RMAP_LEG_LIMIT:
         return stop_here(walk, &arrival, RMAP_EVENT_LIMIT, RMAP_STOP_LIMIT);
     case RMAP_LEG_SCATTERED:
+        return meet_particle(walk, &arrival);
     case RMAP_LEG_ERROR:
         break;
     }

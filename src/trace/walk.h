@@ -6,7 +6,8 @@
  *     rmap_walk_begin      and the colour
  *     rmap_walk_leg        to the end of the next leg
  *     rmap_interact        at a surface: what becomes of the light
- *     rmap_walk_depart     on from the surface
+ *     rmap_walk_depart     on from the surface, or
+ *     rmap_walk_scatter    on from inside the medium
  *
  * Inline, as calls of these cost 2 % of a ray's instructions.
  */
@@ -19,6 +20,7 @@
 #include "trace/interact.h"
 #include "trace/recorder.h"
 #include "trace/tracer.h"
+#include "trace/turbid.h"
 
 struct rmap_walk {
     const struct rmap_scene *scene; /* borrowed */
@@ -26,6 +28,7 @@ struct rmap_walk {
     struct rmap_recorder *recorder; /* told of detectors and curve points; NULL: nobody */
     struct rmap_draw draw;          /* step: legs so far */
     struct rmap_ray ray;            /* origin: where the next leg starts */
+    struct rmap_vec3 start_normal;  /* of the surface that the leg starts on, if on any */
     struct rmap_colour colour;
     double weight, path_length, optical_path;
 };
@@ -35,14 +38,15 @@ enum rmap_leg_end {
     RMAP_LEG_ABSORBED,  /* inside the medium */
     RMAP_LEG_SCATTERED, /* inside the medium */
     RMAP_LEG_LEFT,      /* the scene; the leg does not count in the walk's path lengths */
-    RMAP_LEG_LIMIT,     /* too many steps along a curve */
-    RMAP_LEG_ERROR      /* the medium's field has no value there */
+    RMAP_LEG_LIMIT,     /* curved: the medium's limit of steps */
+    RMAP_LEG_ERROR      /* curved: the field has no value there */
 };
 
 struct rmap_arrival {
     enum rmap_leg_end end;
     uint32_t events;     /* RMAP_EVENT_GRADIENT for a curved leg, else 0 */
-    struct rmap_leg leg; /* to: its end; direction: there */
+    struct rmap_leg leg; /* to: its end; direction: there. Curved: `index` is 0 and `optical_from`
+                            the path at its end, or for one that left at its start */
     struct rmap_hit hit; /* SURFACE */
 };
 
@@ -82,30 +86,45 @@ static inline double rmap_walk_distance_out(const struct rmap_walk *walk)
     return along > 0.0 ? gap / (root + along) : root - along;
 }
 
+/* The next leg of light in a gradient medium. Not inline: it costs more than a call. */
+void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival);
+
+static inline enum rmap_leg_end rmap_leg_end_of(uint32_t event)
+{
+    return event == RMAP_EVENT_ABSORB ? RMAP_LEG_ABSORBED : RMAP_LEG_SCATTERED;
+}
+
 /* The next leg. The walk's colour becomes that on arrival, its direction that of arrival; its
  * origin stays. Detectors free in space and curve points are told to the recorder. */
 static inline void rmap_walk_leg(struct rmap_walk *walk, struct rmap_arrival *arrival)
 {
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
     struct rmap_leg *leg = &arrival->leg;
+    if (walk->ray.gradient) {
+        rmap_walk_curve(walk, arrival);
+        return;
+    }
     bool met = rmap_accel_next(walk->accel, &walk->ray, &arrival->hit);
+    uint32_t event = 0; /* inside the medium */
     leg->from = walk->ray.origin;
     leg->direction = walk->ray.direction;
     leg->length = met ? arrival->hit.t : rmap_walk_distance_out(walk);
     leg->optical_from = walk->optical_path;
     leg->index = rmap_walk_index(walk);
     leg->segment = walk->draw.step++;
-    double travelled = leg->length;
-    if (medium->absorbing && leg->length > 0.0)
-        travelled = rmap_absorb(medium, &walk->draw, leg->length, &walk->colour);
-    bool absorbed = travelled < leg->length;
-    leg->length = travelled;
-    leg->to =
-        met && !absorbed ? arrival->hit.position : rmap_axpy(travelled, leg->direction, leg->from);
+    if (rmap_medium_is_turbid(medium) && leg->length > 0.0) {
+        struct rmap_free_path path;
+        rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
+        bool ended = path.length < leg->length;
+        leg->length = ended ? path.length : leg->length;
+        event = rmap_free_path_end(medium, &path, leg->length, ended, &walk->colour);
+    }
+    arrival->events = 0;
+    arrival->end = event ? rmap_leg_end_of(event) : met ? RMAP_LEG_SURFACE : RMAP_LEG_LEFT;
+    leg->to = arrival->end == RMAP_LEG_SURFACE ? arrival->hit.position
+                                               : rmap_axpy(leg->length, leg->direction, leg->from);
     if (walk->recorder)
         rmap_detect_free(walk->scene, leg, walk->recorder);
-    arrival->events = 0;
-    arrival->end = absorbed ? RMAP_LEG_ABSORBED : met ? RMAP_LEG_SURFACE : RMAP_LEG_LEFT;
     if (arrival->end == RMAP_LEG_LEFT)
         return;
     walk->path_length += leg->length;
@@ -134,6 +153,16 @@ static inline void rmap_walk_depart(struct rmap_walk *walk, const struct rmap_ar
     walk->ray.direction = decision->direction;
     walk->ray.medium = decision->medium;
     walk->ray.gradient = decision->gradient;
+    walk->start_normal = arrival->hit.normal;
+}
+
+/* On from a point inside the medium where the leg ended SCATTERED. */
+static inline void rmap_walk_scatter(struct rmap_walk *walk, const struct rmap_arrival *arrival)
+{
+    const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
+    walk->ray.origin = arrival->leg.to;
+    walk->ray.direction = rmap_scatter(medium, &walk->draw, walk->ray.direction);
+    walk->ray.contact = (struct rmap_contact){0};
 }
 
 #endif

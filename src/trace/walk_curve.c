@@ -1,0 +1,206 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A leg through a gradient medium: the curve step by step until it meets a surface, ends inside the
+ * medium, or leaves the scene.
+ */
+#include <float.h>
+#include <math.h>
+
+#include "base/rng.h"
+#include "trace/curve_points.h"
+#include "trace/curve_search.h"
+#include "trace/walk.h"
+
+/* A curved leg on its way. */
+struct bend {
+    struct rmap_walk *walk;
+    struct rmap_arrival *arrival;
+    const struct rmap_gradient *gradient;
+    struct rmap_curve curve;
+    struct rmap_curve_search search;
+    struct rmap_curve_points points;
+    double length, optical; /* of the steps so far */
+    double free_path;       /* the leg ends there inside the medium */
+    double left;            /* theta at which the step in hand leaves the scene; > 1: it does not */
+};
+
+/* A dispersive medium bends each wavelength apart: it is drawn before the leg. */
+static void choose_wavelength(struct rmap_walk *walk)
+{
+    double u[4];
+    rmap_rng(walk->draw.seed, walk->draw.ray, walk->draw.step, RMAP_RNG_MEDIUM, u);
+    rmap_colour_collapse(&walk->colour, rmap_colour_pick(&walk->colour, NULL, u[3]));
+}
+
+/* False where the field has no value, within rounding, at the leg's start. */
+static bool begin_curve(struct bend *bend, int channel)
+{
+    const struct rmap_ray *ray = &bend->walk->ray;
+    double inside = 4.0 * bend->gradient->options.tolerance;
+    return rmap_curve_begin(&bend->curve, bend->gradient, channel, ray->origin, ray->direction) ||
+           rmap_curve_begin(&bend->curve, bend->gradient, channel,
+                            rmap_axpy(inside, ray->direction, ray->origin), ray->direction);
+}
+
+static double distance_from_centre(const struct bend *bend, struct rmap_vec3 p)
+{
+    return rmap_length(rmap_sub(p, bend->walk->scene->centre));
+}
+
+/* theta at which the step goes out through the scene's bounding sphere; 2: it ends inside. */
+static double find_way_out(const struct bend *bend, const struct rmap_curve_step *step)
+{
+    double radius = bend->walk->scene->radius, inside = 0.0, outside = 1.0;
+    if (!(distance_from_centre(bend, step->to.r) > radius))
+        return 2.0;
+    if (distance_from_centre(bend, step->from.r) > radius)
+        return 0.0;
+    for (int i = 0; i < 52; i++) {
+        struct rmap_vec3 r, T;
+        double middle = 0.5 * (inside + outside);
+        rmap_curve_at(step, middle, &r, &T);
+        if (distance_from_centre(bend, r) > radius)
+            outside = middle;
+        else
+            inside = middle;
+    }
+    return outside;
+}
+
+/* theta at which the step has this length, which is less than its own. */
+static double find_length(const struct rmap_curve_step *step, double length)
+{
+    double low = 0.0, high = 1.0, theta = length / step->length;
+    for (int i = 0; i < 60; i++) {
+        struct rmap_vec3 r, T;
+        double optical, here;
+        rmap_curve_lengths(step, theta, &optical, &here);
+        rmap_curve_at(step, theta, &r, &T);
+        if (here < length)
+            low = theta;
+        else
+            high = theta;
+        double next = theta + (length - here) / (step->h * rmap_length(T));
+        if (!(next > low && next < high))
+            next = 0.5 * (low + high);
+        if (fabs(next - theta) <= DBL_EPSILON)
+            break;
+        theta = next;
+    }
+    return theta;
+}
+
+/* What ends the leg on this step: how far it goes, and *end; false: nothing does. */
+static bool find_end(struct bend *bend, const struct rmap_curve_step *step, double *theta,
+                     enum rmap_leg_end *end)
+{
+    bool ends = false;
+    *theta = 1.0;
+    if (bend->length + step->length >= bend->free_path) {
+        *theta = find_length(step, bend->free_path - bend->length);
+        *end = RMAP_LEG_SCATTERED; /* or absorbed */
+        ends = true;
+    }
+    double out = find_way_out(bend, step);
+    if (out <= *theta) {
+        *theta = out;
+        *end = RMAP_LEG_LEFT;
+        ends = true;
+    }
+    if (rmap_curve_search_step(&bend->search, step, *theta, theta, &bend->arrival->hit)) {
+        *end = RMAP_LEG_SURFACE;
+        ends = true;
+    }
+    return ends;
+}
+
+/* The step as far as the leg goes; `to`: its end, on the surface if it met one. */
+static void travel(struct bend *bend, const struct rmap_curve_step *step, struct rmap_vec3 from,
+                   struct rmap_vec3 to)
+{
+    struct rmap_walk *walk = bend->walk;
+    uint32_t segment = bend->arrival->leg.segment;
+    if (walk->recorder) {
+        const struct rmap_leg_piece piece = {
+            step,   from, to, walk->optical_path + bend->optical, bend->gradient->options.tolerance,
+            segment};
+        rmap_curve_points_add(&bend->points, step, segment, bend->length, piece.optical_from);
+        rmap_detect_curve(walk->scene, &piece, walk->recorder);
+    }
+    bend->length += step->length;
+    bend->optical += step->optical;
+    bend->arrival->leg.to = to;
+    bend->arrival->leg.direction = rmap_normalize(step->to.T);
+}
+
+static enum rmap_leg_end follow(struct bend *bend)
+{
+    const struct rmap_curve_options *options = &bend->gradient->options;
+    struct rmap_arrival *arrival = bend->arrival;
+    for (uint64_t n = 0; n < options->max_steps; n++) {
+        struct rmap_curve_step step;
+        struct rmap_vec3 from = arrival->leg.to;
+        enum rmap_leg_end end = RMAP_LEG_ERROR;
+        double theta, rest = 1.1 * (bend->free_path - bend->length);
+        if (!rmap_curve_advance(&bend->curve, rest, &step))
+            return RMAP_LEG_ERROR;
+        bool ends = find_end(bend, &step, &theta, &end);
+        if (theta < 1.0)
+            (void)rmap_curve_cut(&bend->curve, &step, theta);
+        travel(bend, &step, from, end == RMAP_LEG_SURFACE ? arrival->hit.position : step.to.r);
+        if (ends)
+            return end;
+    }
+    return RMAP_LEG_LIMIT;
+}
+
+static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival *arrival)
+{
+    const struct rmap_gradient *gradient = &walk->scene->gradient[walk->ray.gradient - 1];
+    bend->walk = walk;
+    bend->arrival = arrival;
+    bend->gradient = gradient;
+    bend->length = bend->optical = 0.0;
+    bend->free_path = HUGE_VAL;
+    arrival->events = RMAP_EVENT_GRADIENT;
+    arrival->leg = (struct rmap_leg){.from = walk->ray.origin,
+                                     .to = walk->ray.origin,
+                                     .direction = walk->ray.direction,
+                                     .optical_from = walk->optical_path,
+                                     .segment = walk->draw.step++};
+    rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, &walk->ray,
+                            walk->start_normal);
+    rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline,
+                            walk->ray.origin);
+}
+
+void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
+{
+    const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
+    struct rmap_leg *leg = &arrival->leg;
+    struct rmap_free_path path;
+    struct bend bend;
+    begin(&bend, walk, arrival);
+    if (medium->dispersive && !rmap_colour_single(&walk->colour))
+        choose_wavelength(walk);
+    if (rmap_medium_is_turbid(medium)) {
+        rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
+        bend.free_path = path.length;
+    }
+    arrival->end = begin_curve(&bend, walk->colour.begin) ? follow(&bend) : RMAP_LEG_ERROR;
+    leg->length = bend.length;
+    walk->ray.direction = leg->direction;
+    if (arrival->end == RMAP_LEG_SURFACE && arrival->hit.t > 0.0)
+        arrival->hit.t = fmax(bend.length, DBL_MIN); /* of the leg, not of its last chord */
+    if (rmap_medium_is_turbid(medium)) {
+        bool ended = arrival->end == RMAP_LEG_SCATTERED;
+        uint32_t event = rmap_free_path_end(medium, &path, bend.length, ended, &walk->colour);
+        if (ended)
+            arrival->end = rmap_leg_end_of(event);
+    }
+    if (arrival->end == RMAP_LEG_LEFT)
+        return;
+    walk->path_length += bend.length;
+    walk->optical_path += bend.optical;
+    leg->optical_from = walk->optical_path;
+}
