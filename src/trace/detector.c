@@ -256,6 +256,8 @@ void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_pie
 void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
                     struct rmap_recorder *recorder)
 {
+    if (scene->on_first[object] == scene->on_first[object + 1])
+        return;
     const struct passage light = {leg->to, leg->direction,
                                   leg->optical_from + leg->index * leg->length, leg->segment};
     for (size_t k = scene->on_first[object]; k < scene->on_first[object + 1]; k++)

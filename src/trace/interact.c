@@ -118,7 +118,7 @@ static int refracting_channel(const struct rmap_scene *scene, const struct rmap_
     return decision->collapse;
 }
 
-static double fresnel_reflectance(const struct side *side, int channel, bool *total)
+static inline double fresnel_reflectance(const struct side *side, int channel, bool *total)
 {
     struct rmap_fresnel f =
         rmap_fresnel_dielectric(side->n1[channel], side->n2[channel], side->cos_i);

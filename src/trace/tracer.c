@@ -35,7 +35,8 @@ static void end(struct rmap_walk *walk, enum rmap_stop stop)
     walk->recorder->end(walk->recorder, &ending);
 }
 
-static void record_step(struct rmap_walk *walk, const struct rmap_arrival *arrival, uint32_t events)
+static inline void record_step(struct rmap_walk *walk, const struct rmap_arrival *arrival,
+                               uint32_t events)
 {
     const struct rmap_leg *leg = &arrival->leg;
     const struct rmap_hit *hit = arrival->end == RMAP_LEG_SURFACE ? &arrival->hit : NULL;
