@@ -76,4 +76,8 @@ void rmap_curve_lengths(const struct rmap_curve_step *step, double theta, double
 /* Most that the chord from theta0 to theta1 leaves the curve; an upper bound to 10 %. */
 double rmap_curve_sag(const struct rmap_curve_step *step, double theta0, double theta1);
 
+/* Greatest second derivative d2r/dt2 across the curve on the step: a chord over dt leaves the curve
+ * by bend dt^2 / 8 at most. Rougher than the sag, and cheap: it looks at the stages alone. */
+double rmap_curve_bend(const struct rmap_curve_step *step);
+
 #endif

@@ -9,19 +9,17 @@
 #include "gradient/curve.h"
 #include "trace/recorder.h"
 
-/* Points that wait for the next one recorded; the chord past them is near to all. */
-#define RMAP_CURVE_POINTS_WAITING 32
-
 struct rmap_curve_points {
-    struct rmap_recorder *recorder; /* borrowed; NULL, or one without `curve`: nothing happens */
-    double tolerance;               /* half of `polyline`: one for the steps, one for the points */
-    struct rmap_vec3 from;          /* the leg's start, or the last point recorded */
-    int n_waiting;
-    struct rmap_curve_point waiting[RMAP_CURVE_POINTS_WAITING];
+    struct rmap_recorder *recorder; /* borrowed; NULL: nothing happens */
+    double tolerance;
+    double time, bend; /* since the last point recorded: of the curve, and its greatest bend */
+    bool waiting;      /* for the next one to tell whether it is needed: */
+    struct rmap_curve_point point;
 };
 
+/* recorder: NULL, or one without `curve`: nothing happens. */
 void rmap_curve_points_begin(struct rmap_curve_points *points, struct rmap_recorder *recorder,
-                             double polyline, struct rmap_vec3 from);
+                             double polyline);
 
 /* The leg's next step, which starts after `length` and `optical_path`. The end of its last one is
  * the leg's end and not recorded. */

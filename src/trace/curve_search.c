@@ -7,24 +7,47 @@
 /* The chord that decides leaves the curve by this share of the tolerance at most. */
 #define DECIDES 0.1
 
-/* A piece shorter than this share of its step is straight, whatever rounding makes of its sag. */
+/* A piece shorter than this share of its run is straight, whatever rounding makes of it. */
 #define SHORTEST 1e-12
 
 struct point {
-    double theta;
+    double time;
     struct rmap_vec3 r, T;
 };
 
 /* The piece of the curve in hand. */
 struct piece {
     struct point a, b;
-    double sag;
+    double sag; /* at most */
 };
 
-static struct point point_at(const struct rmap_curve_step *step, double theta)
+int rmap_curve_run_find(const struct rmap_curve_run *run, double time, double *theta)
 {
-    struct point p = {.theta = theta};
-    rmap_curve_at(step, theta, &p.r, &p.T);
+    int i = 0;
+    while (i < run->n - 1 && time > run->time[i + 1])
+        i++;
+    *theta = (time - run->time[i]) / run->step[i].h;
+    return i;
+}
+
+static double run_time(const struct rmap_curve_run *run)
+{
+    return run->time[run->n];
+}
+
+/* The ends of steps exactly as their neighbours have them. */
+static struct point point_at(const struct rmap_curve_run *run, double time)
+{
+    struct point p = {.time = time};
+    double theta;
+    int i = rmap_curve_run_find(run, time, &theta);
+    const struct rmap_curve_step *step = &run->step[i];
+    if (time == run->time[i + 1]) {
+        p.r = step->to.r;
+        p.T = step->to.T;
+    } else {
+        rmap_curve_at(step, theta, &p.r, &p.T);
+    }
     return p;
 }
 
@@ -46,6 +69,34 @@ static bool starts_on_surface(const struct rmap_curve_search *search)
 static void leave_surface(struct rmap_curve_search *search)
 {
     search->ray.contact = (struct rmap_contact){0};
+}
+
+bool rmap_curve_search_start(struct rmap_curve_search *search, const struct rmap_curve_state *state,
+                             struct rmap_hit *hit)
+{
+    search->run.n = 0;
+    search->run.time[0] = search->run.bend = search->run.length = 0.0;
+    search->ray.origin = state->r;
+    search->ray.direction = rmap_normalize(state->T);
+    bool met = rmap_accel_next(search->accel, &search->ray, hit);
+    search->ahead = met ? hit->t : HUGE_VAL;
+    if (!met || hit->t > 0.0)
+        return false;
+    if (!starts_on_surface(search))
+        hit->t = DBL_MIN; /* a point of its own, not the leg's start */
+    return true;
+}
+
+bool rmap_curve_search_add(struct rmap_curve_search *search)
+{
+    struct rmap_curve_run *run = &search->run;
+    const struct rmap_curve_step *step = &run->step[run->n++];
+    run->time[run->n] = run->time[run->n - 1] + step->h;
+    run->bend = fmax(run->bend, rmap_curve_bend(step));
+    run->length += step->length;
+    double time = run_time(run), twice = 2.0 * step->h; /* the next step may be as long */
+    return run->n == RMAP_CURVE_RUN_MAX || run->length >= 0.9 * search->ahead ||
+           0.125 * run->bend * time * (time + twice) > search->options->sag;
 }
 
 /* Does a surface cross the line between two points? The contact counts where it starts the leg. */
@@ -91,53 +142,61 @@ static bool corner_of(const struct piece *piece, struct rmap_vec3 *corner)
     return true;
 }
 
-/* Is there nothing between the chord, which is clear, and the curve? */
-static bool polygon_is_clear(struct rmap_curve_search *search, const struct rmap_curve_step *step,
-                             const struct piece *piece)
+/* What lies straight ahead of the run's start is known. */
+static bool tangent_is_clear(struct rmap_curve_search *search, const struct piece *piece,
+                             struct rmap_vec3 corner)
 {
     struct rmap_hit hit;
-    struct rmap_vec3 corner[2];
     double share;
+    if (piece->a.time == 0.0)
+        return rmap_length(rmap_sub(corner, piece->a.r)) < search->ahead;
+    return !meets(search, piece->a.r, corner, &hit, &share);
+}
+
+/* Is there nothing between the chord, which is clear, and the curve? */
+static bool polygon_is_clear(struct rmap_curve_search *search, const struct piece *piece)
+{
+    struct rmap_vec3 corner[2];
     int n = 1;
     if (!corner_of(piece, &corner[0])) { /* Bezier's polygon of a cubic */
-        double third = step->h * (piece->b.theta - piece->a.theta) / 3.0;
+        double third = (piece->b.time - piece->a.time) / 3.0;
         corner[0] = rmap_axpy(third, piece->a.T, piece->a.r);
         corner[1] = rmap_axpy(-third, piece->b.T, piece->b.r);
         n = 2;
     }
-    return !meets(search, piece->a.r, corner[0], &hit, &share) &&
+    return tangent_is_clear(search, piece, corner[0]) &&
            !(n == 2 && meets_in_space(search, corner[0], corner[1])) &&
            !meets_in_space(search, corner[n - 1], piece->b.r);
 }
 
-/* Where the curve crosses the tangent plane of the surface that its chord met, near `theta`. */
-static double cross_plane(const struct rmap_curve_step *step, const struct piece *piece,
-                          const struct rmap_hit *hit, double theta)
+/* When the curve crosses the tangent plane of the surface that its chord met, near `time`. */
+static double cross_plane(const struct rmap_curve_run *run, const struct piece *piece,
+                          const struct rmap_hit *hit, double time)
 {
     for (int i = 0; i < 3; i++) {
-        struct point p = point_at(step, theta);
-        double rate = step->h * rmap_dot(p.T, hit->normal);
-        double next = theta - rmap_dot(rmap_sub(p.r, hit->position), hit->normal) / rate;
-        if (!(next > piece->a.theta && next < piece->b.theta))
+        struct point p = point_at(run, time);
+        double rate = rmap_dot(p.T, hit->normal);
+        double next = time - rmap_dot(rmap_sub(p.r, hit->position), hit->normal) / rate;
+        if (!(next > piece->a.time && next < piece->b.time))
             break;
-        theta = next;
+        time = next;
     }
-    return theta;
+    return time;
 }
 
-/* Half the length, in theta, of a piece about `theta` that should hold the crossing and, if it can
- * be, is short enough to decide. `wider`: after failures. */
+/* Half the time of a piece that should hold the crossing and, if it can be, is short enough to
+ * decide. `wider`: after failures. */
 static double half_window(const struct rmap_curve_search *search, const struct piece *piece,
                           const struct rmap_hit *hit, double wider)
 {
-    double width = piece->b.theta - piece->a.theta;
-    double decides = 0.4 * width * sqrt(DECIDES * search->options->tolerance / piece->sag);
+    double span = piece->b.time - piece->a.time;
+    double decides = 0.45 * span * sqrt(DECIDES * search->options->tolerance / piece->sag);
     struct rmap_vec3 chord = rmap_sub(piece->b.r, piece->a.r);
     double length = rmap_length(chord);
     double cosine = fabs(rmap_dot(chord, hit->normal)) / length;
     /* The surface may leave its plane by sag^2 / (2 R cosine^2); R: as long as the chord. */
     double astray = piece->sag * piece->sag / (length * length * cosine * cosine * cosine);
-    return fmin(fmax(decides, astray * width * wider), 0.5 * width);
+    return fmin(fmax(decides, astray * span * wider), 0.5 * span);
 }
 
 static bool same_side(const struct rmap_curve_search *search, const struct piece *piece)
@@ -147,73 +206,72 @@ static bool same_side(const struct rmap_curve_search *search, const struct piece
     return tangent == 0.0 || chord * tangent > 0.0;
 }
 
-/* The piece from a.theta to `end`, or a shorter one whose sag the medium allows; one that starts
- * the leg on a surface leaves it to the side to which the curve does. */
-static void set_piece(struct rmap_curve_search *search, const struct rmap_curve_step *step,
-                      struct piece *piece, double end)
+/* The piece up to `end`, or a shorter one whose sag the medium allows; one that starts the leg on
+ * a surface leaves it to the side to which the curve does. */
+static void set_piece(struct rmap_curve_search *search, struct piece *piece, double end)
 {
-    double shortest = piece->a.theta + SHORTEST;
-    for (;;) {
-        piece->b = point_at(step, end);
-        piece->sag = rmap_curve_sag(step, piece->a.theta, end);
-        double share = search->options->sag / piece->sag;
-        double width = end - piece->a.theta;
-        bool aside = starts_on_surface(search) && !same_side(search, piece);
-        if (end <= shortest || (share >= 1.0 && !aside))
-            break;
-        end = piece->a.theta + width * fmin(0.5, 0.9 * sqrt(share));
+    const struct rmap_curve_run *run = &search->run;
+    double bend = 0.125 * run->bend, shortest = SHORTEST * run_time(run);
+    double most = sqrt(search->options->sag / bend); /* bend 0: infinite */
+    double span = fmin(end - piece->a.time, fmax(most, shortest));
+    piece->b = point_at(run, span < end - piece->a.time ? piece->a.time + span : end);
+    while (starts_on_surface(search) && !same_side(search, piece) && span > shortest) {
+        span *= 0.25;
+        piece->b = point_at(run, piece->a.time + span);
     }
     if (starts_on_surface(search) && !same_side(search, piece))
         leave_surface(search); /* along it within rounding: its media tell where the light is */
+    piece->sag = bend * span * span;
 }
 
 enum verdict { CLEAR, MET, UNDECIDED };
 
-/* Where pieces are to end: the one in hand, and the one after it once that is clear. */
+/* When pieces are to end: the one in hand, and the one after it once that is clear. */
 struct aim {
     double next, after;
     double wider; /* of the window about the crossing, after failures */
 };
 
-static enum verdict judge(struct rmap_curve_search *search, const struct rmap_curve_step *step,
-                          const struct piece *piece, struct aim *aim, struct rmap_hit *hit)
+static enum verdict judge(struct rmap_curve_search *search, const struct piece *piece,
+                          struct aim *aim, struct rmap_hit *hit)
 {
-    double share = 0.0, from = piece->a.theta, width = piece->b.theta - from;
-    bool decides = piece->sag <= DECIDES * search->options->tolerance || width <= SHORTEST;
-    aim->next = from + 0.5 * width;
+    double share = 0.0, from = piece->a.time, span = piece->b.time - from;
+    bool decides = piece->sag <= DECIDES * search->options->tolerance ||
+                   span <= SHORTEST * run_time(&search->run);
+    aim->next = from + 0.5 * span;
     if (!meets(search, piece->a.r, piece->b.r, hit, &share))
-        return decides || polygon_is_clear(search, step, piece) ? CLEAR : UNDECIDED;
+        return decides || polygon_is_clear(search, piece) ? CLEAR : UNDECIDED;
     if (hit->t == 0.0) {
         aim->next = from;
         return MET;
     }
-    double theta = cross_plane(step, piece, hit, from + share * width);
+    double time = cross_plane(&search->run, piece, hit, from + share * span);
     if (decides) {
-        aim->next = theta;
+        aim->next = time;
         return MET;
     }
     double half = half_window(search, piece, hit, aim->wider);
     aim->wider *= 4.0;
-    if (theta - half > from + 0.5 * half) {
-        aim->next = fmin(theta - half, from + 0.9 * width);
-        aim->after = theta + half;
+    if (time - half > from + 0.5 * half) {
+        aim->next = fmin(time - half, from + 0.9 * span);
+        aim->after = time + half;
     } else {
-        aim->next = fmin(theta + half, from + 0.75 * width);
+        aim->next = fmin(time + half, from + 0.75 * span);
     }
     return UNDECIDED;
 }
 
-bool rmap_curve_search_step(struct rmap_curve_search *search, const struct rmap_curve_step *step,
-                            double end, double *theta, struct rmap_hit *hit)
+bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struct rmap_hit *hit)
 {
-    struct piece piece = {.a = point_at(step, 0.0)};
+    double end = *time;
+    struct piece piece = {.a = point_at(&search->run, 0.0)};
     struct aim aim = {.next = end, .after = 0.0, .wider = 1.0};
-    while (piece.a.theta < end) {
-        set_piece(search, step, &piece, aim.next);
-        double width = piece.b.theta - piece.a.theta;
-        switch (judge(search, step, &piece, &aim, hit)) {
+    while (piece.a.time < end) {
+        set_piece(search, &piece, aim.next);
+        double span = piece.b.time - piece.a.time;
+        switch (judge(search, &piece, &aim, hit)) {
         case MET:
-            *theta = aim.next;
+            *time = aim.next;
             if (!starts_on_surface(search))
                 hit->t = fmax(hit->t, DBL_MIN);
             return true;
@@ -222,7 +280,7 @@ bool rmap_curve_search_step(struct rmap_curve_search *search, const struct rmap_
         case CLEAR:
             leave_surface(search);
             piece.a = piece.b;
-            aim.next = aim.after > piece.a.theta ? aim.after : piece.a.theta + 2.0 * width;
+            aim.next = aim.after > piece.a.time ? aim.after : piece.a.time + 2.0 * span;
             aim.next = fmin(aim.next, end);
             aim.after = 0.0;
             aim.wider = 1.0;

@@ -21,7 +21,6 @@ struct bend {
     struct rmap_curve_points points;
     double length, optical; /* of the steps so far */
     double free_path;       /* the leg ends there inside the medium */
-    double left;            /* theta at which the step in hand leaves the scene; > 1: it does not */
 };
 
 /* A dispersive medium bends each wavelength apart: it is drawn before the leg. */
@@ -90,28 +89,47 @@ static double find_length(const struct rmap_curve_step *step, double length)
     return theta;
 }
 
-/* What ends the leg on this step: how far it goes, and *end; false: nothing does. */
-static bool find_end(struct bend *bend, const struct rmap_curve_step *step, double *theta,
-                     enum rmap_leg_end *end)
+/* What ends the leg on the run's last step if no surface does: shortens *time and sets *end. */
+static bool find_end(const struct bend *bend, double *time, enum rmap_leg_end *end)
 {
-    bool ends = false;
-    *theta = 1.0;
-    if (bend->length + step->length >= bend->free_path) {
-        *theta = find_length(step, bend->free_path - bend->length);
+    const struct rmap_curve_run *run = &bend->search.run;
+    const struct rmap_curve_step *step = &run->step[run->n - 1];
+    double theta = 2.0, before = bend->length + run->length - step->length;
+    if (before + step->length >= bend->free_path) {
+        theta = find_length(step, bend->free_path - before);
         *end = RMAP_LEG_SCATTERED; /* or absorbed */
-        ends = true;
     }
     double out = find_way_out(bend, step);
-    if (out <= *theta) {
-        *theta = out;
+    if (out < theta) {
+        theta = out;
         *end = RMAP_LEG_LEFT;
-        ends = true;
     }
-    if (rmap_curve_search_step(&bend->search, step, *theta, theta, &bend->arrival->hit)) {
-        *end = RMAP_LEG_SURFACE;
-        ends = true;
+    if (theta < 1.0)
+        *time = run->time[run->n - 1] + theta * step->h;
+    return theta <= 1.0;
+}
+
+/* The steps of a run. True when something other than a surface ends the leg with it, at *time. */
+static bool fill_run(struct bend *bend, double *time, enum rmap_leg_end *end)
+{
+    struct rmap_curve_run *run = &bend->search.run;
+    bool due = false;
+    for (*time = 0.0; !due; *time = run->time[run->n]) {
+        double rest = bend->free_path - bend->length - run->length;
+        if (bend->curve.n_step == bend->gradient->options.max_steps) {
+            *end = RMAP_LEG_LIMIT;
+            return true;
+        }
+        if (!rmap_curve_advance(&bend->curve, 1.1 * rest, &run->step[run->n])) {
+            *end = RMAP_LEG_ERROR;
+            return true;
+        }
+        due = rmap_curve_search_add(&bend->search);
+        *time = run->time[run->n];
+        if (find_end(bend, time, end))
+            return true;
     }
-    return ends;
+    return false;
 }
 
 /* The step as far as the leg goes; `to`: its end, on the surface if it met one. */
@@ -133,25 +151,39 @@ static void travel(struct bend *bend, const struct rmap_curve_step *step, struct
     bend->arrival->leg.direction = rmap_normalize(step->to.T);
 }
 
+/* The run up to a time; `surface`: it ends on the surface of the arrival's hit. */
+static void travel_run(struct bend *bend, double time, bool surface)
+{
+    struct rmap_curve_run *run = &bend->search.run;
+    double theta;
+    if (run->n == 0)
+        return;
+    int last = rmap_curve_run_find(run, time, &theta);
+    for (int i = 0; i <= last; i++) {
+        struct rmap_curve_step *step = &run->step[i];
+        struct rmap_vec3 from = bend->arrival->leg.to;
+        if (i == last && time < run->time[i + 1])
+            (void)rmap_curve_cut(&bend->curve, step, theta);
+        travel(bend, step, from, i == last && surface ? bend->arrival->hit.position : step->to.r);
+    }
+}
+
 static enum rmap_leg_end follow(struct bend *bend)
 {
-    const struct rmap_curve_options *options = &bend->gradient->options;
-    struct rmap_arrival *arrival = bend->arrival;
-    for (uint64_t n = 0; n < options->max_steps; n++) {
-        struct rmap_curve_step step;
-        struct rmap_vec3 from = arrival->leg.to;
+    struct rmap_hit *hit = &bend->arrival->hit;
+    for (;;) {
         enum rmap_leg_end end = RMAP_LEG_ERROR;
-        double theta, rest = 1.1 * (bend->free_path - bend->length);
-        if (!rmap_curve_advance(&bend->curve, rest, &step))
-            return RMAP_LEG_ERROR;
-        bool ends = find_end(bend, &step, &theta, &end);
-        if (theta < 1.0)
-            (void)rmap_curve_cut(&bend->curve, &step, theta);
-        travel(bend, &step, from, end == RMAP_LEG_SURFACE ? arrival->hit.position : step.to.r);
+        double time;
+        if (rmap_curve_search_start(&bend->search, &bend->curve.state, hit))
+            return RMAP_LEG_SURFACE;
+        bool ends = fill_run(bend, &time, &end);
+        bool met = rmap_curve_search_run(&bend->search, &time, hit);
+        travel_run(bend, time, met);
+        if (met)
+            return RMAP_LEG_SURFACE;
         if (ends)
             return end;
     }
-    return RMAP_LEG_LIMIT;
 }
 
 static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival *arrival)
@@ -170,8 +202,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
                                      .segment = walk->draw.step++};
     rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, &walk->ray,
                             walk->start_normal);
-    rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline,
-                            walk->ray.origin);
+    rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline);
 }
 
 void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
