@@ -14,6 +14,7 @@
 
 #include "base/alloc.h"
 #include "mpi/agree.h"
+#include "mpi/ray_order.h"
 #include "mpi/ray_parts.h"
 
 enum { TAG_HEAD = 81, TAG_LIST, TAG_BYTES, TAG_STOP };
@@ -22,26 +23,17 @@ enum { PIECE_NBYTES = 1 << 24 };
 /* What a rank says next. */
 enum say { SAY_PART, SAY_FAILED, SAY_END };
 
-/* Rays on rank 0 that are not handed out yet. */
-struct held {
-    struct rmap_parcel *parcel;
-    struct rmap_portion rays; /* a view of it */
-    size_t row, segment, registration, space;
-};
-
 struct stream {
     const struct rmap_context *context;
     const struct rmap_map *map;
     struct rmap_deal deal;
     struct rmap_ray_parts *parts;
-    const struct rmap_ray_sink *sink;
-    uint64_t limit, n;
+    uint64_t limit;
 
     /* rank 0 */
     size_t *next; /* [ranks] parts taken */
     bool *ended;  /* [ranks] */
-    struct held *held;
-    size_t n_held, cap_held;
+    struct rmap_ray_order order;
     uint8_t *scratch;     /* [PIECE_NBYTES] */
     MPI_Request *request; /* [ranks] */
 };
@@ -166,23 +158,6 @@ static enum rmap_status serve(struct stream *self, enum rmap_status begun, struc
 
 /* ---- rank 0 ---- */
 
-static enum rmap_status hold(struct stream *self, size_t portion, struct rmap_parcel *parcel,
-                             struct rmap_error *err)
-{
-    void *block = self->held;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->cap_held, self->n_held + 1, sizeof *self->held, err);
-    self->held = block;
-    if (st != RMAP_OK) {
-        rmap_parcel_destroy(parcel);
-        return st;
-    }
-    struct held *held = &self->held[self->n_held++];
-    *held = (struct held){.parcel = parcel,
-                          .space = (size_t)rmap_map_portion(self->map, portion)->space};
-    return rmap_parcel_view(parcel, &held->rays, err);
-}
-
 /* What another rank sends: held, or dropped when nobody wants it any more. */
 static enum rmap_status receive(struct stream *self, int from, bool keep, enum say *say,
                                 struct rmap_error *err)
@@ -208,7 +183,7 @@ static enum rmap_status receive(struct stream *self, int from, bool keep, enum s
             kept = rmap_parcel_create((size_t)list.sheaf[i][1], &parcel, err);
         st = transfer(self, parcel ? parcel->bytes : NULL, (size_t)list.sheaf[i][1], from, err);
         if (st == RMAP_OK && parcel)
-            kept = hold(self, (size_t)list.sheaf[i][0], parcel, err);
+            kept = rmap_ray_order_add(&self->order, (size_t)list.sheaf[i][0], parcel, err);
         else
             rmap_parcel_destroy(parcel);
         RMAP_TRY(st);
@@ -231,7 +206,7 @@ static enum rmap_status take_own(struct stream *self, struct rmap_error *err)
     for (size_t i = 0; i < sheaves.n && st == RMAP_OK; i++) {
         struct rmap_parcel *parcel = sheaves.sheaf[i].parcel;
         sheaves.sheaf[i].parcel = NULL;
-        st = hold(self, sheaves.sheaf[i].portion, parcel, err);
+        st = rmap_ray_order_add(&self->order, sheaves.sheaf[i].portion, parcel, err);
     }
 out:
     rmap_sheaves_fini(&sheaves);
@@ -263,70 +238,12 @@ static int choose(const struct stream *self, uint64_t *first_ray)
     return chosen;
 }
 
-static uint64_t current(const struct held *held)
-{
-    return held->rays.ray.id[held->row];
-}
-
-static void drop_held(struct stream *self, size_t i)
-{
-    rmap_parcel_destroy(self->held[i].parcel);
-    self->held[i] = self->held[--self->n_held];
-}
-
-/* Hands out the rays of one sheaf with ids below `end`. */
-static enum rmap_status hand_out(struct stream *self, struct held *held, uint64_t end,
-                                 struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *rays = &held->rays;
-    while (held->row < rays->n_row[RMAP_TABLE_RAY] && current(held) < end &&
-           self->n < self->limit) {
-        const struct rmap_streamed_ray ray = {rays, held->row, held->segment, held->registration,
-                                              held->space};
-        RMAP_TRY(self->sink->take(self->sink->context, &ray, err));
-        held->segment += rays->ray.segment_count[held->row];
-        held->registration += rays->ray.registration_count[held->row++];
-        self->n++;
-    }
-out:
-    return st;
-}
-
-/* Hands out all held rays with ids below `end`, in order. */
-static enum rmap_status hand_out_below(struct stream *self, uint64_t end, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    while (self->n_held > 0 && self->n < self->limit) {
-        uint64_t least = UINT64_MAX, second = end;
-        size_t at = 0;
-        for (size_t i = 0; i < self->n_held; i++) {
-            uint64_t id = current(&self->held[i]);
-            if (id < least) {
-                second = least < second ? least : second;
-                least = id;
-                at = i;
-            } else if (id < second) {
-                second = id;
-            }
-        }
-        if (least >= end)
-            break;
-        /* An id that two rays claim is handed out twice, not for ever. */
-        RMAP_TRY(hand_out(self, &self->held[at], second > least ? second : least + 1, err));
-        if (self->held[at].row == self->held[at].rays.n_row[RMAP_TABLE_RAY])
-            drop_held(self, at);
-    }
-out:
-    return st;
-}
-
 static enum rmap_status gather(struct stream *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint64_t first_ray;
     int from;
-    while (self->n < self->limit && (from = choose(self, &first_ray)) >= 0) {
+    while (self->order.n < self->limit && (from = choose(self, &first_ray)) >= 0) {
         enum say say = SAY_PART;
         if (from == 0)
             RMAP_TRY(take_own(self, err));
@@ -340,7 +257,7 @@ static enum rmap_status gather(struct stream *self, struct rmap_error *err)
         }
         self->next[from]++;
         (void)choose(self, &first_ray);
-        RMAP_TRY(hand_out_below(self, first_ray, err));
+        RMAP_TRY(rmap_ray_order_hand_out(&self->order, first_ray, err));
     }
 out:
     return st;
@@ -377,9 +294,7 @@ static enum rmap_status collect(struct stream *self, enum rmap_status begun, str
 static void stream_fini(struct stream *self)
 {
     rmap_ray_parts_stop(self->parts);
-    while (self->n_held > 0)
-        drop_held(self, self->n_held - 1);
-    rmap_free(self->held);
+    rmap_ray_order_fini(&self->order);
     rmap_free(self->next);
     rmap_free(self->ended);
     rmap_free(self->request);
@@ -394,7 +309,10 @@ enum rmap_status rmap_ray_stream(const struct rmap_context *context, const struc
 {
     enum rmap_status st = RMAP_OK;
     size_t size = (size_t)context->size;
-    struct stream self = {.context = context, .map = map, .limit = limit, .sink = sink};
+    struct stream self = {.context = context,
+                          .map = map,
+                          .limit = limit,
+                          .order = {.map = map, .sink = sink, .limit = limit}};
     self.next = rmap_alloc(size, sizeof *self.next);
     self.ended = rmap_alloc(size, sizeof *self.ended);
     self.request = rmap_alloc(size, sizeof *self.request);
@@ -408,7 +326,7 @@ enum rmap_status rmap_ray_stream(const struct rmap_context *context, const struc
                               err);
     st = context->rank == 0 ? collect(&self, st, err) : serve(&self, st, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    *n_ret = self.n;
+    *n_ret = self.order.n;
 out:
     stream_fini(&self);
     return st;
