@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "analysis/criterion_evaluate.h"
+#include "base/wide.h"
 
 /* Counts that an interval holds: least <= count <= least + span, or, when `flip`, the others. */
 struct whole_range {
@@ -24,8 +25,9 @@ static struct whole_range whole_range(const struct rmap_interval *interval)
 }
 
 /* inside: the verdict where least <= count <= least + span; outside: elsewhere. */
-static void choose(const uint32_t *restrict count, size_t n, uint32_t least, uint32_t span,
-                   uint8_t inside, uint8_t outside, uint8_t *restrict verdict)
+RMAP_WIDE static void choose(const uint32_t *restrict count, size_t n, uint32_t least,
+                             uint32_t span, uint8_t inside, uint8_t outside,
+                             uint8_t *restrict verdict)
 {
     for (size_t i = 0; i < n; i++) {
         uint8_t mask = (uint8_t)(0 - (count[i] - least <= span));

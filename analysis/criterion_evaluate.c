@@ -12,6 +12,7 @@
 
 #include "analysis/criterion_compare.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 /* Rows marked at a time: marks and sums stay in the first-level cache. */
 enum { STRIP_ROWS = 4096 };
@@ -214,7 +215,7 @@ out:
 }
 
 /* True when every ray has this verdict, which further children cannot change. */
-static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
+RMAP_WIDE static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
 {
     uint8_t other = 0;
     for (size_t i = 0; i < n; i++)
@@ -225,7 +226,8 @@ static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
 static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
                                       uint8_t *verdict, struct rmap_error *err);
 
-static void combine(const uint8_t *restrict own, size_t n, bool is_and, uint8_t *restrict verdict)
+RMAP_WIDE static void combine(const uint8_t *restrict own, size_t n, bool is_and,
+                              uint8_t *restrict verdict)
 {
     if (is_and)
         for (size_t i = 0; i < n; i++)
@@ -258,6 +260,12 @@ static enum rmap_status evaluate_logic(const struct evaluation *ev,
     return st;
 }
 
+RMAP_WIDE static void negate(uint8_t *verdict, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        verdict[i] = rmap_verdict_not(verdict[i]);
+}
+
 /* A node whose verdicts are not known yet. */
 static enum rmap_status evaluate_anew(const struct evaluation *ev, int32_t index, int level,
                                       bool is_rest, uint8_t *verdict, struct rmap_error *err)
@@ -269,8 +277,8 @@ static enum rmap_status evaluate_anew(const struct evaluation *ev, int32_t index
         return evaluate_test(ev, index, verdict, err);
     enum rmap_status st = is_rest ? evaluate_anew(ev, node->first, level, true, verdict, err)
                                   : evaluate_node(ev, node->first, level, verdict, err);
-    for (size_t i = 0; st == RMAP_OK && i < ev->n_ray; i++)
-        verdict[i] = rmap_verdict_not(verdict[i]);
+    if (st == RMAP_OK)
+        negate(verdict, ev->n_ray);
     return st;
 }
 

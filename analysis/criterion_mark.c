@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "analysis/criterion_tree.h"
+#include "base/wide.h"
 #include "trace/event.h"
 
 static void mark_set(const struct rmap_index_set *set, const int32_t *index, size_t n,
@@ -234,6 +235,16 @@ static void keep_box(const struct rmap_box *box, const int32_t *detector, const 
     }
 }
 
+/* All rows that are in have one detector. */
+RMAP_WIDE static void keep_one_box(const struct rmap_box *box, const uint16_t *restrict at,
+                                   size_t n, uint8_t *restrict flag)
+{
+    uint32_t x = box->low[0], y = box->low[1], width = box->high[0] - x, height = box->high[1] - y;
+    bool empty = box->low[0] > box->high[0] || box->low[1] > box->high[1];
+    for (size_t i = 0; i < n; i++)
+        flag[i] &= (at[2 * i] - x <= width) & (at[2 * i + 1] - y <= height) & !empty;
+}
+
 void rmap_registrations_mark(const struct rmap_criterion *criterion,
                              const struct rmap_registration_test *test,
                              const struct rmap_portion *portion, const struct rmap_strip *strip,
@@ -245,11 +256,12 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
     if (!test->crossed)
         for (size_t i = 0; i < n; i++)
             flag[i] &= registration->registered[first + i] != 0;
-    if (test->box)
-        keep_box(test->box, registration->detector + first,
-                 (test->region == RMAP_REGION_CELLS ? registration->cell : registration->relative) +
-                     2 * first,
-                 n, flag);
+    const uint16_t *at =
+        test->region == RMAP_REGION_CELLS ? registration->cell : registration->relative;
+    if (test->box && test->detector.span == 1)
+        keep_one_box(&test->box[test->detector.low], at + 2 * first, n, flag);
+    else if (test->box)
+        keep_box(test->box, registration->detector + first, at + 2 * first, n, flag);
     if (is_curved(test->region) || test->where >= 0)
         for (size_t i = 0; i < n; i++)
             if (flag[i])

@@ -49,6 +49,7 @@ static enum rmap_status compile(struct rmap_parser *parser, const struct rmap_to
     struct rmap_path_alphabet alphabet = {0};
     RMAP_TRY(rmap_path_regex_parse(parser, string, &regex));
     RMAP_TRY(rmap_path_alphabet_create(parser, string, &regex, table, &alphabet));
+    RMAP_TRY(rmap_path_needs_create(parser, &regex, &alphabet, table));
     RMAP_TRY(rmap_path_automaton_create(parser, string, &regex, &alphabet, table));
 out:
     rmap_free(alphabet.has);

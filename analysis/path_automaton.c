@@ -302,6 +302,24 @@ out:
     return st;
 }
 
+/* Symbols that do not lead from the first state to the empty set. */
+static enum rmap_status fill_first(struct build *build, struct rmap_path_table *table)
+{
+    uint32_t n_symbol = build->alphabet->n_symbol, n = 0;
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(build->parser->criterion, n_symbol, 1, &block, build->parser->err);
+    if (st != RMAP_OK)
+        return st;
+    uint8_t *first = block;
+    for (uint32_t symbol = 0; symbol < n_symbol; symbol++) {
+        first[symbol] = build->state[build->next[symbol]].n > 0;
+        n += first[symbol];
+    }
+    table->first = n < n_symbol ? first : NULL;
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_path_automaton_create(struct rmap_parser *parser,
                                             const struct rmap_token *string,
                                             const struct rmap_path_regex *regex,
@@ -319,6 +337,7 @@ enum rmap_status rmap_path_automaton_create(struct rmap_parser *parser,
     RMAP_TRY(emit(&build, regex->root, entry, &entry));
     RMAP_TRY(determinise(&build, entry));
     RMAP_TRY(fill_table(&build, table));
+    RMAP_TRY(fill_first(&build, table));
 out:
     parser->path_work = build.work;
     rmap_free(build.stack);

@@ -30,6 +30,9 @@ struct run {
     uint16_t *symbol;                  /* of all its rows, in order */
     size_t step_cap, symbol_cap;
     size_t lane_ray[LANES + 1], lane_symbol[LANES + 1];
+    bool skips;        /* rays without legs do not match: others that cannot are taken for such */
+    uint8_t step_need; /* bits of needs that steps meet */
+    bool hit_need;     /* a registration is needed */
 };
 
 static size_t index_within(int32_t index, size_t n)
@@ -37,41 +40,44 @@ static size_t index_within(int32_t index, size_t n)
     return (uint32_t)index < n ? (uint32_t)index : n;
 }
 
-static void add_kinds(const struct rmap_path_table *table, const struct rmap_segment_columns *from,
-                      size_t first, size_t n, uint16_t *step)
+/* What an event is worth as part of a base, for rows with and without an object. */
+static size_t base_of(const struct rmap_path_table *table, uint32_t event, uint16_t kind)
 {
-    const int32_t *object = from->object + first;
-    for (size_t i = 0; i < n; i++)
-        step[i] =
-            (uint16_t)(step[i] + table->kind_of_object[index_within(object[i], table->n_object)]);
-    if (!table->of_medium)
-        return;
-    uint16_t nowhere = table->kind_of_object[table->n_object];
-    const int16_t *medium = from->medium + first;
-    for (size_t i = 0; i < n; i++)
-        if (object[i] < 0)
-            step[i] = (uint16_t)(step[i] - nowhere +
-                                 table->kind_of_medium[index_within(medium[i], table->n_medium)]);
+    return (size_t)table->letter_of_event[event % RMAP_PATH_EVENT_CODES] * table->n_kind + kind;
+}
+
+/* Kinds of media stand in for those of rows without an object. */
+static void mark_with_media(const struct rmap_path_table *table,
+                            const struct rmap_segment_columns *from, size_t first, size_t n,
+                            uint16_t *step)
+{
+    for (size_t i = first; i < first + n; i++) {
+        uint16_t kind = from->object[i] < 0
+                            ? table->kind_of_medium[index_within(from->medium[i], table->n_medium)]
+                            : table->kind_of_object[index_within(from->object[i], table->n_object)];
+        *step++ = table->symbol_of_base[base_of(table, from->event[i], kind)];
+    }
 }
 
 static void mark_steps(const struct run *run, size_t first, size_t n)
 {
     const struct rmap_path_table *table = run->table;
-    const struct rmap_segment_columns *segment = &run->portion->segment;
+    const struct rmap_segment_columns *from = &run->portion->segment;
+    const uint16_t *symbol = table->symbol_of_base, *kind = table->kind_of_object;
+    const size_t n_object = table->n_object;
     uint16_t *step = run->step;
-    if (run->rows) {
+    if (run->rows)
         for (size_t i = 0; i < n; i++)
             step[i] = run->rows->symbol[run->rows->row_class[first + i]];
-        return;
-    }
-    for (size_t i = 0; i < n; i++)
-        step[i] =
-            (uint16_t)(table->letter_of_event[segment->event[first + i] % RMAP_PATH_EVENT_CODES] *
-                       table->n_kind);
-    if (table->of_object | table->of_medium)
-        add_kinds(table, segment, first, n, step);
-    for (size_t i = 0; i < n; i++)
-        step[i] = table->symbol_of_base[step[i]];
+    else if (table->of_medium)
+        mark_with_media(table, from, first, n, step);
+    else if (table->of_object)
+        for (size_t i = 0; i < n; i++)
+            step[i] = symbol[base_of(table, from->event[first + i],
+                                     kind[index_within(from->object[first + i], n_object)])];
+    else
+        for (size_t i = 0; i < n; i++)
+            step[i] = symbol[base_of(table, from->event[first + i], 0)];
 }
 
 static uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
@@ -79,6 +85,14 @@ static uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
     for (size_t i = 0; i < n; i += COPY)
         memcpy(to + i, from + i, COPY * sizeof *to);
     return to + n;
+}
+
+/* Number of steps before registration i of a ray. */
+static size_t place_of(const struct run *run, size_t i)
+{
+    const struct rmap_registration_columns *from = &run->portion->registration;
+    size_t detector = index_within(from->detector[i], run->table->n_detector);
+    return (size_t)from->segment[i] + run->table->follows_object[detector];
 }
 
 /* A ray's steps and, in their places, its registrations. */
@@ -92,7 +106,7 @@ static uint16_t *merge_ray(const struct run *run, const uint16_t *step, size_t n
         if (!from->registered[i])
             continue;
         size_t detector = index_within(from->detector[i], table->n_detector);
-        size_t place = (size_t)from->segment[i] + table->follows_object[detector];
+        size_t place = place_of(run, i);
         place = place > n_step ? n_step : place;
         if (place > at) {
             to = copy_symbols(to, step + at, place - at);
@@ -101,6 +115,34 @@ static uint16_t *merge_ray(const struct run *run, const uint16_t *step, size_t n
         *to++ = table->symbol_of_hit[detector];
     }
     return copy_symbols(to, step + at, n_step - at);
+}
+
+/* True when its first symbol is that of its first step. */
+static bool begins_with_step(const struct run *run, size_t registration, uint32_t n_registration)
+{
+    const uint8_t *registered = run->portion->registration.registered;
+    for (size_t i = registration; i < registration + n_registration; i++)
+        if (registered[i])
+            return place_of(run, i) > 0;
+    return true;
+}
+
+/* True when a ray need not be run: it does not begin as a match may, or lacks what all have. */
+static bool cannot_match(const struct run *run, const uint16_t *step, uint32_t n_step,
+                         size_t registration, uint32_t n_registration)
+{
+    const struct rmap_path_table *table = run->table;
+    uint8_t met = 0;
+    if (!run->skips)
+        return false;
+    if (run->hit_need && n_registration == 0)
+        return true;
+    if (n_step > 0 && table->first && !table->first[step[0]] &&
+        begins_with_step(run, registration, n_registration))
+        return true;
+    for (uint32_t i = 0; run->step_need && i < n_step; i++)
+        met |= table->needs_met[step[i]];
+    return (met & run->step_need) != run->step_need;
 }
 
 /* All symbols of a group in order, each ray's last one marked. */
@@ -117,12 +159,14 @@ static void merge_group(struct run *run, const struct group *group)
         run->lane_ray[lane + 1] = group->n_ray * (lane + 1) / LANES;
         for (size_t ray = run->lane_ray[lane]; ray < run->lane_ray[lane + 1]; ray++) {
             const uint16_t *begin = to;
-            if (n_registration && n_registration[ray] > 0) {
-                to = merge_ray(run, step, n_step[ray], registration, n_registration[ray], to);
-                registration += n_registration[ray];
-            } else {
+            uint32_t n_hit = n_registration ? n_registration[ray] : 0;
+            if (cannot_match(run, step, n_step[ray], registration, n_hit))
+                ;
+            else if (n_hit > 0)
+                to = merge_ray(run, step, n_step[ray], registration, n_hit, to);
+            else
                 to = copy_symbols(to, step, n_step[ray]);
-            }
+            registration += n_hit;
             step += n_step[ray];
             if (to > begin)
                 to[-1] = (uint16_t)(to[-1] + n_symbol);
@@ -221,6 +265,18 @@ uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object
     return table->symbol_of_base[letter * table->n_kind + kind];
 }
 
+static struct run begin_run(const struct rmap_path_table *table, const struct rmap_portion *portion,
+                            const struct rmap_path_rows *rows)
+{
+    struct run run = {.table = table, .portion = portion, .rows = rows};
+    run.skips = table->next[2 * (size_t)table->n_symbol] == 0;
+    for (int k = 0; k < table->n_need; k++) {
+        run.hit_need |= table->need[k].is_hit;
+        run.step_need |= table->need[k].is_hit ? 0 : (uint8_t)(1u << k);
+    }
+    return run;
+}
+
 enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
                                      const struct rmap_portion *portion,
                                      const struct rmap_path_rows *rows, uint8_t *match,
@@ -228,7 +284,7 @@ enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
 {
     enum rmap_status st = RMAP_OK;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    struct run run = {.table = node->path.table, .portion = portion, .rows = rows};
+    struct run run = begin_run(node->path.table, portion, rows);
     struct group group = {0};
     while (group.ray < n_ray) {
         if (!next_group(&run, &group)) {

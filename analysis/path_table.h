@@ -12,6 +12,16 @@
 
 enum { RMAP_PATH_EVENT_BITS = 13, RMAP_PATH_EVENT_CODES = 1 << RMAP_PATH_EVENT_BITS };
 
+/* Needs that a path keeps: more would not rule out many more rays. */
+enum { RMAP_PATH_NEED_MAX = 4 };
+
+/* What every history that matches has somewhere: a step, or a registration, with one of these
+ * symbols. Rays that lack it need not be run. */
+struct rmap_path_need {
+    const uint8_t *has; /* [n_symbol] */
+    bool is_hit;        /* a registration */
+};
+
 /* A symbol is below n_symbol; that of a ray's last row is greater by n_symbol; a ray without any
  * has 2 * n_symbol alone. */
 struct rmap_path_table {
@@ -28,6 +38,10 @@ struct rmap_path_table {
     uint32_t width;       /* 2 * n_symbol + 1 */
     const uint32_t *next; /* [n_state][width] state * width. Behind a ray's last symbol it is 0, or
                              `width` when the ray matched; either begins the next ray */
+    const uint8_t *first; /* [n_symbol] that a matching history may begin with; NULL: any */
+    const uint8_t *needs_met; /* [n_symbol] bit k: by need k */
+    int n_need;
+    struct rmap_path_need need[RMAP_PATH_NEED_MAX];
 };
 
 /* What the automaton is built over. */
@@ -43,6 +57,12 @@ enum rmap_status rmap_path_alphabet_create(struct rmap_parser *parser,
                                            const struct rmap_path_regex *regex,
                                            struct rmap_path_table *table,
                                            struct rmap_path_alphabet *alphabet) RMAP_MUST_USE;
+
+/* Fills need, which keeps parts of alphabet->has: the criterion's copy of it. */
+enum rmap_status rmap_path_needs_create(struct rmap_parser *parser,
+                                        const struct rmap_path_regex *regex,
+                                        const struct rmap_path_alphabet *alphabet,
+                                        struct rmap_path_table *table) RMAP_MUST_USE;
 
 /* Fills next, n_state and width; bounded in time and memory: RMAP_INPUT when it would take more. */
 enum rmap_status rmap_path_automaton_create(struct rmap_parser *parser,

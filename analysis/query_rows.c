@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/query_rows.h"
 
-#include "analysis/criterion_compare.h"
+#include "analysis/query_path.h"
 #include "base/alloc.h"
 
 /* What a test says of the classes of the piece in hand. */
@@ -34,9 +34,9 @@ struct rmap_query_rows {
     const struct rmap_portion *rays;
     enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
     void *context;
-    uint16_t *row_class; /* [n_segment], once it was asked for */
-    size_t row_class_cap;
-    bool is_classed;
+    uint16_t *last_class; /* [n_ray] */
+    size_t last_class_cap;
+    struct rmap_query_path path;
 };
 
 enum rmap_status rmap_query_rows_create(const struct rmap_criterion *const *criterion,
@@ -74,7 +74,8 @@ void rmap_query_rows_destroy(struct rmap_query_rows *self)
     rmap_free(self->medium);
     rmap_free(self->detector);
     rmap_free(self->registered);
-    rmap_free(self->row_class);
+    rmap_free(self->last_class);
+    rmap_query_path_fini(&self->path);
     rmap_free(self);
 }
 
@@ -142,7 +143,6 @@ void rmap_query_rows_enter(struct rmap_query_rows *self, const struct rmap_histo
     self->rays = rays;
     self->fetch = fetch;
     self->context = context;
-    self->is_classed = false;
 }
 
 /* A test put to every class. */
@@ -182,20 +182,6 @@ static enum rmap_status answer(struct rmap_query_rows *self, int32_t index,
     return st;
 }
 
-/* Class of each leg of the portion. */
-static enum rmap_status class_rows(struct rmap_query_rows *self, struct rmap_error *err)
-{
-    void *block = self->row_class;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->row_class_cap, self->view->n_row[RMAP_TABLE_SEGMENT] + 1,
-                     sizeof *self->row_class, err);
-    self->row_class = block;
-    if (st == RMAP_OK && !self->is_classed)
-        rmap_history_row_classes(self->view, self->row_class);
-    self->is_classed = st == RMAP_OK;
-    return st;
-}
-
 /* 1 or 0 per kind of ray, then per ray. */
 static enum rmap_status count_kinds(const struct rmap_query_rows *self,
                                     const struct rmap_criterion_node *node, uint32_t *count,
@@ -221,33 +207,17 @@ static enum rmap_status count_places(struct rmap_query_rows *self, const uint8_t
                                      uint32_t *count, struct rmap_error *err)
 {
     const uint32_t *n_leg = self->view->segment_count;
-    size_t end = 0;
-    enum rmap_status st = class_rows(self, err);
-    for (size_t i = 0; st == RMAP_OK && i < self->view->n_row[RMAP_TABLE_RAY]; i++) {
-        end += n_leg[i];
-        count[i] = n_leg[i] > 0 && count[i] && pass[self->row_class[end - 1]];
-    }
-    return st;
-}
-
-static enum rmap_status count_path(struct rmap_query_rows *self,
-                                   const struct rmap_criterion_node *node, const uint16_t *symbol,
-                                   uint32_t *count, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_criterion_node own = *node;
-    own.interval = (struct rmap_interval){1.0, 1.0, false};
-    RMAP_TRY(class_rows(self, err));
-    RMAP_TRY(self->fetch(self->context,
-                         node->columns & ~(RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
-                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
-                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_medium)),
-                         err));
-    const struct rmap_path_rows rows = {.row_class = self->row_class, .symbol = symbol};
-    RMAP_TRY(rmap_path_mark_rows(&own, self->rays, &rows, (uint8_t *)count, err));
-    rmap_counts_of_bytes(count, self->view->n_row[RMAP_TABLE_RAY]);
-out:
-    return st;
+    size_t n_ray = self->view->n_row[RMAP_TABLE_RAY];
+    void *block = self->last_class;
+    enum rmap_status st =
+        rmap_reserve(&block, &self->last_class_cap, n_ray, sizeof *self->last_class, err);
+    self->last_class = block;
+    if (st != RMAP_OK)
+        return st;
+    rmap_history_last_classes(self->view, self->last_class);
+    for (size_t i = 0; i < n_ray; i++)
+        count[i] = n_leg[i] > 0 && count[i] && pass[self->last_class[i]];
+    return RMAP_OK;
 }
 
 /* As rmap_evidence.count says. */
@@ -267,7 +237,7 @@ static enum rmap_status count(void *context, int32_t index, const struct rmap_cr
     if (is_ending)
         st = count_places(self, of_class, number, err);
     else if (node->kind == RMAP_CRITERION_PATH)
-        st = count_path(self, node, of_class, number, err);
+        st = rmap_query_path_count(&self->path, self->view, node, of_class, number, err);
     else if (node->kind == RMAP_CRITERION_STEPS)
         rmap_history_count(self->view, of_class, number);
     else

@@ -4,6 +4,10 @@
  */
 #include "analysis/query_sums.h"
 
+#include <stdbool.h>
+
+#include "base/wide.h"
+
 static void add_source(struct rmap_count *count, size_t source, double rays)
 {
     count->source_weight[source] += rays;
@@ -11,8 +15,9 @@ static void add_source(struct rmap_count *count, size_t source, double rays)
 }
 
 /* Rays and segments; returns the rays. */
-static uint64_t add_numbers(struct rmap_count *count, const uint32_t *restrict segment_count,
-                            const uint8_t *restrict verdict, size_t n)
+RMAP_WIDE static uint64_t add_numbers(struct rmap_count *count,
+                                      const uint32_t *restrict segment_count,
+                                      const uint8_t *restrict verdict, size_t n)
 {
     uint64_t segments = 0, rays = 0;
     for (size_t i = 0; i < n; i++) {
@@ -25,21 +30,53 @@ static uint64_t add_numbers(struct rmap_count *count, const uint32_t *restrict s
     return rays;
 }
 
+RMAP_WIDE static bool all_are_one(const double *weight, size_t n)
+{
+    uint64_t other = 0;
+    for (size_t i = 0; i < n; i++)
+        other |= weight[i] != 1.0;
+    return !other;
+}
+
+/* Weights of 1 are counted, which is the same sum. Sources are below SOURCE_MAX. */
+enum { SOURCE_MAX = 256 };
+
+static void count_sources(struct rmap_count *count, const int32_t *source, const uint8_t *verdict,
+                          size_t n, size_t n_source)
+{
+    uint32_t rays[SOURCE_MAX] = {0};
+    for (size_t i = 0; i < n; i++)
+        rays[source[i]] += verdict[i] >> 1;
+    for (size_t s = 0; s < n_source; s++)
+        add_source(count, s, rays[s]);
+}
+
+RMAP_WIDE static bool are_below(const int32_t *source, size_t n, size_t n_source)
+{
+    uint32_t most = 0;
+    for (size_t i = 0; i < n; i++)
+        most = (uint32_t)source[i] > most ? (uint32_t)source[i] : most;
+    return n == 0 || most < n_source;
+}
+
 enum rmap_status rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
                                     const uint8_t *verdict, size_t n_source, struct rmap_error *err)
 {
     const struct rmap_ray_columns *ray = &portion->ray;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    if (!are_below(ray->source, n_ray, n_source))
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "a ray of the portion from id %llu on has a source beyond the %zu",
+                              (unsigned long long)portion->first_ray, n_source);
     (void)add_numbers(count, ray->segment_count, verdict, n_ray);
+    if (n_source <= SOURCE_MAX && all_are_one(ray->weight, n_ray)) {
+        count_sources(count, ray->source, verdict, n_ray, n_source);
+        return RMAP_OK;
+    }
     for (size_t i = 0; i < n_ray; i++) {
-        size_t source = (size_t)ray->source[i];
         double weight = verdict[i] >> 1 ? ray->weight[i] : 0.0;
-        if (source >= n_source)
-            return rmap_error_set(
-                err, RMAP_FORMAT, "a ray of the portion from id %llu on has source %d of %zu",
-                (unsigned long long)portion->first_ray, (int)ray->source[i], n_source);
-        count->source_weight[source] += weight;
-        count->source_weight_squared[source] += weight * weight;
+        count->source_weight[ray->source[i]] += weight;
+        count->source_weight_squared[ray->source[i]] += weight * weight;
     }
     return RMAP_OK;
 }

@@ -114,29 +114,38 @@ void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t
     mark_any(view->rows->code, view->n_row[RMAP_TABLE_SEGMENT], member, mark);
 }
 
-bool rmap_history_mark_rare(const struct rmap_history_view *view, uint64_t *mark)
+const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
 {
-    const struct rmap_history_shape *shape = &view->rows->shape;
+    struct rmap_history_rows *rows = view->rows;
+    size_t n_word = rmap_history_mark_words(view);
+    uint64_t *rare = rows->mark + n_word;
     uint8_t member[256] = {0};
-    if (shape->n_rare == 0)
-        return false;
-    for (uint32_t k = 0; k < rmap_history_n_page(shape->n_local); k++)
+    uint32_t n = 0;
+    if (rows->shape.n_rare == 0)
+        return NULL;
+    if (rows->is_ranked)
+        return rare;
+    for (uint32_t k = 0; k < rmap_history_n_page(rows->shape.n_local); k++)
         member[255 - k] = 1;
-    rmap_history_mark_codes(view, member, mark);
-    return true;
+    rmap_history_mark_codes(view, member, rare);
+    n_word = (view->n_row[RMAP_TABLE_SEGMENT] + 63) / 64;
+    for (size_t w = 0; w < n_word; w++) {
+        rows->rank[w] = n;
+        n += (uint32_t)__builtin_popcountll(rare[w]);
+    }
+    rows->is_ranked = true;
+    return rare;
 }
 
-/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should,
- * and name more classes than there are: damage that a checksum hides. */
+/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should:
+ * damage that a checksum hides. */
 static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, uint64_t *mark)
 {
     const struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
-    uint64_t *rare = rows->mark + rmap_history_mark_words(view);
+    const uint64_t *rare = rmap_history_rare_legs(view);
     uint32_t used = 0;
-    if (!rmap_history_mark_rare(view, rare))
-        return;
-    for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
+    for (size_t w = 0; rare && w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
         for (uint64_t left = rare[w]; left != 0 && used < shape->n_rare; left &= left - 1) {
             uint8_t code = rows->code[w * 64 + (size_t)__builtin_ctzll(left)];
             uint32_t k = rmap_history_rare_class(shape, code, rows->rare[used++]);
@@ -148,10 +157,20 @@ static void mark_rare(const struct rmap_history_view *view, const uint8_t *wante
 /* ---- counts from bits ---- */
 
 #if defined(RMAP_HISTORY_AVX2) && !defined(__clang__)
-#define COUNTING __attribute__((target_clones("avx2", "default")))
+#define COUNTING __attribute__((target_clones("arch=haswell", "default")))
 #else
 #define COUNTING
 #endif
+
+/* Eight bytes from any byte on hold 57 bits from any bit of it on. */
+enum { READ_BITS = 57 };
+
+static inline uint32_t count_some(const uint64_t *mark, uint64_t row, uint32_t n)
+{
+    uint64_t bits;
+    memcpy(&bits, (const char *)mark + row / 8, sizeof bits);
+    return (uint32_t)__builtin_popcountll(bits >> row % 8 & ((UINT64_C(1) << n) - 1));
+}
 
 COUNTING static void count_bits(const uint64_t *mark, const uint32_t *segment_count, size_t n_ray,
                                 uint32_t *count)
@@ -159,22 +178,26 @@ COUNTING static void count_bits(const uint64_t *mark, const uint32_t *segment_co
     uint64_t row = 0;
     for (size_t i = 0; i < n_ray; i++) {
         uint32_t n = segment_count[i], sum = 0;
-        /* Eight bytes from any byte on hold 57 bits from any bit of it on. */
-        for (uint32_t part; n > 0; n -= part, row += part) {
-            uint64_t bits;
-            part = n < 57 ? n : 57;
-            memcpy(&bits, (const char *)mark + row / 8, sizeof bits);
-            bits = bits >> row % 8 & ((UINT64_C(1) << part) - 1);
-            sum += (uint32_t)__builtin_popcountll(bits);
-        }
-        count[i] = sum;
+        for (; __builtin_expect(n > READ_BITS, 0); n -= READ_BITS, row += READ_BITS)
+            sum += count_some(mark, row, READ_BITS);
+        count[i] = sum + count_some(mark, row, n);
+        row += n;
     }
+}
+
+/* What is wanted as bits in the view's marks. */
+static void mark_wanted(const struct rmap_history_view *view, const uint8_t *wanted,
+                        const struct wanted *local)
+{
+    uint64_t *mark = view->rows->mark;
+    rmap_history_mark_codes(view, local->common, mark);
+    if (local->rare)
+        mark_rare(view, wanted, mark);
 }
 
 void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wanted,
                         uint32_t *count)
 {
-    uint64_t *mark = view->rows->mark;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     struct wanted local;
     localise(view, wanted, &local);
@@ -183,11 +206,30 @@ void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wan
     } else if (local.rows == view->n_row[RMAP_TABLE_SEGMENT]) {
         memcpy(count, view->segment_count, n_ray * sizeof *count);
     } else {
-        rmap_history_mark_codes(view, local.common, mark);
-        if (local.rare)
-            mark_rare(view, wanted, mark);
-        count_bits(mark, view->segment_count, n_ray, count);
+        mark_wanted(view, wanted, &local);
+        count_bits(view->rows->mark, view->segment_count, n_ray, count);
     }
+}
+
+size_t rmap_history_keep(const struct rmap_history_view *view, const uint8_t *wanted,
+                         struct rmap_history_place_of_ray *ray, size_t n)
+{
+    struct wanted local;
+    size_t n_kept = 0;
+    localise(view, wanted, &local);
+    if (local.rows == 0 || n == 0)
+        return 0;
+    mark_wanted(view, wanted, &local);
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_history_place_of_ray it = ray[i];
+        uint32_t left = view->segment_count[it.ray], sum = 0;
+        size_t row = it.leg;
+        for (; __builtin_expect(left > READ_BITS, 0); left -= READ_BITS, row += READ_BITS)
+            sum += count_some(view->rows->mark, row, READ_BITS);
+        ray[n_kept] = it;
+        n_kept += sum + count_some(view->rows->mark, row, left) > 0;
+    }
+    return n_kept;
 }
 
 void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t *wanted,

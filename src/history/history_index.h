@@ -111,6 +111,31 @@ void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t
 /* ROWS: number of the class of each leg, in order. row_class: [n_segment], set. */
 void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class);
 
+/* ROWS: number of the class of each ray's first or last leg: [n_ray], set where a ray has legs. */
+void rmap_history_first_classes(const struct rmap_history_view *view, uint16_t *first_class);
+void rmap_history_last_classes(const struct rmap_history_view *view, uint16_t *last_class);
+
+/* A ray of a portion: its row, and where its legs and registrations begin. */
+struct rmap_history_place_of_ray {
+    uint32_t ray, leg, registration;
+};
+
+/* ROWS: all rays: [n_ray]. */
+void rmap_history_place_rays(const struct rmap_history_view *view,
+                             struct rmap_history_place_of_ray *ray);
+
+/* ROWS: of rays, those with a leg whose class is wanted stay, in their order; how many. wanted: as
+ * above. */
+size_t rmap_history_keep(const struct rmap_history_view *view, const uint8_t *wanted,
+                         struct rmap_history_place_of_ray *ray, size_t n);
+
+/* ROWS: rays side by side: ray [n], ascending. out: its columns segment_count and
+ * registration_count [n] and detector, registered and segment of /registration have room for theirs
+ * and are set, as are its rows of /ray and /registration; row_class has room for their legs. */
+void rmap_history_gather(const struct rmap_history_view *view,
+                         const struct rmap_history_place_of_ray *ray, size_t n,
+                         struct rmap_portion *out, uint16_t *row_class);
+
 /* Either form: the discrete columns of the portion again, those that `columns` names (the counts
  * always); the others are as they were. out: emptied first, its memory is reused; out->first_ray
  * and n_row are set. RMAP_SYSTEM. */

@@ -134,8 +134,10 @@ struct rmap_history_rows {
     const uint32_t *far;
     struct rmap_history_shape shape;
     /* For counting: */
-    uint64_t *mark; /* [2][rmap_history_mark_words], a bit per leg */
-    size_t cap_mark;
+    uint64_t *mark; /* [2][rmap_history_mark_words], a bit per leg; the second half: of rare ones */
+    uint32_t *rank; /* [rmap_history_mark_words] rare legs before each word of these */
+    size_t cap_mark, cap_rank;
+    bool is_ranked; /* both are of the portion in hand */
 };
 
 /* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */
@@ -148,8 +150,9 @@ static inline size_t rmap_history_mark_words(const struct rmap_history_view *vie
 void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t member[256],
                              uint64_t *mark);
 
-/* Sets a bit for each leg whose class is in the list of rare ones; false when there are none. */
-bool rmap_history_mark_rare(const struct rmap_history_view *view, uint64_t *mark);
+/* Legs whose class is in the list of rare ones: a bit for each, found when first asked for. NULL:
+ * there are none. */
+const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view);
 
 /* Local class of a leg with this code, for which the list of rare ones says `rare`. n_local: there
  * is no such class. */
@@ -158,6 +161,20 @@ static inline uint32_t rmap_history_rare_class(const struct rmap_history_shape *
 {
     uint32_t k = shape->n_common + (255u - code) * 256 + rare;
     return k < shape->n_local ? k : shape->n_local;
+}
+
+/* Local class of a leg whose code is one of the rare ones'; rare: rmap_history_rare_legs. Damage
+ * that a checksum hides may name classes that are not there. */
+static inline uint32_t rmap_history_rare_at(const struct rmap_history_view *view,
+                                            const uint64_t *rare, size_t leg)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    uint64_t below = rare[leg / 64] & ((UINT64_C(1) << leg % 64) - 1);
+    uint32_t at = rows->rank[leg / 64] + (uint32_t)__builtin_popcountll(below);
+    uint32_t k = at < rows->shape.n_rare
+                     ? rmap_history_rare_class(&rows->shape, rows->code[leg], rows->rare[at])
+                     : 0;
+    return k < rows->shape.n_local ? k : 0;
 }
 
 /* Counts of a byte as 32 bits; 255 stands for the next of the longer ones. False when these are not

@@ -6,52 +6,6 @@
 
 #include "history/history_parts.h"
 
-/* Goes through the legs of rare classes. */
-struct rare_legs {
-    const uint64_t *mark;
-    uint64_t left; /* bits of the word in hand */
-    size_t word, n_word;
-    uint32_t used; /* of the list of rare ones */
-};
-
-static struct rare_legs begin_rare(const struct rmap_history_view *view)
-{
-    uint64_t *mark = view->rows->mark;
-    bool any = rmap_history_mark_rare(view, mark);
-    size_t n_word = any ? (view->n_row[RMAP_TABLE_SEGMENT] + 63) / 64 : 0;
-    return (struct rare_legs){.mark = mark, .left = n_word > 0 ? mark[0] : 0, .n_word = n_word};
-}
-
-/* Damage that a checksum hides may make the list too short, or name classes that are not there. */
-static bool next_rare(const struct rmap_history_view *view, struct rare_legs *it, size_t *leg,
-                      size_t *local)
-{
-    const struct rmap_history_rows *rows = view->rows;
-    while (it->left == 0 && it->word + 1 < it->n_word)
-        it->left = it->mark[++it->word];
-    if (it->left == 0 || it->used == rows->shape.n_rare)
-        return false;
-    *leg = it->word * 64 + (size_t)__builtin_ctzll(it->left);
-    it->left &= it->left - 1;
-    uint32_t k = rmap_history_rare_class(&rows->shape, rows->code[*leg], rows->rare[it->used++]);
-    *local = k < rows->shape.n_local ? k : 0;
-    return true;
-}
-
-void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class)
-{
-    const uint8_t *code = view->rows->code;
-    uint16_t class_of[256] = {0};
-    size_t leg, local;
-    for (uint32_t k = 0; k < view->rows->shape.n_common; k++)
-        class_of[k] = view->local_class[k];
-    for (size_t i = 0; i < view->n_row[RMAP_TABLE_SEGMENT]; i++)
-        row_class[i] = class_of[code[i]];
-    struct rare_legs it = begin_rare(view);
-    while (next_rare(view, &it, &leg, &local))
-        row_class[leg] = view->local_class[local];
-}
-
 static bool asked(rmap_column_set columns, enum rmap_column column)
 {
     return (columns & RMAP_COLUMN_BIT(column)) != 0;
@@ -96,6 +50,25 @@ static void unfold_rays(const struct rmap_history_view *view, rmap_column_set co
         out->ray.stop[i] = view->kind_stop[view->kind ? view->kind[i] : 0];
 }
 
+static void unfold_rare_legs(const struct rmap_history_view *view, rmap_column_set columns,
+                             struct rmap_portion *out)
+{
+    const uint64_t *rare = rmap_history_rare_legs(view);
+    const struct rmap_history_class *what = view->index->class_of;
+    for (size_t w = 0; rare && w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
+        for (uint64_t left = rare[w]; left != 0; left &= left - 1) {
+            size_t leg = w * 64 + (size_t)__builtin_ctzll(left);
+            const struct rmap_history_class *is =
+                &what[view->local_class[rmap_history_rare_at(view, rare, leg)]];
+            if (asked(columns, RMAP_SEGMENT_object))
+                out->segment.object[leg] = is->object;
+            if (asked(columns, RMAP_SEGMENT_event))
+                out->segment.event[leg] = is->event;
+            if (asked(columns, RMAP_SEGMENT_medium))
+                out->segment.medium[leg] = (int16_t)is->medium;
+        }
+}
+
 /* What the classes with codes are, then each leg's, then the rare ones. */
 static void unfold_legs(const struct rmap_history_view *view, rmap_column_set columns,
                         struct rmap_portion *out)
@@ -109,7 +82,7 @@ static void unfold_legs(const struct rmap_history_view *view, rmap_column_set co
         uint32_t event[256];
         int16_t medium[256];
     } of = {{0}, {0}, {0}};
-    size_t n = view->n_row[RMAP_TABLE_SEGMENT], leg, local;
+    size_t n = view->n_row[RMAP_TABLE_SEGMENT];
     if (!object && !event && !medium)
         return;
     for (uint32_t k = 0; k < view->rows->shape.n_common; k++) {
@@ -123,16 +96,7 @@ static void unfold_legs(const struct rmap_history_view *view, rmap_column_set co
         out->segment.event[i] = of.event[code[i]];
     for (size_t i = 0; medium && i < n; i++)
         out->segment.medium[i] = of.medium[code[i]];
-    struct rare_legs it = begin_rare(view);
-    while (next_rare(view, &it, &leg, &local)) {
-        const struct rmap_history_class *rare = &what[view->local_class[local]];
-        if (object)
-            out->segment.object[leg] = rare->object;
-        if (event)
-            out->segment.event[leg] = rare->event;
-        if (medium)
-            out->segment.medium[leg] = (int16_t)rare->medium;
-    }
+    unfold_rare_legs(view, columns, out);
 }
 
 static bool unfold_hits(const struct rmap_history_view *view, rmap_column_set columns,

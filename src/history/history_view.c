@@ -119,6 +119,7 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     void *segments = rows->segment_count, *registrations = rows->registration_count;
     void *kind = rows->kind, *mark = rows->mark, *local_rows = rows->local_rows;
+    void *rank = rows->rank;
     RMAP_TRY(rmap_reserve(&segments, &rows->cap_segment_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(
         rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
@@ -127,7 +128,10 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
                           err));
     RMAP_TRY(rmap_reserve(&mark, &rows->cap_mark, 2 * rmap_history_mark_words(view),
                           sizeof(uint64_t), err));
+    RMAP_TRY(
+        rmap_reserve(&rank, &rows->cap_rank, rmap_history_mark_words(view), sizeof(uint32_t), err));
 out:
+    rows->rank = rank;
     rows->segment_count = segments;
     rows->registration_count = registrations;
     rows->kind = kind;
@@ -277,6 +281,7 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                        .rows = rows};
     if (!rows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
+    rows->is_ranked = false;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         view->n_row[t] = place->n_row[t];
     enum rmap_status st = fetch(index, place, view, &bytes, err);
@@ -291,6 +296,7 @@ void rmap_history_view_fini(struct rmap_history_view *view)
         rmap_free(view->rows->registration_count);
         rmap_free(view->rows->kind);
         rmap_free(view->rows->mark);
+        rmap_free(view->rows->rank);
         rmap_free(view->rows->local_rows);
         rmap_free(view->rows);
     }
