@@ -191,24 +191,36 @@ static void write_piece(struct rmap_polydata *self)
     self->n_point = self->n_ray = 0;
 }
 
+/* Start, the ends of the legs, and what a curved one passes between them, where nothing happens. */
+static void put_points(struct rmap_polydata *self, const struct rmap_portion *portion, size_t ray,
+                       size_t segment, size_t first_curve, size_t n_curve)
+{
+    const struct rmap_segment_columns *leg = &portion->segment;
+    size_t n_leg = portion->ray.segment_count[ray], at = first_curve;
+    put_point(self, portion->ray.start + 3 * ray, 0, portion->ray.start_object[ray],
+              n_leg > 0 ? leg->medium[segment] : -1);
+    for (size_t k = 0, row = segment; k < n_leg; k++, row++) {
+        for (; at < first_curve + n_curve && portion->curve.segment[at] == k; at++)
+            put_point(self, portion->curve.position + 3 * at, 0, -1, leg->medium[row]);
+        put_point(self, leg->position + 3 * row, leg->event[row], leg->object[row],
+                  leg->medium[row]);
+    }
+}
+
 enum rmap_status rmap_polydata_add(struct rmap_polydata *self, const struct rmap_portion *portion,
                                    size_t ray, size_t segment, double flux, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_ray_columns *from = &portion->ray;
-    const struct rmap_segment_columns *leg = &portion->segment;
-    size_t n_leg = from->segment_count[ray];
     const uint64_t id = from->id[ray];
     const int32_t source = from->source[ray];
     const uint8_t stop = from->stop[ray];
     const double wavelength = from->wavelength[ray];
+    size_t first_curve, n_curve = rmap_portion_curve_of(portion, id, &first_curve);
     for (int index = 0; index < ARRAY_COUNT; index++)
-        RMAP_TRY(reserve(self, (enum array_index)index, n_leg + 1, err));
-    put_point(self, from->start + 3 * ray, 0, from->start_object[ray],
-              n_leg > 0 ? leg->medium[segment] : -1);
-    for (size_t row = segment; row < segment + n_leg; row++)
-        put_point(self, leg->position + 3 * row, leg->event[row], leg->object[row],
-                  leg->medium[row]);
+        RMAP_TRY(
+            reserve(self, (enum array_index)index, from->segment_count[ray] + n_curve + 1, err));
+    put_points(self, portion, ray, segment, first_curve, n_curve);
     const int64_t end = (int64_t)self->n_point;
     put(self, ARRAY_OFFSET, &end);
     put(self, ARRAY_RAY, &id);

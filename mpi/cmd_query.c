@@ -22,7 +22,8 @@ static const struct rmap_option options[] = {
     {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
     {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
     {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
-    {"output", 'o', "OUT", "write the matching rays: OUT.csv, OUT.json, or OUT.raymap, a ray map"},
+    {"output", 'o', "OUT",
+     "write the matching rays: OUT.csv, OUT.json, OUT.vtp, or OUT.raymap, a ray map"},
     {"encoding", 0, "E", "of OUT.raymap: plain or compact (default: that of MAP's first piece)"},
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
@@ -275,8 +276,9 @@ const struct rmap_command rmap_command_query = {
         "Several criteria are counted in one scan. FILE defines names, as in\n\n"
         "  let ghost = registered(sensor) and hit(*, reflect_specular) >= 2\n\n"
         "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
-        "one row per segment, OUT.json an array of rays as `raymap report` prints them, and\n"
-        "OUT.raymap is a ray map of the matching rays, with the fluxes that they have in MAP. "
+        "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.vtp\n"
+        "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays, with "
+        "the fluxes that they have in MAP. "
         "Rays\n"
         "come in the order of their ids. The answer does not depend on the number of ranks and\n"
         "threads.",

@@ -8,11 +8,13 @@
 
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
+#include "io/polydata.h"
 #include "io/publish.h"
+#include "mpi/balance.h"
 #include "mpi/json_out.h"
 #include "mpi/ray_lines.h"
 
-/* How one ray is written: first/between/last frame the list. */
+/* How one ray is written: first/between/last frame the list. write NULL: as polylines. */
 struct format {
     const char *suffix; /* of the file's name */
     const char *first, *between, *last;
@@ -36,11 +38,12 @@ static const struct format csv_format = {".csv", RMAP_RAY_CSV_HEADER "\n", "", "
                                          rmap_ray_csv_write};
 static const struct format curved_csv_format = {".csv", RMAP_RAY_CSV_HEADER_CURVED "\n", "", "",
                                                 rmap_ray_csv_write};
+static const struct format polydata_format = {".vtp", "", "", "", NULL};
 static const struct format text_format = {"", "", "", "", rmap_ray_path_write};
 
 static const struct format *format_of(const char *path)
 {
-    const struct format *const known[] = {&json_format, &csv_format};
+    const struct format *const known[] = {&json_format, &csv_format, &polydata_format};
     size_t len = strlen(path);
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
         size_t suffix_len = strlen(known[i]->suffix);
@@ -56,7 +59,8 @@ enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap
     if (!format_of(path))
         return rmap_error_set(err, RMAP_USAGE,
                               "cannot write '%s': -o takes a name that ends in .csv (a row per "
-                              "segment), .json (an array of rays) or .raymap (a ray map)",
+                              "segment), .json (an array of rays), .vtp (polylines for ParaView) "
+                              "or .raymap (a ray map)",
                               path);
     if (!force && stat(path, &status) == 0)
         return rmap_error_set(err, RMAP_USAGE,
@@ -71,6 +75,7 @@ struct rmap_rays_out {
     char *directory, *temporary; /* of a file; it is written under another name */
     const struct format *format;
     FILE *file;
+    struct rmap_polydata *polydata; /* NULL: of no .vtp */
     uint64_t n_ray, n_segment;
 };
 
@@ -106,14 +111,19 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
         self->format = &curved_csv_format;
     self->file = stdout;
     enum rmap_status st = path ? open_file(self, err) : RMAP_OK;
-    if (st != RMAP_OK) {
+    if (st != RMAP_OK)
         self->file = NULL;
-        rmap_rays_out_destroy(self);
-        return st;
-    }
+    RMAP_TRY(st);
+    if (self->format == &polydata_format)
+        RMAP_TRY(rmap_polydata_begin(self->file, rmap_map_scene(map),
+                                     rmap_flux_unit_text(rmap_map_scene(map)), &self->polydata,
+                                     err));
     fputs(self->format->first, self->file);
     *out_ret = self;
-    return RMAP_OK;
+    self = NULL;
+out:
+    rmap_rays_out_destroy(self);
+    return st;
 }
 
 static enum rmap_status cannot_write(const struct rmap_rays_out *self, struct rmap_error *err)
@@ -122,29 +132,47 @@ static enum rmap_status cannot_write(const struct rmap_rays_out *self, struct rm
                           self->path ? self->path : "stdout", strerror(errno));
 }
 
+static enum rmap_status write_report(struct rmap_rays_out *self,
+                                     const struct rmap_streamed_ray *ray, struct rmap_error *err)
+{
+    struct rmap_ray_report *report = NULL;
+    enum rmap_status st = rmap_ray_report_row(self->map, ray->space, ray->portion, ray->row,
+                                              ray->segment, ray->registration, &report, err);
+    if (st == RMAP_OK && self->n_ray > 0)
+        fputs(self->format->between, self->file);
+    if (st == RMAP_OK)
+        st = self->format->write(report, self->file, err);
+    rmap_ray_report_destroy(report);
+    return st;
+}
+
+static enum rmap_status write_polyline(struct rmap_rays_out *self,
+                                       const struct rmap_streamed_ray *ray, struct rmap_error *err)
+{
+    const struct rmap_ray_columns *from = &ray->portion->ray;
+    double flux =
+        from->weight[ray->row] * rmap_map_flux_per_weight(self->map)[from->source[ray->row]];
+    return rmap_polydata_add(self->polydata, ray->portion, ray->row, ray->segment, flux, err);
+}
+
 enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *ray,
                                     struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_rays_out *self = out;
-    struct rmap_ray_report *report = NULL;
-    RMAP_TRY(rmap_ray_report_row(self->map, ray->space, ray->portion, ray->row, ray->segment,
-                                 ray->registration, &report, err));
-    if (self->n_ray > 0)
-        fputs(self->format->between, self->file);
-    RMAP_TRY(self->format->write(report, self->file, err));
-    if (ferror(self->file))
+    enum rmap_status st =
+        self->polydata ? write_polyline(self, ray, err) : write_report(self, ray, err);
+    if (st == RMAP_OK && ferror(self->file))
         st = cannot_write(self, err);
     self->n_ray++;
     self->n_segment += ray->portion->ray.segment_count[ray->row];
-out:
-    rmap_ray_report_destroy(report);
     return st;
 }
 
 enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_error *err)
 {
     FILE *file = self->file;
+    if (self->polydata)
+        rmap_polydata_finish(self->polydata);
     fputs(self->format->last, file);
     if (!self->path)
         return fflush(file) == 0 ? RMAP_OK : cannot_write(self, err);
@@ -176,6 +204,7 @@ void rmap_rays_out_destroy(struct rmap_rays_out *self)
         (void)fclose(self->file);
         (void)remove(self->temporary);
     }
+    rmap_polydata_destroy(self->polydata);
     rmap_free(self->temporary);
     rmap_free(self->directory);
     rmap_free(self);
