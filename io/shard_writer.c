@@ -206,6 +206,8 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
     if (portion->n_channel != self->queue.n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a block with %d colour channels, not %d",
                               portion->n_channel, self->queue.n_channel);
+    if (portion->n_row[RMAP_TABLE_CURVE] > 0 && !rmap_scene_is_curved(self->run.scene))
+        return rmap_error_set(err, RMAP_INTERNAL, "curved legs in a scene without gradient media");
     info.digest = rmap_portion_digest(portion);
     rmap_portion_summarise(portion, &info.summary);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)

@@ -45,6 +45,19 @@ static inline double fixture_unit(uint64_t ray, uint64_t k)
     return (double)(fixture_hash(ray, k) >> 11) / 9007199254740992.0;
 }
 
+/* A curved leg with 0 to 6 points between its ends. */
+static inline void fixture_curve(struct rmap_recorder *out, uint64_t ray, struct rmap_step *step,
+                                 uint32_t leg)
+{
+    step->events |= RMAP_EVENT_GRADIENT;
+    for (uint64_t j = 0; j < fixture_hash(ray, 1000 + leg) % 7; j++) {
+        struct rmap_curve_point point = {
+            .segment = leg,
+            .position = {30 * fixture_unit(ray, 2000 + 10 * leg + j), (double)j, -(double)leg}};
+        out->curve(out, &point);
+    }
+}
+
 /* One ray: 1 to 20 legs over the scene's objects, a registration now and then. */
 static inline void fixture_ray(struct rmap_recorder *out, const struct rmap_scene *scene,
                                uint64_t ray)
@@ -76,6 +89,8 @@ static inline void fixture_ray(struct rmap_recorder *out, const struct rmap_scen
             .normal = {0, last ? 0 : 0.6, last ? 0 : -0.8},
             .length = 1,
             .colour = k < 3 ? white : one};
+        if (step.medium == 1 && scene->medium[1].field)
+            fixture_curve(out, ray, &step, (uint32_t)k);
         out->step(out, &step);
         if (fixture_hash(ray, h + 7) % 5)
             continue;

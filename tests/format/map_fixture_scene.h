@@ -1,19 +1,24 @@
 /* SPDX-License-Identifier: MIT
  *
- * The fixture's scene: written to the test's directory and read as any scene is.
+ * The fixture's scene: written to the test's directory and read as any scene is. With
+ * FIXTURE=curved in the environment its glass is a gradient medium, so that maps have /curve.
  */
 #ifndef RMAP_MAP_FIXTURE_SCENE_H
 #define RMAP_MAP_FIXTURE_SCENE_H
 
 #include "io/bundle.h"
 
+static const char fixture_scene_head[] = "raymap: 1\n"
+                                         "units: mm\n"
+                                         "spectrum: {mode: rgb}\n"
+                                         "media:\n"
+                                         "  air: {index: 1}\n";
+
+static const char fixture_uniform[] = "  glass: {index: 1.5}\n";
+static const char fixture_gradient[] =
+    "  glass: {gradient: {type: parabolic, n0: 1.6, alpha: 0.01, frame: world}}\n";
+
 static const char fixture_scene_text[] =
-    "raymap: 1\n"
-    "units: mm\n"
-    "spectrum: {mode: rgb}\n"
-    "media:\n"
-    "  air: {index: 1}\n"
-    "  glass: {index: 1.5}\n"
     "surfaces:\n"
     "  black: {type: absorber}\n"
     "geometries:\n"
@@ -35,6 +40,12 @@ static const char fixture_scene_text[] =
     "  - {name: film, type: plane, size: [8, 6], cells: [16, 9], at: [0, 0, 50],"
     " direction: [0, 0, -1]}\n";
 
+static inline bool fixture_is_curved(void)
+{
+    const char *kind = getenv("FIXTURE");
+    return kind && strcmp(kind, "curved") == 0;
+}
+
 static inline void fixture_scene(const char *directory, struct rmap_bundle **bundle,
                                  struct rmap_scene **scene)
 {
@@ -45,6 +56,8 @@ static inline void fixture_scene(const char *directory, struct rmap_bundle **bun
     (void)snprintf(path, sizeof path, "%s/scene.yaml", directory);
     FILE *file = fopen(path, "w");
     assert_non_null(file);
+    assert_true(fputs(fixture_scene_head, file) >= 0);
+    assert_true(fputs(fixture_is_curved() ? fixture_gradient : fixture_uniform, file) >= 0);
     assert_true(fputs(fixture_scene_text, file) >= 0);
     assert_int_equal(fclose(file), 0);
     rmap_diagnostics_init(&diagnostics, path);
