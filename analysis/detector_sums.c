@@ -65,32 +65,11 @@ void rmap_detector_sums_merge(struct rmap_detector_sums *into,
         into->colour[i] += from->colour[i];
 }
 
-/* Colour of one unit of flux on each channel: CIE XYZ per watt (Y = 1 at 555 nm) or per lumen
- * (Y = 1) in spectral mode, linear RGB in RGB mode. */
-static void channel_colours(const struct rmap_scene *scene, double (*colour)[3])
-{
-    static const double luminance[3] = {0.2126, 0.7152, 0.0722}; /* sRGB, IEC 61966-2-1 */
-    bool luminous = scene->flux_unit == RMAP_FLUX_LM;
-    for (int i = 0; i < scene->channels.n; i++) {
-        double y;
-        if (scene->channels.mode == RMAP_COLOUR_RGB) {
-            for (int k = 0; k < 3; k++)
-                colour[i][k] = k == i;
-            y = luminance[i];
-        } else {
-            rmap_cie1931(scene->channels.wavelength_nm[i], colour[i]);
-            y = colour[i][1];
-        }
-        for (int k = 0; k < 3 && luminous; k++)
-            colour[i][k] = y > 0.0 ? colour[i][k] / y : 0.0;
-    }
-}
-
 /* Channels' colours of one space in the terms of another one's mode. */
 static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_mode mode,
                                double (*colour)[3])
 {
-    channel_colours(scene, colour);
+    rmap_channel_colours(&scene->channels, scene->flux_unit == RMAP_FLUX_LM, colour);
     for (int i = 0; i < scene->channels.n && scene->channels.mode != mode; i++) {
         const double given[3] = {colour[i][0], colour[i][1], colour[i][2]};
         if (mode == RMAP_COLOUR_RGB)

@@ -22,6 +22,15 @@ rmap_pkg(assimp assimp)
 rmap_pkg(muparser muparser) # its C interface: formulas of gradient media
 rmap_pkg(rsvg librsvg-2.0) # brings cairo, which draws for it
 
+# Of OpenEXR its C interface alone, since version 3.1; the rest is C++.
+pkg_check_modules(openexr REQUIRED OpenEXR>=3.1)
+find_library(OPENEXR_CORE_LIBRARY NAMES OpenEXRCore OpenEXRCore-3_1 REQUIRED
+             HINTS ${openexr_LIBRARY_DIRS})
+find_path(OPENEXR_INCLUDE openexr.h REQUIRED HINTS ${openexr_INCLUDE_DIRS})
+add_library(rmap::openexr INTERFACE IMPORTED)
+target_include_directories(rmap::openexr SYSTEM INTERFACE ${OPENEXR_INCLUDE})
+target_link_libraries(rmap::openexr INTERFACE ${OPENEXR_CORE_LIBRARY})
+
 # Embree's own CMake files pull in its C++ targets' needs; header and library are all we use.
 find_path(EMBREE_INCLUDE embree3/rtcore.h REQUIRED)
 find_library(EMBREE_LIBRARY embree3 REQUIRED)

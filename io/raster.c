@@ -73,6 +73,18 @@ static enum rmap_status write_file(const char *path, const void *data, size_t n,
     return RMAP_OK;
 }
 
+enum rmap_status rmap_png_write(const uint8_t *rgb, uint32_t width, uint32_t height,
+                                const char *path, struct rmap_error *err)
+{
+    uint8_t *png = NULL;
+    size_t nbytes = 0;
+    enum rmap_status st = rmap_png_encode(rgb, width, height, &png, &nbytes, err);
+    if (st == RMAP_OK && (st = write_file(path, png, nbytes, err)) != RMAP_OK)
+        (void)remove(path);
+    rmap_free(png);
+    return st;
+}
+
 static cairo_status_t keep_png(void *closure, const unsigned char *data, unsigned int length)
 {
     return append(closure, data, length) == RMAP_OK ? CAIRO_STATUS_SUCCESS

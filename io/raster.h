@@ -16,6 +16,10 @@ enum rmap_status rmap_png_encode(const uint8_t *rgb, uint32_t width, uint32_t he
                                  uint8_t **png_ret, size_t *nbytes_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same into a file, which stays away when it cannot be written whole. */
+enum rmap_status rmap_png_write(const uint8_t *rgb, uint32_t width, uint32_t height,
+                                const char *path, struct rmap_error *err) RMAP_MUST_USE;
+
 enum rmap_picture { RMAP_PICTURE_NONE, RMAP_PICTURE_SVG, RMAP_PICTURE_PNG };
 
 /* Kind of picture that a file name's suffix asks for. */

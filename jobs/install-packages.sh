@@ -10,7 +10,8 @@ build_packages=(
     gcc libc6-dev make cmake ninja-build pkg-config git
     libembree-dev libopenmpi-dev openmpi-bin openssh-client libhdf5-dev
     zlib1g-dev libdeflate-dev libisal-dev libyaml-dev libjansson-dev libxxhash-dev
-    librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev fonts-dejavu-core
+    librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev
+    libopenexr-dev fonts-dejavu-core
 )
 test_packages=(
     libcmocka-dev python3 python3-numpy python3-h5py hdf5-tools clang-format binutils

@@ -45,6 +45,7 @@ extern const struct rmap_command rmap_command_query;
 extern const struct rmap_command rmap_command_report;
 extern const struct rmap_command rmap_command_detector;
 extern const struct rmap_command rmap_command_draw;
+extern const struct rmap_command rmap_command_render;
 extern const struct rmap_command rmap_command_verify;
 extern const struct rmap_command rmap_command_repair;
 extern const struct rmap_command rmap_command_convert;

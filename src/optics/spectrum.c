@@ -213,6 +213,24 @@ static bool normalise_rgb(double rgb[3])
     return true;
 }
 
+double rmap_rgb_luminance(const double rgb[3])
+{
+    return rgb_luminance[0] * rgb[0] + rgb_luminance[1] * rgb[1] + rgb_luminance[2] * rgb[2];
+}
+
+void rmap_channel_colours(const struct rmap_channels *channels, int luminous, double (*colour)[3])
+{
+    for (int i = 0; i < channels->n; i++) {
+        if (channels->mode == RMAP_COLOUR_SPECTRAL)
+            rmap_cie1931(channels->wavelength_nm[i], colour[i]);
+        for (int k = 0; k < 3 && channels->mode == RMAP_COLOUR_RGB; k++)
+            colour[i][k] = k == i;
+        double y = channel_luminance(channels, i);
+        for (int k = 0; k < 3 && luminous; k++)
+            colour[i][k] = y > 0.0 ? colour[i][k] / y : 0.0;
+    }
+}
+
 void rmap_colour_display(const struct rmap_channels *channels, const double *share, int luminous,
                          double rgb[3])
 {

@@ -36,6 +36,7 @@ void rmap_cie1931(double wavelength_nm, double xyz[3]);
 
 /* Linear sRGB (IEC 61966-2-1 primaries) of XYZ. May be negative outside the gamut. */
 void rmap_xyz_to_rgb(const double xyz[3], double rgb[3]);
+double rmap_rgb_luminance(const double rgb[3]);           /* the Y of linear sRGB */
 void rmap_rgb_to_xyz(const double rgb[3], double xyz[3]); /* its inverse */
 
 /* What a scene may say of a source's spectrum or of a surface's reflectance. */
@@ -71,6 +72,10 @@ void rmap_spectrum_sample(const struct rmap_spectrum *spectrum,
 /* Lumens per watt of light with these shares of watts: 683 sum c V; 0 in RGB mode's absence of
  * spectra is never asked (RGB mode: 683 x luminance of the linear RGB shares). */
 double rmap_luminous_efficacy(const struct rmap_channels *channels, const double *watt_share);
+
+/* Colour of one unit of light on each channel: CIE XYZ per watt (Y = 1 at 555 nm) or, `luminous`,
+ * per lumen (Y = 1) in spectral mode, linear RGB in RGB mode. colour: [channels->n]. */
+void rmap_channel_colours(const struct rmap_channels *channels, int luminous, double (*colour)[3]);
 
 /* Display colour (linear RGB, largest component 1, all 0 for no light) of a colour vector;
  * `luminous`: the shares are of lumens. Wavelengths outside the visible show as grey. */

@@ -159,6 +159,12 @@ static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_err
     return RMAP_OK;
 }
 
+void rmap_scene_include(struct rmap_scene *scene, struct rmap_vec3 point)
+{
+    double away = 1.001 * rmap_length(rmap_sub(point, scene->centre));
+    scene->radius = fmax(scene->radius, away);
+}
+
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;

@@ -79,10 +79,8 @@ static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
     return rmap_axpy(root * (1.0 - u[1]), a, rmap_axpy(root * u[1], b, corner[0]));
 }
 
-/* Where on the emitter; *normal is the side it shines to. */
-static struct rmap_vec3 emitter_point(const struct rmap_scene *scene,
-                                      const struct rmap_source *source, const double u[4],
-                                      struct rmap_vec3 *normal)
+struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct rmap_source *source,
+                                   const double u[4], struct rmap_vec3 *normal)
 {
     struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 0.0);
     switch (source->shape) {
@@ -132,7 +130,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
     double place[4], way[4];
     struct rmap_vec3 normal;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
-    emission->position = emitter_point(scene, source, place, &normal);
+    emission->position = rmap_source_point(scene, source, place, &normal);
     emission->direction = normal;
     if (source->type == RMAP_SOURCE_COLLIMATED)
         return;

@@ -16,4 +16,9 @@
 void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ray,
                       struct rmap_colour *colour, struct rmap_emission *emission);
 
+/* A point of the source's emitter, uniform over it, by three numbers in (0, 1); *normal: unit, of
+ * the side that shines. */
+struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct rmap_source *source,
+                                   const double u[4], struct rmap_vec3 *normal);
+
 #endif

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The scene's sources as seen from where light arrives: by sampling them from a point (next-event
+ * estimation), and by meeting their shining side along a leg.
+ */
+#ifndef RMAP_LIGHT_H
+#define RMAP_LIGHT_H
+
+#include "scene/scene.h"
+
+struct rmap_light {
+    const struct rmap_source *source; /* borrowed */
+    struct rmap_affine to_local;      /* of its frame */
+    double strength;                  /* AREA: radiance, flux unit / (m2 sr); POINT: intensity on
+                                         the axis, per sr; COLLIMATED: irradiance, per m2 */
+    double area;                      /* of an emitter, in scene units squared */
+    struct rmap_vec3 centre;          /* MESH: of a sphere about it */
+    double radius;
+    double share; /* MANY lights: cumulative probability of being looked at */
+};
+
+/* Lights looked at from one point: all of them, or as many draws among more. */
+#define RMAP_LIGHT_DRAWS 4
+
+struct rmap_lights {
+    const struct rmap_scene *scene; /* borrowed */
+    size_t n;
+    struct rmap_light *light;
+    size_t n_area;   /* the first ones are AREA: those that a leg can meet */
+    size_t n_unseen; /* lists of rays, which no point can look at */
+    double unit_m2;  /* a square of the scene's unit */
+};
+
+enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_lights **lights_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+void rmap_lights_destroy(struct rmap_lights *lights);
+
+/* Light that a point receives from one light: its direction from there (unit), how far it comes,
+ * and the irradiance of a plane that faces it, times the light's colour on each channel. */
+struct rmap_light_sample {
+    const struct rmap_light *light;
+    struct rmap_vec3 direction;
+    double distance;
+    double irradiance; /* flux unit / m2 */
+};
+
+int rmap_lights_n_draw(const struct rmap_lights *lights);
+
+/* Draw number `draw` in [0, rmap_lights_n_draw), by four numbers in (0, 1). Their sum over the
+ * draws is, in the mean, all that arrives. False where this one gives nothing. */
+bool rmap_lights_draw(const struct rmap_lights *lights, int draw, struct rmap_vec3 from,
+                      const double u[4], struct rmap_light_sample *sample);
+
+/* Where a straight way from a point in a unit direction next meets the shining side of an area
+ * light: *distance in (after, length]. Lights hide nothing: there may be more beyond. */
+struct rmap_way {
+    struct rmap_vec3 from, direction;
+    double after, length;
+};
+bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,
+                    const struct rmap_way *way, double *distance);
+
+#endif
