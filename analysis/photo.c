@@ -72,14 +72,17 @@ enum rmap_status rmap_photo_write(const struct rmap_photo *photo, const char *pa
     bool png = suffix && strcasecmp(suffix, ".png") == 0;
     if (!png && !(suffix && strcasecmp(suffix, ".exr") == 0))
         return rmap_error_set(err, RMAP_USAGE, "'%s': a picture's name ends in .png or .exr", path);
-    char *directory =
-        slash ? rmap_path_format("%.*s", (int)(slash - path + 1), path) : rmap_strdup(".");
+    char *directory = slash
+                          ? rmap_path_format("%.*s", slash == path ? 1 : (int)(slash - path), path)
+                          : rmap_strdup(".");
     char *temporary = directory ? rmap_temporary_path(directory, slash ? slash + 1 : path) : NULL;
     if (!temporary)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory"));
     RMAP_TRY(png ? write_png(photo, temporary, err) : write_exr(photo, temporary, err));
     st = rmap_publish_over(directory, temporary, path, err);
 out:
+    if (st != RMAP_OK)
+        rmap_error_context(err, "%s", path);
     rmap_free(temporary);
     rmap_free(directory);
     return st;

@@ -169,7 +169,7 @@ static enum rmap_status build_accel(struct session *session, struct rmap_error *
     const struct rmap_context *context = session->context;
     int level = rmap_accel_isa_level();
     RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &level, 1, MPI_INT, MPI_MIN, context->comm)));
-    rmap_scene_include(session->scene, session->camera->at);
+    rmap_scene_include(session->scene, session->camera);
     st = rmap_accel_create_isa(session->scene, context->n_thread, level, &session->accel, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:

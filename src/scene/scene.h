@@ -249,9 +249,9 @@ enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
 bool rmap_scene_is_curved(const struct rmap_scene *scene);
 
-/* Widens the bounding sphere of a finished scene to hold a point: light that starts there is inside
- * the scene. Before the scene's rmap_accel is made. */
-void rmap_scene_include(struct rmap_scene *scene, struct rmap_vec3 point);
+/* Widens the bounding sphere of a finished scene to hold a camera and its lens: light that starts
+ * there is inside the scene. Before the scene's rmap_accel is made. */
+void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera);
 
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);

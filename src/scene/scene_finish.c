@@ -159,10 +159,10 @@ static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_err
     return RMAP_OK;
 }
 
-void rmap_scene_include(struct rmap_scene *scene, struct rmap_vec3 point)
+void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera)
 {
-    double away = 1.001 * rmap_length(rmap_sub(point, scene->centre));
-    scene->radius = fmax(scene->radius, away);
+    double away = rmap_length(rmap_sub(camera->at, scene->centre)) + camera->aperture;
+    scene->radius = fmax(scene->radius, 1.001 * away);
 }
 
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err)
