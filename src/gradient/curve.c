@@ -133,7 +133,7 @@ static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *s
             rmap_curve_nystrom_finish(step);
             return true;
         }
-        if (h <= least) { /* a singular place */
+        if (h < 2.0 * least) { /* a singular place */
             return false;
         }
         growth = 1.0;

@@ -72,6 +72,18 @@ static bool hand_bend_at(const struct rmap_field *field, int channel, struct rma
     return true;
 }
 
+/* n = 1.5 + 0.2 z up to z = 1, nothing beyond: the edge of a grid. */
+static bool hand_edge_at(const struct rmap_field *field, int channel, struct rmap_vec3 p, double *n,
+                         struct rmap_vec3 *gradient)
+{
+    (void)field;
+    (void)channel;
+    *n = 1.5 + 0.2 * p.z;
+    *gradient = rmap_vec3(0.0, 0.0, 0.2);
+    return p.z <= 1.0;
+}
+
+static const struct rmap_field_ops hand_edge = {.model = "edge", .at = hand_edge_at};
 static const struct rmap_field_ops hand_square = {.model = "square", .at = hand_square_at};
 static const struct rmap_field_ops hand_fisheye = {.model = "fish-eye", .at = hand_fisheye_at};
 static const struct rmap_field_ops hand_eaton = {.model = "eaton", .at = hand_eaton_at};

@@ -204,13 +204,211 @@ static void eaton_turns_back(void **state)
     }
 }
 
+/* The place on the fish-eye's circle after a time of 1.2 in so many equal steps. */
+static struct rmap_vec3 fisheye_by_sharma(int steps)
+{
+    struct hand_field field = hand_other(&hand_fisheye);
+    struct rmap_gradient gradient = hand_gradient(&field, 2.0, 1e-9);
+    struct rmap_curve curve;
+    struct rmap_curve_step step;
+    gradient.options.scheme = RMAP_SCHEME_SHARMA_FIXED;
+    assert_true(rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(-1.0, 0.0, 0.0),
+                                 rmap_vec3(cos(0.5), sin(0.5), 0.0)));
+    for (int k = 0; k < steps; k++) {
+        gradient.options.step = 1.2 / steps * curve.state.n;
+        assert_true(rmap_curve_advance(&curve, INFINITY, &step));
+    }
+    return curve.state.r;
+}
+
+/* Errors fall with the fourth power of the step where the problem is not linear either. */
+static void sharma_is_of_order_4(void **state)
+{
+    (void)state;
+    struct rmap_vec3 end = fisheye_by_sharma(4096);
+    double before = apart(fisheye_by_sharma(64), end);
+    for (int steps = 128; steps <= 512; steps *= 2) {
+        double error = apart(fisheye_by_sharma(steps), end);
+        assert_near(log2(before / error), 4.0, 0.2);
+        before = error;
+    }
+}
+
+/* |T| = n along 100,000 steps: of Sharma's scheme within its order, of the other within tolerance.
+ */
+static void drift_is_slow(void **state)
+{
+    (void)state;
+    struct hand_field field = hand_rod(1.5, 0.1);
+    struct rmap_gradient gradient = hand_gradient(&field, 16.0, 1.6e-8);
+    struct rmap_vec3 direction = rmap_normalize(rmap_vec3(0.1, 0.2, 1.0));
+    for (int k = 0; k < 2; k++) {
+        struct rmap_curve curve;
+        struct rmap_curve_step step;
+        gradient.options.scheme = k ? RMAP_SCHEME_SHARMA_FIXED : RMAP_SCHEME_ADAPTIVE;
+        gradient.options.step = 0.05;
+        assert_true(rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(2.0, 0.0, 0.0), direction));
+        struct rmap_curve_state start = curve.state;
+        while (curve.n_step < 100000) {
+            assert_true(rmap_curve_advance(&curve, INFINITY, &step));
+        }
+        double drift = fabs(rmap_length(curve.state.T) / curve.state.n - 1.0);
+        print_message("drift of %d steps to z = %g: %.2g\n", (int)curve.n_step, curve.state.r.z,
+                      drift);
+        assert_near(drift, 0.0, k ? 1e-9 : 1e-6);
+        assert_near(curve.state.T.z, start.T.z, 0.0); /* nothing pulls along the rod */
+    }
+}
+
+/* The end's light sent back; Bouguer's |r x T| is kept about a centre (Born & Wolf 3.2). */
+static void light_goes_back(void **state)
+{
+    static const struct {
+        const struct rmap_field_ops *ops;
+        double x, y;
+    } ray[] = {{&hand_fisheye, 0.9, 0.4}, {&hand_eaton, 1.0, 0.3}, {&hand_square, 1.0, 0.2}};
+    static const double tolerance = 2e-9;
+    (void)state;
+    for (size_t i = 0; i < sizeof ray / sizeof ray[0]; i++) {
+        struct hand_field field = hand_luneburg();
+        field.field.ops = ray[i].ops;
+        struct rmap_gradient gradient = hand_gradient(&field, 2.0, tolerance);
+        struct rmap_curve curve;
+        struct rmap_curve_step step;
+        struct rmap_vec3 start = {-0.8, 0.4, 0.1};
+        struct rmap_vec3 direction = rmap_normalize(rmap_vec3(ray[i].x, ray[i].y, 0.1));
+        assert_true(rmap_curve_begin(&curve, &gradient, 0, start, direction));
+        double bouguer = rmap_length(rmap_cross(curve.state.r, curve.state.T));
+        double length = 0.0;
+        for (int k = 0; k < 12; k++) {
+            assert_true(rmap_curve_advance(&curve, INFINITY, &step));
+            length += step.length;
+            struct rmap_vec3 turn = rmap_cross(curve.state.r, curve.state.T);
+            assert_near(rmap_length(turn), bouguer, 10 * tolerance);
+            assert_near(rmap_length(curve.state.T), curve.state.n, 10 * tolerance * curve.state.n);
+        }
+        struct rmap_vec3 back = rmap_scale(curve.state.T, -1.0 / rmap_length(curve.state.T));
+        assert_true(rmap_curve_begin(&curve, &gradient, 0, curve.state.r, back));
+        while (length > 1e-12) {
+            assert_true(rmap_curve_advance(&curve, length, &step));
+            if (step.length > length) {
+                double theta = 1.0;
+                for (int k = 0; k < 5; k++) {
+                    double optical;
+                    double here;
+                    rmap_curve_lengths(&step, theta, &optical, &here);
+                    theta -= (here - length) / (step.h * step.to.n);
+                }
+                assert_true(rmap_curve_cut(&curve, &step, theta));
+                break;
+            }
+            length -= step.length;
+        }
+        assert_near(apart(curve.state.r, start), 0.0, 10 * tolerance);
+        assert_near(apart(curve.state.T, rmap_scale(direction, -curve.state.n)), 0.0,
+                    10 * tolerance);
+    }
+}
+
+/* Steps across a kink of the field keep the tolerance, and it costs a bounded number of them. */
+static void kink_is_crossed(void **state)
+{
+    (void)state;
+    struct hand_field field = hand_other(&hand_bend);
+    struct rmap_gradient gradient = hand_gradient(&field, 2.0, 2e-9);
+    struct rmap_vec3 direction = rmap_normalize(rmap_vec3(1.0, 0.0, 1.0));
+    struct rmap_curve curve;
+    struct rmap_curve_step step;
+    double end[2];
+    for (int k = 0; k < 2; k++) { /* from a way off; from the kink itself */
+        struct rmap_vec3 start = rmap_scale(direction, k ? 0.0 : -0.7321);
+        assert_true(rmap_curve_begin(&curve, &gradient, 0, start, direction));
+        do {
+            assert_true(curve.n_step < 200);
+            assert_true(rmap_curve_advance(&curve, INFINITY, &step));
+        } while (curve.state.r.z < 1.0);
+        double low = 0.0;
+        double high = 1.0;
+        struct rmap_vec3 r;
+        struct rmap_vec3 T;
+        for (int i = 0; i < 60; i++) {
+            double middle = (low + high) / 2;
+            rmap_curve_at(&step, middle, &r, &T);
+            *(r.z > 1.0 ? &high : &low) = middle;
+        }
+        end[k] = r.x;
+    }
+    assert_near(end[0], end[1], 2e-8);
+}
+
+/* Where the field ends, the curve goes on a little, once: a surface there is met. */
+static void field_ends(void **state)
+{
+    (void)state;
+    struct hand_field field = {.field = {.ops = &hand_square, .n_channel = 1}, .a = 1.0};
+    field.b = rmap_vec3(0.0, 0.0, -1.0); /* no value from z = 1 on */
+    struct rmap_gradient gradient = hand_gradient(&field, 2.0, 2e-9);
+    struct rmap_curve curve;
+    struct rmap_curve_step step;
+    gradient.options.scheme = RMAP_SCHEME_ADAPTIVE;
+    field.a = 1.0;
+    assert_true(rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(0.0, 0.0, 0.5),
+                                 rmap_vec3(0.0, 0.0, -1.0)));
+    assert_false(
+        rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(0.0, 0.0, 1.5), rmap_vec3(0.0, 0.0, 1.0)));
+    struct hand_field edge = hand_other(&hand_edge);
+    gradient.field = &edge.field;
+    for (int scheme = RMAP_SCHEME_ADAPTIVE; scheme <= RMAP_SCHEME_SHARMA_FIXED; scheme++) {
+        gradient.options.scheme = (enum rmap_scheme)scheme;
+        assert_true(rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(0.0, 0.0, 0.0),
+                                     rmap_normalize(rmap_vec3(0.3, 0.0, 1.0))));
+        while (rmap_curve_advance(&curve, INFINITY, &step)) {
+            assert_true(curve.n_step < 100000);
+        }
+        assert_true(curve.state.r.z > 1.0);
+        assert_true(curve.state.r.z < 1.0 + 1e-8);
+        assert_true(curve.n_evaluation < 40000);
+    }
+}
+
+/* Bounds of the sag against many points of the curve. */
+static void sag_is_bounded(void **state)
+{
+    (void)state;
+    struct hand_field field = hand_other(&hand_eaton);
+    struct rmap_gradient gradient = hand_gradient(&field, 2.0, 2e-6);
+    struct rmap_curve curve;
+    struct rmap_curve_step step;
+    assert_true(rmap_curve_begin(&curve, &gradient, 0, rmap_vec3(-0.8, 0.6, 0.0),
+                                 rmap_vec3(1.0, 0.0, 0.0)));
+    for (int k = 0; k < 20; k++) {
+        assert_true(rmap_curve_advance(&curve, INFINITY, &step));
+        struct rmap_vec3 a;
+        struct rmap_vec3 b;
+        struct rmap_vec3 p;
+        struct rmap_vec3 T;
+        double sag = 0.0;
+        rmap_curve_at(&step, 0.1, &a, &T);
+        rmap_curve_at(&step, 0.9, &b, &T);
+        struct rmap_vec3 way = rmap_normalize(rmap_sub(b, a));
+        for (int i = 0; i <= 1000; i++) {
+            rmap_curve_at(&step, 0.1 + 0.0008 * i, &p, &T);
+            sag = fmax(sag, rmap_length(rmap_cross(rmap_sub(p, a), way)));
+        }
+        double said = rmap_curve_sag(&step, 0.1, 0.9);
+        assert_true(said >= sag);
+        assert_true(said <= 1.1 * sag);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(luneburg_focuses),
-        cmocka_unit_test(sharma_has_its_errors),
-        cmocka_unit_test(dense_output_follows),
-        cmocka_unit_test(eaton_turns_back),
+        cmocka_unit_test(luneburg_focuses),     cmocka_unit_test(sharma_has_its_errors),
+        cmocka_unit_test(dense_output_follows), cmocka_unit_test(eaton_turns_back),
+        cmocka_unit_test(sharma_is_of_order_4), cmocka_unit_test(drift_is_slow),
+        cmocka_unit_test(light_goes_back),      cmocka_unit_test(kink_is_crossed),
+        cmocka_unit_test(field_ends),           cmocka_unit_test(sag_is_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
