@@ -108,7 +108,10 @@ static enum rmap_status read_scene(struct rmap_reader *reader)
         RMAP_TRY(read_sections(reader));
     RMAP_TRY(verdict(reader));
     st = finish(reader);
-    if (st == RMAP_INPUT)
+    /* Scenes from maps, and from other ranks, were looked at where they came from. */
+    if (st == RMAP_OK && !reader->bundle->meshes_complete && reader->scene->n_gradient)
+        RMAP_TRY(rmap_reader_probe_gradients(reader));
+    if (st == RMAP_OK || st == RMAP_INPUT)
         st = verdict(reader);
 out:
     return st;

@@ -315,6 +315,9 @@ enum rmap_status rmap_reader_gradient(struct rmap_reader *reader, const struct r
 /* Once all objects stand: the fields of the gradient media. */
 enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader) RMAP_MUST_USE;
 
+/* Once the scene is finished: mistakes of gradient media that show where they are. */
+enum rmap_status rmap_reader_probe_gradients(struct rmap_reader *reader) RMAP_MUST_USE;
+
 /* A gradient medium on a side of an object gets its place; 0 for any other. closes: the side is
  * the inside of a closed body, or of an element of a lens. */
 struct rmap_object_side {
