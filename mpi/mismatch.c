@@ -21,10 +21,17 @@ struct watcher {
     enum rmap_stop stop;
 };
 
+/* Rays that ended inside a gradient medium. */
+struct ends {
+    uint64_t left, error;
+    struct rmap_vec3 first_error; /* where */
+};
+
 /* Pairs (surface left, surface met) that were told; a source counts as -1 - its index. */
 struct probe {
     const struct rmap_tracer *tracer;
     struct rmap_diagnostics *diagnostics;
+    struct ends *ends; /* [media] */
     size_t n;
     struct pair {
         int32_t left, met;
@@ -85,12 +92,24 @@ static int32_t near_medium(const struct rmap_scene *scene, const struct watcher 
     return watcher->from_front ? met->medium_front : met->medium_back;
 }
 
+static int32_t far_medium(const struct rmap_object *met, const struct watcher *watcher)
+{
+    return watcher->from_front ? met->medium_back : met->medium_front;
+}
+
 static bool is_mismatch(const struct rmap_scene *scene, const struct watcher *watcher)
 {
     if (watcher->stop != RMAP_STOP_ERROR || watcher->met_object < 0 || watcher->medium < 0)
         return false;
     int32_t medium = near_medium(scene, watcher);
     return medium != RMAP_MEDIUM_ANY && medium != watcher->medium;
+}
+
+/* On the way, not at a surface whose media do not match. */
+static bool ended_in_gradient(const struct rmap_scene *scene, const struct watcher *watcher)
+{
+    return watcher->medium >= 0 && scene->medium[watcher->medium].field &&
+           !is_mismatch(scene, watcher);
 }
 
 static void describe(const struct rmap_scene *scene, const struct watcher *watcher, char *text,
@@ -101,6 +120,25 @@ static void describe(const struct rmap_scene *scene, const struct watcher *watch
     bool from_source = watcher->left_object < 0;
     const char *left = from_source ? scene->source[watcher->source].name
                                    : scene->object[watcher->left_object].name;
+    if (ended_in_gradient(scene, watcher) && watcher->stop == RMAP_STOP_ERROR) {
+        struct rmap_vec3 p = watcher->hit.position;
+        (void)snprintf(text, text_nbytes,
+                       "a ray of source '%s' came to (%.6g, %.6g, %.6g) in medium '%s', which has "
+                       "no index there",
+                       scene->source[watcher->source].name, p.x, p.y, p.z,
+                       scene->medium[watcher->medium].name);
+        return;
+    }
+    int32_t beyond = met ? far_medium(met, watcher) : -1;
+    if (!is_mismatch(scene, watcher) && beyond >= 0 && scene->medium[beyond].field) {
+        struct rmap_vec3 p = watcher->hit.position;
+        (void)snprintf(text, text_nbytes,
+                       "a ray of source '%s' could not go on at '%s': medium '%s' behind it has no "
+                       "index at (%.6g, %.6g, %.6g)",
+                       scene->source[watcher->source].name, met->name, scene->medium[beyond].name,
+                       p.x, p.y, p.z);
+        return;
+    }
     if (!is_mismatch(scene, watcher)) {
         (void)snprintf(text, text_nbytes, "a ray of source '%s' could not go on%s%s%s",
                        scene->source[watcher->source].name, met ? " at '" : "",
@@ -156,6 +194,40 @@ static bool go_on(const struct rmap_tracer *tracer, struct watcher *watcher, str
     return true;
 }
 
+static void count_end(struct probe *probe, const struct watcher *watcher)
+{
+    const struct rmap_scene *scene = probe->tracer->scene;
+    if (!ended_in_gradient(scene, watcher))
+        return;
+    struct ends *ends = &probe->ends[watcher->medium];
+    if (watcher->stop == RMAP_STOP_LEFT)
+        ends->left++;
+    else if (watcher->stop == RMAP_STOP_ERROR && ends->error++ == 0)
+        ends->first_error = watcher->hit.position;
+}
+
+static void tell_ends(const struct probe *probe, uint64_t n_ray)
+{
+    const struct rmap_scene *scene = probe->tracer->scene;
+    for (size_t m = 0; m < scene->n_medium; m++) {
+        const struct ends *ends = &probe->ends[m];
+        const struct rmap_vec3 p = ends->first_error;
+        if (ends->left)
+            rmap_diagnostics_add(
+                probe->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                "gradient medium '%s' has no closed boundary: %llu of %llu probing rays left the "
+                "scene inside of it; close the body, unless the medium fills the surroundings",
+                scene->medium[m].name, (unsigned long long)ends->left, (unsigned long long)n_ray);
+        if (ends->error)
+            rmap_diagnostics_add(
+                probe->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                "gradient medium '%s' has no index where light comes, as at (%.6g, %.6g, %.6g): "
+                "%llu of %llu probing rays end there with 'error'",
+                scene->medium[m].name, p.x, p.y, p.z, (unsigned long long)ends->error,
+                (unsigned long long)n_ray);
+    }
+}
+
 enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t n_ray,
                                      struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
@@ -163,8 +235,14 @@ enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t 
     if (!probe)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     *probe = (struct probe){.tracer = tracer, .diagnostics = diagnostics};
+    probe->ends = rmap_alloc(tracer->scene->n_medium, sizeof *probe->ends);
+    if (!probe->ends) {
+        rmap_free(probe);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    }
     for (uint64_t id = 0; id < n_ray && probe->n < PAIR_MAX; id++) {
         struct watcher watcher = watch(tracer, id);
+        count_end(probe, &watcher);
         if (!is_mismatch(tracer->scene, &watcher))
             continue;
         tell(probe, &watcher);
@@ -173,6 +251,8 @@ enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t 
             if (is_mismatch(tracer->scene, &watcher))
                 tell(probe, &watcher);
     }
+    tell_ends(probe, n_ray);
+    rmap_free(probe->ends);
     rmap_free(probe);
     return RMAP_OK;
 }

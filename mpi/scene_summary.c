@@ -100,6 +100,35 @@ static void print_light(const struct rmap_scene *scene, FILE *out)
                     scene->medium[m].description);
 }
 
+static const char *scheme_text(enum rmap_scheme scheme)
+{
+    switch (scheme) {
+    case RMAP_SCHEME_SHARMA:
+        return "sharma";
+    case RMAP_SCHEME_SHARMA_FIXED:
+        return "fixed";
+    default:
+        return "adaptive";
+    }
+}
+
+/* Gradient media where they stand, and how light is traced through them. */
+static void print_gradients(const struct rmap_scene *scene, FILE *out)
+{
+    enum { SHOWN_MAX = 12 };
+    for (size_t i = 0; i < scene->n_gradient && i < SHOWN_MAX; i++) {
+        const struct rmap_gradient *g = &scene->gradient[i];
+        const struct rmap_vec3 at = g->to_world.t;
+        fprintf(out, "    gradient %s: frame at (%.6g, %.6g, %.6g), size %.6g %s, ",
+                scene->medium[g->medium].name, at.x, at.y, at.z, g->size, scene->unit);
+        fprintf(out, "%s, tolerance %.3g %s\n", scheme_text(g->options.scheme),
+                g->options.tolerance, scene->unit);
+    }
+    if (scene->n_gradient > SHOWN_MAX)
+        fprintf(out, "    ... and %zu other places of gradient media\n",
+                scene->n_gradient - SHOWN_MAX);
+}
+
 void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
 {
     const struct rmap_channels *channels = &scene->channels;
@@ -120,6 +149,7 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
     if (scene->n_camera > 0)
         print_names(out, "cameras", scene->n_camera, name_camera, scene);
     print_light(scene, out);
+    print_gradients(scene, out);
     fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
     if (scene->n_object > 0) {
         struct box box = bounds(scene);
@@ -146,6 +176,22 @@ static json_t *light_json(const struct rmap_scene *scene)
                      "wavelengths", wavelengths);
 }
 
+static json_t *gradients_json(const struct rmap_scene *scene)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < scene->n_gradient; i++) {
+        const struct rmap_gradient *g = &scene->gradient[i];
+        const struct rmap_vec3 at = g->to_world.t;
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:s, s:[f,f,f], s:f, s:s, s:f, s:f, s:f}", "medium",
+                            scene->medium[g->medium].name, "model", g->field->ops->model, "at",
+                            at.x, at.y, at.z, "size", g->size, "scheme",
+                            scheme_text(g->options.scheme), "tolerance", g->options.tolerance,
+                            "sag", g->options.sag, "polyline", g->options.polyline));
+    }
+    return list;
+}
+
 json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
 {
     struct box box = bounds(scene);
@@ -153,9 +199,10 @@ json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
     if (scene->n_object > 0)
         extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
                            box.upper.y, box.upper.z);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "units",
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "units",
                      scene->unit, "light", light_json(scene), "media",
-                     names_json(scene, scene->n_medium, name_medium), "surfaces",
+                     names_json(scene, scene->n_medium, name_medium), "gradients",
+                     gradients_json(scene), "surfaces",
                      names_json(scene, scene->n_surface, name_surface), "geometries",
                      names_json(scene, scene->n_geometry, name_geometry), "objects",
                      names_json(scene, scene->n_object, name_object), "groups",
