@@ -245,11 +245,13 @@ enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; i < reader->n_frame; i++) {
-        const struct rmap_medium_frame *frame = &reader->frame[i];
+        struct rmap_medium_frame *frame = &reader->frame[i];
         struct rmap_medium *medium = &reader->scene->medium[frame->medium];
         const struct rmap_field_place place = {
             .path = medium->name, .whole = true, .size = size_of(reader, frame)};
+        reader->lenient_field = false;
         RMAP_TRY(rmap_reader_field(reader, frame->node, &place, &medium->field));
+        frame->lenient = reader->lenient_field;
         RMAP_TRY(rmap_reader_disperse(reader, frame->node, &medium->field));
         if (!medium->field)
             continue;

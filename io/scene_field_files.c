@@ -126,6 +126,7 @@ static enum rmap_status read_grid(struct rmap_reader *reader, const struct rmap_
     int choice = RMAP_TRICUBIC;
     bool good = rmap_reader_choice(reader, node, "interpolation", RMAP_OPTIONAL, word, 2, &choice);
     good &= rmap_reader_number(reader, node, "outside", RMAP_OPTIONAL, &rmap_range_any, &outside);
+    reader->lenient_field = true;
     RMAP_TRY(find_grid(reader, node, place->path, &grid));
     if (good && grid)
         st = rmap_reader_made(
@@ -217,6 +218,7 @@ static enum rmap_status read_plugin(struct rmap_reader *reader, const struct rma
     double *parameter = rmap_reader_alloc(reader, n, sizeof *parameter);
     if (!parameter)
         return rmap_reader_no_memory(reader);
+    reader->lenient_field = true;
     for (size_t i = 0; i < n; i++)
         good &= rmap_reader_scalar(reader, list->item[i].value, "a parameter", &rmap_range_any,
                                    &parameter[i]);

@@ -106,6 +106,7 @@ static enum rmap_status read_formula(struct rmap_reader *reader, const struct rm
     struct rmap_error failure = {0};
     struct rmap_formula formula = {.size = place->size};
     bool good = true;
+    reader->lenient_field = true;
     formula.text = rmap_reader_text(reader, node, "formula", RMAP_REQUIRED);
     RMAP_TRY(read_constants(reader, node, &formula, &good));
     read_slopes(reader, node, &formula, &good);

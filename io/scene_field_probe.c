@@ -176,7 +176,7 @@ static void tell(struct rmap_reader *reader, const struct rmap_medium_frame *fra
                    medium->name, finding->first.x, finding->first.y, finding->first.z,
                    scene->object[finding->object].name, value, finding->n_missing,
                    finding->n_asked);
-    if (medium->field->may_be_missing && finding->n_missing < finding->n_asked)
+    if (frame->lenient && finding->n_missing < finding->n_asked)
         rmap_reader_warn(reader, frame->node, "%s: light that comes there ends with 'error'", text);
     else
         rmap_reader_error(reader, frame->node,

@@ -78,7 +78,8 @@ struct rmap_medium_frame {
     int32_t shared;                     /* WORLD, NAMED: 1 + index of the one place; 0: not yet */
     int32_t first;                      /* OBJECT: first place made, or -1 */
     int32_t first_object, other_object; /* whose frames differ; -1 */
-    bool open; /* OBJECT: a surface that closes no body by itself names the medium */
+    bool lenient; /* of a formula, a grid or a plug-in, which may lack an index here and there */
+    bool open;    /* OBJECT: a surface that closes no body by itself names the medium */
 };
 
 struct rmap_reader {
@@ -97,7 +98,8 @@ struct rmap_reader {
     size_t cap_group_to_world;
     struct rmap_medium_frame *frame; /* of the gradient media */
     size_t n_frame, cap_frame, cap_gradient;
-    void *arena; /* blocks that live as long as the reader */
+    bool lenient_field; /* the field being read has a part that is `lenient` */
+    void *arena;        /* blocks that live as long as the reader */
 };
 
 /* ---- scene_values.c: values ---- */

@@ -197,9 +197,13 @@ static bool go_on(const struct rmap_tracer *tracer, struct watcher *watcher, str
 static void count_end(struct probe *probe, const struct watcher *watcher)
 {
     const struct rmap_scene *scene = probe->tracer->scene;
-    if (!ended_in_gradient(scene, watcher))
+    int32_t medium = watcher->medium;
+    if (watcher->stop == RMAP_STOP_ERROR && !is_mismatch(scene, watcher) &&
+        watcher->met_object >= 0)
+        medium = far_medium(&scene->object[watcher->met_object], watcher);
+    if (medium < 0 || !scene->medium[medium].field || is_mismatch(scene, watcher))
         return;
-    struct ends *ends = &probe->ends[watcher->medium];
+    struct ends *ends = &probe->ends[medium];
     if (watcher->stop == RMAP_STOP_LEFT)
         ends->left++;
     else if (watcher->stop == RMAP_STOP_ERROR && ends->error++ == 0)

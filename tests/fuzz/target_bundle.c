@@ -32,6 +32,37 @@ static const char scene_text[] =
     "detectors:\n"
     "  - {name: d, type: plane, size: [8, 6], cells: [16, 9], at: [0, 0, 50]}\n";
 
+/* With gradient media: their grid lies in the bundle, their plug-in is not loaded. */
+static const char field_text[] =
+    "raymap: 1\n"
+    "units: mm\n"
+    "media:\n"
+    "  air: {index: 1}\n"
+    "  fog: {gradient: {type: grid, file: fog.h5, interpolation: trilinear, outside: 1}}\n"
+    "  odd: {gradient: {type: plugin, file: odd.so, parameters: [1, 2]}}\n"
+    "  hot: {gradient: {type: formula, formula: 1.5 - 0.01 * r^2, frame: world}}\n"
+    "geometries: {ball: {type: sphere, radius: 5}, body: {mesh: body.ply}}\n"
+    "objects:\n"
+    "  - {name: a, geometry: ball, surface: fresnel, inside: fog, outside: air}\n"
+    "  - {name: b, geometry: ball, surface: fresnel, inside: odd, outside: hot, at: [20, 0, 0]}\n"
+    "sources:\n"
+    "  - {name: s, type: collimated, shape: {disc: 3}, at: [0, 0, -9], flux: 1 W, medium: air}\n";
+
+static void add_fields(struct rmap_bundle *bundle)
+{
+    struct rmap_error err = {0};
+    struct rmap_grid *grid = NULL;
+    const size_t n[3] = {2, 3, 2};
+    rmap_fuzz_demand(
+        rmap_grid_create(n, rmap_vec3(-5, -5, -5), rmap_vec3(10, 5, 10), &grid, &err) == RMAP_OK,
+        "a grid");
+    for (size_t i = 0; i < rmap_grid_count(grid); i++)
+        grid->value[i] = 1.3 + 0.01 * (double)i;
+    rmap_fuzz_demand(rmap_bundle_add_grid(bundle, "fog", grid, &err) == RMAP_OK &&
+                         rmap_bundle_add_plugin(bundle, "odd", 0x1234, &err) == RMAP_OK,
+                     "fields");
+}
+
 static struct rmap_mesh *make_mesh(void)
 {
     struct rmap_mesh *mesh = NULL;
@@ -100,13 +131,13 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
     struct rmap_error err = {0};
     uint8_t *blob = NULL;
     size_t nbytes = 0;
-    if (k >= 2)
+    if (k >= 3)
         return 0;
     struct rmap_bundle *bundle = rmap_alloc(1, sizeof *bundle);
     rmap_fuzz_demand(bundle != NULL, "memory");
     bundle->path = rmap_strdup("a/scene.yaml");
-    bundle->text = rmap_strdup(scene_text);
-    bundle->text_nbytes = strlen(scene_text);
+    bundle->text = rmap_strdup(k == 2 ? field_text : scene_text);
+    bundle->text_nbytes = strlen(bundle->text);
     bundle->meshes_complete = 1;
     if (k == 1) {
         bundle->options.color = rmap_strdup("rgb");
@@ -114,6 +145,8 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         add_word(&bundle->options.without, &bundle->options.n_without, "d");
         add_word(&bundle->options.set, &bundle->options.n_set, "geometries.ball.radius=4");
     }
+    if (k == 2)
+        add_fields(bundle);
     rmap_fuzz_demand(rmap_bundle_add_mesh(bundle, "body", make_mesh(), &err) == RMAP_OK &&
                          rmap_bundle_pack(bundle, &blob, &nbytes, &err) == RMAP_OK && nbytes <= cap,
                      "a seed");

@@ -27,6 +27,12 @@ static const char *const seed_text =
     "  bk7: {glass: N-BK7, absorption: 0.01}\n"
     "  own: {sellmeier: {B: [1.03, 0.23], C: [0.006, 0.02]}, wavelength_unit: um}\n"
     "  ink: {table: {wavelength: [400, 700], n: [1.3, 1.4], k: [0, 1.0e-6]}}\n"
+    "  fog: {gradient: {type: sum, frame: group, terms: [{type: luneburg, radius: 9, weight: 0.5}, "
+    "{type: noise, mean: 1.3, amplitude: 0.1, length: 2, octaves: 3}], dispersion: {glass: "
+    "N-BK7}}, scattering: 0.1, scattering_g: 0.5}\n"
+    "  hot: {gradient: {type: index_of, law: air, field: {type: formula, formula: 20 + a * z, "
+    "constants: {a: 2}}, scheme: sharma, step_max: 0.1, tolerance: 1.0e-6}}\n"
+    "  rod: {gradient: {type: radial, coefficients: [2.25, -0.01], of: n^2, at: [0, 0, 1]}}\n"
     "surfaces:\n"
     "  clear: {type: fresnel, coat: {reflectance: {wavelength: [400, 700], value: [0, 0.1]}}}\n"
     "  silver: {type: mirror, metal: {n: 0.2, k: 3}}\n"
@@ -36,6 +42,7 @@ static const char *const seed_text =
     "  cap: {type: conic, radius: 50, conic: -1, asphere: {4: 1.0e-6}, aperture: 9, inner: 1}\n"
     "  pipe: {type: cone, radius: 3, radius2: 2, length: 7}\n"
     "  plate: {type: rectangle, size: [20, 10]}\n"
+    "  ball: {type: sphere, radius: 4}\n"
     "  doublet:\n"
     "    type: lens\n"
     "    surface: clear\n"
@@ -49,9 +56,13 @@ static const char *const seed_text =
     "      - {name: a, geometry: cap, surface: clear, front: air, back: own, id: 7c1f0a52}\n"
     "      - {name: b, geometry: plate, surface: {front: white, back: milk}, inside: air, outside: "
     "air, matrix: [1,0,0,0, 0,1,0,0, 0,0,1,5]}\n"
+    "  - {name: drop, geometry: ball, surface: clear, outside: air, inside: fog}\n"
+    "  - {name: bead, geometry: ball, surface: clear, outside: air, inside: hot, at: [9, 0, 0]}\n"
+    "  - {name: pill, geometry: ball, surface: clear, outside: air, inside: rod, at: [0, 9, 0]}\n"
     "sources:\n"
     "  - {name: s, type: collimated, shape: {disc: 3}, flux: 1 W, spectrum: {lines: {486: 1}}}\n"
-    "  - {name: t, type: point, distribution: {cone: 20}, flux: 5 lm, spectrum: D65}\n"
+    "  - {name: t, type: point, distribution: {cone: 20}, flux: 5 lm, spectrum: D65, at: [9, 0, "
+    "0], medium: hot, within: bead}\n"
     "  - {name: r, type: rays, rays: [{origin: [0, 0, -9], direction: [0, 0, 1], wavelength: "
     "588}]}\n"
     "detectors:\n"
@@ -74,6 +85,8 @@ static const char *const words[] = {"-1",       "0",
                                     "air",      "lens.1",
                                     ": ",       "- ",
                                     "lens",     "mesh",
+                                    "world",    "formula",
+                                    "x ? 1 : ", "((((((((((",
                                     "%",        "\xff",
                                     "#",        "\xc3\xa9"};
 

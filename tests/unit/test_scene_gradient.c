@@ -75,7 +75,7 @@ static void test_places_of_bodies(void **state)
 {
     (void)state;
     struct rmap_scene *scene = good_scene(
-        "{gradient: {type: luneburg, radius: 2, at: [0, 0, 1], tolerance: 1e-5, scheme: sharma, "
+        "{gradient: {type: luneburg, radius: 2, at: [0, 0, 0.5], tolerance: 1e-5, scheme: sharma, "
         "step_max: 0.5}}",
         "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}\n"
         "  - {name: b, geometry: ball, at: [10, 0, 0], scale: 2, surface: fresnel, outside: air, "
@@ -88,9 +88,9 @@ static void test_places_of_bodies(void **state)
     assert_int_equal(scene->source[0].gradient, 0);
     const struct rmap_gradient *a = &scene->gradient[0], *b = &scene->gradient[1];
     assert_ptr_equal(a->field, scene->medium[a->medium].field);
-    assert_near(index_at(a, 0, 0, 1), sqrt(2), 1e-14);
-    assert_near(index_at(b, 10, 0, 2), sqrt(2), 1e-14);
-    assert_near(index_at(b, 10, 4, 2), 1, 1e-14);
+    assert_near(index_at(a, 0, 0, 0.5), sqrt(2), 1e-14);
+    assert_near(index_at(b, 10, 0, 1), sqrt(2), 1e-14);
+    assert_near(index_at(b, 10, 4, 1), 1, 1e-14);
     assert_near(a->size, 4 * sqrt(3), 1e-12);
     assert_int_equal(a->options.scheme, RMAP_SCHEME_SHARMA);
     assert_true(a->options.tolerance == 1e-5 && a->options.step_max == 0.5);
@@ -189,7 +189,7 @@ static const struct {
      1.55},
     {"type: zemax, gradient: 4, parameters: {n0: 1.5, nx1: 0.01, ny2: 0.02, nz1: 0.04}", 1.525},
     {"type: exponential, refractivity: 0.5, scale_height: 0.25", 1.1839397205857212},
-    {"type: profile, along: z, coordinate: [0, 1, 2], n: [1, 2, 3]", 1.25},
+    {"type: profile, along: z, coordinate: [0, 1, 2], n: [3, 4, 5]", 3.25},
     {"type: noise, mean: 1.4, amplitude: 0, length: 1, octaves: 3, seed: 2", 1.4},
     {"type: formula, formula: 'a + 0.1 * x * y', constants: {a: 1.3}", 1.35},
     {"type: formula, formula: '1 + lambda'", 1.5},
