@@ -1,90 +1,16 @@
 /* SPDX-License-Identifier: MIT
  *
- * Rays through gradient media among surfaces: what they meet, where, and what is recorded of it.
+ * Rays through gradient media among surfaces: what they meet, and where.
  */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <string.h>
 
 #include <cmocka.h>
 
-#include "build_scene.h"
-#include "gradient/models.h"
-#include "hand_bench.h"
+#include "hand_gradient.h"
 #include "near.h"
-
-/* A medium with this field; the scene owns it. */
-static int32_t add_gradient(struct rmap_scene *scene, struct rmap_field *field)
-{
-    int32_t medium = hand_medium(scene, 1.5);
-    scene->medium[medium].field = field;
-    return medium;
-}
-
-/* In the world's frame, for objects to share. */
-static void add_place(struct rmap_scene *scene, int32_t medium)
-{
-    scene->gradient = rmap_alloc(1, sizeof *scene->gradient);
-    scene->gradient[0] =
-        (struct rmap_gradient){.medium = medium, .to_world = rmap_affine_identity()};
-    scene->n_gradient = 1;
-}
-
-static struct rmap_field *luneburg(double radius)
-{
-    struct rmap_field *field = NULL;
-    const struct rmap_luneburg parameter = {1.0, radius};
-    assert_int_equal(rmap_field_luneburg(&field, 1, &parameter, NULL), RMAP_OK);
-    return field;
-}
-
-static struct rmap_field *parabolic(double n0, double alpha)
-{
-    struct rmap_field *field = NULL;
-    const struct rmap_parabolic parameter = {n0, alpha};
-    assert_int_equal(rmap_field_parabolic(&field, 1, &parameter, NULL), RMAP_OK);
-    return field;
-}
-
-/* All light goes through, but for total reflection. */
-static int32_t add_clear(struct rmap_scene *scene)
-{
-    int32_t surface = hand_surface(scene, RMAP_SURFACE_FRESNEL);
-    scene->surface[surface].coat = RMAP_COAT_IDEAL;
-    return surface;
-}
-
-static int32_t sphere(struct rmap_scene *scene, double radius)
-{
-    return hand_shape(scene, (struct rmap_shape){.type = RMAP_SHAPE_SPHERE, .radius = radius});
-}
-
-static int32_t mesh_ball(struct rmap_scene *scene, uint32_t n)
-{
-    scene->geometry[scene->n_geometry].kind = RMAP_GEOMETRY_MESH;
-    scene->geometry[scene->n_geometry].mesh = make_ball(n);
-    return (int32_t)scene->n_geometry++;
-}
-
-/* The one place of the only gradient medium, as the scene has resolved it. */
-static struct rmap_curve_options *options(struct bench *b)
-{
-    assert_int_equal(b->scene->n_gradient, 1);
-    return &b->scene->gradient[0].options;
-}
-
-/* A beam along +z at this height into a Luneburg lens of radius 1. */
-static void open_luneburg(struct bench *b, double height)
-{
-    b->scene = hand_scene(1);
-    hand_medium(b->scene, 1.0);
-    int32_t medium = add_gradient(b->scene, luneburg(1.0));
-    hand_object(b->scene, sphere(b->scene, 1.0), add_clear(b->scene), rmap_affine_identity(), 0,
-                medium);
-    hand_source(b->scene, RMAP_SOURCE_COLLIMATED, rmap_vec3(height, 0, -3), rmap_vec3(0, 0, 1));
-}
 
 /* Every parallel ray meets the far pole, after the same optical path (Luneburg, Mathematical Theory
  * of Optics, 1944): along the axis, the integral of sqrt(2 - z^2) is 1 + pi/2. */
@@ -175,25 +101,6 @@ static void body_inside(void **state)
     }
 }
 
-/* A rod of this radius and length, from z = 0 on, in air: three surfaces, one place. */
-static int32_t add_rod(struct rmap_scene *scene, struct rmap_field *field, double radius,
-                       double length, int32_t surface)
-{
-    int32_t medium = add_gradient(scene, field);
-    int32_t side = hand_shape(
-        scene, (struct rmap_shape){
-                   .type = RMAP_SHAPE_TUBE, .radius = radius, .radius2 = radius, .length = length});
-    int32_t cap =
-        hand_shape(scene, (struct rmap_shape){.type = RMAP_SHAPE_DISC, .aperture = radius});
-    hand_object(scene, side, surface, rmap_affine_identity(), 0, medium);
-    hand_object(scene, cap, surface, rmap_affine_identity(), medium, 0);
-    hand_object(scene, cap, surface, hand_shift(0, 0, length), 0, medium);
-    add_place(scene, medium);
-    scene->object[0].gradient_back = scene->object[1].gradient_front =
-        scene->object[2].gradient_back = 1;
-    return medium;
-}
-
 /* n^2 = n0^2 (1 - alpha^2 rho^2) in a rod wide enough: x = a sin(alpha n0 t), z = T_z t, so that it
  * turns back to the axis again and again; T_z and the skewness keep. */
 static void turning_points(void **state)
@@ -271,12 +178,134 @@ static void reflection_inside(void **state)
     stop(&b);
 }
 
+/* The exit ray, sent back, comes home. */
+static void reversal(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 12; i++) {
+        struct bench b = {0};
+        open_luneburg(&b, 0.08 * i);
+        struct rmap_source *back =
+            hand_source(b.scene, RMAP_SOURCE_COLLIMATED, rmap_vec3(0, 0, 0), rmap_vec3(0, 0, 1));
+        struct rmap_vec3 on_way = rmap_vec3(0.08 * i, 0, -2.5);
+        start(&b);
+        double tolerance = options(&b)->tolerance;
+        const struct rmap_history *h = trace(&b, 0);
+        assert_int_equal(h->emission.source, 0);
+        struct rmap_vec3 end = rmap_axpy(1.0, h->ending.direction, h->step[1].position);
+        back->frame = rmap_affine_frame(rmap_scale(h->ending.direction, -1.0), end);
+        h = trace(&b, 1);
+        assert_int_equal(h->emission.source, 1);
+        assert_int_equal(h->n_step, 3);
+        struct rmap_vec3 way = rmap_sub(on_way, h->step[1].position);
+        struct rmap_vec3 off = rmap_cross(way, h->ending.direction);
+        assert_near(rmap_length(off), 0.0, 40 * tolerance);
+        assert_near(h->ending.direction.z, -1.0, 40 * tolerance);
+        stop(&b);
+    }
+}
+
+/* Cubes that touch, of gradient media and of glass, and a ball in the first: rays in all directions
+ * go the way that they go where every medium is uniform, at grazing angles too. */
+static void same_as_uniform(void **state)
+{
+    (void)state;
+    struct bench b[2];
+    for (int k = 0; k < 2; k++) {
+        struct rmap_scene *scene = b[k].scene = hand_scene(1);
+        hand_medium(scene, 1.0);
+        int32_t first = k ? add_gradient(scene, constant(1.5)) : hand_medium(scene, 1.5);
+        int32_t second = k ? add_gradient(scene, constant(1.3)) : hand_medium(scene, 1.3);
+        int32_t glass = hand_medium(scene, 1.7), clear = hand_surface(scene, RMAP_SURFACE_FRESNEL);
+        scene->geometry[scene->n_geometry].kind = RMAP_GEOMETRY_MESH;
+        scene->geometry[scene->n_geometry].mesh = make_cube(1.0);
+        int32_t cube = (int32_t)scene->n_geometry++;
+        hand_object(scene, cube, clear, hand_shift(0, 0, 0), 0, first);
+        hand_object(scene, cube, clear, hand_shift(2, 0, 0), 0, second);
+        hand_object(scene, cube, clear, hand_shift(0, 2, 0), 0, glass);
+        hand_object(scene, sphere(scene, 0.5), clear, hand_shift(0, 0, 0), first, second);
+        hand_source(scene, RMAP_SOURCE_POINT, rmap_vec3(-1.5, -1.7, -1.9), rmap_vec3(1, 1, 1));
+        struct rmap_source *source =
+            hand_source(scene, RMAP_SOURCE_POINT, rmap_vec3(0.7, 0.6, 0.3), rmap_vec3(1, 0, 0));
+        source->medium = first;
+        if (k) {
+            scene->gradient = rmap_alloc(2, sizeof *scene->gradient);
+            scene->gradient[0].medium = first;
+            scene->gradient[1].medium = second;
+            scene->gradient[0].to_world = scene->gradient[1].to_world = rmap_affine_identity();
+            scene->n_gradient = 2;
+            scene->object[0].gradient_back = scene->object[3].gradient_front = 1;
+            scene->object[1].gradient_back = scene->object[3].gradient_back = 2;
+            source->gradient = 1;
+        }
+        scene->limit_steps = 12; /* rounding grows tenfold at each turn at the ball */
+        start(&b[k]);
+    }
+    for (uint64_t ray = 0; ray < 4000; ray++) {
+        const struct rmap_history *flat = trace(&b[0], ray), *bent = trace(&b[1], ray);
+        assert_int_equal(bent->n_step, flat->n_step);
+        assert_int_equal(bent->ending.stop, flat->ending.stop);
+        for (size_t i = 0; i < flat->n_step; i++) {
+            const struct rmap_step *f = &flat->step[i], *g = &bent->step[i];
+            bool curved = g->medium == 1 || g->medium == 2;
+            assert_int_equal(g->events & ~(uint32_t)RMAP_EVENT_GRADIENT, f->events);
+            assert_int_equal((g->events & RMAP_EVENT_GRADIENT) != 0, curved);
+            assert_int_equal(g->object, f->object);
+            assert_int_equal(g->medium, f->medium);
+            assert_near(rmap_length(rmap_sub(g->position, f->position)), 0.0, 1e-9);
+            assert_near(g->length, f->length, 1e-9);
+            assert_near(g->optical_path, f->optical_path, 1e-9);
+        }
+    }
+    stop(&b[0]);
+    stop(&b[1]);
+}
+
+/* A rod whose index grows outward bends light onto its wall: grazing starts on the wall come back
+ * to it. n = 1.5 + 0.2 rho^2, all of it kept inside by total reflection. */
+static void grazing_starts(void **state)
+{
+    (void)state;
+    const double coefficient[] = {1.5, 0.2};
+    struct rmap_field *field = NULL;
+    assert_int_equal(
+        rmap_field_series(&field, RMAP_SERIES_RHO2, RMAP_SERIES_OF_N, 1, 2, coefficient, NULL),
+        RMAP_OK);
+    struct bench b = {.scene = hand_scene(1)};
+    hand_medium(b.scene, 1.0);
+    add_rod(b.scene, field, 1.0, 40.0, add_clear(b.scene));
+    b.scene->limit_steps = 300;
+    for (int i = 0; i < 24; i++) {
+        double angle = 0.7 * pow(0.5, i);
+        struct rmap_source *source = hand_source(
+            b.scene, RMAP_SOURCE_COLLIMATED, rmap_vec3(0.999999 * cos(i), 0.999999 * sin(i), 5),
+            rmap_vec3(-cos(i) * sin(angle), -sin(i) * sin(angle), cos(angle)));
+        source->medium = 1;
+        source->gradient = 1;
+    }
+    start(&b);
+    for (uint64_t ray = 0; ray < 24; ray++) {
+        const struct rmap_history *h = trace(&b, ray);
+        assert_true(h->n_step > 3);
+        size_t inside = h->n_step - (h->ending.stop == RMAP_STOP_LEFT ? 2 : 1);
+        double sine = h->step[0].direction.z;
+        for (size_t i = 0; i < inside; i++) {
+            assert_int_equal(h->step[i].events, RMAP_EVENT_TOTAL_REFLECTION | RMAP_EVENT_GRADIENT);
+            assert_int_equal(h->step[i].object, 0);
+            assert_near(h->step[i].direction.z, sine, 1e-7);
+        }
+        assert_true(h->ending.stop == RMAP_STOP_LEFT || h->ending.stop == RMAP_STOP_LIMIT);
+    }
+    stop(&b);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(luneburg_focus),    cmocka_unit_test(mesh_as_sphere),
         cmocka_unit_test(body_inside),       cmocka_unit_test(turning_points),
-        cmocka_unit_test(reflection_inside),
+        cmocka_unit_test(reflection_inside), cmocka_unit_test(reversal),
+        cmocka_unit_test(same_as_uniform),   cmocka_unit_test(grazing_starts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
