@@ -77,6 +77,8 @@ enum rmap_status rmap_bench_resume(struct rmap_bench *bench, const struct rmap_b
                                    const char *scene_path, struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_gradient(struct rmap_bench *bench,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* Two ranks x one thread against one rank x two threads. The pair: the first two ranks, or when
  * there is only one, this and one that it starts (which calls with partner true). pair->comm is

@@ -26,10 +26,19 @@ static const struct rmap_option options[] = {
     {"partner", 0, NULL, "for the program's own use: the second rank of ranks_vs_threads"},
     {NULL}};
 
-static const char *const measurement[] = {
-    "trace_vs_roofline", "record_vs_trace",          "record_vs_seed",          "bytes_per_segment",
-    "durable_vs_not",    "resume_vs_anew",           "decode_vs_seed",          "verify_vs_decode",
-    "query_vs_seed",     "query_several_vs_slowest", "session_second_vs_first", "ranks_vs_threads"};
+static const char *const measurement[] = {"trace_vs_roofline",
+                                          "record_vs_trace",
+                                          "record_vs_seed",
+                                          "bytes_per_segment",
+                                          "durable_vs_not",
+                                          "resume_vs_anew",
+                                          "decode_vs_seed",
+                                          "verify_vs_decode",
+                                          "query_vs_seed",
+                                          "query_several_vs_slowest",
+                                          "session_second_vs_first",
+                                          "ranks_vs_threads",
+                                          "gradient_evaluations_vs_seed"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -265,10 +274,14 @@ static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_argu
 {
     enum rmap_status st = RMAP_OK;
     bool partner = rmap_argument(given, "partner") != NULL;
-    bool pair_only = bench->only && strcmp(bench->only, "ranks_vs_threads") == 0;
+    bool sceneless = bench->only && (strcmp(bench->only, "ranks_vs_threads") == 0 ||
+                                     strcmp(bench->only, "gradient_evaluations_vs_seed") == 0);
     RMAP_TRY(make_folder(bench, err));
-    if (bench->context->rank == 0 && !partner && !pair_only)
+    if (bench->context->rank == 0 && !partner && !sceneless)
         st = measure_all(bench, given, NULL, err);
+    if (st == RMAP_OK && bench->context->rank == 0 && !partner && !rmap_argument(given, "scene") &&
+        rmap_bench_wanted(bench, "gradient_evaluations_vs_seed"))
+        st = rmap_bench_gradient(bench, err);
     RMAP_TRY(rmap_agree_patiently(bench->context, st, err));
     if (partner || rmap_bench_wanted(bench, "ranks_vs_threads"))
         st = measure_pair(bench, given, err);
@@ -313,9 +326,9 @@ const struct rmap_command rmap_command_bench = {
     .help =
         "Measures tracing against Embree alone, recording against tracing alone and against\n"
         "the classic way of storing rays (36-byte records, zlib), decoding and queries against\n"
-        "reading all of those, what safety costs, going on with a large map, and ranks against\n"
-        "threads. Both sides of a ratio run\n"
-        "in turns in this process; the median is given with the least and the greatest.",
+        "reading all of those, what safety costs, going on with a large map, ranks against\n"
+        "threads, and gradient media against the scheme of Sharma et al. Both sides of a ratio\n"
+        "run in turns in this process; the median is given with the least and the greatest.",
     .options = options,
     .min_operands = 0,
     .max_operands = 0,
