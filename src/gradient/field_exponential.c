@@ -7,7 +7,8 @@
 /* f, df/dh, d2f/dh2; parameter: {n_far, refractivity, scale_height, radius} */
 static void fall(const double *parameter, double h, double f[3])
 {
-    double part = parameter[1] * exp(-h / parameter[2]);
+    /* Far below the ground, where no light comes, it stays a number: a body may reach there. */
+    double part = parameter[1] * exp(fmin(-h / parameter[2], 300.0));
     f[0] = parameter[0] + part;
     f[1] = -part / parameter[2];
     f[2] = -f[1] / parameter[2];
