@@ -115,6 +115,28 @@ static int32_t format_of(const struct rmap_run *run)
     return run->selection ? RMAP_FORMAT_PICKED_MAJOR : RMAP_FORMAT_MAJOR;
 }
 
+/* The shared objects that gave gradient media their index: "medium xxh3:0123456789abcdef, ...". */
+static enum rmap_status put_plugins(struct rmap_h5 *h5, const struct rmap_bundle *bundle,
+                                    struct rmap_error *err)
+{
+    enum { EACH = 24 };
+    size_t nbytes = 1, used = 0;
+    if (!bundle || !bundle->n_plugin)
+        return RMAP_OK;
+    for (size_t i = 0; i < bundle->n_plugin; i++)
+        nbytes += strlen(bundle->plugin[i].field) + EACH;
+    char *text = rmap_alloc(nbytes, 1);
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of plug-ins");
+    for (size_t i = 0; i < bundle->n_plugin; i++)
+        used +=
+            (size_t)snprintf(text + used, nbytes - used, "%s%s xxh3:%016llx", i ? ", " : "",
+                             bundle->plugin[i].field, (unsigned long long)bundle->plugin[i].xxh3);
+    enum rmap_status st = rmap_h5_put_text(h5, "/", "plugins", text, err);
+    rmap_free(text);
+    return st;
+}
+
 enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
                                      const struct rmap_run *run,
                                      const struct rmap_piece_origin *origin, struct rmap_error *err)
@@ -129,6 +151,7 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
     RMAP_TRY(rmap_h5_put_text(h5, "/", "git_revision", RMAP_GIT_REVISION, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "compiler", RMAP_COMPILER, err));
     RMAP_TRY(put_versions(h5, run, err));
+    RMAP_TRY(put_plugins(h5, run->bundle, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "isa", run->isa ? run->isa : "", err));
     RMAP_TRY(rmap_h5_put(h5, "/", "seed", RMAP_U64, 1, &run->seed, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "scene_digest", origin->scene_digest, err));

@@ -192,6 +192,9 @@ def check_plugins():
     check(f"{wrong} rays end in rubbish", wrong > 450)
     scene_of("{type: plugin, file: rod.so, parameters: [1.5, 0.01, 100]}")
     trace(ranks=2)
+    with h5py.File("m.raymap/map.h5", "r") as index:
+        plugins = index.attrs["plugins"]
+    check(f"provenance: {plugins}", str(plugins).startswith("b'm xxh3:") or str(plugins).startswith("m xxh3:"))
     check("rays through the plug-in", matched("medium(m)") > 470)
     os.remove("rod.so")
     check("a map without the plug-in", matched("medium(m)") > 470)
