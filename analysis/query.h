@@ -26,6 +26,10 @@ void rmap_count_add(struct rmap_count *into, const struct rmap_count *from, size
 void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map, double *flux_ret,
                      double *standard_error_ret);
 
+/* Columns that counting the rays of criteria may read. */
+rmap_column_set rmap_query_columns(const struct rmap_criterion *const *criterion,
+                                   size_t n_criterion);
+
 /* One thread's scan, in as many ranges as it likes: what it reads and finds out of the map is kept
  * from range to range. The map, the criteria and their array are borrowed. */
 struct rmap_query_scanner;

@@ -10,9 +10,10 @@
 #include "analysis/query_rows.h"
 #include "base/alloc.h"
 #include "io/map_history.h"
+#include "io/map_memory.h"
 
-/* Verdicts on dictionaries are kept up to this; then all are forgotten. */
-enum { DECISION_NBYTES_MAX = 64 << 20 };
+/* Verdicts on dictionaries are kept up to this, in all threads; then all are forgotten. */
+enum { DECISION_NBYTES_MAX = 48 << 20 };
 
 /* What was found out of a piece's dictionary. */
 struct decision {
@@ -175,7 +176,7 @@ static enum rmap_status decide(struct rmap_query_history *self, struct decision 
     *decision_ret = decision;
     if (decision->verdict && decision->n_path == rmap_history_paths(self->index)->n_row[0])
         return RMAP_OK;
-    if (decision->verdict || self->decision_nbytes > DECISION_NBYTES_MAX)
+    if (decision->verdict || self->decision_nbytes > rmap_map_share(self->map, DECISION_NBYTES_MAX))
         forget_decisions(self);
     return judge_paths(self, decision, err);
 }

@@ -34,7 +34,8 @@ struct rmap_query_verdicts {
     size_t verdict_cap, path_cap;
 };
 
-static rmap_column_set columns_of(const struct rmap_criterion *const *criterion, size_t n_criterion)
+rmap_column_set rmap_query_columns(const struct rmap_criterion *const *criterion,
+                                   size_t n_criterion)
 {
     rmap_column_set columns = sum_columns;
     for (size_t c = 0; c < n_criterion; c++)
@@ -62,7 +63,8 @@ enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
     RMAP_TRY(rmap_shared_tests_init(&self->shared, criterion, n_criterion, err));
     RMAP_TRY(
         rmap_query_history_create(map, criterion, n_criterion, &self->shared, &self->history, err));
-    RMAP_TRY(rmap_cursor_create(map, columns_of(criterion, n_criterion), &self->cursor, err));
+    RMAP_TRY(
+        rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion), &self->cursor, err));
     *verdicts_ret = self;
     self = NULL;
 out:

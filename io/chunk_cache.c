@@ -116,28 +116,36 @@ static struct slot *oldest_of(struct rmap_chunk_cache *cache)
     return oldest;
 }
 
-/* Frees chunks of any cache that can spare one until one more of this fits. */
+/* Frees the chunk not used for longest of the caches with more than `least`; false: none has. */
+static bool free_one(struct rmap_chunk_budget *budget, size_t least)
+{
+    struct rmap_chunk_cache *owner = NULL;
+    struct slot *oldest = NULL;
+    for (struct rmap_chunk_cache *other = budget->first; other; other = other->next) {
+        struct slot *slot = other->n_plane > least ? oldest_of(other) : NULL;
+        if (slot && (!oldest || slot->tick < oldest->tick)) {
+            oldest = slot;
+            owner = other;
+        }
+    }
+    if (!oldest)
+        return false;
+    let_go(owner, oldest);
+    rmap_free(oldest->plane);
+    oldest->plane = NULL;
+    owner->n_plane--;
+    budget->nbytes -= owner->plane_nbytes;
+    return true;
+}
+
+/* Frees chunks until one more of this cache fits: first of caches with more than they should keep.
+ */
 static void make_room(struct rmap_chunk_cache *cache)
 {
     struct rmap_chunk_budget *budget = cache->budget;
-    while (budget->nbytes + cache->plane_nbytes > budget->limit_nbytes) {
-        struct rmap_chunk_cache *owner = NULL;
-        struct slot *oldest = NULL;
-        for (struct rmap_chunk_cache *other = budget->first; other; other = other->next) {
-            struct slot *slot = other->n_plane > SLOT_MIN ? oldest_of(other) : NULL;
-            if (slot && (!oldest || slot->tick < oldest->tick)) {
-                oldest = slot;
-                owner = other;
-            }
-        }
-        if (!oldest)
+    while (budget->nbytes + cache->plane_nbytes > budget->limit_nbytes)
+        if (!free_one(budget, SLOT_MIN) && !free_one(budget, 0))
             return;
-        let_go(owner, oldest);
-        rmap_free(oldest->plane);
-        oldest->plane = NULL;
-        owner->n_plane--;
-        budget->nbytes -= owner->plane_nbytes;
-    }
 }
 
 enum rmap_status rmap_chunk_cache_room(struct rmap_chunk_cache *cache, size_t piece, uint64_t index,
@@ -149,11 +157,8 @@ enum rmap_status rmap_chunk_cache_room(struct rmap_chunk_cache *cache, size_t pi
     for (size_t k = 1; k < cache->n_slot; k++)
         if (cache->slot[k].tick < room->tick)
             room = &cache->slot[k];
-    if (!room->plane && cache->n_plane >= SLOT_MIN)
+    if (!room->plane)
         make_room(cache);
-    if (!room->plane && cache->n_plane >= SLOT_MIN &&
-        cache->budget->nbytes + cache->plane_nbytes > cache->budget->limit_nbytes)
-        room = oldest_of(cache);
     let_go(cache, room);
     if (!room->plane) {
         room->plane = rmap_alloc(cache->plane_nbytes, 1);

@@ -4,7 +4,7 @@
  * only when a chunk comes back that it had let go: blocks of several threads stand out of order by
  * some chunks, and nobody knows by how many before reading them. Fresh memory costs page faults.
  * The caches of a cursor share a budget of bytes: beyond it, the chunk that was not used for
- * longest in any of them goes, but each keeps two.
+ * longest goes, first in caches that have more than two. The one in hand stays.
  */
 #ifndef RMAP_CHUNK_CACHE_H
 #define RMAP_CHUNK_CACHE_H
@@ -18,7 +18,7 @@ struct rmap_chunk_cache;
 
 /* Begins as {limit_nbytes}; outlives its caches. */
 struct rmap_chunk_budget {
-    size_t limit_nbytes, nbytes; /* at most; in use */
+    size_t limit_nbytes, nbytes; /* at most, which may change; in use */
     uint64_t tick;
     struct rmap_chunk_cache *first;
 };

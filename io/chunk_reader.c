@@ -10,11 +10,12 @@
 #include "io/chunk_cache.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
+#include "io/map_memory.h"
 #include "io/read_exactly.h"
 #include "io/shuffle.h"
 
 #define FILES_MAX     32
-#define BUDGET_NBYTES ((size_t)64 << 20) /* of inflated chunks */
+#define BUDGET_NBYTES ((size_t)64 << 20) /* of inflated chunks, at most */
 
 struct open_file {
     size_t piece;
@@ -32,6 +33,7 @@ struct rmap_chunk_reader {
     struct rmap_chunk_budget budget; /* of all caches */
     struct open_file file[FILES_MAX];
     uint64_t tick;
+    bool is_counted; /* among those that share the map's bytes: it has read chunks */
     uint64_t nbytes, nbytes_of_rows;
 };
 
@@ -45,6 +47,12 @@ struct place {
     size_t width, element;
 };
 
+/* What is in use is counted inside an otherwise constant map. */
+static _Atomic int *n_reader(const struct rmap_map *map)
+{
+    return &((struct rmap_map *)(uintptr_t)map)->n_reader;
+}
+
 enum rmap_status rmap_chunk_reader_create(const struct rmap_map *map,
                                           struct rmap_chunk_reader **reader_ret,
                                           struct rmap_error *err)
@@ -53,15 +61,25 @@ enum rmap_status rmap_chunk_reader_create(const struct rmap_map *map,
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
     self->map = map;
-    self->budget.limit_nbytes = BUDGET_NBYTES;
     for (int k = 0; k < FILES_MAX; k++)
         self->file[k].fd = -1;
     enum rmap_status st = rmap_decoder_create(&self->decoder, err);
-    if (st == RMAP_OK)
-        *reader_ret = self;
-    else
+    if (st != RMAP_OK) {
         rmap_free(self);
-    return st;
+        return st;
+    }
+    *reader_ret = self;
+    return RMAP_OK;
+}
+
+/* All readers of a map share what its queries may hold of chunks. */
+static void share_budget(struct rmap_chunk_reader *self)
+{
+    if (!self->is_counted)
+        atomic_fetch_add(n_reader(self->map), 1);
+    self->is_counted = true;
+    size_t share = rmap_map_share(self->map, RMAP_CHUNKS_NBYTES);
+    self->budget.limit_nbytes = share < BUDGET_NBYTES ? share : BUDGET_NBYTES;
 }
 
 void rmap_chunk_reader_destroy(struct rmap_chunk_reader *self)
@@ -76,6 +94,8 @@ void rmap_chunk_reader_destroy(struct rmap_chunk_reader *self)
             (void)close(self->file[k].fd);
     rmap_decoder_destroy(self->decoder);
     rmap_free(self->stored);
+    if (self->is_counted)
+        atomic_fetch_sub(n_reader(self->map), 1);
     rmap_free(self);
 }
 
@@ -190,6 +210,7 @@ static enum rmap_status look_up(struct rmap_chunk_reader *self, size_t piece, in
     place->width = rmap_stream_width(place->info, rmap_map_piece_n_channel(map, piece));
     place->element = rmap_element_nbytes(place->info->element);
     enum rmap_status st = rmap_map_piece_chunks(map, piece, &place->chunks, err);
+    share_budget(self);
     if (st == RMAP_OK && !*cache)
         st = rmap_chunk_cache_create(&self->budget,
                                      RMAP_CHUNK_ROWS *

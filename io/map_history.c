@@ -8,7 +8,7 @@
 #include "io/map_internal.h"
 
 /* Those that nobody uses are let go beyond either. */
-#define KEPT_NBYTES ((size_t)128 << 20)
+#define KEPT_NBYTES ((size_t)48 << 20)
 #define KEPT_FILES  256
 
 struct slot {

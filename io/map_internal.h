@@ -6,6 +6,7 @@
 #define RMAP_MAP_INTERNAL_H
 
 #include <pthread.h>
+#include <stdatomic.h>
 
 #include "compact/compact.h"
 #include "io/map_scan.h"
@@ -52,6 +53,7 @@ struct rmap_map {
     struct rmap_kept_paths *paths;     /* [n_piece] */
     size_t paths_nbytes, paths_budget; /* of all of them; RMAP_PATHS_NBYTES */
     uint64_t paths_tick;
+    _Atomic int n_reader;             /* chunk readers that are there; they share the bytes */
     struct rmap_column_store *store;  /* NULL: nothing is kept */
     struct rmap_histories *histories; /* history indexes; NULL: none asked for yet */
 };

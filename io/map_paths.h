@@ -16,7 +16,7 @@ enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
 
 /* The same, until it is given back (NULL is fine): those that nobody has are let go, the one that
  * was asked for longest ago first, when all take more than RMAP_PATHS_NBYTES. */
-#define RMAP_PATHS_NBYTES ((size_t)256 << 20)
+#define RMAP_PATHS_NBYTES ((size_t)96 << 20)
 enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
                                 struct rmap_chunk_reader *reader,
                                 const struct rmap_path_table **paths_ret,

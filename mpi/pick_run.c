@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "base/alloc.h"
+#include "io/map_memory.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/gather_content.h"
@@ -19,6 +20,9 @@
 
 /* Parts of the deal that a thread takes at a time: few matches make few blocks. */
 enum { PARTS = 4 };
+
+/* A thread has the rows that it judges, those of whole rays, and a block of those picked. */
+enum { COPIES = 3 };
 
 /* Threads wait for the disk rather than fill the memory; bytes per rank. */
 static const size_t backlog_nbytes = (size_t)64 << 20;
@@ -36,6 +40,7 @@ struct picking {
     struct rmap_parts parts;
     struct space *space; /* [n_space] */
     size_t n_space;
+    int n_thread;          /* as many as fit into a query's memory */
     struct worker *worker; /* [n_thread] */
     pthread_mutex_t lock;  /* of the tally */
     struct rmap_tally *tally;
@@ -190,7 +195,8 @@ out:
 
 static enum rmap_status make_workers(struct picking *self, struct rmap_error *err)
 {
-    int n_thread = self->context->n_thread;
+    int n_thread = self->n_thread =
+        rmap_map_readers(self->plan->map, RMAP_COLUMNS_ALL, COPIES, self->context->n_thread);
     self->worker = rmap_alloc((size_t)n_thread, sizeof *self->worker);
     for (int i = 0; self->worker && i < n_thread; i++) {
         self->worker[i].block = rmap_alloc(self->n_space, sizeof *self->worker[i].block);
@@ -217,7 +223,7 @@ static enum rmap_status pick_share(struct picking *self, struct rmap_error *err)
     for (size_t i = self->deal.first[rank]; i < self->deal.first[rank + 1]; i++)
         n_ray += rmap_map_portion(self->plan->map, self->deal.portion[i])->n_row[RMAP_TABLE_RAY];
     rmap_progress_init(&self->progress, self->context, "rays", n_ray);
-    st = rmap_parts_run(&self->parts, self->context->n_thread, err);
+    st = rmap_parts_run(&self->parts, self->n_thread, err);
     rmap_progress_fini(&self->progress);
     for (size_t i = 0; i < self->n_space && st == RMAP_OK; i++)
         if (self->space[i].writer)
@@ -228,7 +234,7 @@ out:
 
 static void picking_fini(struct picking *self)
 {
-    for (int i = 0; self->worker && i < self->context->n_thread; i++) {
+    for (int i = 0; self->worker && i < self->n_thread; i++) {
         for (size_t k = 0; self->worker[i].block && k < self->n_space; k++)
             rmap_portion_destroy(self->worker[i].block[k]);
         rmap_free(self->worker[i].block);

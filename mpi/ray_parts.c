@@ -13,12 +13,16 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
+#include "io/map_memory.h"
 
 /* Bytes of picked rays that wait to be taken, per rank. */
-static const size_t room_nbytes = (size_t)96 << 20;
+static const size_t room_nbytes = (size_t)48 << 20;
 
 /* Parts that a thread may be ahead of the one to be taken: an early stop costs no more. */
 enum { AHEAD = 3 };
+
+/* A thread has the rows that it judges, those of whole rays, and those picked of them. */
+enum { COPIES = 3 };
 
 struct slot {
     bool done;
@@ -227,6 +231,7 @@ enum rmap_status rmap_ray_parts_start(const struct rmap_map *map, const struct r
     self->n_part = rmap_deal_n_part(deal, rank);
     self->n_slot = (size_t)n_thread * AHEAD;
     self->slot = rmap_alloc(self->n_slot, sizeof *self->slot);
+    n_thread = rmap_map_readers(map, RMAP_COLUMNS_ALL, COPIES, n_thread);
     if (self->n_part < (size_t)n_thread)
         n_thread = self->n_part > 0 ? (int)self->n_part : 1;
     enum rmap_status st = RMAP_OK;

@@ -8,6 +8,7 @@
 
 #include "analysis/sample.h"
 #include "base/alloc.h"
+#include "io/map_memory.h"
 #include "mpi/agree.h"
 #include "mpi/parts.h"
 
@@ -88,7 +89,7 @@ out:
 static enum rmap_status search_share(struct search *self, const struct rmap_context *context,
                                      struct rmap_error *err)
 {
-    size_t n_thread = (size_t)context->n_thread;
+    size_t n_thread = (size_t)rmap_map_readers(self->map, RMAP_COLUMNS_ALL, 1, context->n_thread);
     self->picker = rmap_alloc(n_thread, sizeof *self->picker);
     if (!self->picker)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu threads", n_thread);
@@ -96,7 +97,7 @@ static enum rmap_status search_share(struct search *self, const struct rmap_cont
     self->parts.last = rmap_deal_n_part(self->deal, context->rank);
     self->parts.step = 1;
     self->parts.work = search_parts;
-    enum rmap_status st = rmap_parts_run(&self->parts, context->n_thread, err);
+    enum rmap_status st = rmap_parts_run(&self->parts, (int)n_thread, err);
     for (size_t i = 0; i < n_thread; i++)
         rmap_picker_destroy(self->picker[i]);
     rmap_free(self->picker);

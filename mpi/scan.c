@@ -2,6 +2,7 @@
 #include "mpi/scan.h"
 
 #include "base/alloc.h"
+#include "io/map_memory.h"
 #include "mpi/agree.h"
 #include "mpi/parts.h"
 #include "mpi/ray_stream.h"
@@ -19,6 +20,7 @@ struct scan {
     size_t n_criterion, n_source;
     struct rmap_deal deal;
     struct rmap_parts parts;
+    int n_thread;          /* as many as fit into a query's memory */
     struct worker *worker; /* [n_thread] */
 };
 
@@ -110,7 +112,7 @@ static enum rmap_status scan_share(struct scan *scan, struct rmap_count *count,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    int n_thread = scan->context->n_thread;
+    int n_thread = scan->n_thread;
     scan->worker = rmap_alloc((size_t)n_thread, sizeof *scan->worker);
     if (!scan->worker)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread);
@@ -158,9 +160,20 @@ out:
 static void choose_step(struct scan *scan)
 {
     size_t n = rmap_map_n_portion(scan->map);
-    size_t few = n / (4 * (size_t)scan->context->size * (size_t)scan->context->n_thread);
+    size_t few = n / (4 * (size_t)scan->context->size * (size_t)scan->n_thread);
     if (few < scan->deal.step)
         scan->deal.step = few > 0 ? few : 1;
+}
+
+/* A thread has a portion as it is read, and its undecided rays. */
+static int count_threads(const struct scan *scan)
+{
+    rmap_column_set columns = 0;
+    for (size_t c = 0; c < scan->n_criterion; c++) {
+        const struct rmap_criterion *one = scan->criterion[c];
+        columns |= rmap_query_columns(&one, 1);
+    }
+    return rmap_map_readers(scan->map, columns, 2, scan->context->n_thread);
 }
 
 enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct rmap_map *map,
@@ -175,6 +188,7 @@ enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct 
                         .criterion = criterion,
                         .n_criterion = n_criterion,
                         .n_source = rmap_map_scene(map)->n_source};
+    scan.n_thread = count_threads(&scan);
     st = rmap_deal_init(map, deal, context->size, &scan.deal, err);
     if (st == RMAP_OK)
         st = create_counts(&scan, &mine, err);
