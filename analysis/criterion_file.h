@@ -11,6 +11,9 @@
 /* Immutable, thread-safe. */
 struct rmap_criteria;
 
+/* What messages call criteria that stand in no file. */
+#define RMAP_CRITERION_LABEL "criterion"
+
 /* label: what messages call the text, as a file's name; both are copied. Definitions are told
  * apart, not yet understood: that needs a scene. RMAP_INPUT: "LABEL:LINE:COLUMN: error: ...". */
 enum rmap_status rmap_criteria_create(const char *text, const char *label,

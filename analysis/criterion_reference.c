@@ -34,14 +34,13 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser,
     for (size_t i = 0; known && i < criteria->n; i++)
         known[i] = criteria->let[i].name;
     const char *near = known ? rmap_nearest_word(name, known, criteria->n) : NULL;
-    enum rmap_status st =
-        near ? RMAP_PARSER_FAIL(parser, token,
-                                "no criterion is named '%s' in %.64s (did you mean '%s'?)", shown,
-                                criteria->label, near)
-             : RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' in %.64s", shown,
-                                criteria->label);
+    const char *hint[3] = {near ? " (did you mean '" : "", near ? near : "", near ? "'?)" : ""};
     rmap_free(known);
-    return st;
+    if (strcmp(criteria->label, RMAP_CRITERION_LABEL) == 0) /* lines, not a file */
+        return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' so far%s%s%s", shown,
+                                hint[0], hint[1], hint[2]);
+    return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' in %.64s%s%s%s", shown,
+                            criteria->label, hint[0], hint[1], hint[2]);
 }
 
 /* The name behind '@', and which definition it is. */

@@ -14,6 +14,7 @@
 #include "mpi/index_run.h"
 #include "mpi/progress.h"
 #include "mpi/scan.h"
+#include "mpi/session_memo.h"
 #include "mpi/session_warm.h"
 
 enum { QUESTION_MAX = 8, SESSION_NBYTES = 1 << 30 };
@@ -96,6 +97,28 @@ out:
         rmap_count_fini(&count[q]);
         rmap_criterion_destroy(criterion[q]);
     }
+    return st;
+}
+
+/* Puts one to a session. */
+static enum rmap_status ask_session(const struct search *search, struct rmap_session_memo *memo,
+                                    struct rmap_map *map,
+                                    const struct rmap_bench_question *question,
+                                    struct answer *answer, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion *criterion = NULL;
+    struct rmap_count count = {0};
+    RMAP_TRY(rmap_criterion_compile(question->text, rmap_map_scene(map), &criterion, err));
+    RMAP_TRY(rmap_count_init(&count, rmap_map_scene(map)->n_source, err));
+    double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
+    RMAP_TRY(rmap_session_count(&search->bench->alone, memo, map, criterion, &count, err));
+    *answer = (struct answer){.seconds = rmap_clock_seconds() - begun,
+                              .cpu = rmap_bench_cpu() - cpu,
+                              .n_ray = count.rays};
+out:
+    rmap_count_fini(&count);
+    rmap_criterion_destroy(criterion);
     return st;
 }
 
@@ -196,42 +219,58 @@ out:
     return st;
 }
 
-/* A session's first question, for which it prepares what it keeps, and the same once more. */
+/* A session that puts a question, for which it prepares what it keeps, and then another one, or the
+ * same once more. */
 static enum rmap_status ask_twice(const struct search *search, size_t store,
-                                  const struct rmap_bench_question *question, struct answer *first,
+                                  const struct rmap_bench_question *question,
+                                  const struct rmap_bench_question *next, struct answer *first,
                                   struct answer *second, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map *map = NULL;
+    struct rmap_session_memo *memo = rmap_alloc(1, sizeof *memo);
     struct rmap_warmth warmth = {0};
+    if (!memo)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a session");
     RMAP_TRY(rmap_map_open(search->map[store], &map, err));
     double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
     RMAP_TRY(rmap_session_warm(&search->bench->alone, map, SESSION_NBYTES, &warmth, err));
     RMAP_TRY(rmap_map_keep(map, SESSION_NBYTES, err));
-    RMAP_TRY(ask(search, map, question, 1, first, err));
+    RMAP_TRY(ask_session(search, memo, map, question, first, err));
     first->seconds = rmap_clock_seconds() - begun;
     first->cpu = rmap_bench_cpu() - cpu;
-    RMAP_TRY(ask(search, map, question, 1, second, err));
+    RMAP_TRY(ask_session(search, memo, map, next, second, err));
 out:
+    rmap_session_memo_clear(memo);
+    rmap_free(memo);
     rmap_map_close(map);
     return st;
 }
 
-static enum rmap_status measure_session(const struct search *search, size_t store,
-                                        const struct rmap_bench_question *question,
+/* The same question again; and the question after another one. */
+static enum rmap_status measure_session(const struct search *search, size_t store, size_t q,
                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_bench_series series = {0};
+    const struct rmap_bench_question *question = &search->question[q];
+    const struct rmap_bench_question *other = &search->question[(q + 1) % search->n_question];
+    struct rmap_bench_series again = {0}, next = {0};
     for (int i = 0; i < search->bench->n_repeat; i++) {
-        struct answer first = {0}, second = {0};
-        RMAP_TRY(ask_twice(search, store, question, &first, &second, err));
-        rmap_bench_add(&series, search->n_segment / second.seconds,
+        struct answer first = {0}, second = {0}, before = {0}, after = {0};
+        RMAP_TRY(ask_twice(search, store, question, question, &first, &second, err));
+        RMAP_TRY(ask_twice(search, store, other, question, &before, &after, err));
+        rmap_bench_add(&again, search->n_segment / second.seconds,
                        search->n_segment / first.seconds);
-        rmap_bench_add_cpu(&series, second.cpu, first.cpu);
+        rmap_bench_add_cpu(&again, second.cpu, first.cpu);
+        rmap_bench_add(&next, search->n_segment / after.seconds, search->n_segment / first.seconds);
+        rmap_bench_add_cpu(&next, after.cpu, first.cpu);
     }
-    report(search, store, "session_second_vs_first", &series, "million segments/s",
-           json_pack("{s:s, s:s}", "class", question->class, "criterion", question->text));
+    report(search, store, "session_second_vs_first", &again, "million segments/s",
+           json_pack("{s:s, s:s, s:s}", "class", question->class, "criterion", question->text,
+                     "after", "the same"));
+    report(search, store, "session_second_vs_first", &next, "million segments/s",
+           json_pack("{s:s, s:s, s:s}", "class", question->class, "criterion", question->text,
+                     "after", "another"));
 out:
     return st;
 }
@@ -251,7 +290,7 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
     for (size_t q = 0; q < search.n_question; q++)
         for (size_t k = 0; k < N_STORE && rmap_bench_wanted(bench, "session_second_vs_first"); k++)
             if (search.question[q].class)
-                RMAP_TRY(measure_session(&search, k, &search.question[q], err));
+                RMAP_TRY(measure_session(&search, k, q, err));
 out:
     return st;
 }

@@ -169,6 +169,7 @@ static enum rmap_status run_session(const struct rmap_context *context,
 out:
     rmap_session_input_destroy(input);
     rmap_free(word);
+    rmap_session_memo_clear(&session.memo);
     rmap_criteria_destroy(session.criteria);
     rmap_map_close(session.map);
     return st;

@@ -12,7 +12,6 @@
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
 #include "mpi/query_rays_out.h"
-#include "mpi/scan.h"
 #include "mpi/session_define.h"
 #include "mpi/session_warm.h"
 #include "mpi/session_words.h"
@@ -65,7 +64,7 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
     enum rmap_status st = rmap_count_init(&count, rmap_map_scene(session->map)->n_source, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(prepare(session, err));
-    RMAP_TRY(rmap_scan_map(context, session->map, &criterion, 1, RMAP_DEAL_SHARES, &count, err));
+    RMAP_TRY(rmap_session_count(context, &session->memo, session->map, criterion, &count, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0 && context->json)
         st = rmap_json_line(rmap_query_count_json(session->map, criterion, &count, seconds), stdout,
@@ -168,6 +167,7 @@ static enum rmap_status define(struct rmap_session *session, const char *line,
     enum rmap_status st =
         rmap_session_define(&session->criteria, line, rmap_map_scene(session->map), err);
     RMAP_TRY(rmap_agree(context, st, err));
+    rmap_session_memo_clear(&session->memo);
     if (context->rank == 0 && context->json)
         st = rmap_json_line(json_pack("{s:s}", "defined", line), stdout, err);
     RMAP_TRY(rmap_agree(context, st, err));

@@ -8,13 +8,15 @@
 #include "analysis/criterion_file.h"
 #include "io/map_reader.h"
 #include "mpi/command.h"
+#include "mpi/session_memo.h"
 
 struct rmap_session {
     const struct rmap_context *context; /* json: one document per answer, on a line of its own */
     struct rmap_map *map;
     struct rmap_criteria *criteria; /* names defined so far; NULL: none */
     uint64_t memory;                /* bytes per rank for what is kept */
-    bool warm;                      /* what can be prepared has been */
+    struct rmap_session_memo memo;
+    bool warm; /* what can be prepared has been */
     bool quit;
 };
 

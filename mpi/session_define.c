@@ -49,9 +49,9 @@ enum rmap_status rmap_session_define(struct rmap_criteria **criteria, const char
     enum rmap_status st = RMAP_OK;
     struct rmap_criteria *fresh = NULL, *all = NULL;
     char *joined = NULL;
-    RMAP_TRY(rmap_criteria_create(text, "criterion", &fresh, err));
+    RMAP_TRY(rmap_criteria_create(text, RMAP_CRITERION_LABEL, &fresh, err));
     RMAP_TRY(join(*criteria, fresh, text, &joined, err));
-    RMAP_TRY(rmap_criteria_create(joined, "criterion", &all, err));
+    RMAP_TRY(rmap_criteria_create(joined, RMAP_CRITERION_LABEL, &all, err));
     RMAP_TRY(check(all, scene, err));
     rmap_criteria_destroy(*criteria);
     *criteria = all;

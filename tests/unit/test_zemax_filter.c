@@ -39,6 +39,8 @@ static void flags_become_tests(void **state)
         {"B0", "event(scatter_volume)"},
         {"X_HITFACE(2,1)", "hit('tube', face 1)"},
         {"X_HITFACE( 2 , 1 )", "hit('tube', face 1)"},
+        {"X_HIT(2,3)", "hit('tube') == 3"},
+        {"!X_HIT( 1 , 0 ) & H2", "not hit('lens.1') == 0 and hit('tube')"},
         {"H3 & R5 & !G1", "hit('lens.2') and hit('mirror', reflect) and not "
                           "(hit('lens.1', reflect_specular))"},
         {"(H1 & H2 & !R6) | M5", "(hit('lens.1') and hit('tube') and not "
