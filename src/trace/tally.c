@@ -186,8 +186,7 @@ static void add_registration(struct rmap_recorder *self,
 static void curve(struct rmap_recorder *self, const struct rmap_curve_point *point)
 {
     struct rmap_tally_recorder *recorder = (struct rmap_tally_recorder *)self;
-    if (recorder->next && recorder->next->curve)
-        recorder->next->curve(recorder->next, point);
+    recorder->next->curve(recorder->next, point);
 }
 
 static void end(struct rmap_recorder *self, const struct rmap_ending *ending)
@@ -209,7 +208,7 @@ void rmap_tally_recorder_init(struct rmap_tally_recorder *recorder, struct rmap_
 {
     *recorder = (struct rmap_tally_recorder){.base = {.emit = emit,
                                                       .step = step,
-                                                      .curve = curve,
+                                                      .curve = next && next->curve ? curve : NULL,
                                                       .registration = add_registration,
                                                       .end = end},
                                              .next = next,
