@@ -68,6 +68,56 @@ static struct rmap_vec3 place(const float v[3])
     return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
 }
 
+/* A curved leg: its ends and the points between them. */
+struct curved_leg {
+    struct rmap_vec3 from, to;
+    const float *point; /* [n][3] */
+    size_t n;
+};
+
+/* Between two recorded points a curve is drawn in so many strokes. */
+enum { STROKES = 4 };
+
+static struct rmap_vec3 node(const struct curved_leg *leg, size_t k)
+{
+    return k == 0 ? leg->from : k > leg->n ? leg->to : place(leg->point + 3 * (k - 1));
+}
+
+/* Direction at a node, times so much: of the parabola through it and its neighbours, by length of
+ * chord. */
+static struct rmap_vec3 slope(const struct curved_leg *leg, size_t k, double times)
+{
+    size_t middle = k == 0 ? 1 : k > leg->n ? leg->n : k;
+    struct rmap_vec3 before = rmap_sub(node(leg, middle), node(leg, middle - 1));
+    struct rmap_vec3 behind = rmap_sub(node(leg, middle + 1), node(leg, middle));
+    double h = rmap_length(before), g = rmap_length(behind);
+    if (!(h > 0.0 && g > 0.0))
+        return rmap_vec3(0, 0, 0);
+    before = rmap_scale(before, 1.0 / h);
+    behind = rmap_scale(behind, 1.0 / g);
+    struct rmap_vec3 mean = rmap_scale(rmap_axpy(h, behind, rmap_scale(before, g)), 1.0 / (h + g));
+    if (k < middle)
+        mean = rmap_axpy(2.0, before, rmap_scale(mean, -1.0));
+    else if (k > middle)
+        mean = rmap_axpy(2.0, behind, rmap_scale(mean, -1.0));
+    return rmap_scale(mean, times);
+}
+
+/* Cubics through the nodes, up to the last one, which stays to be put. */
+static void put_curve(struct pen *pen, const struct curved_leg *leg)
+{
+    for (size_t k = 0; k <= leg->n; k++) {
+        struct rmap_vec3 p = node(leg, k), q = node(leg, k + 1), chord = rmap_sub(q, p);
+        double h = rmap_length(chord);
+        struct rmap_vec3 u = slope(leg, k, h), v = slope(leg, k + 1, h);
+        for (int s = 1; s <= STROKES && k + (s == STROKES) <= leg->n; s++) {
+            double t = (double)s / STROKES, r = 1.0 - t;
+            struct rmap_vec3 at = rmap_axpy(t * t * (3.0 - 2.0 * t), chord, p);
+            put_point(pen, rmap_axpy(t * r * r, u, rmap_axpy(-t * t * r, v, at)));
+        }
+    }
+}
+
 /* One line per run of legs with the same colour. */
 static void draw_ray(struct pen *pen, size_t ray, size_t segment)
 {
@@ -88,10 +138,13 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
             last = colour;
         }
         struct rmap_vec3 to = place(rays->segment.position + 3 * i);
-        for (; n_point > 0 && rays->curve.segment[point] == i - segment; point++, n_point--) {
-            from = place(rays->curve.position + 3 * point);
-            put_point(pen, from);
-        }
+        struct curved_leg leg = {.from = from, .to = to, .point = rays->curve.position + 3 * point};
+        while (leg.n < n_point && rays->curve.segment[point + leg.n] == i - segment)
+            leg.n++;
+        if (leg.n > 0)
+            put_curve(pen, &leg);
+        point += leg.n;
+        n_point -= leg.n;
         if ((rays->segment.event[i] & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
             to = rmap_axpy(pen->leaving, place(rays->ray.end_direction + 3 * ray), from);
         put_point(pen, to);
@@ -107,8 +160,8 @@ enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rma
 {
     size_t n_ray = rays->n_row[RMAP_TABLE_RAY], longest = 0, segment = 0, point;
     for (size_t i = 0; i < n_ray; i++) {
-        size_t n =
-            rays->ray.segment_count[i] + rmap_portion_curve_of(rays, rays->ray.id[i], &point);
+        size_t n_point = rmap_portion_curve_of(rays, rays->ray.id[i], &point);
+        size_t n = rays->ray.segment_count[i] * (n_point ? 1 + STROKES : 1) + n_point * STROKES;
         longest = n > longest ? n : longest;
     }
     struct pen pen = {.scene = scene,
