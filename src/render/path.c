@@ -112,6 +112,15 @@ static const double *transmittance(const struct path *path, int32_t medium, doub
 
 /* ---- lights met along a leg ---- */
 
+/* Over the channels that the path still has: a curved leg may have chosen one of them. */
+static double live_sum(const struct path *path, const double *share, const double *factor)
+{
+    double sum = 0.0;
+    for (int i = path->walk.colour.begin; i < path->walk.colour.end; i++)
+        sum += share[i] * factor[i];
+    return sum;
+}
+
 /* On from `point`, straight to `to`. A path that got so far has been weighed for it (analog): its
  * shares there are those it began with, times the transmittance, over their sum. */
 static void search(struct path *path, struct rmap_vec3 to)
@@ -139,7 +148,7 @@ static void search(struct path *path, struct rmap_vec3 to)
             found.through = transmittance(path, ray->medium, path->done + distance, store);
             if (found.through) {
                 found.share = path->before.share;
-                found.factor /= rmap_colour_sum(&path->before, store);
+                found.factor /= live_sum(path, path->before.share, store);
             }
             add(path, &found);
         }
@@ -291,6 +300,25 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
     return true;
 }
 
+/* True: scattering goes on, until a limit. */
+static bool scatter(struct path *path, const struct rmap_arrival *arrival)
+{
+    struct rmap_walk *walk = &path->walk;
+    if (rmap_walk_limited(walk)) {
+        path->counts->n_limit++;
+        return false;
+    }
+    struct receiver receiver = {
+        .ray = walk->ray, .direction = walk->ray.direction, .inside = true, .factor = 1.0};
+    receiver.ray.origin = arrival->leg.to;
+    receiver.ray.contact = (struct rmap_contact){0};
+    path->looked = walk->ray.gradient == 0;
+    if (path->looked)
+        look(path, &receiver);
+    rmap_walk_scatter(walk, arrival);
+    return true;
+}
+
 static void see_background(struct path *path)
 {
     const struct rmap_walk *walk = &path->walk;
@@ -331,6 +359,7 @@ static bool advance(struct path *path)
     case RMAP_LEG_ABSORBED:
         return false;
     case RMAP_LEG_SCATTERED:
+        return scatter(path, &arrival);
     case RMAP_LEG_ERROR:
         break;
     }

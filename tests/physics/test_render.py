@@ -14,7 +14,8 @@ checks = Checks()
 HEAD = """raymap: 1
 units: {units}
 spectrum: {spectrum}
-media: {{air: {{index: 1}}, glass: {{index: 1.5}}, ink: {{index: 1, absorption: 0.2}}, crown: {{glass: N-BK7}}}}
+media: {{air: {{index: 1}}, glass: {{index: 1.5}}, ink: {{index: 1, absorption: 0.2}}, crown: {{glass: N-BK7}},
+  fog: {{index: 1, scattering: 0.8, scattering_g: 0.5}}, grin: {{gradient: {{type: luneburg, n_edge: 1.2, radius: 1, tolerance: 1e-6}}}}}}
 surfaces:
   clear: {{type: fresnel}}
   white: {{type: lambert, reflectance: 1}}
@@ -54,6 +55,7 @@ def expect(what, name, scene, want, samples=256, error=0.0):
 def check_furnace():
     """Bodies that lose nothing are as bright as what is around them, in every pixel, exactly."""
     for surface, inside, spectrum in [("white", "air", "{mode: rgb}"), ("clear", "glass", "{mode: rgb}"),
+                                      ("clear", "fog", "{mode: rgb}"), ("clear", "grin", "{mode: rgb}"),
                                       ("clear", "crown", "{mode: spectral, wavelengths: {from: 400, to: 700, step: 20}}")]:
         scene = head(spectrum=spectrum) + UNSEEN + f"""background: {{radiance: 7}}
 objects: [{{name: body, geometry: ball, surface: {surface}, inside: {inside}, outside: air}}]
@@ -139,6 +141,45 @@ def check_dispersion():
                      abs=0.02 * float(numpy.abs(total).max()))
 
 
+def check_scattering():
+    """Fog in a beam shows the light scattered once: L = E mu_s p(theta) s, p of Henyey & Greenstein (1941),
+    theta 90 degrees, over the 2 m where the beam is; optically thin (mu_s s = 2e-3)."""
+    g, mu = 0.5, 1e-3
+    scene = head().replace("scattering: 0.8", f"scattering: {mu}") + """objects:
+  - {name: floor, geometry: plate, at: [0, 0, -1], surface: black, front: fog, back: fog}
+""" + sources(
+        "{name: beam, type: collimated, shape: {rectangle: [2, 2]}, at: [-5, 0, 0], direction: [1, 0, 0], flux: 400000 lm, medium: fog}"
+    ) + (CAMERA % ", medium: fog")
+    scene = scene.replace("  white: {type: lambert", "  black: {type: absorber}\n  white: {type: lambert")
+    want = 100000 * mu * 2.0 * (1 - g * g) / (4 * math.pi * (1 + g * g) ** 1.5)
+    expect("fog in a beam", "fog", scene, want, 16384, 4e-3)
+
+
+def check_gradient_rod():
+    """A pinhole looks through a rod n = n0 (1 - A r^2 / 2) of length t: paraxially a disc at the far end of
+    the way appears under its radius / B, B of the ray matrix from pinhole to disc (Kogelnik & Li 1966,
+    doi:10.1364/AO.5.001550)."""
+    n0, g, t, d1, d2, s = 1.6, 0.1, 5.0, 20.0, 6.0, 0.1
+    cos, sin = math.cos(g * t), math.sin(g * t)
+    b = (cos - d2 * n0 * g * sin) * d1 + sin / (n0 * g) + d2 * cos
+    scene = f"""raymap: 1
+units: mm
+spectrum: {{mode: rgb}}
+media: {{air: {{index: 1}}, rod: {{gradient: {{type: selfoc, n0: {n0}, A: {g * g}}}}}}}
+surfaces: {{ideal: {{type: fresnel, coat: ideal}}, black: {{type: absorber}}}}
+geometries:
+  rod: {{type: lens, surface: ideal, edge: black, surfaces: [{{radius: inf, thickness: {t}, medium: rod, aperture: 3}}, {{radius: inf, medium: air, aperture: 3}}]}}
+objects: [{{name: rod, geometry: rod, outside: air}}]
+cameras: [{{name: eye, at: [0, 0, {-d1}], direction: [0, 0, 1], fov: 1.5, resolution: [100, 100]}}]
+""" + sources(f"{{name: dot, type: area, shape: {{disc: {s}}}, at: [0, 0, {t + d2}], direction: [0, 0, -1], flux: 1 lm}}")
+    image, answer = render("rod", scene, "--samples", 32)
+    checks.close("errors in the rod", answer["errors"], 0)
+    light = luminance(image) / (1 / (math.pi * math.pi * s * s * 1e-6))
+    checks.close("radiance through the rod", light.max(), 1, abs=1e-5)
+    pixel = 2 * math.tan(math.radians(0.75)) / 100
+    checks.close("apparent area through the rod", light.sum() * pixel**2, math.pi * (s / b)**2, rel=0.01)
+
+
 def check_thin_lens():
     """A point off the plane in focus becomes a disc of radius R |f - d| / d in that plane, R the lens
     (Potmesil & Chakravarty 1981): variance of a uniform disc, radius^2 / 4 along each axis."""
@@ -183,6 +224,8 @@ check_furnace()
 check_floor()
 check_lamps_seen()
 check_dispersion()
+check_scattering()
+check_gradient_rod()
 check_thin_lens()
 check_perspective()
 checks.finish()
