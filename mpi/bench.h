@@ -21,6 +21,7 @@ struct rmap_bench_scene {
     const char *folder; /* of the example */
     const char *set;    /* KEY=VALUE for the scene; NULL: none */
     bool sizes_only;    /* takes part in bytes_per_segment alone */
+    bool pictures;      /* in render_preview and render_overhead alone */
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_accel *accel;
@@ -75,6 +76,8 @@ enum rmap_status rmap_bench_durability(struct rmap_bench *bench,
                                        struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_resume(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                    const char *scene_path, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bench_render(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_gradient(struct rmap_bench *bench,

@@ -38,7 +38,9 @@ static const char *const measurement[] = {"trace_vs_roofline",
                                           "query_several_vs_slowest",
                                           "session_second_vs_first",
                                           "ranks_vs_threads",
-                                          "gradient_evaluations_vs_seed"};
+                                          "gradient_evaluations_vs_seed",
+                                          "render_preview",
+                                          "render_overhead"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -47,6 +49,11 @@ static const struct rmap_bench_scene known_scene[] = {
      .folder = "double-gauss",
      .set = "spectrum.wavelengths={from: 400, to: 700, step: 10}",
      .sizes_only = true},
+    {.name = "gradient-sphere", .folder = "gradient-sphere", .pictures = true},
+    {.name = "gradient-noise",
+     .folder = "gradient-sphere",
+     .set = "objects.front.inside=noise",
+     .pictures = true},
 };
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
@@ -102,8 +109,10 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     for (size_t i = 0; i < COUNT(known_scene); i++)
         if (!scene || strcmp(scene, known_scene[i].name) == 0)
             return RMAP_OK;
-    return rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are: %s %s %s", scene,
-                          known_scene[0].name, known_scene[1].name, known_scene[2].name);
+    char list[256] = "";
+    for (size_t i = 0, at = 0; i < COUNT(known_scene); i++)
+        at += (size_t)snprintf(list + at, sizeof list - at, " %s", known_scene[i].name);
+    return rmap_error_set(err, RMAP_USAGE, "no example scene '%s'; there are:%s", scene, list);
 }
 
 static int remove_entry(const char *path, const struct stat *status, int kind, struct FTW *place)
@@ -138,6 +147,17 @@ static bool wants_record(const struct rmap_bench *bench)
     return rmap_bench_wanted(bench, "record_vs_trace") ||
            rmap_bench_wanted(bench, "record_vs_seed") ||
            rmap_bench_wanted(bench, "bytes_per_segment");
+}
+
+static bool wants_pictures(const struct rmap_bench *bench)
+{
+    return rmap_bench_wanted(bench, "render_preview") ||
+           rmap_bench_wanted(bench, "render_overhead");
+}
+
+static bool pictures_only(const struct rmap_bench *bench)
+{
+    return bench->only && wants_pictures(bench);
 }
 
 /* Rank 0 alone. */
@@ -191,6 +211,8 @@ static enum rmap_status measure_scene(struct rmap_bench *bench, const char *path
     RMAP_TRY(rmap_accel_create(scene->scene, bench->alone.n_thread, &scene->accel, err));
     if (scene->sizes_only)
         RMAP_TRY(rmap_bench_record(bench, scene, err));
+    else if (scene->pictures)
+        RMAP_TRY(rmap_bench_render(bench, scene, err));
     else
         RMAP_TRY(measure_alone(bench, path, scene, err));
 out:
@@ -229,6 +251,10 @@ static enum rmap_status measure_all(struct rmap_bench *bench, const struct rmap_
         if (only && strcmp(only, scene.name) != 0)
             continue;
         if (scene.sizes_only && (pair || !rmap_bench_wanted(bench, "bytes_per_segment")))
+            continue;
+        if (scene.pictures && (pair || !wants_pictures(bench)))
+            continue;
+        if (!scene.pictures && pictures_only(bench))
             continue;
         if (!find_scene(folder, scene.folder, path, sizeof path))
             st = rmap_error_set(err, RMAP_INPUT,
@@ -328,7 +354,9 @@ const struct rmap_command rmap_command_bench = {
         "the classic way of storing rays (36-byte records, zlib), decoding and queries against\n"
         "reading all of those, what safety costs, going on with a large map, ranks against\n"
         "threads, and gradient media against the scheme of Sharma et al. Both sides of a ratio\n"
-        "run in turns in this process; the median is given with the least and the greatest.",
+        "run in turns in this process; the median is given with the least and the greatest.\n"
+        "render_preview: pictures of 640 x 480 a second; render_overhead: a picture against its\n"
+        "index evaluations and its queries to Embree alone.",
     .options = options,
     .min_operands = 0,
     .max_operands = 0,

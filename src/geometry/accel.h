@@ -94,6 +94,7 @@ void rmap_contact_turn(struct rmap_contact *contact, const struct rmap_hit *hit)
  * way. */
 struct rmap_replay_ray {
     struct rmap_ray ray;
+    double length;         /* asked for; 0: all the way */
     bool prepared, misses; /* the rest is set by rmap_accel_prepare */
     float origin[3], direction[3];
     double shift;
@@ -101,5 +102,10 @@ struct rmap_replay_ray {
 void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray);
 size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
                          size_t n_ray);
+
+/* For measurements on one thread: tells of every query from now on; watch NULL: no more. */
+void rmap_accel_watch(struct rmap_accel *accel,
+                      void (*watch)(void *context, const struct rmap_ray *ray, double length),
+                      void *context);
 
 #endif

@@ -127,6 +127,8 @@ struct rmap_accel {
     double reach; /* how far behind its start a ray enters Embree */
     int level;
     struct rmap_accel_failure failure;
+    void (*watch)(void *context, const struct rmap_ray *ray, double length); /* or NULL */
+    void *watcher;
 };
 
 /* Which of coincident surfaces comes first, by the media of its two sides: one that changes

@@ -222,6 +222,8 @@ bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ra
     double shift;
     if (accel->n_object == 0)
         return false;
+    if (accel->watch)
+        accel->watch(accel->watcher, ray, length);
     query_init(&query, accel, ray, length);
     if (!enter_scene(&query, origin, direction, &shift))
         return false;
@@ -242,11 +244,19 @@ bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
     return rmap_accel_next_within(accel, ray, HUGE_VAL, hit);
 }
 
+void rmap_accel_watch(struct rmap_accel *accel,
+                      void (*watch)(void *context, const struct rmap_ray *ray, double length),
+                      void *context)
+{
+    accel->watch = watch;
+    accel->watcher = context;
+}
+
 void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray)
 {
     for (size_t i = 0; i < n_ray; i++) {
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray, HUGE_VAL);
+        query_init(&query, accel, &ray[i].ray, ray[i].length > 0 ? ray[i].length : HUGE_VAL);
         ray[i].misses = !enter_scene(&query, ray[i].origin, ray[i].direction, &ray[i].shift);
         ray[i].prepared = true;
     }
@@ -263,7 +273,7 @@ size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_repla
         if (now.misses)
             continue;
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray, HUGE_VAL);
+        query_init(&query, accel, &ray[i].ray, ray[i].length > 0 ? ray[i].length : HUGE_VAL);
         look_around(&query);
         traverse(&query, accel->top, now.origin, now.direction, now.shift);
         n_hit += query.n_candidate > 0;

@@ -114,8 +114,10 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
                 lights->n_unseen += (size_t)area;
             else if ((source->type == RMAP_SOURCE_AREA) == area)
                 RMAP_TRY(make_light(lights, source, &light[lights->n++], err));
-            if (source->type == RMAP_SOURCE_AREA)
-                lights->n_area += (size_t)area;
+            if (source->type != RMAP_SOURCE_AREA || !area)
+                continue;
+            lights->n_area++;
+            lights->n_bent += source->gradient > 0;
         }
     share_out(lights);
     *lights_ret = lights;

@@ -27,6 +27,7 @@ struct rmap_lights {
     size_t n;
     struct rmap_light *light;
     size_t n_area;   /* the first ones are AREA: those that a leg can meet */
+    size_t n_bent;   /* of them in gradient media: curved legs meet no others */
     size_t n_unseen; /* lists of rays, which no point can look at */
     double unit_m2;  /* a square of the scene's unit */
 };

@@ -336,7 +336,9 @@ static bool advance(struct path *path)
     struct rmap_walk *walk = &path->walk;
     struct rmap_arrival arrival;
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
-    bool seek = !path->looked && path->renderer->lights->n_area > 0;
+    const struct rmap_lights *lights = path->renderer->lights;
+    size_t n_near = walk->ray.gradient > 0 ? lights->n_bent : lights->n_area;
+    bool seek = !path->looked && n_near > 0;
     bool weighed = seek && (medium->absorbing || medium->scattering_at_all);
     if (weighed)
         path->before = walk->colour;

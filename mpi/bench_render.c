@@ -1,0 +1,237 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Measurements of pictures: how many a second, and how much of the time is neither index
+ * evaluation nor Embree.
+ */
+#include "base/alloc.h"
+#include "mpi/agree.h"
+#include "mpi/bench.h"
+#include "mpi/progress.h"
+#include "mpi/render_pass.h"
+
+/* ---- pictures a second ---- */
+
+static enum rmap_status make_renderer(const struct rmap_bench_scene *scene, const uint32_t size[2],
+                                      struct rmap_renderer **renderer_ret, struct rmap_error *err)
+{
+    if (scene->scene->n_camera == 0)
+        return rmap_error_set(err, RMAP_INPUT, "scene %s has no camera", scene->name);
+    return rmap_renderer_create(scene->scene, scene->accel, &scene->scene->camera[0], size, 1,
+                                renderer_ret, err);
+}
+
+/* Against what the seed's authors report of such a scene on a laptop's RTX 2060: 30 pictures a
+ * second for a spherical gradient, 15 for noise. */
+static enum rmap_status measure_preview(struct rmap_bench *bench,
+                                        const struct rmap_bench_scene *scene,
+                                        struct rmap_error *err)
+{
+    static const uint32_t size[2] = {640, 480}, small[2] = {160, 120};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_renderer *renderer = NULL;
+    struct rmap_bench_series series = {0};
+    struct rmap_progress silent = {0};
+    struct rmap_render_pass pass = {.context = &bench->alone, .progress = &silent, .n = 1};
+    const uint32_t *used = bench->quick ? small : size;
+    double factor = bench->quick ? 1.0 / 16.0 : 1.0; /* to pictures of 640 x 480 */
+    RMAP_TRY(make_renderer(scene, used, &renderer, err));
+    RMAP_TRY(rmap_film_create(used, &pass.film, err));
+    pass.renderer = renderer;
+    for (int i = 0; i < bench->n_repeat; i++) {
+        double begun = rmap_clock_seconds();
+        pass.first = (uint64_t)i;
+        RMAP_TRY(rmap_render_pass_run(&pass, err));
+        rmap_bench_add(&series, factor / (rmap_clock_seconds() - begun), scene->set ? 15.0 : 30.0);
+    }
+    rmap_bench_report(bench, "render_preview", scene, &series, "pictures/s",
+                      json_pack("{s:i, s:s}", "threads", bench->alone.n_thread, "reference_of",
+                                "the seed's report, RTX 2060"));
+out:
+    rmap_film_destroy(pass.film);
+    rmap_renderer_destroy(renderer);
+    return st;
+}
+
+/* ---- what is neither index evaluation nor Embree ---- */
+
+struct evaluation {
+    struct rmap_vec3 point;
+    int channel;
+};
+
+/* What a run asked of one field, and of the accelerator. Points are of the world. */
+struct watched_field {
+    struct rmap_field base;
+    struct rmap_field_ops ops;
+    const struct rmap_field *real;
+    const struct rmap_gradient *place;
+    struct evaluation *evaluation;
+    size_t n, cap;
+    bool failed;
+};
+
+struct watched {
+    struct watched_field *field; /* [n_gradient] */
+    struct rmap_replay_ray *query;
+    size_t n_field, n, cap;
+    bool failed;
+};
+
+/* The one measurement where a field changes when it is asked. */
+static bool watch_at(const struct rmap_field *field, int channel, struct rmap_vec3 p, double *n,
+                     struct rmap_vec3 *gradient)
+{
+    struct watched_field *self = (struct watched_field *)(uintptr_t)field;
+    void *block = self->evaluation;
+    if (rmap_reserve(&block, &self->cap, self->n + 1, sizeof *self->evaluation, NULL) == RMAP_OK) {
+        self->evaluation = block;
+        self->evaluation[self->n++] =
+            (struct evaluation){rmap_affine_point(&self->place->to_world, p), channel};
+    } else {
+        self->failed = true;
+    }
+    return self->real->ops->at(self->real, channel, p, n, gradient);
+}
+
+static double pass_best_step(const struct rmap_field *field, struct rmap_vec3 p,
+                             struct rmap_vec3 direction)
+{
+    const struct rmap_field *real = ((const struct watched_field *)field)->real;
+    return real->ops->best_step(real, p, direction);
+}
+
+static void watch_query(void *context, const struct rmap_ray *ray, double length)
+{
+    struct watched *self = context;
+    void *block = self->query;
+    if (rmap_reserve(&block, &self->cap, self->n + 1, sizeof *self->query, NULL) != RMAP_OK) {
+        self->failed = true;
+        return;
+    }
+    self->query = block;
+    self->query[self->n++] = (struct rmap_replay_ray){.ray = *ray, .length = length};
+}
+
+static double render(const struct rmap_renderer *renderer)
+{
+    struct rmap_render_counts counts = {0};
+    double rgb[3], sum = 0.0;
+    for (uint32_t y = 0; y < renderer->size[1]; y++)
+        for (uint32_t x = 0; x < renderer->size[0]; x++) {
+            rmap_render_sample(renderer, x, y, 0, &counts, rgb);
+            sum += rgb[0];
+        }
+    return sum;
+}
+
+/* Renders once with everything written down. */
+static enum rmap_status watch(const struct rmap_bench_scene *scene,
+                              const struct rmap_renderer *renderer, struct watched *watched,
+                              struct rmap_error *err)
+{
+    watched->n_field = scene->scene->n_gradient;
+    watched->field = rmap_alloc(watched->n_field, sizeof *watched->field);
+    if (!watched->field)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    for (size_t g = 0; g < watched->n_field; g++) {
+        struct watched_field *field = &watched->field[g];
+        field->real = scene->scene->gradient[g].field;
+        field->place = &scene->scene->gradient[g];
+        field->base = *field->real;
+        field->ops = *field->real->ops;
+        field->ops.at = watch_at;
+        field->ops.best_step = field->real->ops->best_step ? pass_best_step : NULL;
+        field->base.ops = &field->ops;
+        scene->scene->gradient[g].field = &field->base;
+    }
+    rmap_accel_watch(scene->accel, watch_query, watched);
+    (void)render(renderer);
+    rmap_accel_watch(scene->accel, NULL, NULL);
+    for (size_t g = 0; g < watched->n_field; g++) {
+        scene->scene->gradient[g].field = watched->field[g].real;
+        watched->failed = watched->failed || watched->field[g].failed;
+    }
+    if (watched->failed)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for what is to be replayed");
+    rmap_accel_prepare(scene->accel, watched->query, watched->n);
+    return RMAP_OK;
+}
+
+static double evaluate_again(const struct watched *watched)
+{
+    double sum = 0.0, n = 0.0;
+    struct rmap_vec3 slope = {0, 0, 0};
+    for (size_t g = 0; g < watched->n_field; g++) {
+        const struct watched_field *field = &watched->field[g];
+        for (size_t i = 0; i < field->n; i++) {
+            (void)rmap_gradient_at(field->place, field->evaluation[i].channel,
+                                   field->evaluation[i].point, &n, &slope);
+            sum += n + slope.x;
+        }
+    }
+    return sum;
+}
+
+static void watched_fini(struct watched *watched)
+{
+    for (size_t g = 0; watched->field && g < watched->n_field; g++)
+        rmap_free(watched->field[g].evaluation);
+    rmap_free(watched->field);
+    rmap_free(watched->query);
+}
+
+/* One thread; the same picture, then its index evaluations and its queries to Embree alone. */
+static enum rmap_status measure_overhead(struct rmap_bench *bench,
+                                         const struct rmap_bench_scene *scene,
+                                         struct rmap_error *err)
+{
+    static const uint32_t size[2] = {160, 120}, small[2] = {80, 60};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_renderer *renderer = NULL;
+    struct watched watched = {0};
+    struct rmap_bench_series series = {0};
+    double sum = 0.0, evaluating = 0.0, asking = 0.0, all = 0.0;
+    size_t n_evaluation = 0;
+    RMAP_TRY(make_renderer(scene, bench->quick ? small : size, &renderer, err));
+    RMAP_TRY(watch(scene, renderer, &watched, err));
+    for (size_t g = 0; g < watched.n_field; g++)
+        n_evaluation += watched.field[g].n;
+    double paths = (double)renderer->size[0] * renderer->size[1];
+    for (int i = 0; i < bench->n_repeat; i++) {
+        double start = rmap_bench_cpu();
+        sum += render(renderer);
+        double rendered = rmap_bench_cpu();
+        sum += evaluate_again(&watched);
+        double evaluated = rmap_bench_cpu();
+        sum += (double)rmap_accel_replay(scene->accel, watched.query, watched.n);
+        double asked = rmap_bench_cpu();
+        all += rendered - start;
+        evaluating += evaluated - rendered;
+        asking += asked - evaluated;
+        rmap_bench_add(&series, paths / (rendered - start), paths / (asked - rendered));
+    }
+    if (!(sum > 0.0))
+        RMAP_TRY(rmap_error_set(err, RMAP_INTERNAL, "the picture is dark"));
+    rmap_bench_report(bench, "render_overhead", scene, &series, "paths/s of processor time",
+                      json_pack("{s:f, s:f, s:f, s:f, s:f}", "share_outside",
+                                1.0 - (evaluating + asking) / all, "share_evaluating",
+                                evaluating / all, "share_embree", asking / all,
+                                "evaluations_per_path", (double)n_evaluation / paths,
+                                "queries_per_path", (double)watched.n / paths));
+out:
+    watched_fini(&watched);
+    rmap_renderer_destroy(renderer);
+    return st;
+}
+
+enum rmap_status rmap_bench_render(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (rmap_bench_wanted(bench, "render_preview"))
+        RMAP_TRY(measure_preview(bench, scene, err));
+    if (rmap_bench_wanted(bench, "render_overhead"))
+        RMAP_TRY(measure_overhead(bench, scene, err));
+out:
+    return st;
+}
