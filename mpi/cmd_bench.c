@@ -39,6 +39,7 @@ static const char *const measurement[] = {"trace_vs_roofline",
                                           "session_second_vs_first",
                                           "ranks_vs_threads",
                                           "gradient_evaluations_vs_seed",
+                                          "uniform_vs_gradient_code",
                                           "render_preview",
                                           "render_overhead"};
 
@@ -181,6 +182,8 @@ static enum rmap_status measure_alone(struct rmap_bench *bench, const char *path
         rmap_bench_wanted(bench, "query_several_vs_slowest") ||
         rmap_bench_wanted(bench, "session_second_vs_first"))
         RMAP_TRY(rmap_bench_query(bench, scene, err));
+    if (rmap_bench_wanted(bench, "uniform_vs_gradient_code"))
+        RMAP_TRY(rmap_bench_uniform(bench, scene, path, err));
 out:
     return st;
 }
