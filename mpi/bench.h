@@ -55,6 +55,13 @@ bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name);
 void rmap_bench_add(struct rmap_bench_series *series, double ours, double reference);
 void rmap_bench_add_cpu(struct rmap_bench_series *series, double ours_s, double reference_s);
 
+/* Runs over the same segments, by both clocks. */
+struct rmap_bench_cost {
+    double wall_s, cpu_s;
+};
+void rmap_bench_add_speeds(struct rmap_bench_series *series, double n_segment,
+                           struct rmap_bench_cost ours, struct rmap_bench_cost reference);
+
 /* Appends {"name", "scene", "value", "unit", "reference", "ratio", "spread", "repeats"} and,
  * where it was taken, "cpu_ratio" to the results: medians, and the least and greatest ratio. extra
  * (taken over, may be NULL): more keys. Says the same on stderr unless quiet. */

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Measurements of recording: against tracing alone, against the reference, and of what it costs
- * that a killed run loses little.
+ * Measurements of recording: against tracing alone and against the reference.
  */
 #include "io/map_reader.h"
 #include "mpi/agree.h"
@@ -92,27 +91,16 @@ struct record_series {
     struct rmap_bench_series trace, seed, size;
 };
 
-/* A run's seconds and processor seconds. */
-struct cost {
-    double wall_s, cpu_s;
-};
-
 static enum rmap_status timed_trace(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                     uint64_t n_ray, const struct rmap_bench_store *store,
-                                    struct cost *cost, double *n_segment, struct rmap_error *err)
+                                    struct rmap_bench_cost *cost, double *n_segment,
+                                    struct rmap_error *err)
 {
     double begun = rmap_bench_cpu();
     enum rmap_status st = rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray,
                                            store, &cost->wall_s, n_segment, err);
     cost->cpu_s = rmap_bench_cpu() - begun;
     return st;
-}
-
-static void add_speeds(struct rmap_bench_series *series, double n_segment, struct cost ours,
-                       struct cost reference)
-{
-    rmap_bench_add(series, 1e-6 * n_segment / ours.wall_s, 1e-6 * n_segment / reference.wall_s);
-    rmap_bench_add_cpu(series, ours.cpu_s, reference.cpu_s);
 }
 
 /* One round: trace alone, trace into the reference's file, trace into a map of each encoding. */
@@ -123,7 +111,7 @@ static enum rmap_status record_once(struct rmap_bench *bench, const struct rmap_
     enum rmap_status st = RMAP_OK;
     char map_path[600], seed_path[600];
     double n_segment, nbytes;
-    struct cost bare, ours, reference;
+    struct rmap_bench_cost bare, ours, reference;
     struct rmap_seed_result seed;
     (void)snprintf(map_path, sizeof map_path, "%s/%s.raymap", bench->folder, scene->name);
     (void)snprintf(seed_path, sizeof seed_path, "%s/%s.seed", bench->folder, scene->name);
@@ -132,14 +120,14 @@ static enum rmap_status record_once(struct rmap_bench *bench, const struct rmap_
     double begun = rmap_bench_cpu();
     RMAP_TRY(rmap_seed_record(scene->scene, scene->accel, n_ray, bench->alone.n_thread, seed_path,
                               &seed, err));
-    reference = (struct cost){seed.seconds, rmap_bench_cpu() - begun};
+    reference = (struct rmap_bench_cost){seed.seconds, rmap_bench_cpu() - begun};
     for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++) {
         const struct rmap_bench_store store = {.path = map_path,
                                                .encoding = rmap_bench_encoding[e].encoding};
         RMAP_TRY(timed_trace(bench, scene, n_ray, &store, &ours, &n_segment, err));
         RMAP_TRY(map_nbytes(map_path, &nbytes, err));
-        add_speeds(&series[e].trace, n_segment, ours, bare);
-        add_speeds(&series[e].seed, n_segment, ours, reference);
+        rmap_bench_add_speeds(&series[e].trace, n_segment, ours, bare);
+        rmap_bench_add_speeds(&series[e].seed, n_segment, ours, reference);
         rmap_bench_add(&series[e].size, nbytes / n_segment, (double)seed.nbytes / n_segment);
     }
 out:
@@ -166,32 +154,6 @@ enum rmap_status rmap_bench_record(struct rmap_bench *bench, const struct rmap_b
             rmap_bench_report(bench, "bytes_per_segment", scene, &series[e].size, "bytes/segment",
                               rmap_bench_encoding_json(e));
     }
-out:
-    return st;
-}
-
-/* With a flush every second, ten times as often as the program's own, against none at all. */
-enum rmap_status rmap_bench_durability(struct rmap_bench *bench,
-                                       const struct rmap_bench_scene *scene, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const double every_s = 1.0;
-    struct rmap_bench_series series = {0};
-    char path[600];
-    double n_segment;
-    struct cost safe, unsafe;
-    uint64_t n_ray = bench->quick ? 200000 : 1500000;
-    (void)snprintf(path, sizeof path, "%s/safe-%s.raymap", bench->folder, scene->name);
-    struct rmap_bench_store store = {.path = path, .flush_seconds = every_s};
-    for (int i = 0; i < bench->n_repeat; i++) {
-        store.never_flush = false;
-        RMAP_TRY(timed_trace(bench, scene, n_ray, &store, &safe, &n_segment, err));
-        store.never_flush = true;
-        RMAP_TRY(timed_trace(bench, scene, n_ray, &store, &unsafe, &n_segment, err));
-        add_speeds(&series, n_segment, safe, unsafe);
-    }
-    rmap_bench_report(bench, "durable_vs_not", scene, &series, "million segments/s",
-                      json_pack("{s:f}", "flush_seconds", every_s));
 out:
     return st;
 }

@@ -36,6 +36,13 @@ void rmap_bench_add_cpu(struct rmap_bench_series *series, double ours_s, double 
         series->cpu_ratio[series->n_cpu++] = reference_s / ours_s;
 }
 
+void rmap_bench_add_speeds(struct rmap_bench_series *series, double n_segment,
+                           struct rmap_bench_cost ours, struct rmap_bench_cost reference)
+{
+    rmap_bench_add(series, 1e-6 * n_segment / ours.wall_s, 1e-6 * n_segment / reference.wall_s);
+    rmap_bench_add_cpu(series, ours.cpu_s, reference.cpu_s);
+}
+
 double rmap_bench_cpu(void)
 {
     struct timespec now;

@@ -4,14 +4,19 @@
  * gathered side by side and hashed in one go; only very long rays are hashed in pieces, which
  * XXH3 promises to give the same value.
  */
-#include "trace/portion.h"
+#include "trace/portion_hash.h"
 
-#define XXH_INLINE_ALL
 #include <stdio.h>
 #include <string.h>
+
+#define XXH_INLINE_ALL
 #include <xxhash.h>
 
 #define GATHER_NBYTES 16384
+
+/* Legs are copied by so many bytes, over the rows that follow: most rays have few, and a call per
+ * column costs more than they do. */
+#define STRIDE 16
 
 /* A column as bytes, with its row size, looked up once per portion. */
 struct strip {
@@ -54,26 +59,50 @@ static uint8_t *gather_rows(const struct strip *strip, int first_column, int end
     return to;
 }
 
+/* The same where STRIDE rows follow those of the ray; and up to STRIDE bytes behind `to`. */
+static inline uint8_t *gather_over(const struct strip *strip, int first_column, int end_column,
+                                   const size_t *first, const size_t *n, uint8_t *to)
+{
+    for (int c = first_column; c < end_column; c++) {
+        size_t row = strip[c].row_nbytes, nbytes = n[strip[c].table] * row;
+        const uint8_t *from = strip[c].start + first[strip[c].table] * row;
+        for (size_t k = 0; k < nbytes; k += STRIDE)
+            memcpy(to + k, from + k, STRIDE);
+        to += nbytes;
+    }
+    return to;
+}
+
+static inline uint8_t *gather_legs(const struct rmap_portion *portion, const struct strip *strip,
+                                   int first_column, int end_column, const size_t *first,
+                                   const size_t *n, uint8_t *to)
+{
+    const enum rmap_table legs = RMAP_TABLE_SEGMENT;
+    if (portion->n_row[legs] - first[legs] >= n[legs] + STRIDE)
+        return gather_over(strip, first_column, end_column, first, n, to);
+    return gather_rows(strip, first_column, end_column, first, n, to);
+}
+
 /* The one row of /ray is copied by constant sizes, which costs a few moves in place of a call
  * per column. */
-static struct rmap_digest hash_short(const struct rmap_portion *portion, size_t ray,
-                                     const struct strip *strip, const size_t *first,
+static struct rmap_digest hash_short(const struct rmap_portion *portion, rmap_hash_function *hash,
+                                     size_t ray, const struct strip *strip, const size_t *first,
                                      const size_t *n)
 {
-    uint8_t gather[GATHER_NBYTES];
+    uint8_t gather[GATHER_NBYTES + STRIDE];
     uint8_t *to = gather;
 #define PUT(field, path, type, element, width, unit, text)                                         \
     memcpy(to, portion->ray.field + ray * (width), (width) * sizeof(type));                        \
     to += (width) * sizeof(type);
     RMAP_RAY_COLUMNS(PUT)
 #undef PUT
-    to = gather_rows(strip, RMAP_SEGMENT_object, RMAP_REGISTRATION_segment, first, n, to);
+    to = gather_legs(portion, strip, RMAP_SEGMENT_object, RMAP_REGISTRATION_segment, first, n, to);
     if (n[RMAP_TABLE_REGISTRATION] > 0)
         to = gather_rows(strip, RMAP_REGISTRATION_segment, RMAP_SEGMENT_colour, first, n, to);
-    to = gather_rows(strip, RMAP_SEGMENT_colour, RMAP_CURVE_ray, first, n, to);
+    to = gather_legs(portion, strip, RMAP_SEGMENT_colour, RMAP_CURVE_ray, first, n, to);
     if (n[RMAP_TABLE_CURVE] > 0)
         to = gather_rows(strip, RMAP_CURVE_ray, RMAP_COLUMN_COUNT, first, n, to);
-    return from_hash(XXH3_128bits(gather, (size_t)(to - gather)));
+    return hash(gather, (size_t)(to - gather));
 }
 
 /* Rows of /curve from `first` on that are the ray's: they stand in the order of the rays. */
@@ -87,6 +116,7 @@ static size_t curve_rows(const struct rmap_portion *portion, size_t first, uint6
 
 struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
 {
+    rmap_hash_function *hash = rmap_hash_fastest();
     struct rmap_digest sum = {0, 0};
     struct strip strip[RMAP_COLUMN_COUNT];
     size_t first[RMAP_TABLE_COUNT] = {0}, row_nbytes[RMAP_TABLE_COUNT] = {0};
@@ -103,8 +133,9 @@ struct rmap_digest rmap_portion_digest(const struct rmap_portion *portion)
         size_t nbytes = 0;
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             nbytes += n[t] * row_nbytes[t];
-        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES ? hash_short(portion, i, strip, first, n)
-                                                      : hash_long(strip, first, n));
+        rmap_digest_add(&sum, nbytes <= GATHER_NBYTES
+                                  ? hash_short(portion, hash, i, strip, first, n)
+                                  : hash_long(strip, first, n));
         for (int t = 0; t < RMAP_TABLE_COUNT; t++)
             first[t] += n[t];
     }

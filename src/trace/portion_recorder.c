@@ -28,18 +28,35 @@ static double clamp(double x, double low, double high)
     return lesser > low ? lesser : low;
 }
 
-/* x in [-1, 1] times 32767, rounded half away from zero. */
-static int16_t quantise_cosine(double x)
+typedef double two __attribute__((vector_size(16)));
+typedef int64_t two_bits __attribute__((vector_size(16)));
+typedef int32_t two_words __attribute__((vector_size(8)));
+
+static inline two either(two_bits which, two yes, two no)
 {
-    double scaled = 32767.0 * clamp(x, -1.0, 1.0);
-    return (int16_t)(scaled + copysign(0.5, scaled));
+    return (two)((which & (two_bits)yes) | (~which & (two_bits)no));
+}
+
+/* Components in [-1, 1] times 32767, rounded half away from zero; clamped as above. Written out, as
+ * compilers make branches of it, and whether a wall's normal is 1 or a hair less is anybody's
+ * guess. */
+static inline two_words quantise_cosines(two x)
+{
+    const two one = {1.0, 1.0}, half = {0.5, 0.5};
+    const two_bits sign_bit = {INT64_MIN, INT64_MIN};
+    x = either(x < one, x, one);
+    x = either(x > -one, x, -one);
+    two scaled = 32767.0 * x;
+    two_bits sign = (two_bits)scaled & sign_bit;
+    return __builtin_convertvector(scaled + (two)(sign | (two_bits)half), two_words);
 }
 
 static void store_normal(int16_t *out, struct rmap_vec3 n)
 {
-    out[0] = quantise_cosine(n.x);
-    out[1] = quantise_cosine(n.y);
-    out[2] = quantise_cosine(n.z);
+    two_words xy = quantise_cosines((two){n.x, n.y}), z = quantise_cosines((two){n.z, 0.0});
+    out[0] = (int16_t)xy[0];
+    out[1] = (int16_t)xy[1];
+    out[2] = (int16_t)z[0];
 }
 
 static uint16_t quantise_relative(double x)
@@ -101,11 +118,23 @@ void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantis
     settle(remainder, n_channel, missing, quantised);
 }
 
-/* Of few channels mostly: calls of memcmp and memcpy cost more than they do. */
+static inline uint64_t bits_of(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+/* Bit by bit. Of three channels mostly: without a branch for each. */
 static bool same_colour(const struct rmap_known_colour *known, const double *colour, int n)
 {
+    const double *share = known->share;
+    if (n == 3)
+        return ((bits_of(share[0]) ^ bits_of(colour[0])) |
+                (bits_of(share[1]) ^ bits_of(colour[1])) |
+                (bits_of(share[2]) ^ bits_of(colour[2]))) == 0;
     int i = 0;
-    while (i < n && known->share[i] == colour[i])
+    while (i < n && bits_of(share[i]) == bits_of(colour[i]))
         i++;
     return i == n;
 }

@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What it costs that a killed run loses little: flushing against never flushing, and checksums
+ * against the trace that they are part of.
+ */
+#include "base/alloc.h"
+#include "io/codec.h"
+#include "io/map_reader.h"
+#include "mpi/bench.h"
+
+/* Runs are short, so that what else the machine does meets both sides alike. */
+#define FLUSH_SECONDS 0.5
+
+static enum rmap_status timed_trace(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                    uint64_t n_ray, const struct rmap_bench_store *store,
+                                    struct rmap_bench_cost *sum, double *n_segment,
+                                    struct rmap_error *err)
+{
+    double seconds, begun = rmap_bench_cpu();
+    enum rmap_status st = rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray,
+                                           store, &seconds, n_segment, err);
+    sum->wall_s += seconds;
+    sum->cpu_s += rmap_bench_cpu() - begun;
+    return st;
+}
+
+/* With, without, without, with: a machine that slows down steadily slows both down. */
+static enum rmap_status flush_once(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+                                   uint64_t n_ray, struct rmap_bench_store *store,
+                                   struct rmap_bench_series *series, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bench_cost with = {0}, without = {0};
+    double n_segment;
+    for (int i = 0; i < 4; i++) {
+        store->never_flush = i == 1 || i == 2;
+        RMAP_TRY(timed_trace(bench, scene, n_ray, store, store->never_flush ? &without : &with,
+                             &n_segment, err));
+    }
+    rmap_bench_add_speeds(series, 2.0 * n_segment, with, without);
+out:
+    return st;
+}
+
+static enum rmap_status measure_flush(struct rmap_bench *bench,
+                                      const struct rmap_bench_scene *scene,
+                                      struct rmap_bench_store *store, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bench_series series = {0};
+    store->flush_seconds = FLUSH_SECONDS;
+    for (int i = 0; i < bench->n_repeat; i++)
+        RMAP_TRY(flush_once(bench, scene, bench->quick ? 200000 : 700000, store, &series, err));
+    rmap_bench_report(bench, "durable_vs_not", scene, &series, "million segments/s",
+                      json_pack("{s:f}", "flush_seconds", FLUSH_SECONDS));
+out:
+    return st;
+}
+
+/* Checksums of stored bytes depend on how many there are, not on which. */
+static enum rmap_status sum_stored(uint64_t nbytes, double *cpu_s, struct rmap_error *err)
+{
+    enum { BLOCK = 1 << 18 };
+    uint8_t *block = rmap_alloc(BLOCK, 1);
+    volatile uint64_t sum = 0;
+    if (!block)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    for (size_t i = 0; i < BLOCK; i++)
+        block[i] = (uint8_t)(i * i >> 8);
+    double begun = rmap_bench_cpu();
+    for (uint64_t done = 0; done < nbytes; done += BLOCK)
+        sum += rmap_checksum(block, BLOCK) + rmap_fletcher32(block, BLOCK);
+    *cpu_s += rmap_bench_cpu() - begun;
+    rmap_free(block);
+    return RMAP_OK;
+}
+
+/* Processor seconds of all checksums of a map: the digest of its rays, XXH3 and fletcher32 of what
+ * is stored. */
+static enum rmap_status checksum_cost(const char *path, double *cpu_s, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map *map = NULL;
+    struct rmap_cursor *cursor = NULL;
+    struct rmap_map_summary summary;
+    struct rmap_digest sum = {0, 0};
+    const struct rmap_portion *portion;
+    *cpu_s = 0.0;
+    RMAP_TRY(rmap_map_open(path, &map, err));
+    RMAP_TRY(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, err));
+    for (size_t i = 0; i < rmap_map_n_portion(map); i++) {
+        RMAP_TRY(rmap_cursor_read(cursor, i, &portion, err));
+        double begun = rmap_bench_cpu();
+        rmap_digest_add(&sum, rmap_portion_digest(portion));
+        *cpu_s += rmap_bench_cpu() - begun;
+    }
+    rmap_map_summarise(map, &summary);
+    if (sum.low != summary.digest.low || sum.high != summary.digest.high)
+        RMAP_TRY(rmap_error_set(err, RMAP_INTERNAL, "%s: another digest", path));
+    RMAP_TRY(sum_stored(summary.nbytes, cpu_s, err));
+out:
+    rmap_cursor_destroy(cursor);
+    rmap_map_close(map);
+    return st;
+}
+
+static enum rmap_status measure_checksums(struct rmap_bench *bench,
+                                          const struct rmap_bench_scene *scene, size_t encoding,
+                                          struct rmap_bench_store *store, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bench_series series = {0};
+    double n_segment, cpu_s;
+    store->never_flush = false;
+    store->encoding = rmap_bench_encoding[encoding].encoding;
+    for (int i = 0; i < bench->n_repeat; i++) {
+        struct rmap_bench_cost trace = {0};
+        RMAP_TRY(timed_trace(bench, scene, 200000, store, &trace, &n_segment, err));
+        RMAP_TRY(checksum_cost(store->path, &cpu_s, err));
+        rmap_bench_add(&series, cpu_s, trace.cpu_s);
+    }
+    rmap_bench_report(bench, "checksums_vs_trace", scene, &series, "processor s",
+                      rmap_bench_encoding_json(encoding));
+out:
+    return st;
+}
+
+enum rmap_status rmap_bench_durability(struct rmap_bench *bench,
+                                       const struct rmap_bench_scene *scene, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char path[600];
+    (void)snprintf(path, sizeof path, "%s/safe-%s.raymap", bench->folder, scene->name);
+    struct rmap_bench_store store = {.path = path, .encoding = RMAP_ENCODING_PLAIN};
+    if (rmap_bench_wanted(bench, "durable_vs_not"))
+        RMAP_TRY(measure_flush(bench, scene, &store, err));
+    for (size_t e = 0; e < RMAP_BENCH_ENCODINGS; e++)
+        if (rmap_bench_wanted(bench, "checksums_vs_trace"))
+            RMAP_TRY(measure_checksums(bench, scene, e, &store, err));
+out:
+    return st;
+}

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * XXH3-128 with the vectors that the machine has: the library's inline functions take those that
+ * the compiler was told of.
+ */
+#ifndef RMAP_PORTION_HASH_H
+#define RMAP_PORTION_HASH_H
+
+#include <stddef.h>
+
+#include "trace/portion.h"
+
+typedef struct rmap_digest rmap_hash_function(const void *data, size_t nbytes);
+
+/* Both give the same; wide: NULL where it cannot be had. */
+rmap_hash_function *rmap_hash_wide(void);
+rmap_hash_function *rmap_hash_fastest(void);
+
+#endif
