@@ -4,37 +4,68 @@
  */
 #include "gradient/curve_internal.h"
 
+RMAP_WIDE
 void rmap_curve_at(const struct rmap_curve_step *step, double theta, struct rmap_vec3 *r,
                    struct rmap_vec3 *T)
 {
     double t = theta * step->h;
     double share = t / step->whole;
-    struct rmap_vec3 of_r = {0};
-    struct rmap_vec3 of_T = {0};
+    rmap_wide shares = {share, share, share, share};
+    rmap_wide of_r = {0}, of_T = {0};
     for (int k = RMAP_CURVE_POWERS - 1; k >= 0; k--) {
-        of_r = rmap_axpy(share, of_r, step->bend[k]);
-        of_T = rmap_axpy(share, of_T, rmap_scale(step->bend[k], k + 2));
+        rmap_wide_horner(&shares, step->bend[k], &of_r);
+        rmap_wide_horner(&shares, step->turn[k], &of_T);
     }
-    *r = rmap_axpy(t * t, of_r, rmap_axpy(t, step->from.T, step->from.r));
-    *T = rmap_axpy(t, of_T, step->from.T);
+    *r = rmap_axpy(t * t, rmap_wide_vec3(&of_r), rmap_axpy(t, step->from.T, step->from.r));
+    *T = rmap_axpy(t, rmap_wide_vec3(&of_T), step->from.T);
+}
+
+/* from + t of for four t at once */
+static inline void abreast(const rmap_wide *t, double from, rmap_wide *of)
+{
+    *of = from + *of * *t;
+}
+
+/* |T|^2 at four places, in t and as shares of the whole step, at once. */
+static inline void squares(const struct rmap_curve_step *step, const rmap_wide *t,
+                           const rmap_wide *share, rmap_wide *square)
+{
+    rmap_wide x = {0}, y = {0}, z = {0};
+    for (int k = RMAP_CURVE_POWERS - 1; k >= 0; k--) {
+        abreast(share, step->turn[k][0], &x);
+        abreast(share, step->turn[k][1], &y);
+        abreast(share, step->turn[k][2], &z);
+    }
+    abreast(t, step->from.T.x, &x);
+    abreast(t, step->from.T.y, &y);
+    abreast(t, step->from.T.z, &z);
+    *square = x * x + y * y + z * z;
 }
 
 /* Gauss's formula of six points with n = |T| of the dense output: n^2 and n are rougher functions
  * of t than r and T are, and here they cost no evaluation. */
+RMAP_WIDE
 void rmap_curve_lengths(const struct rmap_curve_step *step, double theta, double *optical,
                         double *length)
 {
     static const double node[] = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521};
     static const double weight[] = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
-    double half = 0.5 * theta;
+    double half = 0.5 * theta, place[8], square[8];
+    for (int i = 0; i < 8; i++)
+        place[i] = i < 3 ? half - half * node[i % 3] : half + half * node[i % 3];
+    for (int i = 0; i < 8; i += 4) {
+        rmap_wide t, share, four;
+        memcpy(&t, &place[i], sizeof t);
+        t = t * step->h;
+        share = t / step->whole;
+        squares(step, &t, &share, &four);
+        memcpy(&square[i], &four, sizeof four);
+    }
     *optical = *length = 0.0;
     for (int i = 0; i < 6; i++) {
-        struct rmap_vec3 r;
-        struct rmap_vec3 T;
-        rmap_curve_at(step, i < 3 ? half - half * node[i] : half + half * node[i - 3], &r, &T);
         double share = half * step->h * weight[i % 3];
-        *optical += share * rmap_dot(T, T);
-        *length += share * rmap_length(T);
+        *optical += share * square[i];
+        *length += share * sqrt(square[i]);
     }
 }
 

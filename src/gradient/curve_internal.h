@@ -7,7 +7,33 @@
 
 #include <stddef.h>
 
+#include <string.h>
+
+#include "base/wide.h"
 #include "gradient/curve.h"
+
+/* x, y, z and 0, or four of a kind: one operation does them all. By address alone, as what passes
+ * them in registers differs from machine to machine. */
+typedef double rmap_wide __attribute__((vector_size(32)));
+
+static inline struct rmap_vec3 rmap_wide_vec3(const rmap_wide *a)
+{
+    return rmap_vec3((*a)[0], (*a)[1], (*a)[2]);
+}
+
+/* a + s b, elementwise as rmap_axpy */
+static inline void rmap_wide_axpy(double s, const rmap_wide *b, rmap_wide *a)
+{
+    *a = *a + *b * s;
+}
+
+/* share a + b: a step of Horner's rule */
+static inline void rmap_wide_horner(const rmap_wide *share, const double b[4], rmap_wide *a)
+{
+    rmap_wide next;
+    memcpy(&next, b, sizeof next);
+    *a = next + *a * *share;
+}
 
 /* An embedded pair of Runge-Kutta-Nystroem formulae; its last stage is the next step's first. */
 struct rmap_curve_pair {
@@ -46,6 +72,16 @@ bool rmap_curve_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, d
 /* Sets the step's errors; returns the greatest's share of what the medium allows: 1 is just
  * allowed. */
 double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curve_step *step);
+
+/* Sets step->bend[k], and turn[k] from it. */
+static inline void rmap_curve_set_bend(struct rmap_curve_step *step, int k, struct rmap_vec3 bend)
+{
+    double of_r[4] = {bend.x, bend.y, bend.z, 0.0};
+    for (int c = 0; c < 4; c++) {
+        step->bend[k][c] = of_r[c];
+        step->turn[k][c] = of_r[c] * (k + 2);
+    }
+}
 
 /* The rest of the step: what dense output needs, and the lengths. */
 void rmap_curve_nystrom_finish(struct rmap_curve_step *step);
