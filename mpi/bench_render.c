@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Measurements of pictures: how many a second, and how much of the time is neither index
- * evaluation nor Embree.
+ * evaluation nor the search for surfaces.
  */
 #include "base/alloc.h"
 #include "mpi/agree.h"
@@ -52,7 +52,7 @@ out:
     return st;
 }
 
-/* ---- what is neither index evaluation nor Embree ---- */
+/* ---- what is neither index evaluation nor search for surfaces ---- */
 
 struct evaluation {
     struct rmap_vec3 point;
@@ -172,6 +172,18 @@ static double evaluate_again(const struct watched *watched)
     return sum;
 }
 
+/* The queries as the picture puts them: by sieve and Embree, with positions and normals. */
+static size_t search_again(const struct rmap_accel *accel, const struct watched *watched)
+{
+    size_t n_hit = 0;
+    for (size_t i = 0; i < watched->n; i++) {
+        struct rmap_hit hit;
+        n_hit +=
+            rmap_accel_next_within(accel, &watched->query[i].ray, watched->query[i].length, &hit);
+    }
+    return n_hit;
+}
+
 static void watched_fini(struct watched *watched)
 {
     for (size_t g = 0; watched->field && g < watched->n_field; g++)
@@ -180,7 +192,29 @@ static void watched_fini(struct watched *watched)
     rmap_free(watched->query);
 }
 
-/* One thread; the same picture, then its index evaluations and its queries to Embree alone. */
+/* Processor time of the picture, and of its parts alone. */
+struct spent {
+    double all, evaluating;
+    double searching; /* whole queries */
+    double embree;    /* the same to rtcIntersect1 alone, prepared, the hits not finished */
+};
+
+static json_t *shares(const struct spent *spent, const struct watched *watched, double paths)
+{
+    size_t n_evaluation = 0;
+    for (size_t g = 0; g < watched->n_field; g++)
+        n_evaluation += watched->field[g].n;
+    double rest = spent->all - spent->evaluating;
+    return json_pack("{s:f, s:f, s:f, s:f, s:f, s:f, s:f}", "share_outside_surface_queries",
+                     (rest - spent->searching) / spent->all, "share_outside_embree_alone",
+                     (rest - spent->embree) / spent->all, "share_evaluating",
+                     spent->evaluating / spent->all, "share_surface_queries",
+                     spent->searching / spent->all, "share_embree_alone",
+                     spent->embree / spent->all, "evaluations_per_path",
+                     (double)n_evaluation / paths, "queries_per_path", (double)watched->n / paths);
+}
+
+/* One thread; the same picture, then its index evaluations and its queries alone. */
 static enum rmap_status measure_overhead(struct rmap_bench *bench,
                                          const struct rmap_bench_scene *scene,
                                          struct rmap_error *err)
@@ -190,12 +224,10 @@ static enum rmap_status measure_overhead(struct rmap_bench *bench,
     struct rmap_renderer *renderer = NULL;
     struct watched watched = {0};
     struct rmap_bench_series series = {0};
-    double sum = 0.0, evaluating = 0.0, asking = 0.0, all = 0.0;
-    size_t n_evaluation = 0;
+    struct spent spent = {0};
+    double sum = 0.0;
     RMAP_TRY(make_renderer(scene, bench->quick ? small : size, &renderer, err));
     RMAP_TRY(watch(scene, renderer, &watched, err));
-    for (size_t g = 0; g < watched.n_field; g++)
-        n_evaluation += watched.field[g].n;
     double paths = (double)renderer->size[0] * renderer->size[1];
     for (int i = 0; i < bench->n_repeat; i++) {
         double start = rmap_bench_cpu();
@@ -203,21 +235,20 @@ static enum rmap_status measure_overhead(struct rmap_bench *bench,
         double rendered = rmap_bench_cpu();
         sum += evaluate_again(&watched);
         double evaluated = rmap_bench_cpu();
+        sum += (double)search_again(scene->accel, &watched);
+        double searched = rmap_bench_cpu();
         sum += (double)rmap_accel_replay(scene->accel, watched.query, watched.n);
         double asked = rmap_bench_cpu();
-        all += rendered - start;
-        evaluating += evaluated - rendered;
-        asking += asked - evaluated;
-        rmap_bench_add(&series, paths / (rendered - start), paths / (asked - rendered));
+        spent.all += rendered - start;
+        spent.evaluating += evaluated - rendered;
+        spent.searching += searched - evaluated;
+        spent.embree += asked - searched;
+        rmap_bench_add(&series, paths / (rendered - start), paths / (searched - rendered));
     }
     if (!(sum > 0.0))
         RMAP_TRY(rmap_error_set(err, RMAP_INTERNAL, "the picture is dark"));
     rmap_bench_report(bench, "render_overhead", scene, &series, "paths/s of processor time",
-                      json_pack("{s:f, s:f, s:f, s:f, s:f}", "share_outside",
-                                1.0 - (evaluating + asking) / all, "share_evaluating",
-                                evaluating / all, "share_embree", asking / all,
-                                "evaluations_per_path", (double)n_evaluation / paths,
-                                "queries_per_path", (double)watched.n / paths));
+                      shares(&spent, &watched, paths));
 out:
     watched_fini(&watched);
     rmap_renderer_destroy(renderer);
