@@ -79,6 +79,15 @@ enum rmap_status rmap_blocks_stop(struct rmap_blocks *blocks, struct rmap_error 
     return fetch(blocks, STOPPED, MPI_REPLACE, &before, err);
 }
 
+enum rmap_status rmap_blocks_stopped(struct rmap_blocks *blocks, bool *stopped_ret,
+                                     struct rmap_error *err)
+{
+    uint64_t now = 0;
+    enum rmap_status st = fetch(blocks, 0, MPI_NO_OP, &now, err);
+    *stopped_ret = st == RMAP_OK && now >= STOPPED;
+    return st;
+}
+
 enum rmap_status rmap_blocks_poll(struct rmap_blocks *blocks, uint64_t *handed_out_ret,
                                   struct rmap_error *err)
 {

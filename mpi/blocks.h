@@ -25,6 +25,10 @@ enum rmap_status rmap_blocks_next(struct rmap_blocks *blocks, uint64_t *block_re
 /* Not collective: no rank gets another number. */
 enum rmap_status rmap_blocks_stop(struct rmap_blocks *blocks, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Not collective: whether a rank has stopped the handing out. */
+enum rmap_status rmap_blocks_stopped(struct rmap_blocks *blocks, bool *stopped_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 /* Not collective: how many were handed out, to any rank. Lets MPI make progress. */
 enum rmap_status rmap_blocks_poll(struct rmap_blocks *blocks, uint64_t *handed_out_ret,
                                   struct rmap_error *err) RMAP_MUST_USE;

@@ -14,6 +14,9 @@
  * often, few enough to be over in a moment. */
 enum { PROBE_RAYS = 8192 };
 
+/* Rays of some media take seconds each: then fewer must do. */
+static const double probe_s = 10.0;
+
 static const struct rmap_option options[] = {
     {"seed", 's', "S", "of the probing rays (default 1)"}, RMAP_SCENE_OPTIONS, {NULL}};
 
@@ -22,6 +25,7 @@ struct checked {
     struct rmap_bundle *bundle;
     struct rmap_scene *scene;
     struct rmap_diagnostics diagnostics;
+    struct rmap_mismatch_effort effort;
 };
 
 /* Sends some rays through the scene: what is written may be right line by line, and yet the
@@ -32,8 +36,15 @@ static enum rmap_status probe(const struct rmap_context *context, struct checked
     struct rmap_accel *accel = NULL;
     enum rmap_status st = rmap_accel_create(checked->scene, context->n_thread, &accel, err);
     struct rmap_tracer tracer = {.scene = checked->scene, .accel = accel, .seed = seed};
+    checked->effort = (struct rmap_mismatch_effort){.n_ray = PROBE_RAYS, .seconds = probe_s};
     if (st == RMAP_OK)
-        st = rmap_mismatch_probe(&tracer, PROBE_RAYS, &checked->diagnostics, err);
+        st = rmap_mismatch_probe(&tracer, &checked->effort, &checked->diagnostics, err);
+    if (st == RMAP_OK && checked->effort.cut)
+        rmap_diagnostics_add(&checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                             "probing was cut after %.0f s: %llu of %llu rays sent; the light is "
+                             "slow to trace here, and media may not match where no ray came",
+                             probe_s, (unsigned long long)checked->effort.n_sent,
+                             (unsigned long long)checked->effort.n_ray);
     rmap_accel_destroy(accel);
     return st;
 }
@@ -59,6 +70,11 @@ static enum rmap_status print_result(const struct rmap_context *context,
         json_t *document = json_pack("{s:s, s:I, s:o}", "path", checked->path, "errors",
                                      (json_int_t)checked->diagnostics.n_error, "diagnostics",
                                      diagnostics_json(&checked->diagnostics));
+        const struct rmap_mismatch_effort *effort = &checked->effort;
+        (void)json_object_set_new(document, "probing",
+                                  json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
+                                            "wanted", (json_int_t)effort->n_ray, "cut",
+                                            (int)effort->cut));
         if (checked->scene)
             (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
         return rmap_json_print(document, stdout, err);

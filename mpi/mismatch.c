@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "mpi/progress.h"
 
 enum { PAIR_MAX = 256, CROSSING_MAX = 64 };
 
@@ -232,7 +233,8 @@ static void tell_ends(const struct probe *probe, uint64_t n_ray)
     }
 }
 
-enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t n_ray,
+enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer,
+                                     struct rmap_mismatch_effort *effort,
                                      struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
     struct probe *probe = rmap_alloc(1, sizeof *probe);
@@ -244,8 +246,12 @@ enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t 
         rmap_free(probe);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     }
-    for (uint64_t id = 0; id < n_ray && probe->n < PAIR_MAX; id++) {
-        struct watcher watcher = watch(tracer, id);
+    double until = rmap_clock_seconds() + effort->seconds;
+    effort->n_sent = 0;
+    effort->cut = false;
+    while (effort->n_sent < effort->n_ray && probe->n < PAIR_MAX && !effort->cut) {
+        struct watcher watcher = watch(tracer, effort->n_sent++);
+        effort->cut = effort->n_sent < effort->n_ray && rmap_clock_seconds() > until;
         count_end(probe, &watcher);
         if (!is_mismatch(tracer->scene, &watcher))
             continue;
@@ -255,7 +261,7 @@ enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t 
             if (is_mismatch(tracer->scene, &watcher))
                 tell(probe, &watcher);
     }
-    tell_ends(probe, n_ray);
+    tell_ends(probe, effort->n_sent);
     rmap_free(probe->ends);
     rmap_free(probe);
     return RMAP_OK;

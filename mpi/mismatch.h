@@ -11,10 +11,18 @@
 #include "scene/scene.h"
 #include "trace/tracer.h"
 
+struct rmap_mismatch_effort {
+    uint64_t n_ray;  /* at most so many rays */
+    double seconds;  /* and so long, but for the ray in hand */
+    uint64_t n_sent; /* returned */
+    bool cut;        /* returned: time was up before n_ray */
+};
+
 /* Traces ray ids [0, n_ray) and adds each distinct pair (object left, object met) whose media do
  * not match to the diagnostics, where the object met stands in the file. Behind a mismatch a ray
  * is followed straight on: one mistake does not hide the next. */
-enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer, uint64_t n_ray,
+enum rmap_status rmap_mismatch_probe(const struct rmap_tracer *tracer,
+                                     struct rmap_mismatch_effort *effort,
                                      struct rmap_diagnostics *diagnostics,
                                      struct rmap_error *err) RMAP_MUST_USE;
 

@@ -79,19 +79,41 @@ out:
     return st;
 }
 
+/* Whether this rank, or another one, was asked to stop. A rank whose blocks take long fetches none
+ * for a while: so it looks now and then. */
+static enum rmap_status hear_stop(struct rmap_trace_serve *self, bool *asked,
+                                  struct rmap_error *err)
+{
+    const double look_s = 0.5;
+    double now = rmap_clock_seconds(), deadline = self->plan->deadline;
+    *asked = (deadline > 0.0 && now > deadline) || rmap_trace_workers_failed(self->workers) ||
+             rmap_interrupt_caught();
+    if (*asked || self->context->size == 1 || now < self->looked_at + look_s)
+        return RMAP_OK;
+    self->looked_at = now;
+    return rmap_blocks_stopped(self->blocks, asked, err);
+}
+
 /* Signals, the time limit and failures end the handing out of blocks for every rank; blocks in
- * hand are finished. What is to be summed up again is finished too, unless something failed. */
+ * hand are finished, unless their rays are so slow that it takes more than a moment. What is to be
+ * summed up again is finished too, unless something failed. */
 static enum rmap_status check_stop(struct rmap_trace_serve *self, struct rmap_error *err)
 {
-    const struct rmap_trace_plan *plan = self->plan;
+    const double grace_s = 5.0;
     enum rmap_status st = RMAP_OK;
-    bool failed = rmap_trace_workers_failed(self->workers);
-    bool late = plan->deadline > 0.0 && rmap_clock_seconds() > plan->deadline;
-    if (!self->blocks_ended && (late || failed || rmap_interrupt_caught())) {
-        self->blocks_ended = true;
-        RMAP_TRY(rmap_blocks_stop(self->blocks, err));
+    bool asked = false;
+    if (self->asked_to_stop) {
+        if (rmap_clock_seconds() > self->asked_at + grace_s)
+            rmap_trace_workers_leave(self->workers);
+    } else {
+        RMAP_TRY(hear_stop(self, &asked, err));
+        if (asked) {
+            self->asked_to_stop = self->blocks_ended = true;
+            self->asked_at = rmap_clock_seconds();
+            RMAP_TRY(rmap_blocks_stop(self->blocks, err)); /* handed out or not: others look */
+        }
     }
-    if (!self->recounts_ended && failed) {
+    if (!self->recounts_ended && rmap_trace_workers_failed(self->workers)) {
         self->recounts_ended = true;
         RMAP_TRY(rmap_blocks_stop(self->recounts, err));
     }
@@ -116,6 +138,7 @@ enum rmap_status rmap_trace_serve_poll(struct rmap_trace_serve *self, struct rma
 {
     enum rmap_status st = RMAP_OK;
     uint64_t handed_out = 0;
+    RMAP_TRY(check_stop(self, err));
     if (self->context->rank != 0)
         return RMAP_OK;
     RMAP_TRY(rmap_blocks_poll(self->blocks, &handed_out, err));
@@ -161,9 +184,8 @@ enum rmap_status rmap_trace_serve(struct rmap_trace_serve *self, struct rmap_err
         RMAP_TRY(pass_blocks(self, err));
         if (self->plan->writer)
             RMAP_TRY(rmap_shard_writer_store(self->plan->writer, err));
-        RMAP_TRY(check_stop(self, err));
-        check_end(self);
         RMAP_TRY(rmap_trace_serve_poll(self, err));
+        check_end(self);
         rest(self);
     }
     RMAP_TRY(check_stop(self, err)); /* all workers failed at once: the other ranks stop too */

@@ -27,8 +27,8 @@ struct rmap_trace_workers {
     struct rmap_block_queue *queue;
     struct rmap_workers *threads;
     int n_thread;
-    struct worker *worker; /* [n_thread] */
-    _Atomic bool failed, abandoned;
+    struct worker *worker;                /* [n_thread] */
+    _Atomic bool failed, abandoned, left; /* left: rays that are not begun are not traced */
     _Atomic uint64_t block_ns;
 };
 
@@ -63,15 +63,16 @@ static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worke
         rmap_portion_recorder_init(&portion_recorder, self->portion);
     }
     rmap_tally_recorder_init(&recorder, self->tally, self->portion ? &portion_recorder.base : NULL);
-    for (uint64_t ray = rays.first; ray < rays.end; ray++)
-        rmap_trace_ray(&tracer, ray, &recorder.base);
-    self->n_ray += rays.end - rays.first;
-    if (!self->portion)
+    uint64_t end = rays.first;
+    for (; end < rays.end && !atomic_load_explicit(&all->left, memory_order_relaxed); end++)
+        rmap_trace_ray(&tracer, end, &recorder.base);
+    self->n_ray += end - rays.first;
+    if (!self->portion || end == rays.first)
         return RMAP_OK;
     if (portion_recorder.status != RMAP_OK)
         return rmap_error_set(&self->error, portion_recorder.status,
                               "out of memory for the histories of rays %llu to %llu",
-                              (unsigned long long)rays.first, (unsigned long long)(rays.end - 1));
+                              (unsigned long long)rays.first, (unsigned long long)(end - 1));
     return keep_block(all, self);
 }
 
@@ -200,6 +201,11 @@ bool rmap_trace_workers_failed(const struct rmap_trace_workers *workers)
 void rmap_trace_workers_abandon(struct rmap_trace_workers *workers)
 {
     atomic_store(&workers->abandoned, true);
+}
+
+void rmap_trace_workers_leave(struct rmap_trace_workers *workers)
+{
+    atomic_store(&workers->left, true);
 }
 
 double rmap_trace_workers_pace(const struct rmap_trace_workers *workers)

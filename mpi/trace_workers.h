@@ -26,6 +26,10 @@ bool rmap_trace_workers_failed(const struct rmap_trace_workers *workers);
 /* Makes the workers return at their next look; what they have begun is lost. */
 void rmap_trace_workers_abandon(struct rmap_trace_workers *workers);
 
+/* Ends every block after the ray in hand: the rays until there are kept, the others are not traced,
+ * nor those of blocks that wait. Other work is finished. */
+void rmap_trace_workers_leave(struct rmap_trace_workers *workers);
+
 /* Seconds that a block took of late; 0 before the first. */
 double rmap_trace_workers_pace(const struct rmap_trace_workers *workers);
 
