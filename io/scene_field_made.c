@@ -110,6 +110,8 @@ static enum rmap_status read_formula(struct rmap_reader *reader, const struct rm
     formula.text = rmap_reader_text(reader, node, "formula", RMAP_REQUIRED);
     RMAP_TRY(read_constants(reader, node, &formula, &good));
     read_slopes(reader, node, &formula, &good);
+    good &= rmap_reader_number(reader, node, "difference", RMAP_OPTIONAL, &rmap_range_positive,
+                               &formula.difference);
     if (good && formula.text)
         st = rmap_reader_made(
             reader, rmap_yaml_get(node, "formula"),
@@ -330,7 +332,7 @@ static const struct rmap_field_model models[] = {
      {"mean", "amplitude", "length", "octaves", "persistence", "lacunarity", "seed"},
      NULL,
      read_noise},
-    {"formula", {{0}}, {"formula", "slope", "constants"}, NULL, read_formula},
+    {"formula", {{0}}, {"formula", "slope", "constants", "difference"}, NULL, read_formula},
     {"sum", {{0}}, {"terms"}, NULL, read_sum},
     {"index_of",
      {{0}},

@@ -11,7 +11,7 @@
 #include "base/alloc.h"
 #include "gradient/field_internal.h"
 
-enum { COMPILED_MAX = 256, ALIGNED = 64 };
+enum { COMPILED_MAX = 256, ALIGNED = 64, MESSAGE_TEXT_MAX = 1000 };
 
 enum { X, Y, Z, R, RHO, LAMBDA, N_VARIABLE };
 static const char *const variable[N_VARIABLE] = {"x", "y", "z", "r", "rho", "lambda"};
@@ -136,9 +136,11 @@ static char *join(const struct rmap_formula *formula)
     return text;
 }
 
-static enum rmap_status complain(struct compiled *c, struct rmap_error *err)
+static enum rmap_status complain(struct compiled *c, const char *text, struct rmap_error *err)
 {
-    const char *message = mupGetErrorMsg(c->parser);
+    /* muparser writes its message, with the word it stumbled over, into a buffer of its own. */
+    bool fits = strlen(text) <= MESSAGE_TEXT_MAX;
+    const char *message = fits ? mupGetErrorMsg(c->parser) : "too long to say where";
     return rmap_error_set(err, RMAP_INPUT, "the formula is wrong: %s",
                           message ? message : "not understood");
 }
@@ -166,10 +168,10 @@ static enum rmap_status compile(const struct rmap_formula *formula, const char *
                                       variable[k]);
         mupDefineConst(c->parser, formula->constant[i], formula->constant_value[i]);
         if (mupError(c->parser))
-            return complain(c, err);
+            return complain(c, formula->constant[i], err);
     }
     mupSetExpr(c->parser, text);
-    return mupError(c->parser) ? complain(c, err) : RMAP_OK;
+    return mupError(c->parser) ? complain(c, text, err) : RMAP_OK;
 }
 
 /* Compiles where it is evaluated first. */
@@ -180,7 +182,7 @@ static enum rmap_status try_out(const struct formula *f, struct compiled *c, str
     if (evaluate(c, rmap_vec3(0.1, 0.2, 0.3), f->wavelength_um[0], n, value))
         return RMAP_OK;
     if (c->failed)
-        return complain(c, err);
+        return complain(c, f->text, err);
     return rmap_error_set(err, RMAP_INPUT,
                           "the formula is wrong: a comma stands outside of a function's brackets");
 }
@@ -229,7 +231,7 @@ enum rmap_status rmap_field_formula(struct rmap_field **field_ret, int n_channel
         return RMAP_SYSTEM;
     f->text = join(formula);
     f->has_slopes = formula->slope[0] != NULL;
-    f->field.step = 2e-4 * formula->size;
+    f->field.step = formula->difference > 0 ? formula->difference : 2e-5 * formula->size;
     f->field.may_be_missing = true;
     if (!f->text) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a formula");

@@ -18,7 +18,8 @@ struct rmap_formula {
     size_t n_constant;
     const char *const *constant; /* names */
     const double *constant_value;
-    double size; /* of what the medium fills: differences over 2e-4 of it */
+    double size;       /* of what the medium fills */
+    double difference; /* that slopes are taken over; 0: 2e-5 of the size */
 };
 
 /* Copies what it needs. RMAP_INPUT with what is wrong with the formula and where in it. The field

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The hyperbolic-secant rod (Fletcher, Murphy & Young 1954, doi:10.1098/rspa.1954.0114): meridional
+ * The hyperbolic-secant rod (Fletcher, Murphy & Young 1954, Proc. R. Soc. A 223, 216): meridional
  * light of every height has the same period 2 pi / alpha.
  */
 #include "gradient/field_internal.h"

@@ -50,7 +50,7 @@ enum rmap_status rmap_field_series(struct rmap_field **field_ret, enum rmap_seri
     return rmap_field_of_jet(field_ret, &series[s][q], n_channel, n_coefficient, coefficient, err);
 }
 
-/* n_edge^2 (1 + (radius^2 - r^2) / focus^2) (Gutman 1954, doi:10.1063/1.1721757) */
+/* n_edge^2 (1 + (radius^2 - r^2) / focus^2) (Gutman 1954, J. Appl. Phys. 25, 855) */
 static void prepare_gutman(const double *given, double *kept)
 {
     double edge2 = given[0] * given[0], ratio = given[1] / given[2];

@@ -186,6 +186,29 @@ static struct rmap_curve_options resolve(const struct rmap_curve_options *said, 
     };
 }
 
+/* Below the first share rounding rules, beyond the second nothing is followed any more. */
+static const double tolerance_least = 1e-15, tolerance_most = 0.1;
+
+static enum rmap_status check_options(const struct rmap_gradient *gradient,
+                                      const struct rmap_medium *medium, struct rmap_error *err)
+{
+    double least = tolerance_least * gradient->size, most = tolerance_most * gradient->size;
+    const struct {
+        const char *key;
+        double value, most;
+    } length[] = {{"tolerance", gradient->options.tolerance, most},
+                  {"sag", gradient->options.sag, gradient->size},
+                  {"polyline", gradient->options.polyline, gradient->size}};
+    for (int i = 0; i < 3; i++)
+        if (!(length[i].value >= least && length[i].value <= length[i].most))
+            return rmap_error_set(err, RMAP_INPUT,
+                                  "'%s' of medium '%s' is %g: what it fills is %g across, so it "
+                                  "must be %.3g to %.3g",
+                                  length[i].key, medium->name ? medium->name : "", length[i].value,
+                                  gradient->size, least, length[i].most);
+    return RMAP_OK;
+}
+
 static enum rmap_status fill_in(struct rmap_scene *scene, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -199,6 +222,7 @@ static enum rmap_status fill_in(struct rmap_scene *scene, struct rmap_error *err
             return rmap_error_set(err, RMAP_INPUT,
                                   "medium '%s' stands in a frame that is singular (a scale of 0?)",
                                   medium->name ? medium->name : "");
+        RMAP_TRY(check_options(gradient, medium, err));
     }
 out:
     return st;
