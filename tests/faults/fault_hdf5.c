@@ -38,8 +38,10 @@
 
 CALL1(herr_t, H5Aclose, hid_t)
 CALL6(hid_t, H5Acreate2, hid_t, const char *, hid_t, hid_t, hid_t, hid_t)
+CALL2(htri_t, H5Aexists, hid_t, const char *)
 CALL1(hid_t, H5Aget_space, hid_t)
 CALL1(hid_t, H5Aget_type, hid_t)
+CALL3(hid_t, H5Aopen, hid_t, const char *, hid_t)
 CALL5(hid_t, H5Aopen_by_name, hid_t, const char *, const char *, hid_t, hid_t)
 CALL3(herr_t, H5Aread, hid_t, hid_t, void *)
 CALL3(herr_t, H5Awrite, hid_t, hid_t, const void *)
