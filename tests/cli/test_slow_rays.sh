@@ -58,7 +58,7 @@ sleep 1 # until it watches for signals
 SECONDS=0
 kill -TERM "$rank"
 wait $two
-grep -q 'stopped early by SIGTERM' two.txt || fail "SIGTERM to one rank: $(cat two.txt)"
+grep -q 'stopped early by' two.txt || fail "SIGTERM to one rank: $(cat two.txt)"
 [ $SECONDS -le 30 ] || fail "SIGTERM to one rank took $SECONDS s"
 expect 0 'NOT complete' "$RAYMAP" info two.raymap
 expect 0 '' "$RAYMAP" verify two.raymap
