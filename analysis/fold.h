@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One sum over the rays of a map that match: portions are added to states, one per thread, states
+ * are merged, and the whole is what a command shows. What a sum is, its kind says
+ * (struct rmap_fold_kind); histograms, moments, classes of paths, images are kinds.
+ *
+ * The same answer for any number of ranks and threads: adding and merging must give the same bits
+ * in any order. Sums of weights do (whole numbers in double); sums of other numbers go through
+ * base/exact_sum.h.
+ */
+#ifndef RMAP_FOLD_H
+#define RMAP_FOLD_H
+
+#include "analysis/criterion.h"
+#include "io/map_reader.h"
+
+/* The matching rays of a portion. */
+struct rmap_matched {
+    const struct rmap_portion *portion; /* has the fold's columns */
+    const uint8_t *match;               /* [rays of the portion] 1 or 0; NULL: all match */
+    size_t n_match;
+    size_t index; /* portion of the map */
+    size_t space; /* colour space: the portion has its channels */
+};
+
+/* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
+struct rmap_fold_kind {
+    /* An empty state. */
+    enum rmap_status (*create)(const void *context, void **state_ret, struct rmap_error *err);
+    void (*destroy)(void *state); /* NULL is fine */
+    enum rmap_status (*add)(void *state, const struct rmap_matched *rays, struct rmap_error *err);
+    enum rmap_status (*merge)(void *into, const void *from, struct rmap_error *err);
+    /* As bytes for another rank (rmap_free), and from them. */
+    enum rmap_status (*pack)(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                             struct rmap_error *err);
+    enum rmap_status (*unpack)(const void *context, const uint8_t *bytes, size_t nbytes,
+                               void **state_ret, struct rmap_error *err);
+    /* False: no ray of this portion can count, whatever matches. NULL: any can. */
+    bool (*may_count)(const void *context, const struct rmap_portion_info *portion);
+};
+
+/* All borrowed. */
+struct rmap_fold {
+    const struct rmap_fold_kind *kind;
+    const void *context;
+    const struct rmap_map *map;
+    const struct rmap_criterion *criterion; /* NULL: all rays */
+    rmap_column_set columns;                /* that the kind reads */
+};
+
+/* Adds portions [first, last) to one state, on one thread; threads may scan ranges of their own at
+ * the same time. RMAP_FORMAT when stored rows do not fit together. */
+struct rmap_fold_scanner;
+enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
+                                          struct rmap_fold_scanner **scanner_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+void rmap_fold_scanner_destroy(struct rmap_fold_scanner *scanner); /* NULL is fine */
+enum rmap_status rmap_fold_scanner_add(struct rmap_fold_scanner *scanner, void *state, size_t first,
+                                       size_t last, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
