@@ -112,9 +112,10 @@ enum rmap_status rmap_trace_run(const struct rmap_context *context,
     RMAP_TRY(st);
     st = work_through(&run, outcome, err);
     outcome->seconds = rmap_clock_seconds() - begun;
-    outcome->interrupt = rmap_interrupt_caught();
     struct rmap_error wait_error = {0};
     enum rmap_status wait_st = wait_for_all(&run, &wait_error);
+    outcome->interrupt =
+        rmap_interrupt_caught(); /* while it waited, too: that stopped the others */
     st = first_of(st, wait_st, &wait_error, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(reduce_outcome(context, outcome, err));

@@ -47,21 +47,28 @@ grep -q '"complete": true' info.json || fail "not complete after --resume"
 # A signal to one rank ends the others, which fetch no block for hours. Meanwhile, a check.
 "$RAYMAP" check slow.yaml --json >check.json 2>check.txt &
 check=$!
-mpirun -np 2 "$RAYMAP" trace slow.yaml -o two.raymap -n 8192 --threads 1 --quiet >two.txt 2>&1 &
-two=$!
-rank=
-for ((i = 0; i < 600 && ${#rank} == 0; i++)); do
-    sleep 0.1
-    [ -e two.raymap/map.h5 ] && rank=$(pgrep -P $two -f 'raymap trace' | tail -1)
-done
-sleep 1 # until it watches for signals
-SECONDS=0
-kill -TERM "$rank"
-wait $two
-grep -q 'stopped early by' two.txt || fail "SIGTERM to one rank: $(cat two.txt)"
-[ $SECONDS -le 30 ] || fail "SIGTERM to one rank took $SECONDS s"
-expect 0 'NOT complete' "$RAYMAP" info two.raymap
-expect 0 '' "$RAYMAP" verify two.raymap
+stop_one() { # RAYS, and head or tail: which of two ranks gets SIGTERM
+    local two rank= i
+    rm -rf two.raymap
+    mpirun -np 2 "$RAYMAP" trace slow.yaml -o two.raymap -n "$1" --threads 1 --quiet >two.txt 2>&1 &
+    two=$!
+    for ((i = 0; i < 600 && ${#rank} == 0; i++)); do
+        sleep 0.1
+        [ -e two.raymap/map.h5 ] && rank=$(pgrep -P $two -f 'raymap trace' | "$2" -1)
+    done
+    sleep 1 # until it watches for signals
+    SECONDS=0
+    kill -TERM "$rank"
+    wait $two
+    grep -q 'stopped early by SIGTERM' two.txt || fail "SIGTERM to one rank: $(cat two.txt)"
+    [ $SECONDS -le 30 ] || fail "SIGTERM to one rank took $SECONDS s"
+    expect 0 'NOT complete' "$RAYMAP" info two.raymap
+    expect 0 '' "$RAYMAP" verify two.raymap
+}
+stop_one 8192 tail
+# One block: the other rank has nothing to do, and waits when the signal reaches it.
+stop_one 4096 head
+stop_one 4096 tail
 wait $check || fail "check: $(cat check.txt)"
 grep -Eq 'probing was cut after 10 s: [1-9][0-9]* of 8192 rays sent' check.txt || fail "check says: $(cat check.txt)"
 grep -Eq '"cut": true' check.json || fail "check --json says: $(cat check.json)"
