@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/path_key.h"
+
+#include "analysis/path_key_internal.h"
+#include "analysis/path_regex.h"
+#include "base/alloc.h"
+#include "trace/event.h"
+
+enum { EVENT_CODES = 1 << 13 };
+
+static enum rmap_status allocate(struct rmap_path_keys *keys, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = keys->scene;
+    keys->letter = rmap_alloc(EVENT_CODES, 1);
+    keys->follows = rmap_alloc(scene->n_detector + 1, 1);
+    keys->clashes = rmap_alloc(scene->n_medium + 1, 1);
+    if (keys->letter && keys->follows && keys->clashes)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of paths");
+}
+
+/* Media that have the name of an object or a group. */
+static void find_clashes(struct rmap_path_keys *keys)
+{
+    const struct rmap_scene *scene = keys->scene;
+    for (size_t m = 0; m < scene->n_medium; m++) {
+        const char *name = scene->medium[m].name;
+        for (size_t o = 0; o < scene->n_object && !keys->clashes[m]; o++)
+            keys->clashes[m] = strcmp(scene->object[o].name, name) == 0;
+        for (size_t g = 0; g < scene->n_group && !keys->clashes[m]; g++)
+            keys->clashes[m] = strcmp(scene->group[g].name, name) == 0;
+    }
+}
+
+enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
+                                       const struct rmap_path_view *view,
+                                       struct rmap_path_keys **keys_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_keys *keys = rmap_alloc(1, sizeof *keys);
+    if (!keys)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of paths");
+    *keys = (struct rmap_path_keys){.scene = scene, .view = *view};
+    RMAP_TRY(rmap_path_labels_init(&keys->labels, scene, view->level, err));
+    RMAP_TRY(allocate(keys, err));
+    for (uint32_t events = 0; events < EVENT_CODES; events++) {
+        char c = rmap_event_letter(events);
+        keys->letter[events] =
+            c ? (uint8_t)(strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS) : RMAP_PATH_LETTER_ANY;
+    }
+    for (size_t d = 0; d < scene->n_detector; d++)
+        keys->follows[d] = scene->detector[d].on_object >= 0 || scene->detector[d].on_group >= 0;
+    for (size_t m = 0; m < scene->n_medium; m++)
+        keys->reads_media |= scene->medium[m].absorbing || scene->medium[m].scattering_at_all;
+    find_clashes(keys);
+    *keys_ret = keys;
+    keys = NULL;
+out:
+    rmap_path_keys_destroy(keys);
+    return st;
+}
+
+void rmap_path_keys_destroy(struct rmap_path_keys *keys)
+{
+    if (!keys)
+        return;
+    rmap_path_labels_fini(&keys->labels);
+    rmap_free(keys->letter);
+    rmap_free(keys->follows);
+    rmap_free(keys->clashes);
+    rmap_free(keys);
+}
+
+rmap_column_set rmap_path_keys_columns(const struct rmap_path_keys *keys)
+{
+    rmap_column_set columns =
+        RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_source) |
+        RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
+        RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
+    return keys->reads_media ? columns | RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) : columns;
+}
+
+/* Absorption and scattering without an object are told by their medium. */
+static rmap_path_step inside_symbol(const struct rmap_path_keys *keys,
+                                    const struct rmap_segment_columns *rows, size_t row,
+                                    uint32_t letter)
+{
+    if (!(RMAP_PATH_INSIDE >> letter & 1) || !rows->medium || rows->medium[row] < 0)
+        return letter;
+    size_t place = 1 + keys->labels.n + (size_t)rows->medium[row];
+    return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | letter;
+}
+
+static inline rmap_path_step step_symbol(const struct rmap_path_keys *keys,
+                                         const struct rmap_segment_columns *rows, size_t row)
+{
+    uint32_t letter = keys->letter[rows->event[row] % EVENT_CODES];
+    int32_t object = rows->object[row];
+    if (object < 0)
+        return inside_symbol(keys, rows, row, letter);
+    letter = keys->view.without_events ? RMAP_PATH_LETTER_ANY : letter;
+    return (rmap_path_step)(1 + keys->labels.of_object[object]) << RMAP_PATH_LETTER_BITS | letter;
+}
+
+static rmap_path_step hit_symbol(const struct rmap_path_keys *keys, int32_t detector)
+{
+    size_t place = 1 + keys->labels.n + keys->scene->n_medium + (size_t)detector;
+    return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | RMAP_PATH_LETTER_V;
+}
+
+/* Where symbols go. */
+struct writer {
+    rmap_path_step *symbol;
+    size_t n;
+    bool collapsed;
+};
+
+static inline void write_symbol(struct writer *writer, rmap_path_step symbol)
+{
+    writer->symbol[writer->n] = symbol;
+    writer->n += !writer->collapsed || writer->n == 0 || writer->symbol[writer->n - 1] != symbol;
+}
+
+static void write_steps(const struct rmap_path_keys *keys, const struct rmap_segment_columns *rows,
+                        size_t first, size_t last, struct writer *writer)
+{
+    for (size_t i = first; i < last; i++)
+        write_symbol(writer, step_symbol(keys, rows, i));
+}
+
+/* Steps up to where a registration stands; *at is moved there. With `last` the step at the object
+ * on which its detector lies is of any letter. */
+static void write_before(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                         size_t first, size_t row, size_t n_leg, bool last, size_t *at,
+                         struct writer *writer)
+{
+    int32_t detector = portion->registration.detector[row];
+    size_t place = (size_t)portion->registration.segment[row] + keys->follows[detector];
+    place = place < n_leg ? place : n_leg;
+    bool opens = last && keys->follows[detector] && place > *at;
+    if (place > *at)
+        write_steps(keys, &portion->segment, first + *at, first + place - opens, writer);
+    if (opens) {
+        rmap_path_step symbol = step_symbol(keys, &portion->segment, first + place - 1);
+        write_symbol(writer, (symbol >> RMAP_PATH_LETTER_BITS << RMAP_PATH_LETTER_BITS) |
+                                 RMAP_PATH_LETTER_ANY);
+    }
+    *at = place > *at ? place : *at;
+}
+
+bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                      const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
+                      size_t *n_ret)
+{
+    const size_t n_leg = portion->ray.segment_count[place->ray];
+    const size_t n_hit = portion->ray.registration_count[place->ray];
+    struct writer writer = {.symbol = symbol, .collapsed = keys->view.collapsed};
+    size_t at = 0;
+    for (size_t i = place->registration; i < place->registration + n_hit; i++) {
+        if (!portion->registration.registered[i])
+            continue;
+        int32_t detector = portion->registration.detector[i];
+        bool last = keys->view.until_detector && detector == keys->view.detector;
+        write_before(keys, portion, place->segment, i, n_leg, last, &at, &writer);
+        write_symbol(&writer, hit_symbol(keys, detector));
+        if (last) {
+            *n_ret = writer.n;
+            return true;
+        }
+    }
+    write_steps(keys, &portion->segment, place->segment + at, place->segment + n_leg, &writer);
+    *n_ret = writer.n;
+    return !keys->view.until_detector;
+}
+
+/* The source is no seed: of short inputs a seed may cancel a difference between the inputs. */
+XXH128_hash_t rmap_path_key_hash(int32_t source, const rmap_path_step *symbol, size_t n)
+{
+    XXH128_hash_t hash = XXH3_128bits(symbol, n * sizeof *symbol);
+    hash.low64 += ((uint64_t)(uint32_t)source + 1) * UINT64_C(0x9e3779b97f4a7c15);
+    return hash;
+}
+
+size_t rmap_path_n_label(const struct rmap_path_keys *keys)
+{
+    return keys->labels.n;
+}
+
+const char *rmap_path_label(const struct rmap_path_keys *keys, size_t label)
+{
+    return keys->labels.name[label];
+}
+
+const int32_t *rmap_path_labels(const struct rmap_path_keys *keys)
+{
+    return keys->labels.of_object;
+}
