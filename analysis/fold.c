@@ -6,9 +6,27 @@
 
 struct rmap_fold_scanner {
     const struct rmap_fold *fold;
-    struct rmap_query_marker *marker; /* NULL: all rays match */
+    struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
     struct rmap_cursor *cursor;
+    struct rmap_overlay_view *view; /* NULL: no receivers */
+    uint8_t *match;                 /* [n_match] */
+    size_t n_match;
 };
+
+/* What the map's index knows of histories leaves the receivers out: rays are judged by columns. */
+static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_fold *fold = self->fold;
+    rmap_column_set columns = fold->columns;
+    if (fold->criterion)
+        columns |= rmap_criterion_columns(fold->criterion);
+    RMAP_TRY(rmap_overlay_view_create(fold->overlay, &self->view, err));
+    st = rmap_cursor_create(fold->map, rmap_overlay_columns(fold->overlay, columns), &self->cursor,
+                            err);
+out:
+    return st;
+}
 
 enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
                                           struct rmap_fold_scanner **scanner_ret,
@@ -19,9 +37,13 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     self->fold = fold;
-    RMAP_TRY(rmap_cursor_create(fold->map, fold->columns, &self->cursor, err));
-    if (fold->criterion)
-        RMAP_TRY(rmap_query_marker_create(fold->map, fold->criterion, &self->marker, err));
+    if (fold->overlay) {
+        RMAP_TRY(lay_over(self, err));
+    } else {
+        RMAP_TRY(rmap_cursor_create(fold->map, fold->columns, &self->cursor, err));
+        if (fold->criterion)
+            RMAP_TRY(rmap_query_marker_create(fold->map, fold->criterion, &self->marker, err));
+    }
     *scanner_ret = self;
     self = NULL;
 out:
@@ -35,7 +57,57 @@ void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
         return;
     rmap_query_marker_destroy(self->marker);
     rmap_cursor_destroy(self->cursor);
+    rmap_overlay_view_destroy(self->view);
+    rmap_free(self->match);
     rmap_free(self);
+}
+
+/* The rays of an extended portion that match. */
+static enum rmap_status judge(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_fold *fold = self->fold;
+    const size_t n = rays->portion->n_row[RMAP_TABLE_RAY];
+    void *block = self->match;
+    if (!fold->criterion)
+        return RMAP_OK;
+    RMAP_TRY(rmap_reserve(&block, &self->n_match, n, 1, err));
+    self->match = block;
+    RMAP_TRY(rmap_criterion_evaluate(fold->criterion, rays->portion,
+                                     rmap_map_flux_per_weight(fold->map), self->match, err));
+    rays->match = self->match;
+    rays->n_match = 0;
+    for (size_t i = 0; i < n; i++)
+        rays->n_match += self->match[i];
+out:
+    return st;
+}
+
+static enum rmap_status read_extended(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *stored = NULL;
+    RMAP_TRY(rmap_cursor_read(self->cursor, rays->index, &stored, err));
+    RMAP_TRY(rmap_overlay_view_extend(self->view, stored, rays->space, &rays->portion, err));
+    st = judge(self, rays, err);
+out:
+    return st;
+}
+
+static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *match = NULL;
+    if (self->marker)
+        RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
+    rays->match = match;
+    if (rays->n_match > 0)
+        st = rmap_cursor_read(self->cursor, rays->index, &rays->portion, err);
+out:
+    return st;
 }
 
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,
@@ -44,18 +116,21 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     enum rmap_status st = RMAP_OK;
     const struct rmap_fold *fold = self->fold;
     const struct rmap_portion_info *info = rmap_map_portion(fold->map, index);
-    struct rmap_matched rays = {.index = index, .space = (size_t)info->space};
-    uint8_t *match = NULL;
+    struct rmap_portion_info extended;
+    struct rmap_matched rays = {.index = index,
+                                .space = (size_t)info->space,
+                                .n_match = (size_t)info->n_row[RMAP_TABLE_RAY]};
+    if (fold->overlay) {
+        rmap_overlay_info(fold->overlay, info, &extended);
+        info = &extended;
+        if (fold->criterion && !rmap_criterion_may_match(fold->criterion, &info->summary))
+            return RMAP_OK;
+    }
     if (fold->kind->may_count && !fold->kind->may_count(fold->context, info))
         return RMAP_OK;
-    rays.n_match = (size_t)info->n_row[RMAP_TABLE_RAY];
-    if (self->marker)
-        RMAP_TRY(rmap_query_marker_mark(self->marker, index, &match, &rays.n_match, err));
-    if (rays.n_match == 0)
-        return RMAP_OK;
-    rays.match = match;
-    RMAP_TRY(rmap_cursor_read(self->cursor, index, &rays.portion, err));
-    st = fold->kind->add(state, &rays, err);
+    RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
+    if (rays.n_match > 0)
+        st = fold->kind->add(state, &rays, err);
 out:
     return st;
 }

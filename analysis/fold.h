@@ -12,6 +12,7 @@
 #define RMAP_FOLD_H
 
 #include "analysis/criterion.h"
+#include "analysis/overlay.h"
 #include "io/map_reader.h"
 
 /* The matching rays of a portion. */
@@ -46,6 +47,8 @@ struct rmap_fold {
     const struct rmap_map *map;
     const struct rmap_criterion *criterion; /* NULL: all rays */
     rmap_column_set columns;                /* that the kind reads */
+    const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the
+                                           criterion is compiled against its scene. NULL: none */
 };
 
 /* Adds portions [first, last) to one state, on one thread; threads may scan ranges of their own at

@@ -246,7 +246,7 @@ static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_no
     detector->max_angle_rad = RMAP_PI / 2;
 }
 
-enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
+static enum rmap_status read_detectors(struct rmap_reader *reader, size_t reading_receivers)
 {
     static const char *const type_word[] = {"plane", "intensity"};
     enum rmap_status st = RMAP_OK;
@@ -268,6 +268,7 @@ enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
         if (!detector)
             return rmap_reader_no_memory(reader);
         scene->detector = array;
+        reader->n_receiver += reading_receivers;
         detector->on_object = detector->on_group = -1;
         detector->name = rmap_strdup(rmap_reader_name(reader, node));
         if (!detector->name)
@@ -283,5 +284,41 @@ enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
             read_intensity(reader, node, detector);
     }
 out:
+    return st;
+}
+
+enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
+{
+    return read_detectors(reader, 0);
+}
+
+static enum rmap_status read_receivers(struct rmap_reader *reader)
+{
+    static const char *const key[] = {"raymap", "detectors"};
+    enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
+                                          &reader->root, reader->diagnostics, reader->err);
+    if (st != RMAP_OK || !reader->root)
+        return st == RMAP_INPUT ? RMAP_OK : st; /* told in the diagnostics */
+    if (!rmap_reader_check_map(reader, reader->root, "a file of receivers", key, RMAP_COUNT(key)))
+        return RMAP_OK;
+    st = read_detectors(reader, 1);
+    if (st == RMAP_OK && reader->n_receiver == 0 && reader->diagnostics->n_error == 0)
+        rmap_reader_error(reader, reader->root,
+                          "no receivers: list them under 'detectors', as a scene file does");
+    return st;
+}
+
+enum rmap_status rmap_reader_read_receivers(struct rmap_reader *reader)
+{
+    struct rmap_yaml_node *root = reader->root;
+    struct rmap_diagnostics *diagnostics = reader->diagnostics;
+    if (!reader->receivers)
+        return RMAP_OK;
+    reader->root = NULL;
+    reader->diagnostics = reader->receivers->diagnostics;
+    enum rmap_status st = read_receivers(reader);
+    rmap_yaml_destroy(reader->root);
+    reader->root = root;
+    reader->diagnostics = diagnostics;
     return st;
 }

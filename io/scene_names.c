@@ -62,6 +62,12 @@ void rmap_names_fini(struct rmap_names *names)
     *names = (struct rmap_names){0};
 }
 
+static bool is_receiver(const struct rmap_reader *reader, const struct rmap_name *name)
+{
+    return name->kind == RMAP_MEMBER_DETECTOR &&
+           (size_t)name->index >= reader->scene->n_detector - reader->n_receiver;
+}
+
 enum rmap_status rmap_reader_add_member(struct rmap_reader *reader, const char *name,
                                         enum rmap_member kind, int32_t index,
                                         const struct rmap_yaml_node *at)
@@ -70,6 +76,12 @@ enum rmap_status rmap_reader_add_member(struct rmap_reader *reader, const char *
     if (name[0] == RMAP_UNNAMED[0])
         return RMAP_OK;
     const struct rmap_name *taken = rmap_names_find(&reader->members, name);
+    bool elsewhere = taken && reader->n_receiver > 0 && !is_receiver(reader, taken);
+    if (elsewhere) {
+        rmap_reader_error(reader, at, "the name '%.60s' is taken by a %s of the map's scene", name,
+                          word[taken->kind]);
+        return RMAP_OK;
+    }
     if (taken) {
         rmap_reader_error(reader, at,
                           "the name '%.60s' is taken by the %s on line %d: names are unique over "

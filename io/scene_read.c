@@ -44,6 +44,7 @@ static enum rmap_status read_sections(struct rmap_reader *reader)
     RMAP_TRY(rmap_reader_make_gradients(reader));
     RMAP_TRY(rmap_reader_read_sources(reader));
     RMAP_TRY(rmap_reader_read_detectors(reader));
+    RMAP_TRY(rmap_reader_read_receivers(reader));
     RMAP_TRY(rmap_reader_read_cameras(reader));
     RMAP_TRY(rmap_reader_read_background(reader));
     rmap_reader_settle_frames(reader);
@@ -81,6 +82,10 @@ static enum rmap_status verdict(struct rmap_reader *reader)
 {
     size_t n = reader->diagnostics->n_error;
     const char *path = reader->bundle->path ? reader->bundle->path : "scene";
+    if (!n && reader->receivers) {
+        n = reader->receivers->diagnostics->n_error;
+        path = reader->receivers->path;
+    }
     if (!n)
         return RMAP_OK;
     return rmap_error_set(reader->err, RMAP_INPUT, "%zu mistake%s in %s", n, n == 1 ? "" : "s",
@@ -107,6 +112,8 @@ static enum rmap_status read_scene(struct rmap_reader *reader)
     if (reader->root)
         RMAP_TRY(read_sections(reader));
     RMAP_TRY(verdict(reader));
+    if (reader->receivers) /* whatever is wrong from here on is theirs */
+        reader->diagnostics = reader->receivers->diagnostics;
     st = finish(reader);
     /* Scenes from maps, and from other ranks, were looked at where they came from. */
     if (st == RMAP_OK && !reader->bundle->meshes_complete && reader->scene->n_gradient)
@@ -117,10 +124,12 @@ out:
     return st;
 }
 
-enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene **scene_ret,
-                                 struct rmap_diagnostics *diagnostics, struct rmap_error *err)
+static enum rmap_status read_with(const struct rmap_receivers *receivers,
+                                  struct rmap_bundle *bundle, struct rmap_scene **scene_ret,
+                                  struct rmap_diagnostics *diagnostics, struct rmap_error *err)
 {
-    struct rmap_reader reader = {.bundle = bundle, .diagnostics = diagnostics, .err = err};
+    struct rmap_reader reader = {
+        .bundle = bundle, .diagnostics = diagnostics, .receivers = receivers, .err = err};
     /* Numbers have a point, whatever the locale of the caller. */
     locale_t plain = newlocale(LC_ALL_MASK, "C", (locale_t)0);
     if (!plain)
@@ -137,4 +146,26 @@ enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene *
     bundle->meshes_complete = 1;
     *scene_ret = reader.scene;
     return RMAP_OK;
+}
+
+enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene **scene_ret,
+                                 struct rmap_diagnostics *diagnostics, struct rmap_error *err)
+{
+    return read_with(NULL, bundle, scene_ret, diagnostics, err);
+}
+
+enum rmap_status rmap_scene_read_receivers(const struct rmap_bundle *bundle,
+                                           const struct rmap_scene_options *options,
+                                           const struct rmap_receivers *receivers,
+                                           struct rmap_scene **scene_ret, struct rmap_error *err)
+{
+    struct rmap_diagnostics diagnostics;
+    struct rmap_bundle with = *bundle; /* complete: nothing is added to it */
+    if (!bundle->meshes_complete)
+        return rmap_error_set(err, RMAP_INTERNAL, "receivers for a scene that is not complete");
+    with.options = *options;
+    rmap_diagnostics_init(&diagnostics, bundle->path);
+    enum rmap_status st = read_with(receivers, &with, scene_ret, &diagnostics, err);
+    rmap_diagnostics_fini(&diagnostics);
+    return st;
 }

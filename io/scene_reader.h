@@ -15,6 +15,7 @@
 
 #include "io/bundle.h"
 #include "io/diagnostics.h"
+#include "io/receivers.h"
 #include "io/yaml_tree.h"
 #include "optics/dispersion.h"
 #include "optics/spectrum.h"
@@ -98,8 +99,10 @@ struct rmap_reader {
     size_t cap_group_to_world;
     struct rmap_medium_frame *frame; /* of the gradient media */
     size_t n_frame, cap_frame, cap_gradient;
-    bool lenient_field; /* the field being read has a part that is `lenient` */
-    void *arena;        /* blocks that live as long as the reader */
+    const struct rmap_receivers *receivers; /* read behind the scene's own detectors, or NULL */
+    size_t n_receiver;                      /* the last ones of the scene's detectors */
+    bool lenient_field;                     /* the field being read has a part that is `lenient` */
+    void *arena;                            /* blocks that live as long as the reader */
 };
 
 /* ---- scene_values.c: values ---- */
@@ -208,6 +211,8 @@ enum rmap_status rmap_reader_read_geometries(struct rmap_reader *reader) RMAP_MU
 enum rmap_status rmap_reader_read_objects(struct rmap_reader *reader) RMAP_MUST_USE;
 enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader) RMAP_MUST_USE;
 enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader) RMAP_MUST_USE;
+/* The detectors of reader->receivers, with complaints in diagnostics of their own. */
+enum rmap_status rmap_reader_read_receivers(struct rmap_reader *reader) RMAP_MUST_USE;
 enum rmap_status rmap_reader_read_cameras(struct rmap_reader *reader) RMAP_MUST_USE;
 enum rmap_status rmap_reader_read_background(struct rmap_reader *reader) RMAP_MUST_USE;
 

@@ -91,7 +91,11 @@ static void reduce_detectors(struct rmap_reader *reader, const bool *keep, const
         if (detector.on_group >= 0)
             detector.on_group = group[detector.on_group];
         bool lost = lies_on && detector.on_object < 0 && detector.on_group < 0;
-        if (lost && keep[i])
+        if (lost && i >= scene->n_detector - reader->n_receiver)
+            rmap_diagnostics_add(reader->receivers->diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
+                                 "what receiver '%.60s' lies on was left out of the trace",
+                                 detector.name);
+        else if (lost && keep[i])
             rmap_reader_warn(reader, NULL, "detector '%.60s' is left out with what it lies on",
                              detector.name);
         if (keep[i] && !lost)

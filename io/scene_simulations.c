@@ -233,7 +233,8 @@ static enum rmap_status drop_unchosen(struct selection *s)
     for (size_t i = 0; i < scene->n_source; i++)
         keep.source[i] = kept(s->source[i], s->only_sources);
     for (size_t i = 0; i < scene->n_detector; i++)
-        keep.detector[i] = kept(s->detector[i], s->only_detectors);
+        keep.detector[i] = i >= scene->n_detector - s->reader->n_receiver ||
+                           kept(s->detector[i], s->only_detectors);
     RMAP_TRY(rmap_reader_reduce(s->reader, &keep));
     if (!scene->n_source)
         rmap_reader_error(s->reader, NULL, "no sources: all of them are left out");

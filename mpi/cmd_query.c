@@ -5,11 +5,14 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/overlay_count.h"
 #include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
+#include "mpi/fold_run.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
+#include "mpi/overlay_load.h"
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
 #include "mpi/query_map_out.h"
@@ -28,6 +31,7 @@ static const struct rmap_option options[] = {
     {"local", 0, NULL,
      "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
     RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
     {"explain", 'e', NULL, "say what would be read; read nothing"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
@@ -88,6 +92,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
         return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
+    if (rmap_argument(given, "receivers") && (!request->count || request->explain))
+        return rmap_error_set(
+            err, RMAP_USAGE,
+            "--receivers goes with --count: rays are listed and explained as they "
+            "were traced");
     if (request->output_path && !request->map)
         RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
 out:
@@ -117,6 +126,7 @@ out:
 
 struct search {
     struct rmap_map *map;
+    struct rmap_overlay *overlay;      /* receivers, or NULL */
     struct rmap_criterion **criterion; /* [n_criterion] */
     struct rmap_count *count;          /* [n_criterion] */
     uint64_t *id;                      /* [n_id] of a sample */
@@ -127,7 +137,7 @@ static enum rmap_status compile(const struct rmap_context *context, const struct
                                 struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = rmap_map_scene(search->map);
+    const struct rmap_scene *scene = rmap_scene_with(search->map, search->overlay);
     search->criterion = rmap_alloc(request->asked.n, sizeof(void *));
     search->count = rmap_alloc(request->asked.n, sizeof *search->count);
     if (!search->criterion || !search->count)
@@ -152,7 +162,35 @@ static void release(const struct request *request, struct search *search)
     rmap_free(search->criterion);
     rmap_free(search->count);
     rmap_free(search->id);
+    rmap_overlay_destroy(search->overlay);
     rmap_map_close(search->map);
+}
+
+/* Collective. Criteria that may speak of receivers, one scan for each; the counts are rank 0's. */
+static enum rmap_status count_with_receivers(const struct rmap_context *context,
+                                             const struct request *request, struct search *search,
+                                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t c = 0; c < request->asked.n; c++) {
+        struct rmap_count *count = &search->count[c];
+        void *state = NULL;
+        const struct rmap_fold fold = {.kind = &rmap_overlay_count_kind,
+                                       .context = search->map,
+                                       .map = search->map,
+                                       .criterion = search->criterion[c],
+                                       .columns = RMAP_OVERLAY_COUNT_COLUMNS,
+                                       .overlay = search->overlay};
+        RMAP_TRY(rmap_fold_run(context, &fold, &state, err));
+        if (state)
+            rmap_count_add(count, &((struct rmap_overlay_count *)state)->count,
+                           rmap_map_scene(search->map)->n_source);
+        fold.kind->destroy(state);
+        count->portions_read = rmap_overlay_n_read(search->overlay, search->criterion[c]);
+        count->nbytes_read = UINT64_MAX;
+    }
+out:
+    return st;
 }
 
 /* Collective. */
@@ -162,9 +200,13 @@ static enum rmap_status count_rays(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     double begun = rmap_clock_seconds();
-    RMAP_TRY(rmap_scan_map(context, search->map, search->criterion, request->asked.n,
-                           request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
-                           search->count, err));
+    if (search->overlay)
+        RMAP_TRY(count_with_receivers(context, request, search, err));
+    else
+        RMAP_TRY(
+            rmap_scan_map(context, search->map, search->criterion, request->asked.n,
+                          request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
+                          search->count, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
@@ -250,6 +292,7 @@ static enum rmap_status run_query(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(read_criteria(context, given, &request, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &search.map, err));
+    RMAP_TRY(rmap_overlay_load(context, given, search.map, &search.overlay, err));
     st = compile(context, &request, &search, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (request.explain && context->rank == 0)

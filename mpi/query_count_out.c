@@ -25,15 +25,17 @@ json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_crit
     rmap_map_summarise(map, &summary);
     rmap_count_flux(count, map, &flux, &error);
     json_t *document = json_pack(
-        "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:{s:I, s:I}, s:I, s:f}",
+        "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:{s:I, s:I}, s:o, s:f}",
         "criterion", rmap_criterion_text(criterion), "rays", "total",
         (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
         "total", (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT], "matched",
         (json_int_t)count->segments, "flux", "total", total_flux(map), "matched", flux,
         "standard_error", rmap_json_number(error), "unit", rmap_flux_unit_text(rmap_map_scene(map)),
         "portions", "total", (json_int_t)rmap_map_n_portion(map), "read",
-        (json_int_t)count->portions_read, "bytes_read", (json_int_t)count->nbytes_read, "seconds",
-        seconds);
+        (json_int_t)count->portions_read, "bytes_read",
+        count->nbytes_read == UINT64_MAX ? json_null()
+                                         : json_integer((json_int_t)count->nbytes_read),
+        "seconds", seconds);
     if (document && rmap_criterion_name(criterion))
         (void)json_object_set_new(document, "name", json_string(rmap_criterion_name(criterion)));
     return document;
@@ -87,7 +89,10 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }
-    if (!context->quiet)
+    if (!context->quiet && nbytes == UINT64_MAX)
+        fprintf(stderr, "%llu of %zu portions read, %.3f s\n", (unsigned long long)read,
+                rmap_map_n_portion(map), seconds);
+    else if (!context->quiet)
         fprintf(stderr, "%llu of %zu portions read, %.1f MB, %.3f s\n", (unsigned long long)read,
                 rmap_map_n_portion(map), 1e-6 * (double)nbytes, seconds);
     return RMAP_OK;

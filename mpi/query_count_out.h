@@ -11,7 +11,8 @@
 #include "mpi/command.h"
 
 /* Rank 0. One object, or with several criteria an array of them, in order; else a table. The
- * table alone does not depend on how the work was shared out: bytes and seconds are talk. */
+ * table alone does not depend on how the work was shared out: bytes and seconds are talk.
+ * nbytes_read UINT64_MAX: not counted, null. */
 enum rmap_status rmap_query_count_print(const struct rmap_context *context,
                                         const struct rmap_map *map,
                                         struct rmap_criterion *const *criterion,

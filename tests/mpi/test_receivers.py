@@ -1,0 +1,108 @@
+#!/usr/bin/python3
+# SPDX-License-Identifier: MIT
+#
+# The promise: receivers laid over a finished map register what the same detectors register when
+# they stand in the traced scene, in the same order among the others; for any number of ranks; and
+# mistakes in their file are told with their place.
+import json, os, subprocess, sys
+
+RAYMAP, EXAMPLES = os.environ["RAYMAP"], os.path.join(os.environ["SOURCE_DIR"], "examples")
+failures = 0
+
+
+def run(*words, status=0, says=""):
+    global failures
+    done = subprocess.run(words, capture_output=True, text=True)
+    if done.returncode != status or says not in done.stdout + done.stderr:
+        failures += 1
+        print("FAILED:", done.returncode, "not", status, repr(says), words, done.stdout[:500], done.stderr[:1500])
+    return done.stdout
+
+
+LENS = """
+  - {name: sensor2, type: plane, on: sensor_surface, size: [36, 24], cells: [180, 120], at: [0, 0, 139.5658], direction: [0, 0, -1]}
+  - {name: tilted, type: plane, size: [30, 30], cells: [50, 40], at: [0, 0, 120], direction: [0, 0.1, -1], max_angle: 20}
+  - {name: far, type: intensity, cells: [18, 36], axis: [0, 0, 1]}
+  - {name: outside, type: plane, size: [3000, 3000], cells: 10, at: [0, 0, -2000], direction: [0, 0, 1], side: both}
+"""
+ROOM = """
+  - {name: floor2, type: plane, on: floor, size: [6.0, 4.0], cells: [120, 80], at: [0, 0, 0], direction: [0, 0, 1]}
+  - {name: desk, type: plane, size: [6, 4], cells: [60, 40], at: [0, 0, 1], direction: [0, 0, 1]}
+  - {name: wall, type: plane, size: [4, 2], cells: 16, at: [1, 0, 1.2], direction: [1, 0.3, 0.1], side: back}
+"""
+SELFOC = """
+  - {name: mid, type: plane, size: [1.2, 1.2], cells: 60, at: [0, 0, 5], direction: [0, 0.2, -1], side: both}
+  - {name: along, type: plane, size: [1.2, 1.2], cells: 60, at: [0, 0.1, 9], direction: [0, 1, 0.01], side: both}
+  - {name: paper2, type: plane, on: paper, size: [1.2, 1.2], cells: 120, at: [0, 0, 15.499081], direction: [0, 0, -1]}
+"""
+# scene, receivers, rays, questions: (criterion, rays that the rounding of stored points may move)
+CASES = (
+    ("double-gauss", LENS, 20000,
+     (("registered(sensor2)", 0), ("registered(sensor) and registered(sensor2)", 0), ("crossed(tilted)", 1),
+      ("registered(tilted)", 1), ("registered(tilted, cells(20..24, 10..19))", 1), ("registered(far, cells(0..4, 0..35))", 1),
+      ("registered(outside)", 1), ("angle(outside) < 20", 1), ("x(tilted) in 3..4", 1), ("time(tilted) < 0.7 ns", 1),
+      ('path(".*V@tilted.*V@sensor V@sensor2.*")', 1), ("registered(outside) == 0 and hit(*, reflect) >= 2", 1))),
+    ("room", ROOM, 3000,
+     (("registered(floor2)", 0), ("registered(floor_map) == 2 and registered(floor2) == 2", 1), ("registered(desk) >= 3", 2),
+      ("registered(desk, cells(0..29, 0..19))", 2), ("registered(wall)", 2), ("angle(wall) > 120", 2),
+      ('path(".*V@desk.*V@wall.*")', 2), ('path(".*V@floor_map V@floor2.*")', 0))),
+    ("selfoc", SELFOC, 20000,
+     (("registered(mid)", 1), ("registered(mid, cells(24..29, 0..59))", 3), ("registered(along)", 1), ("angle(mid) < 10", 3),
+      ("x(mid) > 0.1", 3), ("time(along) > 0.045 ns", 1), ("registered(paper2)", 0), ('path(".*V@mid V@along.*")', 1))),
+)
+
+
+def matched(text):
+    answer = json.loads(text)
+    return [one["rays"]["matched"] for one in (answer if isinstance(answer, list) else [answer])]
+
+
+for name, receivers, rays, questions in CASES:
+    folder = os.path.join(EXAMPLES, name)
+    scene = open(os.path.join(folder, "scene.yaml")).read()
+    meshes = os.path.join(folder, "meshes")
+    if os.path.isdir(meshes) and not os.path.exists("meshes"):
+        os.symlink(meshes, "meshes")
+    head, tail = scene.split("\ndetectors:\n", 1)
+    own, rest = tail.split("\n", 1)
+    open(name + ".yaml", "w").write(scene)
+    open(name + "-all.yaml", "w").write(head + "\ndetectors:\n" + own + receivers + rest)
+    open(name + "-receivers.yaml", "w").write("detectors:" + receivers)
+    for kind in ("", "-all"):
+        run(RAYMAP, "trace", f"{name}{kind}.yaml", "-o", f"{name}{kind}.raymap", "-n", str(rays), "--quiet", "--force")
+    text = [question for question, _ in questions]
+    over = [RAYMAP, "query", name + ".raymap", *text, "--receivers", name + "-receivers.yaml", "--json"]
+    traced = matched(run(RAYMAP, "query", name + "-all.raymap", *text, "--json"))
+    laid = matched(run(*over))
+    for (question, slack), a, b in zip(questions, traced, laid):
+        if abs(a - b) > slack or a + b == 0:
+            failures += 1
+            print("FAILED:", name, question, "traced", a, "laid over", b)
+    plain = [RAYMAP, "query", name + ".raymap", *text, "--receivers", name + "-receivers.yaml", "--quiet"]
+    once = run(*plain)
+    for np in ("1", "2", "3", "4") if name == "selfoc" else ("3",):
+        if run("mpirun", "-np", np, *plain) != once:
+            failures += 1
+            print("FAILED:", name, "np", np, "differs")
+
+QUERY = (RAYMAP, "query", "double-gauss.raymap", "all", "--receivers")
+for text, says in (
+    ("detectors:\n  - {name: sensor, type: plane, size: 1, cells: 1, at: [0, 0, 1]}\n", "bad.yaml:2:5: error: the name 'sensor' is taken by a detector of the map's scene"),
+    ("detectors:\n  - {name: a, type: plane, size: 1, cells: 100000}\n", "bad.yaml:2:44: error: 'cells' must be"),
+    ("detectors:\n  - {name: a, type: plane, size: 1, cells: [60000, 60000]}\n", "cells are too many"),
+    ("detectors:\n  - {name: a, type: plane, on: sensor_surfac, size: 1, cells: 1}\n", "did you mean 'sensor_surface'?"),
+    ("detectors:\n  - {name: a, type: plane, size: [1, .nan], cells: 1}\n", "bad.yaml:2:"),
+    ("detectors:\n  - {name: a, type: plane, size: 1, cells: 1, at: [1e300, 1e300, 0], direction: [0, 0, 1]}\n", "bad.yaml:"),
+    ("detectors:\n  - {name: a, type: plain, size: 1, cells: 1}\n", "did you mean 'plane'?"),
+    ("detectors:\n  - {name: a, type: plane, size: 1, cells: 1}\n  - {name: a, type: plane, size: 1, cells: 1}\n", "is taken by the detector on line 2"),
+    ("objects: []\n", "unknown key in a file of receivers"),
+    ("detectors: []\n", "no receivers"),
+    ("a: [", "bad.yaml:2:1: error: this is not YAML"),
+    ("", "empty"),
+):
+    open("bad.yaml", "w").write(text)
+    run(*QUERY, "bad.yaml", status=3, says=says)
+run(*QUERY, "nowhere.yaml", status=3, says="nowhere.yaml")
+run(*QUERY, "double-gauss-receivers.yaml", "--limit", "3", status=2, says="--receivers goes with --count")
+run(RAYMAP, "query", "double-gauss.raymap", "registered(tilte)", "--receivers", "double-gauss-receivers.yaml", status=3, says="did you mean 'tilted'?")
+sys.exit(1 if failures else 0)
