@@ -1,17 +1,25 @@
 /* SPDX-License-Identifier: MIT
  *
- * raymap report: everything that happened along one ray, from a map or traced again.
+ * raymap report: everything that happened along one ray, from a map or traced again; or where the
+ * light of a whole map went.
  */
 #include <stdio.h>
 
 #include "analysis/ray_report.h"
 #include "geometry/accel.h"
 #include "mpi/agree.h"
+#include "mpi/asked.h"
+#include "mpi/energy_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "trace/tracer.h"
 
 static const struct rmap_option options[] = {
+    {"energy", 'e', NULL, "of a MAP: where the light of each source went, exactly"},
+    {"where", 'w', "CRITERION", "with --energy: of the rays that match only"},
+    RMAP_ASKED_OPTIONS,
+    {"output", 'o', "OUT", "with --energy: OUT.csv, OUT.json, or a picture OUT.svg, OUT.png"},
+    {"force", 'f', NULL, "replace OUT"},
     {"ray", 'r', "N", "trace ray N of a SCENE and print it with all digits"},
     {"seed", 's', "S", "of the random numbers (default 1), with --ray"},
     RMAP_SCENE_OPTIONS,
@@ -96,10 +104,21 @@ out:
     return st;
 }
 
+/* Options that say nothing about one ray. */
+static const char *const of_energy[] = {"where", "criteria", "zemax", "output", "force", NULL};
+
 static enum rmap_status run_report(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
-    bool scene = rmap_argument(given, "ray") != NULL;
+    const bool scene = rmap_argument(given, "ray") != NULL;
+    const bool energy = rmap_argument(given, "energy") != NULL;
+    if (energy && !scene && given->n_operand == 1)
+        return rmap_report_energy(context, given, err);
+    if (energy)
+        return rmap_error_set(err, RMAP_USAGE, "--energy goes with a MAP alone, without a ray");
+    for (const char *const *name = of_energy; *name; name++)
+        if (rmap_argument(given, *name))
+            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy", *name);
     if (scene && given->n_operand == 1)
         return report_scene(context, given, err);
     if (!scene && given->n_operand == 2)
@@ -111,13 +130,18 @@ static enum rmap_status run_report(const struct rmap_context *context,
 
 const struct rmap_command rmap_command_report = {
     .name = "report",
-    .summary = "everything that happened along one ray",
-    .operands = "MAP RAY | SCENE --ray N",
-    .help = "Prints a ray's history, leg by leg: the object met, what happened there, the medium\n"
-            "travelled, position, direction, colour, and the detectors that registered it.\n\n"
-            "From a MAP positions have the 9 digits that are stored. From a SCENE the ray is\n"
-            "traced again and printed with 17 digits; its flux is then what it would carry as its\n"
-            "source's only ray. Steps and rays count from 0.",
+    .summary = "everything that happened along one ray; where a map's light went",
+    .operands = "MAP RAY | SCENE --ray N | MAP --energy",
+    .help =
+        "Prints a ray's history, leg by leg: the object met, what happened there, the medium\n"
+        "travelled, position, direction, colour, and the detectors that registered it.\n\n"
+        "From a MAP positions have the 9 digits that are stored. From a SCENE the ray is\n"
+        "traced again and printed with 17 digits; its flux is then what it would carry as its\n"
+        "source's only ray. Steps and rays count from 0.\n\n"
+        "With --energy: emitted = absorbed by each object and in each medium + left the scene\n"
+        "+ stopped by limits and errors, per source and in all, in rays (exact) and in flux\n"
+        "with its standard error; beside it what each detector registered. As\n\n"
+        "  raymap report lens.raymap --energy --where 'hit(lens.*, reflect) >= 2' -o ghosts.png",
     .options = options,
     .min_operands = 1,
     .max_operands = 2,

@@ -63,15 +63,3 @@ void rmap_progress_fini(struct rmap_progress *progress)
         fputs("\r\033[K", stderr);
     progress->shown = false;
 }
-
-const char *rmap_grouped(uint64_t number, char buffer[RMAP_GROUPED_LEN])
-{
-    char *at = buffer + RMAP_GROUPED_LEN - 1;
-    *at = 0;
-    for (int digit = 0; number > 0 || digit == 0; digit++, number /= 10) {
-        if (digit > 0 && digit % 3 == 0)
-            *--at = ',';
-        *--at = (char)('0' + number % 10);
-    }
-    return at;
-}

@@ -8,6 +8,7 @@
 
 #include <stdint.h>
 
+#include "base/grouped.h"
 #include "mpi/command.h"
 
 struct rmap_progress {
@@ -25,9 +26,5 @@ void rmap_progress_init(struct rmap_progress *progress, const struct rmap_contex
                         const char *what, uint64_t total);
 void rmap_progress_show(struct rmap_progress *progress, uint64_t done); /* cheap when not due */
 void rmap_progress_fini(struct rmap_progress *progress);                /* ends a terminal's line */
-
-/* "1,234,567", into a buffer of at least 28 characters, which it returns. */
-#define RMAP_GROUPED_LEN 28
-const char *rmap_grouped(uint64_t number, char buffer[RMAP_GROUPED_LEN]);
 
 #endif

@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Whole numbers that people can read.
+ */
+#ifndef RMAP_GROUPED_H
+#define RMAP_GROUPED_H
+
+#include <stdint.h>
+
+/* "1,234,567", into a buffer of at least 28 characters; the text begins somewhere in it. */
+#define RMAP_GROUPED_LEN 28
+const char *rmap_grouped(uint64_t number, char buffer[RMAP_GROUPED_LEN]);
+
+#endif
