@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tests of a ray's registrations: registered, crossed, angle, x, y, time, where.
+ * Tests of a ray's registrations: registered, crossed, angle, x, y, time, optical_path, where.
  */
 #include <math.h>
 
@@ -14,18 +14,32 @@ static const struct its_number {
     {"x", RMAP_REGISTRATION_X},
     {"y", RMAP_REGISTRATION_Y},
     {"time", RMAP_REGISTRATION_TIME},
+    {"optical_path", RMAP_REGISTRATION_OPTICAL_PATH},
 };
 enum { N_ITS_NUMBER = sizeof its_number_table / sizeof *its_number_table };
 
-static enum rmap_dimension its_dimension(const struct rmap_scene *scene,
-                                         enum rmap_registration_number number,
-                                         const struct rmap_index_set *detector)
+bool rmap_parser_at_its_number(const struct rmap_parser *parser,
+                               enum rmap_registration_number *number_ret)
+{
+    for (size_t row = 0; row < N_ITS_NUMBER; row++)
+        if (rmap_parser_at_word(parser, its_number_table[row].word)) {
+            *number_ret = its_number_table[row].number;
+            return true;
+        }
+    return false;
+}
+
+enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
+                                              enum rmap_registration_number number,
+                                              const struct rmap_index_set *detector)
 {
     switch (number) {
     case RMAP_REGISTRATION_ANGLE:
         return RMAP_DIMENSION_ANGLE;
     case RMAP_REGISTRATION_TIME:
         return RMAP_DIMENSION_TIME;
+    case RMAP_REGISTRATION_OPTICAL_PATH:
+        return RMAP_DIMENSION_LENGTH;
     case RMAP_REGISTRATION_X:
     case RMAP_REGISTRATION_Y:
         break;
@@ -52,7 +66,8 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
                                 row->word, (int)(written < 48 ? written : 48),
                                 parser->text + word->begin);
     RMAP_TRY(rmap_parse_interval(
-        parser, its_dimension(parser->criterion->scene, row->number, detector), &node.interval));
+        parser, rmap_its_number_dimension(parser->criterion->scene, row->number, detector),
+        &node.interval));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
 out:
@@ -69,7 +84,7 @@ enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node
     for (size_t i = 0; i < N_ITS_NUMBER; i++)
         candidate[i] = its_number_table[i].word;
     if (word.kind != RMAP_TOKEN_WORD)
-        return rmap_parser_expected(parser, "angle, x, y or time");
+        return rmap_parser_expected(parser, "angle, x, y, time or optical_path");
     if (row == N_ITS_NUMBER)
         return rmap_parser_fail_word(parser, &word, "number of a registration", candidate,
                                      N_ITS_NUMBER);

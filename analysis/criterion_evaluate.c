@@ -394,3 +394,19 @@ out:
     rmap_judge_fini(&judge);
     return st;
 }
+
+enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
+                                      const struct rmap_portion *portion, uint32_t *count,
+                                      struct rmap_error *err)
+{
+    const struct rmap_evidence evidence = {.portion = portion, .columns = RMAP_COLUMNS_ALL};
+    struct evaluation ev = {.criterion = criterion,
+                            .evidence = &evidence,
+                            .portion = portion,
+                            .n_ray = portion->n_row[RMAP_TABLE_RAY],
+                            .count = count};
+    enum rmap_status st = check_portion(criterion, portion, err);
+    if (st == RMAP_OK)
+        st = count_test(&ev, criterion->root, &criterion->node[criterion->root], err);
+    return st;
+}

@@ -51,6 +51,12 @@ void rmap_judge_fini(struct rmap_judge *judge);
 enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
+/* What the criterion, one test that can be counted, counts per ray: count [n_ray]. The portion has
+ * the criterion's columns. RMAP_FORMAT when its rows do not add up. */
+enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
+                                      const struct rmap_portion *portion, uint32_t *count,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* verdict: [n_ray], enum rmap_verdict; none is open when all the criterion's columns may be
  * fetched. Stops as soon as every ray is decided. slot: [n_node] where the judge keeps a subtree's
  * verdicts, or -1; NULL: nowhere. */

@@ -156,8 +156,8 @@ static double angle_deg(const struct rmap_detector *detector, const float *direc
            (180.0 / RMAP_PI);
 }
 
-static double its_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
-                         size_t row, enum rmap_registration_number number)
+double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                                size_t row, enum rmap_registration_number number)
 {
     const double light_speed_m_per_s = 299792458.0;
     const struct rmap_registration_columns *registration = &portion->registration;
@@ -171,6 +171,8 @@ static double its_number(const struct rmap_scene *scene, const struct rmap_porti
         return rmap_detector_coordinate(detector, registration->relative[2 * row + 1], 1, false);
     case RMAP_REGISTRATION_TIME:
         return registration->optical_path[row] * scene->unit_m / light_speed_m_per_s;
+    case RMAP_REGISTRATION_OPTICAL_PATH:
+        return registration->optical_path[row];
     }
     return (double)NAN;
 }
@@ -180,8 +182,9 @@ static bool where_holds(const struct rmap_criterion *criterion, int32_t index,
 {
     const struct rmap_criterion_node *node = &criterion->node[index];
     if (node->kind == RMAP_CRITERION_ITS_NUMBER)
-        return rmap_interval_holds(&node->interval,
-                                   its_number(criterion->scene, portion, row, node->its_number));
+        return rmap_interval_holds(
+            &node->interval,
+            rmap_registration_number(criterion->scene, portion, row, node->its_number));
     if (node->kind == RMAP_CRITERION_NOT)
         return !where_holds(criterion, node->first, portion, row);
     bool is_and = node->kind == RMAP_CRITERION_AND, own = is_and;

@@ -111,6 +111,16 @@ enum rmap_status rmap_parse_path(struct rmap_parser *parser,
 enum rmap_status rmap_parse_any_number(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 
+/* Whether the next token is the word of a number, of the ray or of a registration; and of which
+ * dimension that number is, the latter's on these detectors. */
+bool rmap_parser_at_ray_number(const struct rmap_parser *parser, enum rmap_ray_number *number_ret,
+                               enum rmap_dimension *dimension_ret);
+bool rmap_parser_at_its_number(const struct rmap_parser *parser,
+                               enum rmap_registration_number *number_ret);
+enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
+                                              enum rmap_registration_number number,
+                                              const struct rmap_index_set *detector);
+
 /* One comparison inside `where`. */
 enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node_ret) RMAP_MUST_USE;
 

@@ -49,7 +49,7 @@ static rmap_column_set plan_steps(const struct rmap_scene *scene, struct rmap_st
     return columns;
 }
 
-static rmap_column_set its_number_columns(enum rmap_registration_number number)
+rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number)
 {
     switch (number) {
     case RMAP_REGISTRATION_ANGLE:
@@ -58,6 +58,7 @@ static rmap_column_set its_number_columns(enum rmap_registration_number number)
     case RMAP_REGISTRATION_Y:
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
     case RMAP_REGISTRATION_TIME:
+    case RMAP_REGISTRATION_OPTICAL_PATH:
         return RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path);
     }
     return 0;
@@ -190,7 +191,7 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
         node->columns = node->path.columns;
         return COST_ROWS;
     case RMAP_CRITERION_ITS_NUMBER:
-        node->columns = its_number_columns(node->its_number);
+        node->columns = rmap_registration_number_columns(node->its_number);
         return COST_NONE;
     }
     return COST_NONE;

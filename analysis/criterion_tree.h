@@ -68,7 +68,8 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_ANGLE, /* degrees */
     RMAP_REGISTRATION_X,     /* scene's length unit, or degrees on an intensity grid */
     RMAP_REGISTRATION_Y,
-    RMAP_REGISTRATION_TIME /* s */
+    RMAP_REGISTRATION_TIME,        /* s */
+    RMAP_REGISTRATION_OPTICAL_PATH /* scene's length unit, from emission */
 };
 
 /* Part of an object. Ranges are closed. */
@@ -219,6 +220,11 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
                              const struct rmap_registration_test *test,
                              const struct rmap_portion *portion, const struct rmap_strip *strip,
                              uint8_t *flag);
+
+/* A number of a registration (row of /registration), and the columns that it is made of. */
+double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                                size_t row, enum rmap_registration_number number);
+rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);
 
 /* Evaluates a PATH node, its comparison included: match[i] = 1 or 0 for row i of /ray. Discrete
  * columns alone decide it (node->path.columns), so that it may run on a dictionary of histories.

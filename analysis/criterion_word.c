@@ -238,6 +238,21 @@ static const struct word {
 };
 enum { N_WORD = sizeof word_table / sizeof *word_table };
 
+/* The word of a number of the ray where a detector stands behind it. */
+static const struct word its_word = {"", rmap_parse_any_number};
+
+bool rmap_parser_at_ray_number(const struct rmap_parser *parser, enum rmap_ray_number *number_ret,
+                               enum rmap_dimension *dimension_ret)
+{
+    for (size_t i = 0; i < N_WORD; i++)
+        if (!word_table[i].parse && rmap_parser_at_word(parser, word_table[i].word)) {
+            *number_ret = word_table[i].ray_number;
+            *dimension_ret = word_table[i].dimension;
+            return true;
+        }
+    return false;
+}
+
 /* The word is none: say which one was meant, or how to ask for what it names. */
 static enum rmap_status fail_unknown(const struct rmap_parser *parser)
 {
@@ -329,7 +344,11 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
         return fail_unknown(parser);
     struct rmap_criterion_node node = {.first = -1, .next = -1, .begin = token.begin};
     parser->word = token;
+    enum rmap_registration_number its_number;
+    const bool may_be_its = rmap_parser_at_its_number(parser, &its_number);
     RMAP_TRY(rmap_parser_advance(parser));
+    if (may_be_its && parser->token.kind == RMAP_TOKEN_OPEN)
+        word = &its_word; /* optical_path(sensor) */
     if (word->parse) {
         RMAP_TRY(word->parse(parser, &node));
     } else {

@@ -130,7 +130,7 @@ static const struct {
     {"registered(sensor where hit(tube))", 25, 3, "unknown number of a registration 'hit'"},
     {"registered(sensor where x)", 25, 1, "'x' is a number: compare it, as in 'x > 10'"},
     {"registered(sensor where x > 0 y < 0)", 31, 1, "'y' is no unit here (nm um mm cm m in)"},
-    {"registered(sensor where)", 24, 1, "expected angle, x, y or time, found ')'"},
+    {"registered(sensor where)", 24, 1, "expected angle, x, y, time or optical_path, found ')'"},
     {"registered(sensor where (x > 0)", 32, 1, "expected 'and', 'or' or ')', found the end"},
     {"all and @ghost", 10, 5,
      "no criterion is named 'ghost': --criteria FILE defines names, as let ghost = ..."},
