@@ -13,7 +13,8 @@
  * show true profiles. */
 #define RMAP_FACETS 96
 
-/* In the shape's own frame, counter-clockwise about its normal. */
+/* In the shape's own frame, counter-clockwise about its normal. Vertices of a surface of revolution
+ * lie ring by ring along its profile, RMAP_FACETS to a ring, the first of each at y = 0. */
 enum rmap_status rmap_shape_tessellate(const struct rmap_shape *shape, struct rmap_mesh **mesh_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 

@@ -11,10 +11,11 @@ build_packages=(
     libembree-dev libopenmpi-dev openmpi-bin openssh-client libhdf5-dev
     zlib1g-dev libdeflate-dev libisal-dev libyaml-dev libjansson-dev libxxhash-dev
     librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev
-    libopenexr-dev fonts-dejavu-core
+    libopenexr-dev fonts-dejavu-core libjs-three
 )
 test_packages=(
     libcmocka-dev python3 python3-numpy python3-h5py hdf5-tools clang-format binutils
+    chromium
 )
 # A test brings up a Slurm of its own. Debian's daemons start only where a slurm.conf is, and a
 # machine that has one, or a Slurm from elsewhere, is left as it is.
@@ -22,6 +23,8 @@ slurm_packages=(slurmctld slurmd slurm-client slurm-wlm-basic-plugins munge)
 if [ ! -e /etc/slurm/slurm.conf ] && ! command -v slurmctld slurmd >/dev/null; then
     test_packages+=("${slurm_packages[@]}")
 fi
+# The page's test drives a browser from Node.js, Debian's or another.
+command -v npm >/dev/null || test_packages+=(nodejs npm)
 
 case "${1:-build}" in
 build) wanted=("${build_packages[@]}") ;;

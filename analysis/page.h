@@ -1,0 +1,37 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A page to explore a map: one HTML file with everything in it, the scene, rays with all their
+ * columns, classes of their paths, images of detectors, and the program that shows them (WebGL
+ * through three.js, bundled at build time). It opens without a network.
+ *
+ * The data are one JSON document inside the page; analysis/page/data.js reads it. Names are
+ * escaped, so nothing in a scene can break out of it. The same arguments give the same bytes.
+ */
+#ifndef RMAP_PAGE_H
+#define RMAP_PAGE_H
+
+#include "analysis/detector_image.h"
+#include "analysis/figure_view.h"
+#include "io/map_reader.h"
+#include "trace/portion.h"
+
+/* All borrowed. */
+struct rmap_page {
+    const char *title;
+    const char *criterion; /* NULL: all rays */
+    const struct rmap_map *map;
+    const struct rmap_portion *rays; /* those in the page, all columns */
+    uint64_t n_matched;              /* rays that match, of which `rays` holds some */
+    double flux_matched;             /* their flux */
+    enum rmap_view_kind kind;        /* first view; AUTO: from above at an angle */
+    /* [n_image] of all matching rays; of a detector without one the page shows where its rays
+     * were registered. */
+    size_t n_image;
+    struct rmap_detector_image *const *image;
+};
+
+/* Writes the page in place of what stood at `path`. RMAP_SYSTEM when it cannot be written. */
+enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: MIT
+//
+// The image of a detector; a rectangle or ellipse drawn on it becomes a criterion, and the rays
+// that are registered in it stand out.
+
+const image = byId("image");
+const paint = image.getContext("2d");
+const scaleBytes = unpack(data.detectors.scale);
+const FRAME = { left: 46, right: 10, top: 8, bottom: 22, bar: 52 }; // CSS pixels about the picture
+
+/* detector: index; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null */
+const sensor = { index: 0, kind: "rect", region: null, area: null, pressed: null, pictures: new Map() };
+const current = () => detectors[sensor.index];
+
+/* Axis of the detector that runs to the right: x of a plane, phi of an intensity grid. */
+const rightAxis = (detector) => (detector.type === "intensity" ? 1 : 0);
+
+/* Least and greatest coordinate along an axis. */
+function span(detector, axis) {
+  return [detectorPlace(detector, 0, axis), detectorPlace(detector, 65535, axis)];
+}
+
+/* Values as a picture of one pixel per cell, upwards and to the right as people expect. */
+function pictureOf(detector, log) {
+  const key = `${sensor.index} ${log}`;
+  if (sensor.pictures.has(key)) return sensor.pictures.get(key);
+  const [nx, ny] = detector.image.n, most = detector.image.most;
+  const values = Float64Array.from(unpack(detector.image.level), (v) => (v * most) / 65535);
+  const least = log ? values.reduce((a, b) => (b > 0 ? Math.min(a, b) : a), most) : 0;
+  const level = (v) => (!log ? v / most : v > 0 ? Math.log(v / least) / Math.max(Math.log(most / least), 1e-9) : 0);
+  const swapped = rightAxis(detector) === 1;
+  const cells = element("canvas", { width: swapped ? ny : nx, height: swapped ? nx : ny });
+  const context = cells.getContext("2d"), pixels = context.createImageData(cells.width, cells.height);
+  for (let j = 0; j < ny; j++)
+    for (let i = 0; i < nx; i++) {
+      const column = swapped ? j : i, row = cells.height - 1 - (swapped ? i : j);
+      const step = most > 0 ? Math.round(255 * Math.min(Math.max(level(values[j * nx + i]), 0), 1)) : 0;
+      pixels.data.set([...scaleBytes.subarray(3 * step, 3 * step + 3), 255], 4 * (row * cells.width + column));
+    }
+  context.putImageData(pixels, 0, 0);
+  const made = { cells, most, least };
+  sensor.pictures.set(key, made);
+  return made;
+}
+
+/* Detector coordinates of a place on the canvas, and back; [right, up]. */
+function toCoordinates(x, y) {
+  const { left, top, width, height, u, v } = sensor.area;
+  const clamp = (t) => Math.min(Math.max(t, 0), 1);
+  return [u[0] + clamp((x - left) / width) * (u[1] - u[0]), v[0] + clamp(1 - (y - top) / height) * (v[1] - v[0])];
+}
+function toCanvas(a, b) {
+  const { left, top, width, height, u, v } = sensor.area;
+  return [left + (width * (a - u[0])) / (u[1] - u[0]), top + height * (1 - (b - v[0]) / (v[1] - v[0]))];
+}
+
+function layOut(detector) {
+  const width = Math.max(image.clientWidth || 380, 160), right = rightAxis(detector);
+  const u = span(detector, right), v = span(detector, 1 - right);
+  const room = width - FRAME.left - FRAME.right - FRAME.bar;
+  const ratio = Math.min(Math.max((v[1] - v[0]) / (u[1] - u[0]), 0.25), 1.3);
+  const height = Math.round(room * ratio);
+  sensor.area = { left: FRAME.left, top: FRAME.top, width: room, height, u, v };
+  const dense = Math.min(window.devicePixelRatio || 1, 2), total = height + FRAME.top + FRAME.bottom;
+  image.width = Math.round(width * dense);
+  image.height = Math.round(total * dense);
+  image.style.height = total + "px";
+  paint.setTransform(dense, 0, 0, dense, 0, 0);
+}
+
+function drawDots(detector) {
+  const right = rightAxis(detector), style = getComputedStyle(document.documentElement);
+  paint.fillStyle = detector.image ? "#7fe0ff" : style.getPropertyValue("--strong");
+  paint.globalAlpha = Math.max(0.15, Math.min(0.9, 30 / Math.sqrt(ray.count)));
+  for (const [i, r] of registrationsOn(sensor.index)) {
+    if (shown.state[r] === HIDDEN) continue;
+    const place = [0, 1].map((axis) => detectorPlace(detector, registration.relative[2 * i + axis], axis));
+    const [x, y] = toCanvas(place[right], place[1 - right]);
+    paint.fillRect(x - 1, y - 1, 2, 2);
+  }
+  paint.globalAlpha = 1;
+}
+
+/* [row of a registration, ray] of all that a detector registered. */
+function registrationsOn(index) {
+  const found = [];
+  for (let r = 0; r < ray.count; r++)
+    for (let i = ray.firstRegistration[r]; i < ray.firstRegistration[r + 1]; i++)
+      if (registration.detector[i] === index && registration.registered[i]) found.push([i, r]);
+  return found;
+}
+
+function drawFrameAndScale(detector, picture) {
+  const { left, top, width, height, u, v } = sensor.area, style = getComputedStyle(document.documentElement);
+  const names = axisNames(detector), right = rightAxis(detector), unit = axisUnit(detector);
+  paint.strokeStyle = style.getPropertyValue("--line");
+  paint.strokeRect(left - 0.5, top - 0.5, width + 1, height + 1);
+  paint.fillStyle = style.getPropertyValue("--faint");
+  paint.font = "11px system-ui, sans-serif";
+  paint.textBaseline = "top";
+  u.forEach((value, k) => {
+    paint.textAlign = k ? "right" : "left";
+    paint.fillText(figure(value, 4), left + k * width, top + height + 4);
+  });
+  paint.textAlign = "center";
+  paint.fillText(`${names[right]} / ${unit}`, left + width / 2, top + height + 4);
+  paint.textAlign = "right";
+  v.forEach((value, k) => {
+    paint.textBaseline = k ? "top" : "bottom";
+    paint.fillText(figure(value, 4), left - 5, top + (1 - k) * height);
+  });
+  paint.textBaseline = "middle";
+  paint.fillText(names[1 - right], left - 5, top + height / 2);
+  if (!picture) return;
+  const x = left + width + 10;
+  for (let k = 0; k < height; k++) {
+    const step = Math.round((255 * (height - 1 - k)) / Math.max(height - 1, 1));
+    paint.fillStyle = `rgb(${scaleBytes.subarray(3 * step, 3 * step + 3).join(",")})`;
+    paint.fillRect(x, top + k, 9, 1.5);
+  }
+  paint.fillStyle = style.getPropertyValue("--faint");
+  paint.textAlign = "left";
+  paint.textBaseline = "top";
+  paint.fillText(figure(picture.most, 2), x + 11, top);
+  paint.textBaseline = "bottom";
+  paint.fillText(figure(picture.least, 2), x + 11, top + height);
+  paint.textAlign = "right";
+  paint.textBaseline = "top";
+  paint.fillText(detector.image.unit, left + width + FRAME.bar + 4, top + height + 4);
+}
+
+/* Bounds [u0, v0, u1, v1] of the region on the picture. */
+function regionBounds(detector, kind, region) {
+  const right = rightAxis(detector);
+  const [a0, a1, b0, b1] = kind === "rect" ? [region[0], region[2], region[1], region[3]]
+    : [region[0] - region[2], region[0] + region[2], region[1] - region[3], region[1] + region[3]];
+  return right === 0 ? [a0, b0, a1, b1] : [b0, a0, b1, a1];
+}
+
+function drawRegion(detector) {
+  if (!sensor.region) return;
+  const [u0, v0, u1, v1] = regionBounds(detector, sensor.kind, sensor.region);
+  const [x0, y0] = toCanvas(u0, v0), [x1, y1] = toCanvas(u1, v1);
+  for (const [ink, width] of [["#000000", 3.5], ["#ffd24d", 1.8]]) {
+    paint.strokeStyle = ink;
+    paint.lineWidth = width;
+    paint.beginPath();
+    if (sensor.kind === "rect") paint.rect(x0, y1, x1 - x0, y0 - y1);
+    else paint.ellipse((x0 + x1) / 2, (y0 + y1) / 2, Math.abs(x1 - x0) / 2, Math.abs(y1 - y0) / 2, 0, 0, 2 * Math.PI);
+    paint.stroke();
+  }
+  paint.lineWidth = 1;
+}
+
+function drawImage() {
+  const detector = current();
+  if (!detector) return;
+  layOut(detector);
+  const { left, top, width, height } = sensor.area;
+  const picture = detector.image ? pictureOf(detector, byId("log").checked) : null;
+  paint.clearRect(0, 0, image.width, image.height);
+  paint.imageSmoothingEnabled = false;
+  if (picture) paint.drawImage(picture.cells, left, top, width, height);
+  if (!picture || byId("dots").checked) drawDots(detector);
+  drawFrameAndScale(detector, picture);
+  drawRegion(detector);
+}
+scheme.told.push(drawImage);
+
+/* As the criterion is evaluated: closed, in the detector's own units. */
+function regionHas(kind, region, x, y) {
+  if (kind === "rect") return x >= region[0] && x <= region[2] && y >= region[1] && y <= region[3];
+  const u = (x - region[0]) / region[2], v = (y - region[1]) / region[3];
+  return u * u + v * v <= 1;
+}
+
+function regionText(detector) {
+  return sensor.region ? `registered(${detector.word}, ${sensor.kind}(${sensor.region.join(", ")}))` : null;
+}
+
+/* After a change of region, detector or class. */
+function refreshRegion() {
+  const detector = current();
+  if (!detector) return;
+  const of = shown.class >= 0 ? classes[shown.class].criterion : null;
+  showCriterion(byId("region-criterion"), sensor.region ? allOf([data.criterion, of, regionText(detector)]) : null);
+  shown.region = null;
+  if (sensor.region) {
+    shown.region = new Uint8Array(ray.count);
+    for (const [i, r] of registrationsOn(sensor.index)) {
+      const place = [0, 1].map((axis) => detectorPlace(detector, registration.relative[2 * i + axis], axis));
+      if (regionHas(sensor.kind, sensor.region, ...place)) shown.region[r] = 1;
+    }
+  }
+  refreshRays();
+  const flux = ray.flux.reduce((sum, f, r) => sum + (shown.state[r] === STRONG ? f : 0), 0);
+  byId("region-count").textContent = sensor.region
+    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}` : "";
+  const fields = [...byId("region").querySelectorAll("input")];
+  fields.forEach((field, k) => (field.value = sensor.region ? String(sensor.region[k]) : ""));
+  drawImage();
+}
+
+/* Numbers as short as the picture's resolution allows: the text says what was evaluated. */
+function shortNumber(value, detector) {
+  const step = Math.max(...[0, 1].map((axis) => span(detector, axis)[1] - span(detector, axis)[0])) / 2000;
+  const digits = Math.max(0, Math.min(12, Math.ceil(-Math.log10(step))));
+  return Number(value.toFixed(digits)) + 0;
+}
+
+/* Between two places on the picture, [right, up] each. */
+function regionBetween(from, to) {
+  const detector = current(), right = rightAxis(detector);
+  const a = [from[right], to[right]], b = [from[1 - right], to[1 - right]];
+  const [a0, a1, b0, b1] = [Math.min(...a), Math.max(...a), Math.min(...b), Math.max(...b)];
+  const numbers = sensor.kind === "rect" ? [a0, b0, a1, b1]
+    : [(a0 + a1) / 2, (b0 + b1) / 2, (a1 - a0) / 2, (b1 - b0) / 2];
+  const region = numbers.map((value) => shortNumber(value, detector));
+  const empty = sensor.kind === "rect" ? !(region[2] > region[0] && region[3] > region[1]) : !(region[2] > 0 && region[3] > 0);
+  return empty ? null : region;
+}
+
+function setKind(kind) {
+  sensor.kind = kind;
+  sensor.region = null;
+  byId("draw-rect").setAttribute("aria-pressed", String(kind === "rect"));
+  byId("draw-ellipse").setAttribute("aria-pressed", String(kind === "ellipse"));
+  nameFields();
+  refreshRegion();
+}
+
+function nameFields() {
+  if (!current()) return;
+  const [a, b] = axisNames(current());
+  const names = sensor.kind === "rect" ? [`${a}0`, `${b}0`, `${a}1`, `${b}1`] : [`${a} of centre`, `${b} of centre`, `radius ${a}`, `radius ${b}`];
+  byId("region").querySelectorAll("label span").forEach((label, k) => (label.textContent = names[k]));
+}
+
+/* Whether most of what is not dark is less than a fiftieth of the peak. */
+function isSpiky(levels) {
+  const bright = levels.filter((v) => v > 0);
+  return bright.filter((v) => v < 65535 / 50).length > 0.5 * bright.length;
+}
+
+function showDetector(index) {
+  sensor.index = index;
+  sensor.region = null;
+  const detector = current(), of = detector.image;
+  const note = of
+    ? `${of.quantity}, peak ${figure(of.peak, 4)} ${of.unit}; flux ${figure(of.flux, 5)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit} of ${whole(of.registrations)} registrations` +
+      (of.step > 1 ? `; ${of.step} x ${of.step} of its ${of.cells.join(" x ")} cells to a pixel` : "")
+    : "places where rays of this page were registered";
+  byId("image-note").textContent = note;
+  byId("log").checked = of !== null && isSpiky(unpack(of.level));
+  image.setAttribute("aria-label", `image of detector ${detector.name}: ${note}. Draw on it to select rays.`);
+  nameFields();
+  refreshRegion();
+}
+
+image.addEventListener("pointerdown", (event) => {
+  sensor.pressed = toCoordinates(...placeOn(image, event));
+  image.setPointerCapture(event.pointerId);
+});
+image.addEventListener("pointermove", (event) => {
+  if (!sensor.pressed) return;
+  sensor.region = regionBetween(sensor.pressed, toCoordinates(...placeOn(image, event)));
+  drawImage();
+});
+image.addEventListener("pointerup", (event) => {
+  if (!sensor.pressed) return;
+  sensor.region = regionBetween(sensor.pressed, toCoordinates(...placeOn(image, event)));
+  sensor.pressed = null;
+  refreshRegion();
+});
+image.addEventListener("pointercancel", () => (sensor.pressed = null));
+byId("draw-rect").addEventListener("click", () => setKind("rect"));
+byId("draw-ellipse").addEventListener("click", () => setKind("ellipse"));
+byId("draw-none").addEventListener("click", () => setKind(sensor.kind));
+byId("log").addEventListener("change", drawImage);
+byId("dots").addEventListener("change", drawImage);
+byId("detector").addEventListener("change", (event) => showDetector(Number(event.target.value)));
+byId("region").addEventListener("submit", (event) => {
+  event.preventDefault();
+  const numbers = [...byId("region").querySelectorAll("input")].map((field) => Number(field.value.replace(",", ".")));
+  if (!numbers.every(Number.isFinite)) return;
+  sensor.region = numbers;
+  refreshRegion();
+});
+copyButton(byId("region-criterion"));
+byId("detector").append(...detectors.map((one, index) => element("option", { value: String(index), textContent: one.name })));
+byId("detector-box").hidden = detectors.length === 0;

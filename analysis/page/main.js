@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: MIT
+//
+// Headings, keys, and the start.
+
+const AXES = { x: [new THREE.Vector3(-1, 0, 0), new THREE.Vector3(0, 1, 0)],
+  y: [new THREE.Vector3(0, 1, 0), new THREE.Vector3(1, 0, 0)],
+  z: [new THREE.Vector3(0, 0, 1), new THREE.Vector3(0, 1, 0)],
+  "3d": null };
+
+function setView(name) {
+  const [toward, up] = AXES[name] || [vectorOf(data.view.toward), vectorOf(data.view.up)];
+  look(inSight, toward, up);
+  redraw();
+}
+
+/* The same direction, everything in sight. */
+function fit() {
+  const toward = camera.position.clone().sub(controls.target);
+  look(inSight, toward, new THREE.Vector3(0, 0, 1).applyQuaternion(camera.quaternion));
+  redraw();
+}
+
+function toggle(button, call) {
+  button.addEventListener("click", () => {
+    const on = button.getAttribute("aria-pressed") !== "true";
+    button.setAttribute("aria-pressed", String(on));
+    call(on);
+    pickCache.valid = false;
+    redraw();
+  });
+}
+
+const KEYS = [
+  [" ", "space", "play or pause", () => setPlaying(!player.playing)],
+  ["a", "a", "whole rays, no animation", () => byId("still").click()],
+  [".", ". ,", "a step of the animation on, and back", () => setTravelled(player.at + 0.01)],
+  [",", null, null, () => setTravelled(player.at - 0.01)],
+  ["f", "f", "fit the scene", fit],
+  ["0", "0 1 2 3", "in three dimensions, along x, y, z", () => setView("3d")],
+  ["1", null, null, () => setView("x")],
+  ["2", null, null, () => setView("y")],
+  ["3", null, null, () => setView("z")],
+  ["p", "p", "parallel projection or perspective", () => byId("lens").click()],
+  ["c", "c", "cut opaque bodies open", () => byId("cut").click()],
+  ["ArrowLeft", "arrows", "turn", () => turn(-0.1, 0)],
+  ["ArrowRight", null, null, () => turn(0.1, 0)],
+  ["ArrowUp", null, null, () => turn(0, 0.1)],
+  ["ArrowDown", null, null, () => turn(0, -0.1)],
+  ["+", "+ -", "zoom", () => setHalfHeight(halfHeight() / 1.2)],
+  ["-", null, null, () => setHalfHeight(halfHeight() * 1.2)],
+  ["Escape", "Esc", "no ray, no class, no region", () => {
+    chooseRay(-1);
+    if (sensor.region) setKind(sensor.kind);
+    if (shown.class >= 0) chooseClass(-1);
+  }],
+  ["?", "?", "this help", () => byId("help").showModal()],
+];
+
+document.addEventListener("keydown", (event) => {
+  const key = KEYS.find(([name]) => name === event.key);
+  const typing = event.target.matches("input[type=text], select, textarea") || byId("help").open;
+  const own = event.key === " " && event.target.matches("button, summary, input");
+  const sliding = event.key.startsWith("Arrow") && event.target.matches("input");
+  if (!key || typing || own || sliding || event.ctrlKey || event.altKey || event.metaKey) return;
+  event.preventDefault();
+  key[3]();
+  pickCache.valid = false;
+  redraw();
+});
+
+byId("title").textContent = data.title;
+byId("about").textContent = `rays: ${data.criterion || "all"}; ` + (ray.count < data.matched
+  ? `${whole(ray.count)} of ${whole(data.matched)} matching rays, those with the smallest ids,`
+  : `${whole(ray.count)} ray${ray.count === 1 ? "" : "s"}`) + ` of ${whole(data.total)} in the map`;
+byId("provenance").textContent = `Written by ${data.program}.`;
+byId("keys").append(
+  ...[["drag", "turn"], ["right drag, two fingers", "shift"], ["wheel, pinch", "zoom"],
+    ["point at a ray", "what happened on that leg"], ["click a ray", "its whole report"],
+    ...KEYS.filter((key) => key[1]).map((key) => key.slice(1, 3))].flatMap(([name, text]) =>
+    [element("dt", { textContent: name }), element("dd", { textContent: text })]));
+if (ray.count === 0) {
+  byId("note").textContent = "No ray matches: the scene alone is shown.";
+  byId("note").hidden = false;
+}
+
+for (const button of byId("views").querySelectorAll("[data-view]"))
+  button.addEventListener("click", () => setView(button.dataset.view));
+byId("fit").addEventListener("click", fit);
+toggle(byId("lens"), changeLens);
+toggle(byId("cut"), (on) => (shading.cut.value = on ? 1 : 0));
+byId("scheme").addEventListener("click", () => setScheme(!scheme.dark));
+byId("help-open").addEventListener("click", () => byId("help").showModal());
+byId("opacity").addEventListener("input", setOpacity);
+byId("colour").addEventListener("change", (event) => {
+  colouring.mode = event.target.value;
+  paintRays();
+});
+
+const night = window.matchMedia("(prefers-color-scheme: dark)");
+night.addEventListener("change", () => setScheme(night.matches));
+new ResizeObserver(resize).observe(byId("stage"));
+new ResizeObserver(drawImage).observe(byId("detector-box"));
+
+resize();
+setTravelled(1);
+setScheme(night.matches);
+setView("3d");
+refreshRays();
+if (detectors.length) {
+  const first = Math.max(detectors.findIndex((one) => one.image && one.image.registrations > 0), 0);
+  byId("detector").value = String(first);
+  showDetector(first);
+}
+
+/* For tests and the curious. */
+window.raymap = {
+  draw: redraw,
+  statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
+    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at }),
+  /* Where the middle of a leg is on the canvas. */
+  middle: (r, step) => {
+    const s = strokes.first[ray.firstLeg[r] + step], screen = screenStrokes();
+    return [0.5 * (screen[4 * s] + screen[4 * s + 2]), 0.5 * (screen[4 * s + 1] + screen[4 * s + 3])];
+  },
+};
+document.documentElement.dataset.ready = "yes";

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: MIT
+//
+// The tree of groups and objects; boxes show and hide them.
+
+function showBody(index, visible) {
+  bodies[index].group.visible = visible;
+  redraw();
+}
+
+function objectItem(index) {
+  const box = element("input", { type: "checkbox", checked: true });
+  box.addEventListener("change", () => showBody(index, box.checked));
+  const object = scene.objects[index];
+  return element("li", {}, element("label", {}, box, object.name, element("small", { textContent: object.surface || "" })));
+}
+
+/* What lies below group `parent`, -1 for the top. */
+function objectItems(parent) {
+  const items = [];
+  scene.groups.forEach((group, index) => {
+    if (group.parent !== parent) return;
+    const box = element("input", { type: "checkbox", checked: true });
+    const list = element("ul", {}, ...objectItems(index));
+    box.addEventListener("change", () => {
+      for (const one of list.querySelectorAll("input"))
+        if (one.checked !== box.checked) one.click();
+    });
+    items.push(element("li", {}, element("label", {}, box, element("strong", { textContent: group.name })), list));
+  });
+  scene.objects.forEach((object, index) => object.parent === parent && items.push(objectItem(index)));
+  return items;
+}
+
+byId("objects").append(...objectItems(-1));

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+//
+// All rays as one set of lines: one draw call. A leg is one stroke, a curved one several. Every
+// vertex knows the path travelled up to it, by which the animation cuts the lines, and the state of
+// its ray.
+
+const HIDDEN = 0, DIM = 1, SHOWN = 2, STRONG = 3;
+const CURVE_STROKES = 4; // between two points of a curved leg
+const LEAVING = 0.12; // length of a leg that leaves, of the scene's size
+
+/* Cubic through b from c to d with the slopes of its neighbours (Catmull and Rom 1974). */
+function spline(a, b, c, d, t) {
+  return [0, 1, 2].map((k) => 0.5 * (2 * b[k] + t * (c[k] - a[k] +
+    t * (2 * a[k] - 5 * b[k] + 4 * c[k] - d[k] + t * (3 * (b[k] - c[k]) + d[k] - a[k])))));
+}
+
+/* Points of a curved leg behind its first, its last one included. */
+function curvePoints(from, first, last, to) {
+  const node = [from];
+  for (let i = first; i < last; i++) node.push(curve.position.subarray(3 * i, 3 * i + 3));
+  node.push(to);
+  const points = [];
+  for (let i = 0; i + 1 < node.length; i++) {
+    const before = node[i - 1] || node[i], behind = node[i + 2] || node[i + 1];
+    for (let s = 1; s <= CURVE_STROKES; s++)
+      points.push(spline(before, node[i], node[i + 1], behind, s / CURVE_STROKES));
+  }
+  return points;
+}
+
+/* Where a leg ends in the picture: that of one that leaves nearby. */
+function legEnd(r, l, from) {
+  if (!(leg.event[l] & EVENT_LEFT) || leg.event[l] & (1 << words.event.indexOf("gradient")))
+    return leg.position.subarray(3 * l, 3 * l + 3);
+  const length = 2 * LEAVING * whereabouts.radius;
+  return [0, 1, 2].map((k) => from[k] + length * ray.end_direction[3 * r + k]);
+}
+
+/* position: [2 strokes][3], path: [2 strokes], leg: [strokes]; first: stroke of a leg's first. */
+const strokes = (() => {
+  const n = leg.count + CURVE_STROKES * (curve.leg.length * 2);
+  const position = new Float32Array(6 * n), path = new Float32Array(2 * n), of = new Uint32Array(n);
+  const first = new Uint32Array(leg.count + 1);
+  let count = 0, point = 0;
+  for (let r = 0; r < ray.count; r++) {
+    let from = ray.start.subarray(3 * r, 3 * r + 3), travelled = 0;
+    for (let l = ray.firstLeg[r]; l < ray.firstLeg[r + 1]; l++) {
+      const firstPoint = point;
+      while (point < curve.leg.length && curve.leg[point] === l) point++;
+      const end = legEnd(r, l, from);
+      first[l] = count;
+      for (const to of point > firstPoint ? curvePoints(from, firstPoint, point, end) : [end]) {
+        position.set(from, 6 * count);
+        position.set(to, 6 * count + 3);
+        path[2 * count] = travelled;
+        travelled += Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]);
+        path[2 * count + 1] = travelled;
+        of[count++] = l;
+        from = to;
+      }
+    }
+  }
+  first[leg.count] = count;
+  return { count, first, position: position.subarray(0, 6 * count), path: path.subarray(0, 2 * count), leg: of.subarray(0, count) };
+})();
+
+const longestPath = strokes.path.reduce((most, v) => Math.max(most, v), 0);
+
+const rayUniforms = {
+  now: { value: Infinity }, trail: { value: 1 }, fade: { value: 1 }, opacity: { value: 0.5 },
+  glow: { value: new THREE.Vector3() },
+};
+
+const rayMaterial = new THREE.ShaderMaterial({
+  uniforms: rayUniforms, transparent: true, depthWrite: false,
+  vertexShader: `
+    attribute float path, state;
+    attribute vec3 tint;
+    varying float vPath, vState;
+    varying vec3 vTint;
+    void main() {
+      vPath = path; vState = state; vTint = tint;
+      gl_Position = state < 0.5 ? vec4(2.0, 2.0, 2.0, 1.0)
+                                : projectionMatrix * modelViewMatrix * vec4(position, 1.0);
+    }`,
+  fragmentShader: `
+    uniform float now, trail, fade, opacity;
+    uniform vec3 glow;
+    varying float vPath, vState;
+    varying vec3 vTint;
+    void main() {
+      if (vPath > now) discard;
+      float head = clamp(1.0 - (now - vPath) / trail, 0.0, 1.0);
+      float alpha = opacity * (vState < 1.5 ? 0.12 : vState < 2.5 ? 1.0 : 2.0) * mix(fade, 2.5, head);
+      gl_FragColor = vec4(mix(vTint, glow, 0.5 * head * head), clamp(alpha, 0.0, 1.0));
+    }`,
+});
+
+const rayLines = (() => {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(strokes.position, 3));
+  geometry.setAttribute("path", new THREE.BufferAttribute(strokes.path, 1));
+  geometry.setAttribute("tint", new THREE.BufferAttribute(new Uint8Array(6 * strokes.count), 3, true));
+  geometry.setAttribute("state", new THREE.BufferAttribute(new Uint8Array(2 * strokes.count), 1));
+  const lines = new THREE.LineSegments(geometry, rayMaterial);
+  lines.frustumCulled = false;
+  lines.renderOrder = 2;
+  if (strokes.count > 0) world.add(lines);
+  return lines;
+})();
+
+/* Ghost order: specular reflections at surfaces that also let light through. */
+ray.order = unpack(data.order.ghost);
+ray.scatter = unpack(data.order.scatter);
+
+const classes = data.classes.list;
+ray.class = unpack(data.classes.of);
+
+/* Colours that can be told apart on white and on black (Okabe and Ito 2008), then grey. */
+const KINDS = {
+  light: ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#b59f00", "#56b4e9", "#7a4fbf", "#8c564b", "#333333"],
+  dark: ["#4aa8e8", "#ff8a3d", "#2fd6a3", "#e79ac6", "#f0e442", "#9ad4f5", "#b795f2", "#c9978c", "#e8e8e8"],
+};
+const REST = { light: "#9aa0a6", dark: "#6d747b" };
+function kindColour(index) {
+  const set = scheme.dark ? "dark" : "light";
+  return index >= 0 && index < KINDS[set].length ? KINDS[set][index] : REST[set];
+}
+
+const colouring = { mode: "natural" };
+
+function bytesOf(ink) {
+  const value = parseInt(ink.slice(1), 16);
+  return [value >> 16, (value >> 8) & 255, value & 255];
+}
+
+function legColour(l) {
+  if (colouring.mode === "natural") {
+    const table = scheme.dark ? colour.night : colour.paper;
+    return table.subarray(3 * colour.of[l], 3 * colour.of[l] + 3);
+  }
+  const r = leg.ray[l];
+  return bytesOf(kindColour(colouring.mode === "path" ? ray.class[r] : ray.order[r]));
+}
+
+function paintRays() {
+  const tint = rayLines.geometry.attributes.tint;
+  for (let s = 0; s < strokes.count; s++) {
+    const ink = legColour(strokes.leg[s]);
+    tint.array.set(ink, 6 * s);
+    tint.array.set(ink, 6 * s + 3);
+  }
+  tint.needsUpdate = true;
+  rayUniforms.glow.value.setScalar(scheme.dark ? 1 : 0);
+  drawLegend();
+  redraw();
+}
+scheme.told.push(() => paintRays());
+
+/* What is shown: one class of paths or all, and which of them lie in the region of a detector. */
+const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count: 0, inRegion: 0 };
+
+function refreshRays() {
+  shown.count = shown.inRegion = 0;
+  for (let r = 0; r < ray.count; r++) {
+    const visible = shown.class < 0 || ray.class[r] === shown.class;
+    const inside = shown.region ? shown.region[r] === 1 : false;
+    shown.state[r] = !visible ? HIDDEN : !shown.region ? SHOWN : inside ? STRONG : DIM;
+    shown.count += visible ? 1 : 0;
+    shown.inRegion += visible && inside ? 1 : 0;
+  }
+  const state = rayLines.geometry.attributes.state;
+  for (let s = 0; s < strokes.count; s++)
+    state.array[2 * s] = state.array[2 * s + 1] = shown.state[leg.ray[strokes.leg[s]]];
+  state.needsUpdate = true;
+  pickCache.valid = false;
+  byId("shown").textContent = `${whole(shown.count)} of ${whole(ray.count)} shown`;
+  setOpacity();
+  redraw();
+}
+
+/* Few rays are nearly opaque, more of them fainter, as the inverse square root. */
+function setOpacity() {
+  const n = Math.max(shown.region && shown.inRegion ? shown.inRegion : shown.count, 1);
+  const automatic = Math.max(0.85 * Math.sqrt(Math.min(90 / n, 1)), 0.05);
+  rayUniforms.opacity.value = automatic * Math.pow(2, Number(byId("opacity").value));
+  redraw();
+}
+
+function drawLegend() {
+  const entry = (ink, text) => {
+    const swatch = element("span", { className: "swatch" });
+    swatch.style.background = ink;
+    return element("li", {}, swatch, text);
+  };
+  const items = [];
+  if (colouring.mode === "natural") {
+    const table = scheme.dark ? colour.night : colour.paper, known = new Map();
+    for (let l = 0; l < leg.count && known.size < 12; l++)
+      if (!known.has(colour.of[l])) known.set(colour.of[l], lightWords(l));
+    for (const [c, text] of known)
+      items.push(entry(`rgb(${table.subarray(3 * c, 3 * c + 3).join(",")})`, text));
+    if (known.size >= 12 || scene.mode === "rgb") items.length = 0;
+    if (scene.mode === "rgb" && ray.count) items.push(element("li", { textContent: "lines in the colour of their light" }));
+  } else if (colouring.mode === "order") {
+    const most = ray.order.reduce((a, b) => Math.max(a, b), 0), last = KINDS.light.length;
+    for (let k = 0; k <= Math.min(most, last); k++)
+      items.push(entry(kindColour(k), k === last ? `${k} or more` : `ghost order ${k}`));
+  } else {
+    items.push(element("li", { textContent: "colours as in the table of path classes" }));
+  }
+  byId("legend").replaceChildren(...items);
+}

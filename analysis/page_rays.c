@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/page_colour.h"
+#include "analysis/page_pack.h"
+#include "analysis/page_parts.h"
+#include "base/alloc.h"
+#include "trace/event.h"
+
+/* A column of whole numbers of any stored type, as int32. */
+static json_t *integers(const struct rmap_portion *rays, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    const void *from = rmap_portion_column(rays, column);
+    size_t n = rays->n_row[info->table] * (size_t)info->width;
+    int32_t *value = rmap_alloc(n + 1, sizeof *value);
+    if (!value)
+        return NULL;
+    for (size_t i = 0; i < n; i++)
+        switch (info->element) {
+        case RMAP_U8:
+            value[i] = ((const uint8_t *)from)[i];
+            break;
+        case RMAP_U16:
+            value[i] = ((const uint16_t *)from)[i];
+            break;
+        case RMAP_I16:
+            value[i] = ((const int16_t *)from)[i];
+            break;
+        case RMAP_U32:
+            value[i] = (int32_t)((const uint32_t *)from)[i];
+            break;
+        default:
+            value[i] = ((const int32_t *)from)[i];
+        }
+    json_t *json = rmap_page_integers(value, n);
+    rmap_free(value);
+    return json;
+}
+
+static json_t *floats(const struct rmap_portion *rays, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    return rmap_page_floats(rmap_portion_column(rays, column),
+                            rays->n_row[info->table] * (size_t)info->width);
+}
+
+static json_t *doubles(const struct rmap_portion *rays, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    return rmap_page_doubles(rmap_portion_column(rays, column), rays->n_row[info->table]);
+}
+
+/* Ids fit the numbers of JavaScript up to 2^53. */
+static json_t *ids_and_flux(const struct rmap_page *page, json_t **flux_ret)
+{
+    const struct rmap_portion *rays = page->rays;
+    const double *per_weight = rmap_map_flux_per_weight(page->map);
+    size_t n = rays->n_row[RMAP_TABLE_RAY];
+    double *value = rmap_alloc(n + 1, sizeof *value);
+    if (!value)
+        return NULL;
+    for (size_t i = 0; i < n; i++)
+        value[i] = rays->ray.weight[i] * per_weight[rays->ray.source[i]];
+    *flux_ret = rmap_page_doubles(value, n);
+    for (size_t i = 0; i < n; i++)
+        value[i] = (double)rays->ray.id[i];
+    json_t *id = rmap_page_doubles(value, n);
+    rmap_free(value);
+    return id;
+}
+
+static json_t *ray_columns(const struct rmap_page *page)
+{
+    const struct rmap_portion *rays = page->rays;
+    json_t *flux = NULL, *id = ids_and_flux(page, &flux);
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "id", id,
+                     "flux", flux, "source", integers(rays, RMAP_RAY_source), "stop",
+                     integers(rays, RMAP_RAY_stop), "legs", integers(rays, RMAP_RAY_segment_count),
+                     "registrations", integers(rays, RMAP_RAY_registration_count), "wavelength",
+                     doubles(rays, RMAP_RAY_wavelength), "path_length",
+                     doubles(rays, RMAP_RAY_path_length), "optical_path",
+                     doubles(rays, RMAP_RAY_optical_path), "start", floats(rays, RMAP_RAY_start),
+                     "start_object", integers(rays, RMAP_RAY_start_object), "end_direction",
+                     floats(rays, RMAP_RAY_end_direction));
+}
+
+static json_t *leg_columns(const struct rmap_portion *rays)
+{
+    return json_pack("{s:o, s:o, s:o, s:o, s:o}", "object", integers(rays, RMAP_SEGMENT_object),
+                     "primitive", integers(rays, RMAP_SEGMENT_primitive), "event",
+                     integers(rays, RMAP_SEGMENT_event), "medium",
+                     integers(rays, RMAP_SEGMENT_medium), "position",
+                     floats(rays, RMAP_SEGMENT_position));
+}
+
+static json_t *registration_columns(const struct rmap_portion *rays)
+{
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "leg",
+                     integers(rays, RMAP_REGISTRATION_segment), "detector",
+                     integers(rays, RMAP_REGISTRATION_detector), "relative",
+                     integers(rays, RMAP_REGISTRATION_relative), "registered",
+                     integers(rays, RMAP_REGISTRATION_registered), "direction",
+                     floats(rays, RMAP_REGISTRATION_direction), "optical_path",
+                     doubles(rays, RMAP_REGISTRATION_optical_path));
+}
+
+/* Points of curved legs with the row of their leg. */
+static json_t *curve_columns(const struct rmap_portion *rays)
+{
+    size_t n = rays->n_row[RMAP_TABLE_CURVE], leg = 0, at;
+    int32_t *of = rmap_alloc(n + 1, sizeof *of);
+    if (!of)
+        return NULL;
+    for (size_t i = 0; n > 0 && i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        size_t n_point = rmap_portion_curve_of(rays, rays->ray.id[i], &at);
+        for (size_t k = 0; k < n_point; k++)
+            of[at + k] = (int32_t)(leg + rays->curve.segment[at + k]);
+        leg += rays->ray.segment_count[i];
+    }
+    json_t *json = json_pack("{s:o, s:o}", "leg", rmap_page_integers(of, n), "position",
+                             floats(rays, RMAP_CURVE_position));
+    rmap_free(of);
+    return json;
+}
+
+static json_t *words(void)
+{
+#define WORD(symbol, bit, letter, word, meaning) word,
+    static const char *const event[] = {RMAP_EVENT_TABLE(WORD)};
+#undef WORD
+    json_t *events = json_array(), *letters = json_array(), *stops = json_array();
+    for (size_t i = 0; i < sizeof event / sizeof *event; i++) {
+        char letter = rmap_event_letter(1u << i);
+        json_array_append_new(events, json_string(event[i]));
+        json_array_append_new(letters, json_stringn(&letter, letter ? 1 : 0));
+    }
+    for (int i = 0; i < RMAP_STOP_COUNT; i++)
+        json_array_append_new(stops, json_string(rmap_stop_word(i)));
+    return json_pack("{s:o, s:o, s:o, s:s}", "event", events, "letter", letters, "stop", stops,
+                     "precedence", "EKOFSIRTDdAX");
+}
+
+json_t *rmap_page_rays(const struct rmap_page *page, struct rmap_error *err)
+{
+    json_t *colours = rmap_page_colours(page, err);
+    if (!colours)
+        return NULL;
+    json_t *json =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "colour", colours, "ray", ray_columns(page),
+                  "leg", leg_columns(page->rays), "registration", registration_columns(page->rays),
+                  "curve", curve_columns(page->rays), "words", words());
+    if (!json)
+        (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays of a page");
+    return json;
+}
