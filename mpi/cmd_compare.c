@@ -1,0 +1,376 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap compare: whether two maps, or two criteria of one, are statistically the same.
+ */
+#include <string.h>
+
+#include "analysis/compare.h"
+#include "analysis/compare_products.h"
+#include "base/alloc.h"
+#include "io/diagnostics.h"
+#include "mpi/agree.h"
+#include "mpi/asked.h"
+#include "mpi/fold_run.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+
+static const struct rmap_option options[] = {
+    {"where", 'w', "CRITERION",
+     "of the rays that match only; twice: of the first sample, and of the second"},
+    {"criteria", 0, "FILE", "named criteria: let NAME = CRITERION ..., used as @NAME"},
+    {"test", 't', "KINDS",
+     "what is compared: flux, detector, object, medium, stop, image (default: all of them)"},
+    {"detector", 'd', "NAME", "of the detectors this one alone"},
+    {"significance", 0, "P", "chance of a false alarm among all tests (default 0.01)"},
+    {"correction", 0, "NAME", "for the number of tests: holm (default), sidak, none"},
+    {NULL}};
+
+struct request {
+    const char *path[2]; /* [1]: the first one again where two criteria are compared */
+    char **where;
+    size_t n_where;
+    unsigned kinds;
+    const char *detector;
+    double significance;
+    enum rmap_correction correction;
+};
+
+/* Index of a word in a list that ends with NULL. RMAP_USAGE with the nearest one. */
+static enum rmap_status find_word(const char *text, const char *option, const char *const *word,
+                                  size_t *found, struct rmap_error *err)
+{
+    size_t n = 0;
+    for (; word[n]; n++)
+        if (strcmp(word[n], text) == 0) {
+            *found = n;
+            return RMAP_OK;
+        }
+    const char *nearest = rmap_nearest_word(text, word, n);
+    if (nearest)
+        return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none (did you mean '%s'?)", option,
+                              text, nearest);
+    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none; see: raymap compare --help", option,
+                          text);
+}
+
+static enum rmap_status read_kinds(const struct rmap_arguments *given, unsigned *kinds,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char **list = NULL;
+    size_t n = 0, kind = 0;
+    *kinds = 0;
+    RMAP_TRY(rmap_argument_list(given, "test", &list, &n, err));
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(find_word(list[i], "test", rmap_compare_word, &kind, err));
+        *kinds |= 1u << kind;
+    }
+    if (n == 0)
+        *kinds = (1u << RMAP_COMPARE_KIND_COUNT) - 1;
+out:
+    for (size_t i = 0; i < n; i++)
+        rmap_free(list[i]);
+    rmap_free(list);
+    return st;
+}
+
+static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *correction = rmap_argument(given, "correction");
+    size_t word = RMAP_CORRECTION_HOLM;
+    bool one = given->n_operand == 1;
+    *request = (struct request){.path = {given->operand[0], given->operand[one ? 0 : 1]},
+                                .detector = rmap_argument(given, "detector"),
+                                .significance = 0.01};
+    RMAP_TRY(rmap_argument_each(given, "where", &request->where, &request->n_where, err));
+    RMAP_TRY(read_kinds(given, &request->kinds, err));
+    RMAP_TRY(rmap_argument_number(given, "significance", &request->significance, err));
+    if (correction)
+        RMAP_TRY(find_word(correction, "correction", rmap_correction_word, &word, err));
+    request->correction = (enum rmap_correction)word;
+    if (!(request->significance > 0.0 && request->significance < 1.0))
+        st = rmap_error_set(err, RMAP_USAGE, "--significance must lie between 0 and 1");
+    else if (one && request->n_where != 2)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "one map alone: say which two criteria to compare, --where A --where B "
+                            "(or name a second map)");
+    else if (request->n_where > 2)
+        st = rmap_error_set(err, RMAP_USAGE, "at most two --where, for the two samples");
+out:
+    return st;
+}
+
+static void request_fini(struct request *request)
+{
+    for (size_t i = 0; i < request->n_where; i++)
+        rmap_free(request->where[i]);
+    rmap_free(request->where);
+}
+
+/* Samples that are summed up: two; of one map the rays of A alone, of B alone, and of both. */
+enum { SAMPLE_MAX = 3 };
+
+struct work {
+    const struct rmap_context *context;
+    struct request request;
+    struct rmap_asked asked;
+    struct rmap_map *map[2]; /* [1] may be [0] */
+    struct rmap_criterion *named[2];
+    size_t n_sample;
+    struct rmap_criterion *criterion[SAMPLE_MAX];
+    struct rmap_compare_layout layout[2];
+    void *sums[SAMPLE_MAX];
+    struct rmap_compare_products_layout products_layout[2];
+    void *products[2];
+    struct rmap_comparison *comparison;
+};
+
+static bool is_paired(const struct work *work)
+{
+    return work->map[0] == work->map[1];
+}
+
+static int map_of_sample(const struct work *work, size_t sample)
+{
+    return is_paired(work) ? 0 : (int)sample;
+}
+
+/* Rays that only one of two criteria selects, and those of both. */
+static enum rmap_status compile_pair(struct work *work, struct rmap_error *err)
+{
+    static const char *const sign[SAMPLE_MAX][2] = {{"", "not "}, {"not ", ""}, {"", ""}};
+    enum rmap_status st = RMAP_OK;
+    const char *a = work->request.where[0], *b = work->request.where[1];
+    size_t nbytes = strlen(a) + strlen(b) + 32;
+    char *text = rmap_alloc(nbytes, 1);
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a criterion");
+    for (size_t i = 0; i < SAMPLE_MAX && st == RMAP_OK; i++) {
+        (void)snprintf(text, nbytes, "%s(%s) and %s(%s)", sign[i][0], a, sign[i][1], b);
+        st = rmap_criterion_compile_with(text, work->asked.criteria, rmap_map_scene(work->map[0]),
+                                         &work->criterion[i], err);
+    }
+    rmap_free(text);
+    return st;
+}
+
+static enum rmap_status compile(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t k = 0; k < 2 && work->request.n_where > 0; k++) {
+        size_t which = k < work->request.n_where ? k : 0;
+        RMAP_TRY(rmap_asked_compile(work->context, &work->asked, which,
+                                    rmap_map_scene(work->map[k]), &work->named[k], err));
+    }
+    work->n_sample = is_paired(work) ? 3 : 2;
+    if (is_paired(work))
+        st = compile_pair(work, err);
+    else
+        for (size_t k = 0; k < 2; k++) {
+            work->criterion[k] = work->named[k];
+            work->named[k] = NULL;
+        }
+out:
+    return st;
+}
+
+static enum rmap_status check_detector(const struct work *work, struct rmap_error *err)
+{
+    const char *name = work->request.detector;
+    for (int k = 0; k < 2 && name; k++) {
+        const struct rmap_scene *scene = rmap_map_scene(work->map[k]);
+        bool found = false;
+        for (size_t d = 0; d < scene->n_detector; d++)
+            found = found || strcmp(scene->detector[d].name, name) == 0;
+        if (!found)
+            return rmap_error_set(err, RMAP_INPUT, "no detector named '%s' in '%s'", name,
+                                  work->request.path[k]);
+    }
+    return RMAP_OK;
+}
+
+/* What can be said before any ray is read. */
+static enum rmap_status prepare(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_detector(work, err));
+    RMAP_TRY(compile(work, err));
+    const char *text[2] = {NULL, NULL};
+    for (size_t k = 0; k < 2 && work->request.n_where > 0; k++)
+        text[k] = work->request.where[k < work->request.n_where ? k : 0];
+    const struct rmap_map *const map[2] = {work->map[0], work->map[1]};
+    RMAP_TRY(rmap_comparison_create(map, work->request.path, text, &work->comparison, err));
+    for (int k = 0; k < 2; k++)
+        RMAP_TRY(rmap_compare_layout_init(&work->layout[k], work->map[k], err));
+out:
+    return st;
+}
+
+/* Collective. What each sample adds up to, on rank 0. */
+static enum rmap_status add_up(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < work->n_sample; i++) {
+        int k = map_of_sample(work, i);
+        const struct rmap_fold fold = {.kind = &rmap_compare_sums_kind,
+                                       .context = &work->layout[k],
+                                       .map = work->map[k],
+                                       .criterion = work->criterion[i],
+                                       .columns = RMAP_COMPARE_SUMS_COLUMNS};
+        RMAP_TRY(rmap_fold_run(work->context, &fold, &work->sums[i], err));
+    }
+out:
+    return st;
+}
+
+/* Collective. The groups of cells that rank 0 made of the images to look at again. */
+static enum rmap_status share_groups(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_comparison *comparison = work->comparison;
+    uint64_t n_again = comparison->n_again;
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(&n_again, 1, MPI_UINT64_T, 0, work->context->comm)));
+    if (work->context->rank > 0 && n_again > 0) {
+        comparison->again = rmap_alloc((size_t)n_again, sizeof *comparison->again);
+        if (comparison->again)
+            comparison->n_again = (size_t)n_again;
+        else
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for images");
+    }
+    RMAP_TRY(rmap_agree(work->context, st, err));
+    for (size_t i = 0; i < n_again; i++) {
+        struct rmap_compare_again *again = &comparison->again[i];
+        uint64_t number[3] = {again->detector[0], again->detector[1], again->n_group};
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(number, 3, MPI_UINT64_T, 0, work->context->comm)));
+        again->detector[0] = (size_t)number[0];
+        again->detector[1] = (size_t)number[1];
+        again->n_group = (size_t)number[2];
+        const size_t *first = work->layout[0].first_cell + number[0];
+        size_t nbytes = (first[1] - first[0]) * sizeof *again->group;
+        uint8_t *blob = (uint8_t *)again->group;
+        st = rmap_broadcast_blob(work->context, &blob, &nbytes, err);
+        again->group = (int32_t *)(void *)blob;
+        RMAP_TRY(st);
+    }
+out:
+    return st;
+}
+
+/* Collective. A second look at images that rays count in several times. */
+static enum rmap_status look_again(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(share_groups(work, err));
+    if (work->comparison->n_again == 0)
+        goto out;
+    for (int k = 0; k < 2 && st == RMAP_OK; k++)
+        st = rmap_compare_products_layout_init(&work->products_layout[k], &work->layout[k],
+                                               work->comparison, k, err);
+    RMAP_TRY(rmap_agree(work->context, st, err));
+    for (size_t i = 0; i < 2; i++) {
+        const struct rmap_fold fold = {.kind = &rmap_compare_products_kind,
+                                       .context = &work->products_layout[i],
+                                       .map = work->map[i],
+                                       .criterion = work->criterion[i],
+                                       .columns = RMAP_COMPARE_SUMS_COLUMNS};
+        RMAP_TRY(rmap_fold_run(work->context, &fold, &work->products[i], err));
+    }
+    if (work->context->rank == 0)
+        st = rmap_comparison_add_products(
+            work->comparison, work->sums[2],
+            (const struct rmap_compare_products *const[]){work->products[0], work->products[1]},
+            err);
+    RMAP_TRY(rmap_agree(work->context, st, err));
+out:
+    return st;
+}
+
+static enum rmap_status show(const struct work *work, struct rmap_error *err)
+{
+    if (work->context->json)
+        return rmap_json_print(rmap_comparison_json(work->comparison), stdout, err);
+    return rmap_comparison_print(work->comparison, stdout, err);
+}
+
+static enum rmap_status compare(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = work->context;
+    const struct request *request = &work->request;
+    RMAP_TRY(rmap_agree(context, prepare(work, err), err));
+    RMAP_TRY(add_up(work, err));
+    if (context->rank == 0)
+        st = rmap_comparison_add_sums(
+            work->comparison,
+            (const struct rmap_compare_sums *const[]){work->sums[0], work->sums[1], work->sums[2]},
+            request->kinds, request->detector, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(look_again(work, err));
+    if (context->rank == 0)
+        st = rmap_comparison_conclude(work->comparison, request->significance, request->correction,
+                                      err);
+    if (context->rank == 0 && st == RMAP_OK)
+        st = show(work, err);
+    st = rmap_agree(context, st, err);
+out:
+    return st;
+}
+
+static void work_fini(struct work *work)
+{
+    for (size_t i = 0; i < SAMPLE_MAX; i++) {
+        rmap_compare_sums_kind.destroy(work->sums[i]);
+        rmap_criterion_destroy(work->criterion[i]);
+    }
+    for (size_t k = 0; k < 2; k++) {
+        rmap_compare_products_kind.destroy(work->products[k]);
+        rmap_compare_products_layout_fini(&work->products_layout[k]);
+        rmap_compare_layout_fini(&work->layout[k]);
+        rmap_criterion_destroy(work->named[k]);
+    }
+    rmap_comparison_destroy(work->comparison);
+    rmap_asked_fini(&work->asked);
+    if (work->map[1] != work->map[0])
+        rmap_map_close(work->map[1]);
+    rmap_map_close(work->map[0]);
+    request_fini(&work->request);
+}
+
+static enum rmap_status run_compare(const struct rmap_context *context,
+                                    const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct work work = {.context = context};
+    struct request *request = &work.request;
+    enum rmap_status st = read_request(given, request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load(context, given, (const char *const *)request->where, request->n_where,
+                             &work.asked, err));
+    RMAP_TRY(rmap_load_map(context, request->path[0], &work.map[0], err));
+    if (given->n_operand == 1)
+        work.map[1] = work.map[0];
+    else
+        RMAP_TRY(rmap_load_map(context, request->path[1], &work.map[1], err));
+    st = compare(&work, err);
+out:
+    work_fini(&work);
+    return st;
+}
+
+const struct rmap_command rmap_command_compare = {
+    .name = "compare",
+    .summary = "whether two maps, or two criteria, are statistically the same",
+    .operands = "MAP MAP2 [--where CRITERION] | MAP --where A --where B",
+    .help = "Tests whatever has a name in both: flux of the rays that match, registered by each\n"
+            "detector, absorbed by each object and medium, how rays ended (z, of the difference\n"
+            "over its standard error), and each detector's image (chi-square). The verdict is\n"
+            "corrected for the number of tests. Exit status 0 whatever it is:\n\n"
+            "  raymap compare before.raymap after.raymap --where 'registered(sensor)'\n"
+            "  raymap compare lens.raymap --where 'hit(left.*)' --where 'hit(right.*)'\n\n"
+            "Maps of one seed hold the same random numbers: trace one of them with --seed.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 2,
+    .run = run_compare,
+};
