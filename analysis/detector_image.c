@@ -3,42 +3,24 @@
 
 #include <math.h>
 
-#include "analysis/ray_report.h"
 #include "base/alloc.h"
 #include "optics/spectrum.h"
-#include "trace/tally.h"
-
-/* Area of a cell in m2, or its solid angle in sr; i counts theta there. */
-static double cell_extent(const struct rmap_scene *scene, const struct rmap_detector *detector,
-                          uint32_t i)
-{
-    double nx = detector->cells[0], ny = detector->cells[1];
-    if (detector->type == RMAP_DETECTOR_PLANE)
-        return detector->size[0] / nx * detector->size[1] / ny * scene->unit_m * scene->unit_m;
-    /* cos a - cos b, without the cancellation near the poles */
-    double a = RMAP_PI * i / nx, b = RMAP_PI * (i + 1) / nx;
-    return 2.0 * sin(0.5 * (a + b)) * sin(0.5 * (b - a)) * 2.0 * RMAP_PI / ny;
-}
-
-static double whole_extent(const struct rmap_scene *scene, const struct rmap_detector *detector)
-{
-    if (detector->type == RMAP_DETECTOR_INTENSITY)
-        return 4.0 * RMAP_PI;
-    return detector->size[0] * detector->size[1] * scene->unit_m * scene->unit_m;
-}
 
 static void name_units(struct rmap_detector_image *image)
 {
-    bool lumens = image->scene->flux_unit == RMAP_FLUX_LM;
-    bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
-    image->flux_unit = lumens ? "lm" : "W";
-    if (plane) {
-        image->quantity = lumens ? "illuminance" : "irradiance";
-        image->unit = lumens ? "lx" : "W/m2";
-    } else {
-        image->quantity = lumens ? "luminous intensity" : "radiant intensity";
-        image->unit = lumens ? "cd" : "W/sr";
-    }
+    static const char *const name[][2] = {
+        [RMAP_PER_AREA] = {"irradiance", "illuminance"},
+        [RMAP_PER_SOLID_ANGLE] = {"radiant intensity", "luminous intensity"},
+        [RMAP_PER_AREA_AND_ANGLE] = {"radiance", "luminance"},
+        [RMAP_PER_CELL] = {"flux per cell", "flux per cell"}};
+    static const char *const unit[][2] = {[RMAP_PER_AREA] = {"W/m2", "lx"},
+                                          [RMAP_PER_SOLID_ANGLE] = {"W/sr", "cd"},
+                                          [RMAP_PER_AREA_AND_ANGLE] = {"W/(m2 sr)", "cd/m2"},
+                                          [RMAP_PER_CELL] = {"W", "lm"}};
+    const int lumens = image->scene->flux_unit == RMAP_FLUX_LM;
+    image->flux_unit = unit[RMAP_PER_CELL][lumens];
+    image->quantity = name[image->bins.quantity][lumens];
+    image->unit = unit[image->bins.quantity][lumens];
 }
 
 /* Flux of one source's sums, and its part of the variance. */
@@ -49,6 +31,11 @@ static void add_flux(const struct rmap_map *map, size_t source, double w, double
     double unit = rmap_map_flux_per_weight(map)[source];
     *flux += unit * w;
     *variance += n < 2 ? (double)NAN : unit * unit * n / (n - 1) * (w2 - w * w / n);
+}
+
+static double error_of(double variance)
+{
+    return isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0));
 }
 
 static void fill_cells(struct rmap_detector_image *image, const struct rmap_map *map,
@@ -62,10 +49,9 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
             image->rays[c] += w[0];
         }
         uint32_t i = (uint32_t)(c % image->n[0]);
-        double extent = cell_extent(image->scene, image->detector, i);
+        double extent = rmap_detector_bins_extent(&image->bins, i);
         image->value[c] = flux / extent;
-        image->standard_error[c] =
-            isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0)) / extent;
+        image->standard_error[c] = error_of(variance) / extent;
         image->registrations += image->rays[c];
         for (size_t k = 0; k < 3 && sums->n_colour; k++)
             image->rgb[3 * c + k] = (double)sums->colour[3 * c + k] * sums->quantum / extent;
@@ -81,26 +67,74 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
     }
 }
 
+static void fill_centroid(struct rmap_detector_image *image, const struct rmap_map *map,
+                          const struct rmap_detector_sums *sums)
+{
+    double sum[3] = {0.0, 0.0, 0.0};
+    image->centroid[0] = image->centroid[1] = (double)NAN;
+    for (size_t s = 0; sums->centre && s < sums->n_source; s++)
+        for (size_t k = 0; k < 3; k++)
+            sum[k] +=
+                rmap_map_flux_per_weight(map)[s] * rmap_exact_sum_value(&sums->centre[3 * s + k]);
+    for (int k = 0; k < 2 && sum[0] > 0.0; k++)
+        image->centroid[k] = sum[k + 1] / sum[0];
+}
+
 static void fill_totals(struct rmap_detector_image *image, const struct rmap_map *map,
                         const struct rmap_detector_sums *sums)
 {
     double variance = 0.0;
-    for (size_t s = 0; s < sums->n_source; s++) {
-        double w = 0.0, w2 = 0.0;
-        for (size_t c = 0; c < sums->n_cell; c++) {
-            w += sums->weight[s * sums->n_cell + c];
-            w2 += sums->weight[(sums->n_source + s) * sums->n_cell + c];
-        }
-        add_flux(map, s, w, w2, &image->flux, &variance);
-    }
-    double extent = whole_extent(image->scene, image->detector);
-    image->flux_error = isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0));
+    for (size_t s = 0; s < sums->n_source; s++)
+        add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &image->flux, &variance);
+    double extent = rmap_detector_bins_whole(&image->bins);
+    image->flux_error = error_of(variance);
     image->mean = image->flux / extent;
     image->mean_error = image->flux_error / extent;
     image->peak_x = image->peak_y = (double)NAN;
     if (image->peak > 0.0)
         rmap_detector_image_centre(image, image->peak_cell[0], image->peak_cell[1], &image->peak_x,
                                    &image->peak_y);
+    fill_centroid(image, map, sums);
+}
+
+/* Cell c of a channel, or behind the cells its total: flux and standard error. */
+static void channel_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
+                          size_t channel, size_t c, double *value, double *error)
+{
+    double variance = 0.0;
+    *value = 0.0;
+    for (size_t s = 0; s < sums->n_source; s++) {
+        const uint64_t *share =
+            sums->share + (s * sums->n_channel + channel) * (sums->n_cell + 1) + c;
+        add_flux(map, s, (double)share[0] / 65535.0,
+                 (double)share[sums->n_share / 2] / (65535.0 * 65535.0), value, &variance);
+    }
+    *error = error_of(variance);
+}
+
+static enum rmap_status fill_channels(struct rmap_detector_image *image, const struct rmap_map *map,
+                                      const struct rmap_detector_sums *sums, struct rmap_error *err)
+{
+    const size_t n = sums->n_cell, n_channel = sums->n_channel;
+    if (n_channel == 0)
+        return RMAP_OK;
+    image->n_channel = n_channel;
+    image->cube = rmap_alloc(n * n_channel, sizeof *image->cube);
+    image->cube_error = rmap_alloc(n * n_channel, sizeof *image->cube_error);
+    image->channel_flux = rmap_alloc(n_channel, sizeof *image->channel_flux);
+    image->channel_flux_error = rmap_alloc(n_channel, sizeof *image->channel_flux_error);
+    if (!image->cube || !image->cube_error || !image->channel_flux || !image->channel_flux_error)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a spectral image");
+    for (size_t k = 0; k < n_channel; k++) {
+        for (size_t c = 0; c < n; c++) {
+            double extent = rmap_detector_bins_extent(&image->bins, (uint32_t)(c % image->n[0]));
+            channel_value(map, sums, k, c, &image->cube[k * n + c], &image->cube_error[k * n + c]);
+            image->cube[k * n + c] /= extent;
+            image->cube_error[k * n + c] /= extent;
+        }
+        channel_value(map, sums, k, n, &image->channel_flux[k], &image->channel_flux_error[k]);
+    }
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
@@ -109,12 +143,14 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
                                             struct rmap_error *err)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
+    enum rmap_status st = RMAP_OK;
     struct rmap_detector_image *image = rmap_alloc(1, sizeof *image);
     if (image) {
         image->scene = scene;
-        image->detector = &scene->detector[sums->detector];
-        image->n[0] = image->detector->cells[0];
-        image->n[1] = image->detector->cells[1];
+        image->bins = sums->ask.bins;
+        image->detector = image->bins.detector;
+        image->n[0] = image->bins.n[0];
+        image->n[1] = image->bins.n[1];
         image->value = rmap_alloc(sums->n_cell, sizeof *image->value);
         image->standard_error = rmap_alloc(sums->n_cell, sizeof *image->standard_error);
         image->rays = rmap_alloc(sums->n_cell, sizeof *image->rays);
@@ -129,8 +165,12 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
     name_units(image);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
+    RMAP_TRY(fill_channels(image, map, sums, err));
     *image_ret = image;
-    return RMAP_OK;
+    image = NULL;
+out:
+    rmap_detector_image_destroy(image);
+    return st;
 }
 
 void rmap_detector_image_destroy(struct rmap_detector_image *image)
@@ -141,12 +181,15 @@ void rmap_detector_image_destroy(struct rmap_detector_image *image)
     rmap_free(image->standard_error);
     rmap_free(image->rays);
     rmap_free(image->rgb);
+    rmap_free(image->cube);
+    rmap_free(image->cube_error);
+    rmap_free(image->channel_flux);
+    rmap_free(image->channel_flux_error);
     rmap_free(image);
 }
 
 void rmap_detector_image_centre(const struct rmap_detector_image *image, uint32_t i, uint32_t j,
                                 double *x, double *y)
 {
-    const double relative[2] = {(i + 0.5) / image->n[0], (j + 0.5) / image->n[1]};
-    rmap_detector_coordinates(image->detector, relative, x, y);
+    rmap_detector_bins_centre(&image->bins, i, j, x, y);
 }

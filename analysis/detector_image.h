@@ -2,8 +2,9 @@
  *
  * A detector's image in physical units, and what people ask of it: total, mean, peak, errors.
  *
- * PLANE: flux per area, W/m2 or lx. INTENSITY: flux per solid angle, W/sr or cd. Standard errors
- * are those of the flux estimate (docs/physics.md); NaN where a source has fewer than 2 rays.
+ * Flux per area (W/m2, lx), per solid angle (W/sr, cd), per both and cosine (W/(m2 sr), cd/m2), or
+ * per cell. Standard errors are those of the flux estimate (docs/physics.md), a ray being one
+ * sample wherever it was registered; NaN where a source has fewer than 2 rays.
  */
 #ifndef RMAP_DETECTOR_IMAGE_H
 #define RMAP_DETECTOR_IMAGE_H
@@ -16,6 +17,7 @@
 struct rmap_detector_image {
     const struct rmap_scene *scene; /* borrowed */
     const struct rmap_detector *detector;
+    struct rmap_detector_bins bins;
     uint32_t n[2];
     double *value;          /* [n[1]][n[0]], least y first */
     double *standard_error; /* same layout */
@@ -30,6 +32,12 @@ struct rmap_detector_image {
     uint32_t peak_cell[2];
     double peak_x, peak_y; /* centre of that cell, in the detector's coordinates; else NaN */
     double registrations;
+    double centroid[2]; /* of planes, where asked for; else NaN */
+
+    /* Where channels were asked for; 0 and NULL otherwise. */
+    size_t n_channel;
+    double *cube, *cube_error;                 /* [n_channel][n[1]][n[0]] parts of value */
+    double *channel_flux, *channel_flux_error; /* [n_channel] */
 };
 
 enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
@@ -38,13 +46,18 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_detector_image_destroy(struct rmap_detector_image *image);
 
-/* Centre of cell (i, j): PLANE in the scene's unit from the centre, INTENSITY theta and phi in
- * degrees. */
+/* Centre of cell (i, j) on the detector: over the area in the scene's unit from its centre, over
+ * directions theta and phi in degrees. */
 void rmap_detector_image_centre(const struct rmap_detector_image *image, uint32_t i, uint32_t j,
                                 double *x, double *y);
 
-/* Lines of "# key: value", then i,j,x,y,value,standard_error,rays for every cell.
- * criterion: NULL for all rays. */
+/* "mm" or "deg"; "656.27 nm" or "red" of a channel. */
+const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image);
+void rmap_detector_image_channel(const struct rmap_detector_image *image, size_t channel,
+                                 char text[32]);
+
+/* Lines of "# key: value", then i,j,x,y,value,standard_error,rays for every cell, and value and
+ * error per channel where there are any. criterion: NULL for all rays. */
 void rmap_detector_image_csv(const struct rmap_detector_image *image, const char *criterion,
                              FILE *out);
 

@@ -1,12 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/detector_sums.h"
 
-#include <inttypes.h>
-#include <math.h>
+#include <string.h>
 
-#include "analysis/query_marker.h"
 #include "base/alloc.h"
-#include "optics/spectrum.h"
 #include "trace/tally.h"
 
 /* The map's whole flux, in units of the quantum: leaves room for a ray to be registered 2^11
@@ -17,41 +14,95 @@ enum rmap_status rmap_detector_sums_init(struct rmap_detector_sums *sums,
                                          const struct rmap_map *map, int32_t detector, bool colour,
                                          struct rmap_error *err)
 {
-    const struct rmap_scene *scene = rmap_map_scene(map);
-    const uint32_t *cells = scene->detector[detector].cells;
+    struct rmap_detector_ask ask = {.map = map, .detector = detector, .colour = colour};
+    rmap_detector_bins_own(rmap_map_scene(map), detector, &ask.bins);
+    return rmap_detector_sums_init_as(sums, &ask, err);
+}
+
+/* The arrays of sums, for those who copy them as bytes. */
+enum { BLOCKS = 5 };
+struct block {
+    void *data;
+    size_t nbytes;
+};
+
+static void blocks_of(const struct rmap_detector_sums *sums, struct block block[BLOCKS])
+{
+    block[0] = (struct block){sums->weight, sums->n_weight * sizeof *sums->weight};
+    block[1] = (struct block){sums->total, 2 * sums->n_source * sizeof *sums->total};
+    block[2] = (struct block){sums->colour, sums->n_colour * sizeof *sums->colour};
+    block[3] = (struct block){sums->share, sums->n_share * sizeof *sums->share};
+    block[4] =
+        (struct block){sums->centre, sums->centre ? 3 * sums->n_source * sizeof *sums->centre : 0};
+}
+
+static enum rmap_status check_size(const struct rmap_detector_sums *sums, struct rmap_error *err)
+{
+    const size_t nbytes = 8 * (sums->n_weight + sums->n_colour + sums->n_share);
+    if (nbytes <= RMAP_DETECTOR_SUMS_NBYTES_MAX)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_USAGE,
+                          "sums for %u x %u cells%s take %.1f GB on every thread, and 1 is the "
+                          "most: ask for fewer cells or a smaller region",
+                          sums->ask.bins.n[0], sums->ask.bins.n[1],
+                          sums->n_share ? " of every wavelength" : "", 1e-9 * (double)nbytes);
+}
+
+enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
+                                            const struct rmap_detector_ask *ask,
+                                            struct rmap_error *err)
+{
+    const struct rmap_scene *scene = rmap_map_scene(ask->map);
+    const uint32_t *n = ask->bins.n;
     *sums = (struct rmap_detector_sums){
-        .detector = detector, .n_source = scene->n_source, .n_cell = (size_t)cells[0] * cells[1]};
+        .ask = *ask, .n_source = scene->n_source, .n_cell = (size_t)n[0] * n[1], .space = -1};
     sums->n_weight = 2 * sums->n_source * sums->n_cell;
-    sums->n_colour = colour ? 3 * sums->n_cell : 0;
+    sums->n_colour = ask->colour ? 3 * sums->n_cell : 0;
+    sums->n_channel = ask->channels ? (size_t)scene->channels.n : 0;
+    sums->n_share = 2 * sums->n_source * sums->n_channel * (sums->n_cell + 1);
     double flux = 0.0;
     for (size_t s = 0; s < scene->n_source; s++)
         flux += scene->source[s].flux;
     sums->quantum = flux > 0.0 ? flux / QUANTA : 1.0;
+    enum rmap_status st = check_size(sums, err);
+    if (st != RMAP_OK)
+        return st;
     sums->weight = rmap_alloc(sums->n_weight, sizeof *sums->weight);
-    sums->colour = colour ? rmap_alloc(sums->n_colour, sizeof *sums->colour) : NULL;
-    if (sums->weight && (sums->colour || !colour))
+    sums->total = rmap_alloc(2 * sums->n_source, sizeof *sums->total);
+    sums->colour = rmap_alloc(sums->n_colour + 1, sizeof *sums->colour);
+    sums->share = rmap_alloc(sums->n_share + 1, sizeof *sums->share);
+    if (ask->centre)
+        sums->centre = rmap_alloc(3 * sums->n_source, sizeof *sums->centre);
+    if (sums->weight && sums->total && sums->colour && sums->share &&
+        (sums->centre || !ask->centre))
         return RMAP_OK;
     rmap_detector_sums_fini(sums);
-    return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a detector of %u x %u cells",
-                          cells[0], cells[1]);
+    return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a detector of %u x %u cells", n[0],
+                          n[1]);
 }
 
 void rmap_detector_sums_fini(struct rmap_detector_sums *sums)
 {
     rmap_free(sums->weight);
+    rmap_free(sums->total);
     rmap_free(sums->colour);
+    rmap_free(sums->share);
+    rmap_free(sums->centre);
+    rmap_free(sums->hit);
     *sums = (struct rmap_detector_sums){0};
 }
 
 void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct rmap_tally *tally)
 {
     for (size_t s = 0; s < sums->n_source; s++) {
-        const double *image = rmap_tally_image(tally, (size_t)sums->detector, s);
+        const double *image = rmap_tally_image(tally, (size_t)sums->ask.detector, s);
         const double *squared = tally->image_squared + (image - tally->image);
         double *weight = sums->weight + s * sums->n_cell;
         for (size_t c = 0; c < sums->n_cell; c++) {
             weight[c] += image[c];
             weight[c + sums->n_source * sums->n_cell] += squared[c];
+            sums->total[s] += image[c];
+            sums->total[sums->n_source + s] += squared[c];
         }
     }
 }
@@ -61,147 +112,110 @@ void rmap_detector_sums_merge(struct rmap_detector_sums *into,
 {
     for (size_t i = 0; i < into->n_weight; i++)
         into->weight[i] += from->weight[i];
+    for (size_t i = 0; i < 2 * into->n_source; i++)
+        into->total[i] += from->total[i];
     for (size_t i = 0; i < into->n_colour; i++)
         into->colour[i] += from->colour[i];
+    for (size_t i = 0; i < into->n_share; i++)
+        into->share[i] += from->share[i];
+    for (size_t i = 0; into->centre && i < 3 * into->n_source; i++)
+        rmap_exact_sum_merge(&into->centre[i], &from->centre[i]);
 }
 
-/* Channels' colours of one space in the terms of another one's mode. */
-static void channel_colours_as(const struct rmap_scene *scene, enum rmap_colour_mode mode,
-                               double (*colour)[3])
+/* ---- as a fold ---- */
+
+static void destroy(void *state)
 {
-    rmap_channel_colours(&scene->channels, scene->flux_unit == RMAP_FLUX_LM, colour);
-    for (int i = 0; i < scene->channels.n && scene->channels.mode != mode; i++) {
-        const double given[3] = {colour[i][0], colour[i][1], colour[i][2]};
-        if (mode == RMAP_COLOUR_RGB)
-            rmap_xyz_to_rgb(given, colour[i]);
-        else
-            rmap_rgb_to_xyz(given, colour[i]);
-    }
+    if (state)
+        rmap_detector_sums_fini(state);
+    rmap_free(state);
 }
 
-struct scan {
-    struct rmap_detector_sums *sums;
-    const struct rmap_map *map;
-    uint32_t width;
-    int32_t space; /* of the colours; -1: none yet */
-    double colour[RMAP_CHANNEL_MAX][3];
-};
-
-/* A registration's flux spread over the three colour components, rounded to quanta: integers
- * add up the same in any order. */
-static void add_colour(struct scan *scan, const uint16_t *share, int n_channel, double flux,
-                       size_t cell)
+static enum rmap_status create(const void *context, void **state_ret, struct rmap_error *err)
 {
-    double sum[3] = {0.0, 0.0, 0.0};
-    for (int i = 0; i < n_channel; i++)
-        for (int k = 0; k < 3; k++)
-            sum[k] += share[i] * scan->colour[i][k];
-    for (size_t k = 0; k < 3; k++)
-        scan->sums->colour[3 * cell + k] += llround(sum[k] / 65535.0 * flux / scan->sums->quantum);
-}
-
-/* Row `row` of /registration, of ray row `ray`, whose legs begin at row `segment`. */
-static enum rmap_status add_registration(struct scan *scan, const struct rmap_portion *portion,
-                                         size_t ray, size_t row, size_t segment,
-                                         struct rmap_error *err)
-{
-    struct rmap_detector_sums *sums = scan->sums;
-    const uint16_t *at = portion->registration.cell + 2 * row;
-    size_t cell = at[0] + (size_t)at[1] * scan->width;
-    size_t source = (size_t)portion->ray.source[ray];
-    size_t leg = segment + portion->registration.segment[row];
-    if (at[0] >= scan->width || cell >= sums->n_cell || source >= sums->n_source ||
-        leg >= segment + portion->ray.segment_count[ray])
-        return rmap_error_set(err, RMAP_FORMAT,
-                              "damaged map: ray %" PRIu64 " is registered in cell %u %u on leg %zu",
-                              portion->ray.id[ray], at[0], at[1], leg - segment);
-    double weight = portion->ray.weight[ray];
-    double *sum = sums->weight + source * sums->n_cell + cell;
-    sum[0] += weight;
-    sum[sums->n_source * sums->n_cell] += weight * weight;
-    if (sums->n_colour)
-        add_colour(scan, portion->colour + leg * (size_t)portion->n_channel, portion->n_channel,
-                   weight * rmap_map_flux_per_weight(scan->map)[source], cell);
-    return RMAP_OK;
-}
-
-static enum rmap_status add_portion(struct scan *scan, const struct rmap_portion *portion,
-                                    const uint8_t *match, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    size_t row = 0, segment = 0;
-    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        size_t end = row + portion->ray.registration_count[i];
-        for (; row < end; row++)
-            if ((!match || match[i]) && portion->registration.registered[row] &&
-                portion->registration.detector[row] == scan->sums->detector)
-                RMAP_TRY(add_registration(scan, portion, i, row, segment, err));
-        segment += portion->ray.segment_count[i];
-    }
-out:
+    struct rmap_detector_sums *sums = rmap_alloc(1, sizeof *sums);
+    if (!sums)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a detector");
+    enum rmap_status st = rmap_detector_sums_init_as(sums, context, err);
+    if (st == RMAP_OK)
+        *state_ret = sums;
+    else
+        rmap_free(sums);
     return st;
 }
 
-static rmap_column_set columns_needed(bool colour)
+static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+{
+    (void)err;
+    rmap_detector_sums_merge(into, from);
+    return RMAP_OK;
+}
+
+static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                             struct rmap_error *err)
+{
+    struct block block[BLOCKS];
+    size_t nbytes = 0;
+    blocks_of(state, block);
+    for (int i = 0; i < BLOCKS; i++)
+        nbytes += block[i].nbytes;
+    uint8_t *bytes = rmap_alloc(nbytes, 1);
+    if (!bytes)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a detector");
+    *bytes_ret = bytes;
+    *nbytes_ret = nbytes;
+    for (int i = 0; i < BLOCKS; i++)
+        if (block[i].nbytes) {
+            memcpy(bytes, block[i].data, block[i].nbytes);
+            bytes += block[i].nbytes;
+        }
+    return RMAP_OK;
+}
+
+static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
+                               void **state_ret, struct rmap_error *err)
+{
+    struct block block[BLOCKS];
+    enum rmap_status st = create(context, state_ret, err);
+    if (st != RMAP_OK)
+        return st;
+    blocks_of(*state_ret, block);
+    for (int i = 0; i < BLOCKS; i++) {
+        if (block[i].nbytes > nbytes)
+            return rmap_error_set(err, RMAP_INTERNAL, "a detector's sums of another length");
+        if (block[i].nbytes)
+            memcpy(block[i].data, bytes, block[i].nbytes);
+        bytes += block[i].nbytes;
+        nbytes -= block[i].nbytes;
+    }
+    return RMAP_OK;
+}
+
+static bool may_count(const void *context, const struct rmap_portion_info *portion)
+{
+    const struct rmap_detector_ask *ask = context;
+    return (portion->summary.detectors >> (ask->detector % 64) & 1) != 0;
+}
+
+rmap_column_set rmap_detector_sums_columns(const struct rmap_detector_ask *ask)
 {
     rmap_column_set columns =
         RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_source) |
         RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
         RMAP_COLUMN_BIT(RMAP_RAY_registration_count) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment) |
-        RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) |
-        RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered);
-    return colour ? columns | RMAP_COLUMN_BIT(RMAP_SEGMENT_colour) : columns;
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |
+        RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) | rmap_detector_bins_columns(&ask->bins);
+    if (ask->centre)
+        columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
+    if (ask->colour || ask->channels)
+        columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
+    return columns;
 }
 
-/* What finds the rays of a portion that count. */
-struct choice {
-    struct rmap_query_marker *marker; /* NULL: all of them */
-    uint8_t *match;                   /* the marker's */
-};
-
-static enum rmap_status choose(struct choice *choice, size_t portion, bool *any_ret,
-                               struct rmap_error *err)
-{
-    size_t n = 0;
-    *any_ret = true;
-    if (!choice->marker)
-        return RMAP_OK;
-    enum rmap_status st = rmap_query_marker_mark(choice->marker, portion, &choice->match, &n, err);
-    *any_ret = n > 0;
-    return st;
-}
-
-enum rmap_status rmap_detector_sums_scan(struct rmap_detector_sums *sums,
-                                         const struct rmap_map *map,
-                                         const struct rmap_criterion *criterion, size_t first,
-                                         size_t last, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_cursor *cursor = NULL;
-    struct choice choice = {0};
-    const struct rmap_scene *scene = rmap_map_scene(map);
-    struct scan scan = {
-        .sums = sums, .map = map, .width = scene->detector[sums->detector].cells[0], .space = -1};
-    RMAP_TRY(rmap_cursor_create(map, columns_needed(sums->n_colour > 0), &cursor, err));
-    if (criterion)
-        RMAP_TRY(rmap_query_marker_create(map, criterion, &choice.marker, err));
-    for (size_t i = first; i < last; i++) {
-        const struct rmap_portion_info *info = rmap_map_portion(map, i);
-        const struct rmap_portion *portion = NULL;
-        bool any = (info->summary.detectors >> (sums->detector % 64) & 1) != 0;
-        if (any)
-            RMAP_TRY(choose(&choice, i, &any, err));
-        if (!any)
-            continue;
-        RMAP_TRY(rmap_cursor_read(cursor, i, &portion, err));
-        if (info->space != scan.space)
-            channel_colours_as(rmap_map_scene_of(map, (size_t)info->space), scene->channels.mode,
-                               scan.colour);
-        scan.space = info->space;
-        RMAP_TRY(add_portion(&scan, portion, choice.match, err));
-    }
-out:
-    rmap_query_marker_destroy(choice.marker);
-    rmap_cursor_destroy(cursor);
-    return st;
-}
+const struct rmap_fold_kind rmap_detector_sums_kind = {.create = create,
+                                                       .destroy = destroy,
+                                                       .add = rmap_detector_sums_add,
+                                                       .merge = merge,
+                                                       .pack = pack,
+                                                       .unpack = unpack,
+                                                       .may_count = may_count};

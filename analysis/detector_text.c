@@ -6,9 +6,20 @@
 
 #include "analysis/detector_image.h"
 
-static const char *coordinate_unit(const struct rmap_detector_image *image)
+const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image)
 {
-    return image->detector->type == RMAP_DETECTOR_PLANE ? image->scene->unit : "deg";
+    return image->bins.directions ? "deg" : image->scene->unit;
+}
+
+void rmap_detector_image_channel(const struct rmap_detector_image *image, size_t channel,
+                                 char text[32])
+{
+    static const char *const rgb[] = {"red", "green", "blue"};
+    const struct rmap_channels *channels = &image->scene->channels;
+    if (channels->mode == RMAP_COLOUR_RGB)
+        (void)snprintf(text, 32, "%s", rgb[channel % 3]);
+    else
+        (void)snprintf(text, 32, "%.10g nm", channels->wavelength_nm[channel]);
 }
 
 /* A number or, where there is none, an empty field. */
@@ -23,14 +34,20 @@ static void put_number(double value, FILE *out)
 void rmap_detector_image_csv(const struct rmap_detector_image *image, const char *criterion,
                              FILE *out)
 {
-    bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
+    bool plane = !image->bins.directions;
     fprintf(out, "# detector: %s\n# quantity: %s, %s\n", image->detector->name, image->quantity,
             image->unit);
     fprintf(out, "# %s, %s: cell centres, %s\n", plane ? "x" : "theta", plane ? "y" : "phi",
-            coordinate_unit(image));
+            rmap_detector_image_coordinate_unit(image));
     fprintf(out, "# criterion: %s\n", criterion ? criterion : "all");
     fprintf(out, "# flux: %.17g %s\n", image->flux, image->flux_unit);
-    fprintf(out, "i,j,%s,value,standard_error,rays\n", plane ? "x,y" : "theta,phi");
+    fprintf(out, "i,j,%s,value,standard_error,rays", plane ? "x,y" : "theta,phi");
+    for (size_t k = 0; k < image->n_channel; k++) {
+        char channel[32];
+        rmap_detector_image_channel(image, k, channel);
+        fprintf(out, ",value at %s,standard_error at %s", channel, channel);
+    }
+    fputc('\n', out);
     for (uint32_t j = 0; j < image->n[1]; j++)
         for (uint32_t i = 0; i < image->n[0]; i++) {
             size_t c = i + (size_t)j * image->n[0];
@@ -42,6 +59,10 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
             put_number(image->value[c], out);
             put_number(image->standard_error[c], out);
             put_number(image->rays[c], out);
+            for (size_t k = 0; k < image->n_channel; k++) {
+                put_number(image->cube[k * image->n[0] * image->n[1] + c], out);
+                put_number(image->cube_error[k * image->n[0] * image->n[1] + c], out);
+            }
             fputc('\n', out);
         }
 }
@@ -57,7 +78,7 @@ static void print_sum(const char *name, double value, double error, const char *
 void rmap_detector_image_print(const struct rmap_detector_image *image, const char *criterion,
                                FILE *out)
 {
-    bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
+    bool plane = !image->bins.directions;
     fprintf(out, "%-14s %s, %u x %u cells\n", "detector", image->detector->name, image->n[0],
             image->n[1]);
     fprintf(out, "%-14s %s\n", "criterion", criterion ? criterion : "all");
@@ -69,13 +90,55 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
     print_sum("peak", image->peak, image->standard_error[c], image->unit, out);
     if (isfinite(image->peak_x))
         fprintf(out, "%-14s %s %.6g, %s %.6g %s (cell %u %u)\n", "peak at", plane ? "x" : "theta",
-                image->peak_x, plane ? "y" : "phi", image->peak_y, coordinate_unit(image),
-                image->peak_cell[0], image->peak_cell[1]);
+                image->peak_x, plane ? "y" : "phi", image->peak_y,
+                rmap_detector_image_coordinate_unit(image), image->peak_cell[0],
+                image->peak_cell[1]);
+    for (size_t k = 0; k < image->n_channel; k++) {
+        char channel[32];
+        rmap_detector_image_channel(image, k, channel);
+        print_sum(channel, image->channel_flux[k], image->channel_flux_error[k], image->flux_unit,
+                  out);
+    }
+    if (image->registrations == 0.0)
+        fprintf(out, "%-14s nothing was registered: no ray matches, or none meets the region\n",
+                "note");
 }
 
 static json_t *number(double value)
 {
     return isfinite(value) ? json_real(value) : json_null();
+}
+
+/* What differs from the detector as it stands in the scene. */
+static void describe_bins(const struct rmap_detector_image *image, json_t *document)
+{
+    const struct rmap_detector_bins *bins = &image->bins;
+    const double unit = bins->directions ? 180.0 / RMAP_PI : 1.0;
+    if (bins->stored)
+        return;
+    (void)json_object_set_new(document, "region",
+                              json_pack("{s:s, s:[f, f], s:[f, f], s:f, s:s}", "over",
+                                        bins->directions ? "direction" : "area",
+                                        bins->directions ? "theta" : "x", bins->low[0] * unit,
+                                        bins->high[0] * unit, bins->directions ? "phi" : "y",
+                                        bins->low[1] * unit, bins->high[1] * unit, "rotate",
+                                        bins->rotate_rad * 180.0 / RMAP_PI, "unit",
+                                        rmap_detector_image_coordinate_unit(image)));
+}
+
+static void describe_channels(const struct rmap_detector_image *image, json_t *document)
+{
+    json_t *list = image->n_channel ? json_array() : NULL;
+    for (size_t k = 0; k < image->n_channel; k++) {
+        char channel[32];
+        rmap_detector_image_channel(image, k, channel);
+        (void)json_array_append_new(list,
+                                    json_pack("{s:s, s:o, s:o}", "channel", channel, "flux",
+                                              number(image->channel_flux[k]), "standard_error",
+                                              number(image->channel_flux_error[k])));
+    }
+    if (list)
+        (void)json_object_set_new(document, "spectrum", list);
 }
 
 json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const char *criterion)
@@ -88,7 +151,7 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
                          number(image->peak_x), "y", number(image->peak_y), "cell",
                          (int)image->peak_cell[0], (int)image->peak_cell[1]);
     bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
-    return json_pack(
+    json_t *document = json_pack(
         "{s:s, s:s, s:[i, i], s:s, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
         "detector", image->detector->name, "type", plane ? "plane" : "intensity", "cells",
         (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all",
@@ -96,4 +159,11 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
         number(image->flux), "standard_error", number(image->flux_error), "unit", image->flux_unit,
         "quantity", image->quantity, "unit", image->unit, "mean", "value", number(image->mean),
         "standard_error", number(image->mean_error), "peak", peak);
+    if (!document)
+        return NULL;
+    describe_bins(image, document);
+    describe_channels(image, document);
+    if (image->registrations == 0.0)
+        (void)json_object_set_new(document, "note", json_string("nothing was registered"));
+    return document;
 }

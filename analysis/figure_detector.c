@@ -29,7 +29,7 @@ struct picture {
 
 static bool is_plane(const struct rmap_detector_image *image)
 {
-    return image->detector->type == RMAP_DETECTOR_PLANE;
+    return !image->bins.directions;
 }
 
 static void lay_out(struct picture *picture)
@@ -38,17 +38,22 @@ static void lay_out(struct picture *picture)
     struct rmap_axes *axes = &picture->axes;
     *axes = (struct rmap_axes){.x = LEFT, .y = TOP};
     if (is_plane(image)) {
-        double w = 0.5 * image->detector->size[0], h = 0.5 * image->detector->size[1];
-        axes->x_range[0] = -w;
-        axes->x_range[1] = w;
-        axes->y_range[0] = -h;
-        axes->y_range[1] = h;
-        axes->x_label = "x";
-        axes->y_label = "y";
+        const struct rmap_detector_bins *bins = &image->bins;
+        bool turned = bins->rotate_rad != 0.0;
+        for (int k = 0; k < 2; k++) {
+            axes->x_range[k] = k == 0 ? bins->low[0] : bins->high[0];
+            axes->y_range[k] = k == 0 ? bins->low[1] : bins->high[1];
+        }
+        axes->x_label = turned ? "x′" : "x";
+        axes->y_label = turned ? "y′" : "y";
         axes->x_unit = axes->y_unit = image->scene->unit;
     } else {
-        axes->x_range[1] = 360.0;
-        axes->y_range[1] = 180.0;
+        const struct rmap_detector_bins *bins = &image->bins;
+        const double degree = 180.0 / RMAP_PI;
+        axes->x_range[0] = (bins->low[1] + bins->rotate_rad) * degree;
+        axes->x_range[1] = (bins->high[1] + bins->rotate_rad) * degree;
+        axes->y_range[0] = bins->low[0] * degree;
+        axes->y_range[1] = bins->high[0] * degree;
         axes->x_label = "φ";
         axes->y_label = "θ";
         axes->x_unit = axes->y_unit = "deg";

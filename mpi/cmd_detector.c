@@ -3,36 +3,99 @@
  * raymap detector: a detector's image and its sums, of all rays or of those that match.
  */
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "analysis/detector_image.h"
-#include "analysis/figure_detector.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
-#include "io/raster.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
+#include "mpi/detector_out.h"
 #include "mpi/image_scan.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
+#include "mpi/overlay_load.h"
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
     RMAP_ASKED_OPTIONS,
-    {"output", 'o', "OUT", "OUT.png or OUT.svg: a picture; OUT.csv: the cells' values"},
+    RMAP_RECEIVERS_OPTION,
+    {"cells", 0, "NXxNY", "other cells than the detector's own, as 400x300 or 500"},
+    {"region", 0, "X0,Y0,X1,Y1",
+     "a part of it, as -1,-1,1,1 mm; over directions theta and phi, as 0,0,30,360"},
+    {"rotate", 0, "DEG", "turn the cells counterclockwise about the detector's centre"},
+    {"quantity", 0, "Q", "irradiance, intensity, radiance (or luminance ...), flux, spectral"},
+    {"over", 0, "WHAT", "cells over the area or over the direction of the light"},
+    {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
+    {"output", 'o', "OUT",
+     "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour"},
     {"log", 0, NULL, "logarithmic scale in the picture"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
 
-static const char *const suffixes[] = {".png", ".svg", ".csv", NULL};
-
 struct request {
     const char *map_path, *detector, *where, *output_path;
+    struct rmap_detector_bins_asked bins;
+    bool tally, channels;
     struct rmap_figure_detector figure;
 };
+
+/* "400x300" or "500". */
+static enum rmap_status read_cells(const char *text, uint32_t cells[2], struct rmap_error *err)
+{
+    char *end = NULL, *second = NULL;
+    errno = 0;
+    unsigned long long n = strtoull(text, &end, 10), m = n;
+    if (end > text && (*end == 'x' || *end == 'X')) {
+        m = strtoull(end + 1, &second, 10);
+        end = second > end + 1 ? second : end;
+    }
+    if (end == text || *end || errno || text[0] == '-' || n < 1 || m < 1)
+        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': say how many, as 400x300", text);
+    if (n > RMAP_DETECTOR_CELLS_MAX || m > RMAP_DETECTOR_CELLS_MAX ||
+        n * m > RMAP_DETECTOR_CELLS_MAX)
+        return rmap_error_set(err, RMAP_USAGE, "--cells '%.60s': %u cells are the most", text,
+                              RMAP_DETECTOR_CELLS_MAX);
+    cells[0] = (uint32_t)n;
+    cells[1] = (uint32_t)m;
+    return RMAP_OK;
+}
+
+static enum rmap_status read_bins(const struct rmap_arguments *given, struct request *request,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_detector_bins_asked *bins = &request->bins;
+    const char *cells = rmap_argument(given, "cells"), *rotate = rmap_argument(given, "rotate");
+    bins->region = rmap_argument(given, "region");
+    bins->quantity = rmap_argument(given, "quantity");
+    bins->over = rmap_argument(given, "over");
+    bins->rotate_deg = (double)NAN;
+    request->channels = bins->quantity && strcmp(bins->quantity, "spectral") == 0;
+    if (cells)
+        RMAP_TRY(read_cells(cells, bins->cells, err));
+    if (rotate) {
+        char *end = NULL;
+        bins->rotate_deg = strtod(rotate, &end);
+        if (end == rotate || (*end && strcmp(end, "deg") != 0 && strcmp(end, " deg") != 0) ||
+            !isfinite(bins->rotate_deg))
+            return rmap_error_set(err, RMAP_USAGE, "--rotate '%.40s' is no angle in degrees",
+                                  rotate);
+    }
+    if (request->tally && (request->where || cells || rotate || bins->region || bins->quantity ||
+                           bins->over || rmap_argument(given, "receivers")))
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--tally has the detector's own cells and all rays: it goes with none "
+                            "of --where, --receivers, --cells, --region, --rotate, --quantity and "
+                            "--over");
+out:
+    return st;
+}
 
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
@@ -43,6 +106,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .detector = given->operand[1],
         .where = rmap_argument(given, "where"),
         .output_path = rmap_argument(given, "output"),
+        .tally = rmap_argument(given, "tally") != NULL,
     };
     request->figure = (struct rmap_figure_detector){
         .criterion = request->where,
@@ -51,10 +115,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     };
     if (color && !request->figure.true_colour && strcmp(color, "false") != 0)
         return rmap_error_set(err, RMAP_USAGE, "--color '%s': say false or true", color);
-    if (!request->output_path)
-        return RMAP_OK;
-    return rmap_output_check(request->output_path, suffixes, rmap_argument(given, "force") != NULL,
-                             err);
+    enum rmap_status st = read_bins(given, request, err);
+    if (st != RMAP_OK || !request->output_path)
+        return st;
+    return rmap_output_check(request->output_path, rmap_detector_suffixes,
+                             rmap_argument(given, "force") != NULL, err);
 }
 
 static enum rmap_status find_detector(const struct rmap_scene *scene, const char *name,
@@ -82,21 +147,6 @@ static enum rmap_status find_detector(const struct rmap_scene *scene, const char
     return st;
 }
 
-static enum rmap_status write_csv(const struct rmap_detector_image *image,
-                                  const struct request *request, struct rmap_error *err)
-{
-    FILE *file = fopen(request->output_path, "w");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", request->output_path,
-                              strerror(errno));
-    rmap_detector_image_csv(image, request->where, file);
-    int failed = ferror(file);
-    if (fclose(file) != 0 || failed)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", request->output_path,
-                              strerror(errno));
-    return RMAP_OK;
-}
-
 /* On rank 0. */
 static enum rmap_status show(const struct rmap_context *context, const struct request *request,
                              const struct rmap_map *map, const struct rmap_detector_sums *sums,
@@ -104,22 +154,33 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_detector_image *image = NULL;
-    struct rmap_svg *svg = NULL;
-    const char *path = request->output_path;
     RMAP_TRY(rmap_detector_image_create(map, sums, &image, err));
-    if (path && rmap_picture_kind(path) != RMAP_PICTURE_NONE) {
-        RMAP_TRY(rmap_figure_detector(image, &request->figure, &svg, err));
-        RMAP_TRY(rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err));
-    } else if (path) {
-        RMAP_TRY(write_csv(image, request, err));
-    }
+    if (request->output_path)
+        RMAP_TRY(rmap_detector_write(image, &request->figure, request->output_path, err));
     if (context->json)
         st = rmap_json_print(rmap_detector_image_json(image, request->where), stdout, err);
     else
         rmap_detector_image_print(image, request->where, stdout);
 out:
-    rmap_svg_destroy(svg);
     rmap_detector_image_destroy(image);
+    return st;
+}
+
+/* What is to be summed. */
+static enum rmap_status choose(const struct request *request, const struct rmap_map *map,
+                               const struct rmap_overlay *overlay, struct rmap_detector_ask *ask,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_scene_with(map, overlay);
+    *ask = (struct rmap_detector_ask){.map = map,
+                                      .overlay = overlay,
+                                      .channels = request->channels,
+                                      .colour = request->figure.true_colour &&
+                                                request->output_path != NULL};
+    RMAP_TRY(find_detector(scene, request->detector, &ask->detector, err));
+    st = rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err);
+out:
     return st;
 }
 
@@ -128,28 +189,28 @@ static enum rmap_status run_detector(const struct rmap_context *context,
 {
     struct request request;
     struct rmap_map *map = NULL;
+    struct rmap_overlay *overlay = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
+    struct rmap_detector_ask ask;
     struct rmap_detector_sums sums = {0};
-    int32_t detector = -1;
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
-    const struct rmap_scene *scene = rmap_map_scene(map);
-    bool colour = request.figure.true_colour && request.output_path;
-    st = find_detector(scene, request.detector, &detector, err);
+    RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
+    st = choose(&request, map, overlay, &ask, err);
     if (st == RMAP_OK && asked.n > 0)
-        st = rmap_asked_compile(context, &asked, 0, scene, &criterion, err);
+        st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
     if (criterion)
         request.figure.criterion = request.where = rmap_criterion_text(criterion);
     if (st == RMAP_OK)
-        st = rmap_detector_sums_init(&sums, map, detector, colour, err);
+        st = rmap_detector_sums_init_as(&sums, &ask, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (criterion || colour)
-        RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
-    else
+    if (request.tally && !ask.colour)
         rmap_detector_sums_add_tally(&sums, rmap_map_tally(map));
+    else
+        RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
     if (context->rank == 0)
         st = show(context, &request, map, &sums, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -157,6 +218,7 @@ out:
     rmap_detector_sums_fini(&sums);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);
+    rmap_overlay_destroy(overlay);
     rmap_map_close(map);
     return st;
 }
@@ -164,12 +226,15 @@ out:
 const struct rmap_command rmap_command_detector = {
     .name = "detector",
     .summary = "a detector's image: sums, peak, errors, picture",
-    .operands = "MAP NAME [--where CRITERION] [-o OUT]",
-    .help = "Prints what detector NAME caught: flux, mean, peak and where it lies, with standard\n"
-            "errors. Without --where this is the image summed up during the trace; with it, of\n"
-            "the matching rays alone, as\n\n"
-            "  raymap detector lens.raymap sensor --where 'hit(*, reflect) >= 2' -o ghosts.png\n\n"
-            "Values are in W/m2 or lx for a plane, W/sr or cd for an intensity grid.",
+    .operands = "MAP NAME [--where CRITERION] [--receivers FILE] [-o OUT]",
+    .help =
+        "Prints what detector NAME caught: flux, mean, peak and where it lies, with standard\n"
+        "errors; with --where, of the matching rays alone, as\n\n"
+        "  raymap detector lens.raymap sensor --where 'hit(*, reflect) >= 2' -o ghosts.png\n\n"
+        "Values are in W/m2 or lx for a plane, W/sr or cd for an intensity grid; --quantity\n"
+        "and --over choose others, --cells, --region and --rotate other cells. FILE lists\n"
+        "receivers that the scene did not have, with the keys of `detectors:` in a scene file:\n"
+        "NAME may be one of them, and criteria may speak of them.",
     .options = options,
     .min_operands = 2,
     .max_operands = 2,
