@@ -183,7 +183,7 @@ def check_columns(plain, compact, what):
 
 def check_lanes():
     """A lane gives back any numbers whatever was predicted, in every way that it can be stored."""
-    import raymap_compact
+    from raymap import compact as raymap_compact
     random, n = np.random.default_rng(7), 400
     for kind in ("u2", "i2", "i4", "u8", "f4", "f8"):
         width = 8 * int(kind[1])

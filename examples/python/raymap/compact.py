@@ -3,13 +3,13 @@
 
 A compact piece says of a ray which surfaces it met and what happened there: its path. Where it met
 them, its direction and its colour follow, leg by leg, from the scene's numbers and the ray's random
-numbers (raymap_optics.py). What follows is a prediction for every number of every column (a lane);
+numbers (optics.py). What follows is a prediction for every number of every column (a lane);
 the piece holds a residual where the prediction is wrong. The rays of a block are followed side by
 side. All arithmetic is + - x / and square roots of doubles, in the program's order.
 """
 import numpy as np
 
-from raymap_optics import (
+from .optics import (
     ABSORB, ERROR, LEFT, LIMIT, TRANSMIT_DIFFUSE, TRANSMIT_SPECULAR, Light, Model, axpy, columns_of,
     cross_detector, depart, distance_out, dot, f4, f8, find_facing, like, pick, quantise_cosine,
     scale, sub, take, to_float, turn)

@@ -1,0 +1,280 @@
+# SPDX-License-Identifier: MIT
+"""Reads a ray map with h5py and numpy alone, in either encoding.
+
+    import raymap
+    lens = raymap.open("lens.raymap")
+    lens.n_rays, lens.names["object"], lens.complete
+    for portion in lens.portions():            # blocks of rays, in the order of their ids
+        portion["segment/position"]            # every column of docs/map.md, as a numpy array
+        for ray in portion.rays():
+            ray["id"], ray.segments["event"], ray.registrations["cell"]
+            ray.curve["position"]              # points of curved legs: a map of gradient media
+    lens.ray(17).segments["position"]
+    lens.columns("ray/weight", "ray/source")   # of all rays
+
+Plain pieces hold the columns as they are. Of compact ones compact.py and optics.py, beside this file,
+make them: the formulas of docs/encoding.md, in doubles and in the order given
+there, so that the same bits come out as from the program. Nothing here traces a ray to find out where it goes, and
+nothing here selects rays: that is what the program is for. No checksum is verified and no index
+beyond numpy's own: `raymap verify` does that; a map from a stranger is not for this reader.
+
+As a program it prints one ray:  python3 -m raymap.reader MAP RAY
+"""
+import os
+import sys
+
+import h5py
+import numpy as np
+
+TABLES = ("ray", "segment", "registration", "curve")
+
+# The columns, in the order of docs/map.md: name, type, numbers per row (0: one per channel).
+COLUMNS = (
+    ("ray/id", "<u8", 1), ("ray/source", "<i4", 1), ("ray/stop", "u1", 1), ("ray/weight", "<f8", 1),
+    ("ray/segment_count", "<u4", 1), ("ray/registration_count", "<u4", 1),
+    ("ray/wavelength", "<f8", 1), ("ray/path_length", "<f8", 1), ("ray/optical_path", "<f8", 1),
+    ("ray/start", "<f4", 3), ("ray/start_object", "<i4", 1), ("ray/start_primitive", "<i4", 1),
+    ("ray/start_normal", "<i2", 3), ("ray/end_direction", "<f4", 3),
+    ("segment/object", "<i4", 1), ("segment/primitive", "<i4", 1), ("segment/event", "<u4", 1),
+    ("segment/medium", "<i2", 1), ("segment/position", "<f4", 3), ("segment/normal", "<i2", 3),
+    ("registration/segment", "<u4", 1), ("registration/detector", "<i4", 1),
+    ("registration/cell", "<u2", 2), ("registration/relative", "<u2", 2),
+    ("registration/registered", "u1", 1), ("registration/direction", "<f4", 3),
+    ("registration/optical_path", "<f8", 1),
+    ("segment/colour", "<u2", 0),
+    # Points between the ends of curved legs; only maps whose scene has gradient media have them.
+    ("curve/ray", "<u8", 1), ("curve/segment", "<u4", 1), ("curve/position", "<f4", 3),
+)
+COLUMN_NAMES = tuple(name for name, _, _ in COLUMNS if not name.startswith("curve/"))
+CURVE_NAMES = tuple(name for name, _, _ in COLUMNS if name.startswith("curve/"))
+
+EVENTS = ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_diffuse",
+          "total_reflection", "absorb", "scatter_volume", "fluoresce", "gradient", "element",
+          "left", "limit", "error")
+STOPS = ("absorbed", "left", "limit", "error")
+MODES = ("spectral", "rgb")
+PLAIN, COMPACT = 0, 1
+
+
+def event_words(bits):
+    """["transmit_specular", ...] of an event's bits."""
+    return [word for k, word in enumerate(EVENTS) if int(bits) >> k & 1]
+
+
+class MapError(Exception):
+    """What cannot be read, and why."""
+
+
+class Ray:
+    """One ray: its row of /ray by name; `segments` and `registrations` hold its rows of those."""
+
+    def __init__(self, portion, row):
+        self._row = {name[4:]: portion[name][row] for name in COLUMN_NAMES
+                     if name.startswith("ray/") and name in portion.columns}
+        self.segments = portion.rows_of("segment", row)
+        self.registrations = portion.rows_of("registration", row)
+        self.curve = portion.curve_of(self._row["id"])
+
+    def __getitem__(self, name):
+        return self._row[name]
+
+    def line(self, leg):
+        """The leg as points: where it begins, its points, where it ends."""
+        position = self.segments["position"]
+        begin = position[leg - 1] if leg > 0 else self["start"]
+        on = self.curve["segment"] == leg
+        return np.concatenate([[begin], self.curve["position"][on], [position[leg]]])
+
+
+class Portion:
+    """A block of rays as columns: portion["ray/id"], portion["segment/position"], ..."""
+
+    def __init__(self, columns, space):
+        self.columns = columns
+        self.space = space  # row of the map's colour spaces
+        self._ends = {}
+
+    def __getitem__(self, name):
+        return self.columns[name]
+
+    def __len__(self):
+        return len(self["ray/id"])
+
+    def rows_of(self, table, row):
+        """The rows of /segment or /registration that belong to ray `row` of the portion."""
+        if table not in self._ends:
+            self._ends[table] = np.cumsum(self[f"ray/{table}_count"], dtype=np.int64)
+        end = self._ends[table][row]
+        begin = end - int(self[f"ray/{table}_count"][row])
+        return {name.split("/")[1]: column[begin:end] for name, column in self.columns.items()
+                if name.startswith(table + "/")}
+
+    def curve_of(self, ray):
+        """The rows of /curve of the ray with this id; none in a map without gradient media."""
+        if "curve/ray" not in self.columns:
+            return {"ray": np.empty(0, "<u8"), "segment": np.empty(0, "<u4"),
+                    "position": np.empty((0, 3), "<f4")}
+        begin, end = np.searchsorted(self["curve/ray"], [ray, ray + np.uint64(1)])
+        return {name[6:]: self[name][begin:end] for name in CURVE_NAMES}
+
+    def rays(self):
+        return (Ray(self, row) for row in range(len(self)))
+
+
+class Map:
+    """A map's directory. What is in map.h5 is read at once, pieces when their rays are asked for."""
+
+    def __init__(self, path):
+        self.path = os.fspath(path)
+        with h5py.File(os.path.join(path, "map.h5"), "r") as index:
+            self._read_index(index)
+        self._pieces = {}   # the last piece opened
+        self._decoders = {}  # of compact pieces
+
+    def _read_index(self, index):
+        if index.attrs["filetype"] != b"raymap map" and index.attrs["filetype"] != "raymap map":
+            raise MapError(f"{self.path}: no index of a ray map")
+        major, minor = index.attrs["version"]
+        if major not in (2, 3, 4):
+            raise MapError(f"{self.path}: format {major}.{minor}; this reads 2.x to 4.x")
+        self.is_curved = major == 4
+        self.column_names = COLUMN_NAMES + (CURVE_NAMES if self.is_curved else ())
+        self.n_curve_points = int(index.attrs["curve_points"]) if self.is_curved else 0
+        self.n_rays, self.n_segments, self.n_registrations = (
+            int(index.attrs[name]) for name in ("rays", "segments", "registrations"))
+        self.complete = bool(index.attrs["complete"])
+        self.seed = int(index.attrs["seed"])
+        self.digest = _text(index.attrs["digest"])
+        self.unit = _text(index.attrs["length_unit"])
+        self.names = {kind: [_text(name) for name in index["name/" + kind][:]]
+                      for kind in ("source", "object", "surface", "medium", "detector", "geometry")}
+        self.source_flux = index["source/flux"][:]
+        self.source_emitted = index["source/emitted"][:]
+        self.spaces = [
+            {"mode": MODES[mode], "wavelengths": wavelengths[:channels]} for mode, channels,
+            wavelengths in zip(index["space/mode"][:], index["space/channels"][:],
+                               index["space/wavelength_nm"][:])]
+        self.piece_table = {name: index["piece/" + name][:] for name in
+                            ("shard", "number", "nbytes", "encoding", "space", "stored_rows")}
+        self.portion_table = {name: index["portion/" + name][:] for name in
+                              ("piece", "space", "first_ray", "n_row", "stored_first",
+                               "stored_rows")}
+        self.detectors = [_detector(index, name) for name in self.names["detector"]]
+
+    @property
+    def n_portions(self):
+        return len(self.portion_table["piece"])
+
+    def encoding(self, portion):
+        """PLAIN or COMPACT, of a portion's piece."""
+        return int(self.piece_table["encoding"][self.portion_table["piece"][portion]])
+
+    def flux(self, source, weight):
+        """Flux of a ray of that source and weight (ray/source, ray/weight)."""
+        return weight * (self.source_flux[source] / self.source_emitted[source])
+
+    def _piece(self, piece):
+        if piece not in self._pieces:
+            for file in self._pieces.values():
+                file.close()
+            name = "shard-%05d/piece-%05d.h5" % (self.piece_table["shard"][piece],
+                                                 self.piece_table["number"][piece])
+            path = os.path.join(self.path, name)
+            if os.path.getsize(path) != self.piece_table["nbytes"][piece]:
+                raise MapError(f"{path} has not the size that map.h5 states")
+            self._pieces = {piece: h5py.File(path, "r")}
+        return self._pieces[piece]
+
+    def portion(self, k, names=None):
+        """Block k of rays, in the order of first ray ids; `names`: the columns wanted."""
+        names = names or self.column_names
+        piece = int(self.portion_table["piece"][k])
+        file = self._piece(piece)
+        if self.encoding(k) == PLAIN:
+            columns = self._plain(file, k, names)
+        else:
+            columns = self._compact(file, piece, k, names)
+        return Portion(columns, int(self.portion_table["space"][k]))
+
+    def _plain(self, file, k, names):
+        first, rows = self.portion_table["stored_first"][k], self.portion_table["stored_rows"][k]
+        space = self.spaces[int(self.portion_table["space"][k])]
+        columns = {}
+        for name in names:
+            table = TABLES.index(name.split("/")[0])
+            stored = "segment/colour_" + space["mode"] if name == "segment/colour" else name
+            columns[name] = file[stored][int(first[table]):int(first[table] + rows[table])]
+        return columns
+
+    def _compact(self, file, piece, k, names):
+        from . import compact
+        if piece not in self._decoders:
+            with h5py.File(os.path.join(self.path, "map.h5"), "r") as index:
+                model = compact.Model(index, int(self.portion_table["space"][k]))
+            self._decoders = {piece: compact.Decoder(model, file)}
+        columns = self._decoders[piece].portion(
+            self.portion_table["stored_first"][k], self.portion_table["stored_rows"][k],
+            self.portion_table["n_row"][k])
+        return {name: columns[name] for name in names}
+
+    def portions(self, names=None):
+        return (self.portion(k, names) for k in range(self.n_portions))
+
+    def rays(self):
+        return (ray for portion in self.portions() for ray in portion.rays())
+
+    def ray(self, number):
+        """The ray with this id."""
+        first = self.portion_table["first_ray"]
+        k = int(np.searchsorted(first, number, side="right")) - 1
+        if k >= 0:
+            portion = self.portion(k)
+            row = np.flatnonzero(portion["ray/id"] == number)
+            if len(row):
+                return Ray(portion, int(row[0]))
+        raise MapError(f"{self.path}: no ray {number}")
+
+    def columns(self, *names):
+        """Whole columns, portions in the order of their first ray ids."""
+        wanted = names or self.column_names
+        parts = [portion.columns for portion in self.portions(wanted)]
+        return {name: np.concatenate([part[name] for part in parts]) for name in wanted}
+
+
+def _text(value):
+    return value.decode() if isinstance(value, bytes) else str(value)
+
+
+def _detector(index, name):
+    group = index["detector"][name]
+    return {"name": name, "type": _text(group.attrs["type"]),
+            **{key: group.attrs[key] for key in ("size", "cells", "origin", "x", "y", "axis")}}
+
+
+def print_ray(lens, number):
+    ray = lens.ray(number)
+    print(f"ray {ray['id']} of {lens.names['source'][ray['source']]}, {STOPS[ray['stop']]}, "
+          f"flux {lens.flux(ray['source'], ray['weight']):.9g}")
+    print("start", *ray["start"])
+    s = ray.segments
+    for k in range(len(s["event"])):
+        met = lens.names["object"][s["object"][k]] if s["object"][k] >= 0 else "-"
+        print(f"{k:4d}  {met:24s} {','.join(event_words(s['event'][k])):32s}",
+              *(f"{x:.9g}" for x in s["position"][k]), s["colour"][k])
+    if len(ray.curve["segment"]):
+        print(f"{len(ray.curve['segment'])} points of curved legs")
+    r = ray.registrations
+    for k in range(len(r["cell"])):
+        print(f"leg {r['segment'][k]} on {lens.names['detector'][r['detector'][k]]}: "
+              f"cell {tuple(int(c) for c in r['cell'][k])}")
+
+
+def main(arguments):
+    if len(arguments) != 2:
+        return __doc__
+    print_ray(Map(arguments[0]), int(arguments[1]))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,150 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: examples/python is a package that pip installs without a network; it opens maps, makes
+flat columns, hands on what the program says and how it fails; every example script runs on the
+maps of the examples, without matplotlib."""
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+
+sys.dont_write_bytecode = True
+SOURCE = pathlib.Path(os.environ["SOURCE_DIR"])
+PACKAGE = SOURCE / "examples" / "python"
+sys.path.insert(0, str(PACKAGE))
+import raymap  # noqa: E402
+
+failures = 0
+
+
+def check(good, what):
+    global failures
+    if not good:
+        failures += 1
+        print("FAIL " + what, flush=True)
+
+
+def trace(scene, name, n, *more):
+    shutil.rmtree(name, ignore_errors=True)
+    raymap.Program().run("trace", scene, "-o", name, "-n", n, "--quiet", *more)
+    return name
+
+
+def script(name, *words, status=0):
+    done = subprocess.run([sys.executable, "-B", PACKAGE / name, *map(str, words)], text=True,
+                          capture_output=True, check=False)
+    check(done.returncode == status, f"{name} {words}: {done.returncode}\n{done.stderr}")
+    return done.stdout
+
+
+def check_reading(lens):
+    rays = raymap.open(lens)
+    check(rays.digest == raymap.info(lens)["digest"], "digest")
+    check(isinstance(rays, raymap.Map) and rays.n_rays == 3000, "a map")
+    flat = raymap.records(rays, "segment")
+    check(len(flat["ray_id"]) == rays.n_segments and "position_z" in flat, "flat columns")
+    columns = rays.columns("segment/position", "ray/segment_count")
+    check((flat["position_z"] == columns["segment/position"][:, 2]).all(), "positions")
+    check((np.bincount(flat["ray_id"].astype(int), minlength=3000) ==
+           columns["ray/segment_count"]).all(), "rays of segments")
+    check(len(raymap.records(rays)["id"]) == 3000, "rays")
+    try:
+        raymap.records(rays, "legs")
+        check(False, "a table that there is not")
+    except ValueError as error:
+        check("legs" in str(error), "its name")
+    try:
+        frame = raymap.frame(rays, "segment")
+        check(len(frame) == rays.n_segments, "a DataFrame")
+    except ImportError as error:
+        check("pandas" in str(error), "pandas is optional")
+
+
+def check_asking(lens):
+    some = raymap.query(lens, "registered(sensor)")
+    check(some["rays"]["total"] == 3000 and 0 < some["rays"]["matched"] < 3000, "query")
+    check(len(raymap.query(lens, "all", "segments > 3")) == 2, "two criteria")
+    seen = raymap.image(lens, "sensor", where="segments > 3")
+    check(seen.values.shape == (len(seen.y), len(seen.x)), "an image")
+    sums = raymap.detector(lens, "sensor", where="segments > 3")
+    check(seen.rays.sum() == sums["registrations"], "its registrations")
+    check(seen.about["criterion"] == "segments > 3", "what the image is of")
+    check(raymap.report(lens, 17)["ray"] == 17, "report")
+    answer = raymap.compare(lens, where=["segments > 3", "segments > 4"])
+    check(answer["paired"], "an option given twice")
+    for status, question in ((3, lambda: raymap.query(lens, "hit(")),
+                             (3, lambda: raymap.info("missing.raymap")),
+                             (2, lambda: raymap.detector(lens, "sensor", colour=True))):
+        try:
+            question()
+            check(False, f"no error {status}")
+        except raymap.RaymapError as error:
+            check(error.status == status and str(error), f"{error.status}: {error}")
+    two = raymap.Program(os.environ["RAYMAP"], ["mpirun", "-np", "2"])
+    check(raymap.query(lens, "segments > 3", program=two)["rays"] ==
+          raymap.query(lens, "segments > 3")["rays"], "under mpirun")
+
+
+def check_scripts(lens, other, room):
+    commands = raymap.Program().run("--help")
+    for target, detector in ((lens, "sensor"), (room, raymap.open(room).names["detector"][0])):
+        check("peak" in script("detector_image.py", target, detector), "an image")
+        check("counted from the columns" in script("energy_balance.py", target), "energy")
+        if " stats " in commands:
+            said = script("number_statistics.py", target)
+            mean, hand = (float(line.split("mean ")[1].split()[0]) for line in said.splitlines()
+                          if "mean " in line)
+            check(abs(mean - hand) < 1e-7 * abs(hand), f"means: {mean} {hand}")
+        if " paths " in commands:
+            check("rays reach " + detector in script("ghosts.py", target, detector), "ghosts")
+    check("same" in script("compare_maps.py", lens, other), "comparison")
+    check("both samples come from one map" in script(
+        "compare_maps.py", lens, "--where", "segments > 3", "--where", "segments > 4"), "criteria")
+    if "--receivers" in raymap.Program().run("detector", "--help"):
+        at = raymap.open(lens).detectors[0]
+        said = script("own_receiver.py", "--cells", 32, lens, *at["origin"], at["size"][0],
+                      *at["axis"])
+        check("registrations" in said and not said.startswith("0 "), "an own receiver")
+    check("ray 5 of" in script("raymap_reader.py", lens, 5), "one ray")
+
+
+def check_pip():
+    """Into an environment of its own, from a copy: the source tree stays as it is."""
+    shutil.rmtree("venv", ignore_errors=True)
+    shutil.rmtree("copy", ignore_errors=True)
+    made = subprocess.run([sys.executable, "-m", "venv", "--system-site-packages", "venv"],
+                          capture_output=True, text=True, check=False)
+    if made.returncode != 0:
+        print("not tested: this Python makes no environments (python3-venv is missing)")
+        return
+    shutil.copytree(PACKAGE, "copy", ignore=shutil.ignore_patterns("__pycache__"))
+    python = os.path.abspath("venv/bin/python")
+    setup = subprocess.run([python, "-c", "import setuptools; print(setuptools.__version__)"],
+                           capture_output=True, text=True, check=False)
+    if setup.returncode != 0 or int(setup.stdout.split(".")[0]) < 61:
+        print("not tested: python3-setuptools is missing or older than 61")
+        return
+    done = subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps",
+                           "--no-build-isolation", "./copy"], capture_output=True, text=True,
+                          check=False)
+    check(done.returncode == 0, "pip install: " + done.stdout + done.stderr)
+    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    done = subprocess.run([python, "-c", "import raymap, raymap.compact, raymap.plot, sys\n"
+                           "print(raymap.__file__, raymap.open(sys.argv[1]).n_rays)", "lens.raymap"],
+                          capture_output=True, text=True, check=False, env=clean)
+    check("venv" in done.stdout and "3000" in done.stdout, "installed: " + done.stdout + done.stderr)
+
+
+examples = SOURCE / "examples"
+LENS = trace(examples / "double-gauss" / "scene.yaml", "lens.raymap", 3000)
+OTHER = trace(examples / "double-gauss" / "scene.yaml", "other.raymap", 3000, "--seed", 2)
+ROOM = trace(examples / "room" / "scene.yaml", "room.raymap", 2000, "--encoding", "compact")
+check_reading(LENS)
+check_asking(LENS)
+check_scripts(LENS, OTHER, ROOM)
+check_pip()
+print(f"{failures} failures")
+sys.exit(failures > 0)
