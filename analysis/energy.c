@@ -165,6 +165,38 @@ out:
     return st;
 }
 
+/* Adds up what comes behind the largest ones of a kind. */
+static void add_to_others(struct rmap_energy_shown *shown, const struct rmap_energy_row *row,
+                          size_t n)
+{
+    struct rmap_energy_row *others = &shown->row[shown->n - 1];
+    if (n == 1) {
+        others = &shown->row[shown->n++];
+        *others = (struct rmap_energy_row){
+            .end = row->end, .flux_error = (double)NAN, .share_error = (double)NAN};
+    }
+    (void)snprintf(shown->others[row->end], sizeof shown->others[0], "%zu other%s", n,
+                   n > 1 ? "s" : "");
+    others->name = shown->others[row->end];
+    others->rays += row->rays;
+    others->flux += row->flux;
+    others->share += row->share;
+}
+
+void rmap_energy_show(const struct rmap_energy_table *table, struct rmap_energy_shown *shown)
+{
+    size_t n[RMAP_ENERGY_DETECTOR] = {0};
+    shown->n = 0;
+    for (size_t i = 0; i < table->n_row; i++) {
+        const struct rmap_energy_row *row = &table->row[i];
+        n[row->end]++;
+        if (row->end <= RMAP_ENERGY_MEDIUM && n[row->end] > RMAP_ENERGY_SHOWN)
+            add_to_others(shown, row, n[row->end] - RMAP_ENERGY_SHOWN);
+        else if (row->rays > 0.0 || row->end <= RMAP_ENERGY_LEFT)
+            shown->row[shown->n++] = *row;
+    }
+}
+
 void rmap_energy_destroy(struct rmap_energy *energy)
 {
     if (!energy)

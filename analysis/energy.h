@@ -64,6 +64,16 @@ void rmap_energy_destroy(struct rmap_energy *energy); /* NULL is fine */
 /* "absorbed by", "left", ... */
 const char *rmap_energy_end_text(enum rmap_energy_end end);
 
+/* The rows of a balance that people want to see: the largest objects and media, what others
+ * absorbed as one row each (whose errors are NaN), and no limit or error without rays. */
+#define RMAP_ENERGY_SHOWN 20
+struct rmap_energy_shown {
+    size_t n;
+    struct rmap_energy_row row[2 * RMAP_ENERGY_SHOWN + 5];
+    char others[2][32]; /* names of rows */
+};
+void rmap_energy_show(const struct rmap_energy_table *table, struct rmap_energy_shown *shown);
+
 /* For people: objects beyond the first 20 of a table are summed up. */
 enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
                                    struct rmap_error *err) RMAP_MUST_USE;

@@ -9,8 +9,6 @@
 #include "analysis/text_table.h"
 #include "base/grouped.h"
 
-enum { SHOWN_MAX = 20 };
-
 const char *rmap_energy_end_text(enum rmap_energy_end end)
 {
     static const char *const text[] = {"absorbed by",         "absorbed in",
@@ -24,7 +22,7 @@ static void add_number(struct rmap_text_table *table, double value, int digits)
     if (isfinite(value))
         rmap_text_table_add(table, "%.*g", digits, value);
     else
-        rmap_text_table_add(table, "-");
+        rmap_text_table_add(table, "nan");
 }
 
 static void add_share(struct rmap_text_table *table, double share)
@@ -32,7 +30,7 @@ static void add_share(struct rmap_text_table *table, double share)
     if (isfinite(share))
         rmap_text_table_add(table, "%.4f", 100.0 * share);
     else
-        rmap_text_table_add(table, "-");
+        rmap_text_table_add(table, "nan");
 }
 
 /* What, name, rays, flux, its error, share, its error. */
@@ -58,32 +56,12 @@ static void add_headings(struct rmap_text_table *table, const char *counted, con
         rmap_text_table_add(table, "%s", heading[k]);
 }
 
-/* The rows of a balance; objects and media beyond the first SHOWN_MAX as one. The errors of a sum
- * are not those of its parts: it has none. */
 static void add_rows(const struct rmap_energy_table *from, struct rmap_text_table *table)
 {
-    struct rmap_energy_row rest[2] = {{.end = RMAP_ENERGY_OBJECT}, {.end = RMAP_ENERGY_MEDIUM}};
-    size_t n[2] = {0, 0};
-    for (size_t i = 0; i < from->n_row; i++) {
-        const struct rmap_energy_row *row = &from->row[i];
-        const bool last = i + 1 == from->n_row || row[1].end != row->end;
-        const bool long_list = row->end <= RMAP_ENERGY_MEDIUM;
-        if (!long_list || n[row->end]++ < SHOWN_MAX) {
-            if (row->rays > 0.0 || row->end == RMAP_ENERGY_LEFT)
-                add_row(table, rmap_energy_end_text(row->end), row);
-        } else {
-            rest[row->end].rays += row->rays;
-            rest[row->end].flux += row->flux;
-            rest[row->end].share += row->share;
-        }
-        if (last && long_list && n[row->end] > SHOWN_MAX) {
-            char name[64];
-            (void)snprintf(name, sizeof name, "%zu others", n[row->end] - SHOWN_MAX);
-            rest[row->end].name = name;
-            rest[row->end].flux_error = rest[row->end].share_error = (double)NAN;
-            add_row(table, rmap_energy_end_text(row->end), &rest[row->end]);
-        }
-    }
+    struct rmap_energy_shown shown;
+    rmap_energy_show(from, &shown);
+    for (size_t i = 0; i < shown.n; i++)
+        add_row(table, rmap_energy_end_text(shown.row[i].end), &shown.row[i]);
 }
 
 static enum rmap_status print_table(const struct rmap_energy *energy,

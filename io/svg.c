@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/xml_text.h"
 
 #define FONT "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
 
@@ -69,38 +70,14 @@ static void put_word(struct rmap_svg *svg, const char *name, const char *value)
     put(svg, "\"");
 }
 
-/* Length in bytes of the valid UTF-8 character at s (no control characters but tab); else 0. */
-static size_t character_nbytes(const unsigned char *s)
-{
-    if (s[0] < 0x80)
-        return s[0] >= 0x20 && s[0] != 0x7f;
-    size_t n = s[0] >= 0xf0 && s[0] < 0xf5 ? 4 : s[0] >= 0xe0 ? 3 : s[0] >= 0xc2 ? 2 : 0;
-    if (s[0] >= 0xf5)
-        return 0;
-    for (size_t i = 1; i < n; i++)
-        if ((s[i] & 0xc0) != 0x80)
-            return 0;
-    /* Overlong forms, surrogates, U+FFFE and U+FFFF, and beyond U+10FFFF are no XML text. */
-    if ((s[0] == 0xe0 && s[1] < 0xa0) || (s[0] == 0xed && s[1] > 0x9f) ||
-        (s[0] == 0xf0 && s[1] < 0x90) || (s[0] == 0xf4 && s[1] > 0x8f) ||
-        (s[0] == 0xef && s[1] == 0xbf && s[2] >= 0xbe))
-        return 0;
-    return n;
-}
-
 static void put_escaped(struct rmap_svg *svg, const char *string)
 {
     const unsigned char *s = (const unsigned char *)string;
     while (*s) {
-        size_t n = character_nbytes(s);
-        if (*s == '&')
-            put(svg, "&amp;");
-        else if (*s == '<')
-            put(svg, "&lt;");
-        else if (*s == '>')
-            put(svg, "&gt;");
-        else if (*s == '"')
-            put(svg, "&quot;");
+        size_t n = rmap_xml_character_nbytes(s);
+        const char *entity = rmap_xml_entity((char)*s);
+        if (entity)
+            put(svg, entity);
         else if (n == 0)
             put(svg, "?");
         else

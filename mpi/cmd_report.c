@@ -12,13 +12,15 @@
 #include "mpi/energy_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
+#include "mpi/report_page.h"
 #include "trace/tracer.h"
 
 static const struct rmap_option options[] = {
     {"energy", 'e', NULL, "of a MAP: where the light of each source went, exactly"},
+    {"html", 0, NULL, "of a MAP: a page about all of it, for a browser"},
     {"where", 'w', "CRITERION", "with --energy: of the rays that match only"},
     RMAP_ASKED_OPTIONS,
-    {"output", 'o', "OUT", "with --energy: OUT.csv, OUT.json, or a picture OUT.svg, OUT.png"},
+    {"output", 'o', "OUT", "--energy: OUT.csv, OUT.json, OUT.svg or OUT.png; --html: OUT.html"},
     {"force", 'f', NULL, "replace OUT"},
     {"ray", 'r', "N", "trace ray N of a SCENE and print it with all digits"},
     {"seed", 's', "S", "of the random numbers (default 1), with --ray"},
@@ -104,34 +106,42 @@ out:
     return st;
 }
 
-/* Options that say nothing about one ray. */
-static const char *const of_energy[] = {"where", "criteria", "zemax", "output", "force", NULL};
+/* Options that belong to --energy or --html alone; --html takes the last two. */
+static const char *const of_maps[] = {"where", "criteria", "zemax", "output", "force", NULL};
+enum { N_OF_ENERGY = 3 };
 
 static enum rmap_status run_report(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
     const bool scene = rmap_argument(given, "ray") != NULL;
     const bool energy = rmap_argument(given, "energy") != NULL;
-    if (energy && !scene && given->n_operand == 1)
-        return rmap_report_energy(context, given, err);
+    const bool html = rmap_argument(given, "html") != NULL;
+    if (energy && html)
+        return rmap_error_set(err, RMAP_USAGE, "say --energy or --html; the page has the energy");
+    if ((energy || html) && (scene || (energy && given->n_operand != 1)))
+        return rmap_error_set(err, RMAP_USAGE, "--%s goes with a MAP alone, without a ray",
+                              energy ? "energy" : "html");
+    for (size_t i = 0; of_maps[i] && !energy; i++)
+        if (rmap_argument(given, of_maps[i]) && (!html || i < N_OF_ENERGY))
+            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy%s", of_maps[i],
+                                  i < N_OF_ENERGY ? "" : " or --html");
     if (energy)
-        return rmap_error_set(err, RMAP_USAGE, "--energy goes with a MAP alone, without a ray");
-    for (const char *const *name = of_energy; *name; name++)
-        if (rmap_argument(given, *name))
-            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy", *name);
+        return rmap_report_energy(context, given, err);
+    if (html)
+        return rmap_report_page(context, given, err);
     if (scene && given->n_operand == 1)
         return report_scene(context, given, err);
     if (!scene && given->n_operand == 2)
         return report_map(context, given, err);
     return rmap_error_set(err, RMAP_USAGE,
-                          "say either a MAP and a RAY, or a SCENE and --ray N; "
-                          "see: raymap report --help");
+                          "say either a MAP and a RAY, a SCENE and --ray N, or a MAP and --energy "
+                          "or --html; see: raymap report --help");
 }
 
 const struct rmap_command rmap_command_report = {
     .name = "report",
-    .summary = "everything that happened along one ray; where a map's light went",
-    .operands = "MAP RAY | SCENE --ray N | MAP --energy",
+    .summary = "everything that happened along one ray; a whole map's energy, or a page",
+    .operands = "MAP RAY | SCENE --ray N | MAP --energy | MAP --html",
     .help =
         "Prints a ray's history, leg by leg: the object met, what happened there, the medium\n"
         "travelled, position, direction, colour, and the detectors that registered it.\n\n"
@@ -141,7 +151,11 @@ const struct rmap_command rmap_command_report = {
         "With --energy: emitted = absorbed by each object and in each medium + left the scene\n"
         "+ stopped by limits and errors, per source and in all, in rays (exact) and in flux\n"
         "with its standard error; beside it what each detector registered. As\n\n"
-        "  raymap report lens.raymap --energy --where 'hit(lens.*, reflect) >= 2' -o ghosts.png",
+        "  raymap report lens.raymap --energy --where 'hit(lens.*, reflect) >= 2' -o ghosts.png\n\n"
+        "With --html: one page without scripts that a mail can carry: the scene with rays,\n"
+        "where the light went, every detector's image, the paths that carried most, and where\n"
+        "the map comes from. To standard output, or as\n\n"
+        "  raymap report lens.raymap --html lens.html",
     .options = options,
     .min_operands = 1,
     .max_operands = 2,

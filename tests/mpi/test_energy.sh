@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# The promise: `report MAP --energy` says the same, byte for byte, on 1 to 4 ranks, in every form.
+# The promise: `report MAP --energy` and the page of --html say the same, byte for byte, on 1 to 4
+# ranks, in every form.
 . "$SOURCE_DIR/tests/cli/expect.bash"
 rm -rf ./*
 write_scene scene.yaml
@@ -16,6 +17,7 @@ for ranks in 1 2 3 4; do
         expect 0 '' mpirun -np $ranks "$RAYMAP" report a.raymap --energy -o $ranks/all.$form
         cp stdout.txt $ranks/table.txt
     done
+    expect 0 '' mpirun -np $ranks "$RAYMAP" report a.raymap --html $ranks/page.html --quiet
     diff -r 1 $ranks || failures=$((failures + 1))
 done
 finish

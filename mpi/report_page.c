@@ -1,0 +1,163 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/report_page.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "analysis/run_report.h"
+#include "mpi/agree.h"
+#include "mpi/energy_run.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "mpi/map_name.h"
+#include "mpi/output.h"
+#include "mpi/scan.h"
+
+/* Rays of the scene's picture; and of a map that is not read as a whole for a page. */
+enum { DRAWN = 300, LARGE_RAYS = 20000000 };
+
+static const char *const suffixes[] = {".html", ".htm", NULL};
+
+/* What a page is made of. */
+struct page {
+    struct rmap_map *map;
+    struct rmap_criterion *all;
+    struct rmap_portion *rays; /* on rank 0 */
+    struct rmap_energy_scope scope;
+    struct rmap_energy_sums *sums; /* on rank 0 */
+    bool is_large;
+};
+
+/* Where the page goes: NULL is standard output. */
+static enum rmap_status read_path(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, const char **path_ret,
+                                  struct rmap_error *err)
+{
+    const char *path = rmap_argument(given, "output");
+    if (given->n_operand == 2 && path)
+        return rmap_error_set(err, RMAP_USAGE, "'%s' and -o '%s': the page goes to one of them",
+                              given->operand[1], path);
+    if (given->n_operand == 2)
+        path = given->operand[1];
+    *path_ret = path;
+    if (!path && context->json)
+        return rmap_error_set(err, RMAP_USAGE, "--json with --html needs -o OUT.html");
+    if (!path)
+        return RMAP_OK;
+    return rmap_output_check(path, suffixes, rmap_argument(given, "force") != NULL, err);
+}
+
+/* Collective. The balance is the tally's; of a large map that is all. */
+static enum rmap_status gather(const struct rmap_context *context, struct page *page,
+                               struct rmap_error *err)
+{
+    struct rmap_map_summary summary;
+    enum rmap_status st = rmap_criterion_compile("all", rmap_map_scene(page->map), &page->all, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_scan_collect(context, page->map, page->all, DRAWN, &page->rays, err));
+    rmap_map_summarise(page->map, &summary);
+    page->is_large = summary.n_row[RMAP_TABLE_RAY] > LARGE_RAYS;
+    if (!page->is_large) {
+        RMAP_TRY(rmap_energy_run(context, page->map, NULL, &page->scope, &page->sums, err));
+    } else if (context->rank == 0) {
+        page->scope = (struct rmap_energy_scope){.scene = rmap_map_scene(page->map)};
+        st = rmap_energy_sums_create(&page->scope, &page->sums, err);
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (page->is_large && page->sums) {
+        rmap_energy_sums_take_tally(page->sums, rmap_map_tally(page->map));
+        rmap_energy_sums_take_planes(page->sums, rmap_map_tally(page->map));
+    }
+out:
+    return st;
+}
+
+static enum rmap_status put_file(const char *path, const char *text, size_t nbytes,
+                                 struct rmap_error *err)
+{
+    FILE *file = fopen(path, "wb");
+    if (!file)
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    size_t written = fwrite(text, 1, nbytes, file);
+    if (fclose(file) != 0 || written != nbytes) {
+        (void)remove(path);
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    }
+    return RMAP_OK;
+}
+
+/* On rank 0. In memory first: there is a whole page or none. */
+static enum rmap_status write_page(const struct rmap_context *context,
+                                   const struct rmap_run_report *report, const char *path,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char *text = NULL;
+    size_t nbytes = 0;
+    FILE *page = open_memstream(&text, &nbytes);
+    if (!page)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page");
+    st = rmap_run_report_write(report, page, err);
+    int failed = ferror(page);
+    if ((fclose(page) != 0 || failed) && st == RMAP_OK)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page");
+    if (st == RMAP_OK && path)
+        st = put_file(path, text, nbytes, err);
+    else if (st == RMAP_OK)
+        (void)fwrite(text, 1, nbytes, stdout); /* main sees to its errors */
+    if (st == RMAP_OK && context->json)
+        st = rmap_json_print(json_pack("{s:s, s:I}", "output", path, "bytes", (json_int_t)nbytes),
+                             stdout, err);
+    else if (st == RMAP_OK && path && !context->quiet)
+        printf("%s: %.1f MB\n", path, 1e-6 * (double)nbytes);
+    free(text);
+    return st;
+}
+
+/* On rank 0. */
+static enum rmap_status show(const struct rmap_context *context, struct page *page,
+                             const char *name, const char *path, struct rmap_error *err)
+{
+    struct rmap_energy *energy = NULL;
+    enum rmap_status st = rmap_map_compare_directory(page->map, err);
+    if (st == RMAP_OK)
+        st = rmap_energy_create(page->map, name, NULL, page->sums, &energy, err);
+    if (st == RMAP_OK) {
+        const struct rmap_run_report report = {
+            .map = page->map,
+            .name = name,
+            .energy = energy,
+            .energy_note =
+                page->is_large
+                    ? "The map is large: standard errors of what planes registered would "
+                      "take reading all of it (raymap report MAP --energy)."
+                    : NULL,
+            .rays = page->rays};
+        st = write_page(context, &report, path, err);
+    }
+    rmap_energy_destroy(energy);
+    return st;
+}
+
+enum rmap_status rmap_report_page(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct page page = {0};
+    const char *path = NULL;
+    char name[RMAP_MAP_NAME_LEN];
+    rmap_map_name(given->operand[0], name);
+    enum rmap_status st = read_path(context, given, &path, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_load_map(context, given->operand[0], &page.map, err));
+    RMAP_TRY(gather(context, &page, err));
+    if (context->rank == 0)
+        st = show(context, &page, name, path, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_energy_sums_destroy(page.sums);
+    rmap_portion_destroy(page.rays);
+    rmap_criterion_destroy(page.all);
+    rmap_map_close(page.map);
+    return st;
+}
