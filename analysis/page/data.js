@@ -67,7 +67,8 @@ function figure(value, digits = 6) {
   return text.replace(/(\.\d*?)0+(e|$)/, "$1$2").replace(/\.(e|$)/, "$1").replace("e+", "e").replace(/-/g, MINUS);
 }
 
-const whole = (n) => n.toLocaleString("en-US");
+const thousands = new Intl.NumberFormat("en-US");
+const whole = (n) => thousands.format(n);
 
 const EVENT_LEFT = 1 << words.event.indexOf("left");
 

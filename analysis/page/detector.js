@@ -38,9 +38,37 @@ function pictureOf(detector, log) {
       pixels.data.set([...scaleBytes.subarray(3 * step, 3 * step + 3), 255], 4 * (row * cells.width + column));
     }
   context.putImageData(pixels, 0, 0);
-  const made = { cells, most, least };
+  const texture = new THREE.CanvasTexture(cells);
+  texture.magFilter = texture.minFilter = THREE.NearestFilter;
+  texture.generateMipmaps = false;
+  const made = { cells, most, least, texture };
   sensor.pictures.set(key, made);
   return made;
+}
+
+/* The picture on the detector itself, in the scene. */
+const screens = detectors.map((detector) => {
+  if (detector.type !== "plane" || !detector.image) return null;
+  const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: -2, polygonOffsetUnits: -2 });
+  const plane = new THREE.Mesh(new THREE.PlaneBufferGeometry(detector.size[0], detector.size[1]), material);
+  const [x, y] = [vectorOf(detector.x), vectorOf(detector.y)];
+  plane.matrixAutoUpdate = false;
+  plane.matrix.makeBasis(x, y, new THREE.Vector3().crossVectors(x, y)).setPosition(vectorOf(detector.origin));
+  plane.visible = false;
+  world.add(plane);
+  return plane;
+});
+
+/* That of the detector beside it alone. */
+function hangPicture(picture) {
+  screens.forEach((plane, index) => {
+    if (!plane) return;
+    plane.visible = index === sensor.index && picture !== null && byId("hang").checked;
+    if (!plane.visible || plane.material.map === picture.texture) return;
+    plane.material.map = picture.texture;
+    plane.material.needsUpdate = true;
+  });
+  redraw();
 }
 
 /* Detector coordinates of a place on the canvas, and back; [right, up]. */
@@ -164,6 +192,7 @@ function drawImage() {
   if (!picture || byId("dots").checked) drawDots(detector);
   drawFrameAndScale(detector, picture);
   drawRegion(detector);
+  hangPicture(picture);
 }
 scheme.told.push(drawImage);
 
@@ -232,7 +261,7 @@ function setKind(kind) {
 function nameFields() {
   if (!current()) return;
   const [a, b] = axisNames(current());
-  const names = sensor.kind === "rect" ? [`${a}0`, `${b}0`, `${a}1`, `${b}1`] : [`${a} of centre`, `${b} of centre`, `radius ${a}`, `radius ${b}`];
+  const names = sensor.kind === "rect" ? [`${a}0`, `${b}0`, `${a}1`, `${b}1`] : [a, b, `r${a[0]}`, `r${b[0]}`];
   byId("region").querySelectorAll("label span").forEach((label, k) => (label.textContent = names[k]));
 }
 
@@ -278,6 +307,7 @@ byId("draw-ellipse").addEventListener("click", () => setKind("ellipse"));
 byId("draw-none").addEventListener("click", () => setKind(sensor.kind));
 byId("log").addEventListener("change", drawImage);
 byId("dots").addEventListener("change", drawImage);
+byId("hang").addEventListener("change", drawImage);
 byId("detector").addEventListener("change", (event) => showDetector(Number(event.target.value)));
 byId("region").addEventListener("submit", (event) => {
   event.preventDefault();

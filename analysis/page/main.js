@@ -58,10 +58,10 @@ const KEYS = [
 
 document.addEventListener("keydown", (event) => {
   const key = KEYS.find(([name]) => name === event.key);
-  const typing = event.target.matches("input[type=text], select, textarea") || byId("help").open;
+  const typing = event.key !== "Escape" && event.target.matches("input[type=text], select");
   const own = event.key === " " && event.target.matches("button, summary, input");
   const sliding = event.key.startsWith("Arrow") && event.target.matches("input");
-  if (!key || typing || own || sliding || event.ctrlKey || event.altKey || event.metaKey) return;
+  if (!key || byId("help").open || typing || own || sliding || event.ctrlKey || event.altKey || event.metaKey) return;
   event.preventDefault();
   key[3]();
   pickCache.valid = false;
@@ -117,9 +117,12 @@ window.raymap = {
   draw: redraw,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
     frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at }),
-  /* Where the middle of a leg is on the canvas. */
-  middle: (r, step) => {
-    const s = strokes.first[ray.firstLeg[r] + step], screen = screenStrokes();
+  /* Ids of the rays that are shown, and the largest id in the page. */
+  shown: () => Array.from(ray.id).filter((id, r) => shown.state[r] !== HIDDEN),
+  lastRay: () => ray.id[ray.count - 1],
+  /* Where the middle of a ray's leg is on the canvas. */
+  middle: (id, step) => {
+    const s = strokes.first[ray.firstLeg[ray.id.indexOf(id)] + step], screen = screenStrokes();
     return [0.5 * (screen[4 * s] + screen[4 * s + 2]), 0.5 * (screen[4 * s + 1] + screen[4 * s + 3])];
   },
 };

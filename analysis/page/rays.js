@@ -6,6 +6,7 @@
 
 const HIDDEN = 0, DIM = 1, SHOWN = 2, STRONG = 3;
 const CURVE_STROKES = 4; // between two points of a curved leg
+const MOST_SWATCHES = 12; // in the legend
 const LEAVING = 0.12; // length of a leg that leaves, of the scene's size
 
 /* Cubic through b from c to d with the slopes of its neighbours (Catmull and Rom 1974). */
@@ -136,8 +137,7 @@ function bytesOf(ink) {
 
 function legColour(l) {
   if (colouring.mode === "natural") {
-    const table = scheme.dark ? colour.night : colour.paper;
-    return table.subarray(3 * colour.of[l], 3 * colour.of[l] + 3);
+    return nightOrDay().subarray(3 * colour.of[l], 3 * colour.of[l] + 3);
   }
   const r = leg.ray[l];
   return bytesOf(kindColour(colouring.mode === "path" ? ray.class[r] : ray.order[r]));
@@ -158,7 +158,7 @@ function paintRays() {
 scheme.told.push(() => paintRays());
 
 /* What is shown: one class of paths or all, and which of them lie in the region of a detector. */
-const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count: 0, inRegion: 0 };
+const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count: 0, inRegion: 0, strokes: 0 };
 
 function refreshRays() {
   shown.count = shown.inRegion = 0;
@@ -170,8 +170,11 @@ function refreshRays() {
     shown.inRegion += visible && inside ? 1 : 0;
   }
   const state = rayLines.geometry.attributes.state;
-  for (let s = 0; s < strokes.count; s++)
+  shown.strokes = 0;
+  for (let s = 0; s < strokes.count; s++) {
     state.array[2 * s] = state.array[2 * s + 1] = shown.state[leg.ray[strokes.leg[s]]];
+    if (state.array[2 * s] >= (shown.inRegion ? STRONG : SHOWN)) shown.strokes++;
+  }
   state.needsUpdate = true;
   pickCache.valid = false;
   byId("shown").textContent = `${whole(shown.count)} of ${whole(ray.count)} shown`;
@@ -179,12 +182,27 @@ function refreshRays() {
   redraw();
 }
 
-/* Few rays are nearly opaque, more of them fainter, as the inverse square root. */
+/* Few lines are nearly opaque, more of them fainter, as the inverse square root. */
 function setOpacity() {
-  const n = Math.max(shown.region && shown.inRegion ? shown.inRegion : shown.count, 1);
-  const automatic = Math.max(0.85 * Math.sqrt(Math.min(90 / n, 1)), 0.05);
+  const automatic = Math.max(0.85 * Math.sqrt(Math.min(700 / Math.max(shown.strokes, 1), 1)), 0.04);
   rayUniforms.opacity.value = automatic * Math.pow(2, Number(byId("opacity").value));
   redraw();
+}
+
+const nightOrDay = () => (scheme.dark ? colour.night : colour.paper);
+
+/* [colour, what it is]: every wavelength, shortest first, and one mixture for all. */
+function naturalLegend() {
+  const known = new Map();
+  if (scene.mode === "rgb") return ray.count ? [[colour.of[0], "each in the colour of its light"]] : [];
+  for (let l = 0; l < leg.count; l++) {
+    const c = colour.of[l], alone = colour.live[c] === 1;
+    const key = alone ? scene.wavelengths[colour.channel[4 * c]] : Infinity;
+    if (!known.has(key)) known.set(key, [c, alone ? lightWords(l) : "several wavelengths"]);
+  }
+  const sorted = [...known].sort(([a], [b]) => a - b).map(([, item]) => item);
+  const step = Math.max(1, Math.ceil(sorted.length / MOST_SWATCHES));
+  return sorted.filter((_, k) => k % step === 0 || k === sorted.length - 1);
 }
 
 function drawLegend() {
@@ -195,13 +213,7 @@ function drawLegend() {
   };
   const items = [];
   if (colouring.mode === "natural") {
-    const table = scheme.dark ? colour.night : colour.paper, known = new Map();
-    for (let l = 0; l < leg.count && known.size < 12; l++)
-      if (!known.has(colour.of[l])) known.set(colour.of[l], lightWords(l));
-    for (const [c, text] of known)
-      items.push(entry(`rgb(${table.subarray(3 * c, 3 * c + 3).join(",")})`, text));
-    if (known.size >= 12 || scene.mode === "rgb") items.length = 0;
-    if (scene.mode === "rgb" && ray.count) items.push(element("li", { textContent: "lines in the colour of their light" }));
+    items.push(...naturalLegend().map(([c, text]) => entry(`rgb(${nightOrDay().subarray(3 * c, 3 * c + 3).join(",")})`, text)));
   } else if (colouring.mode === "order") {
     const most = ray.order.reduce((a, b) => Math.max(a, b), 0), last = KINDS.light.length;
     for (let k = 0; k <= Math.min(most, last); k++)

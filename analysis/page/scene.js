@@ -85,9 +85,9 @@ function creased(place, corner) {
       if (face[t] * face[own] + face[t + 1] * face[own + 1] + face[t + 2] * face[own + 2] < CREASE) continue;
       x += face[t]; y += face[t + 1]; z += face[t + 2];
     }
-    const length = Math.hypot(x, y, z) || 1;
-    normal.set([x / length, y / length, z / length], 3 * i);
-    position.set(place.subarray(3 * v, 3 * v + 3), 3 * i);
+    const length = Math.sqrt(x * x + y * y + z * z) || 1;
+    normal[3 * i] = x / length; normal[3 * i + 1] = y / length; normal[3 * i + 2] = z / length;
+    for (let k = 0; k < 3; k++) position[3 * i + k] = place[3 * v + k];
   }
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(position, 3));
@@ -101,7 +101,7 @@ function edges(place, corner) {
   const line = [];
   const face = faceNormals(place, corner), nVertex = place.length / 3, seen = new Map();
   const draw = (key) => {
-    for (const v of [Math.floor(key / nVertex), key % nVertex]) line.push(...place.subarray(3 * v, 3 * v + 3));
+    for (const v of [Math.floor(key / nVertex), key % nVertex]) line.push(place[3 * v], place[3 * v + 1], place[3 * v + 2]);
   };
   for (let i = 0; i < corner.length && corner.length < 3 * MOST_EDGES; i++) {
     const own = i - (i % 3), a = corner[i], b = corner[own + ((i + 1) % 3)];

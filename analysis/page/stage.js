@@ -90,14 +90,14 @@ const labels = [];
 function addLabel(text, kind, at) {
   const span = element("span", { className: kind, textContent: text });
   byId("labels").append(span);
-  labels.push({ at, element: span });
+  labels.push({ at, element: span, width: span.offsetWidth + 8 });
 }
 
 function placeLabels() {
   const p = new THREE.Vector3();
   for (const label of labels) {
     p.copy(label.at).project(camera);
-    label.element.style.left = (0.5 + 0.5 * p.x) * canvas.clientWidth + "px";
+    label.element.style.left = Math.min((0.5 + 0.5 * p.x) * canvas.clientWidth, canvas.clientWidth - label.width) + "px";
     label.element.style.top = (0.5 - 0.5 * p.y) * canvas.clientHeight + "px";
     label.element.hidden = Math.abs(p.x) > 1 || Math.abs(p.y) > 1 || p.z > 1;
   }

@@ -1,0 +1,31 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: a page holds the columns of its rays bit for bit, the program's own counts, and
+# nothing that asks a network; nothing in a scene's names breaks out of it. (What it does in a
+# browser: tests/page.)
+. "$(dirname "$0")/expect.bash"
+rm -rf ./*
+write_scene scene.yaml
+sed -i 's|name: sensor|name: "</script><b>ü \\\\u003c-->"|' scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
+expect 0 '2000 of 5000 matching' "$RAYMAP" draw a.raymap -o all.html
+expect 0 '60 of [0-9]+ matching' "$RAYMAP" draw a.raymap --where 'hit(lens.2, reflect_specular)' --limit 60 -o some.html
+expect 0 '0 of 0 matching' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
+expect 0 '"drawn": 10' "$RAYMAP" draw a.raymap --limit 10 --view yz -o ten.html --json
+expect 2 'exists' "$RAYMAP" draw a.raymap -o ten.html
+expect 2 'between 1 and 200000' "$RAYMAP" draw a.raymap --limit 200001 -o b.html
+expect 5 'cannot write' "$RAYMAP" draw a.raymap -o no/folder/b.html
+"$RAYMAP" query a.raymap 'hit(lens.2, reflect_specular)' --count --json --quiet >count.json
+/usr/bin/python3 "$(dirname "$0")/judge_page.py" a.raymap all.html some.html none.html ten.html || failures=$((failures + 1))
+
+# With a browser: the page's program runs to its end.
+chromium=${CHROMIUM:-/usr/bin/chromium}
+if command -v "$chromium" >/dev/null; then
+    timeout 200 "$chromium" --headless --no-sandbox --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader \
+        --user-data-dir="$PWD/profile" --virtual-time-budget=20000 --dump-dom "file://$PWD/some.html" >dom.html 2>browser.txt
+    for words in 'data-ready="yes"' '60 of 60 shown' '<option value="0">&lt;/script&gt;&lt;b&gt;ü'; do
+        grep -qF "$words" dom.html || { echo "FAILED: the browser does not show $words"; tail -3 browser.txt; failures=$((failures + 1)); }
+    done
+fi
+finish

@@ -1,0 +1,248 @@
+// SPDX-License-Identifier: MIT
+//
+// node page_test.js FOLDER: drives a real chromium over the pages that test_page.sh wrote there,
+// and compares what they say with what the program says. PICTURES=1 keeps screenshots.
+"use strict";
+const { execFileSync } = require("child_process");
+const path = require("path");
+const { pathToFileURL } = require("url");
+const { chromium } = require("playwright-core");
+
+const folder = path.resolve(process.argv[2]);
+const CHROMIUM = process.env.CHROMIUM || "/usr/bin/chromium";
+const GRAPHICS = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+
+let failures = 0;
+function check(holds, what) {
+  if (holds) return;
+  console.log(`FAILED: ${what}`);
+  failures++;
+}
+
+function raymap(...words) {
+  return execFileSync(process.env.RAYMAP, words, { encoding: "utf8", cwd: folder });
+}
+const counted = (map, criterion) =>
+  JSON.parse(raymap("query", map, criterion, "--count", "--json", "--quiet")).rays.matched;
+
+const said = []; // errors of any page
+
+async function open(browser, file, options) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 800 }, colorScheme: "light", ...options });
+  const page = await context.newPage();
+  page.on("console", (message) => ["error", "warning"].includes(message.type()) && said.push(`${file}: ${message.text()}`));
+  page.on("pageerror", (error) => said.push(`${file}: ${error.message}`));
+  page.on("request", (request) => /^(file|data|blob):/.test(request.url()) || said.push(`${file} asks for ${request.url()}`));
+  await page.goto(pathToFileURL(path.join(folder, file)).href);
+  await page.waitForSelector("html[data-ready]", { timeout: 90000 });
+  await settle(page);
+  return page;
+}
+
+/* Until a frame asked for now has been drawn. */
+async function settle(page) {
+  await page.evaluate(async () => {
+    raymap.draw();
+    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  });
+}
+
+const statistics = (page) => page.evaluate(() => raymap.statistics());
+
+/* What a part of the page looks like: its pixels, kept in the page. */
+async function pixels(page, selector) {
+  const png = (await page.locator(selector).screenshot()).toString("base64");
+  return page.evaluateHandle(async (text) => {
+    const image = new Image();
+    image.src = "data:image/png;base64," + text;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const context = canvas.getContext("2d");
+    context.drawImage(image, 0, 0);
+    return new Uint32Array(context.getImageData(0, 0, image.width, image.height).data.buffer);
+  }, png);
+}
+
+/* How many pixels differ; how many colours there are. */
+const differing = (page, a, b) => page.evaluate(([p, q]) => p.reduce((n, v, i) => n + (v !== q[i] ? 1 : 0), 0), [a, b]);
+const colours = (page, a) => page.evaluate((p) => new Set(p).size, a);
+
+/* Pixels that have changed since they were taken. */
+const changed = async (page, before) => differing(page, before, await pixels(page, "#canvas"));
+
+async function picture(page, name) {
+  if (process.env.PICTURES) await page.screenshot({ path: path.join(folder, name) });
+}
+
+async function drawsTheScene(page) {
+  const shades = await colours(page, await pixels(page, "#canvas"));
+  check(shades > 200, `the canvas shows ${shades} colours`);
+  check((await statistics(page)).rays === 400, "the page holds 400 rays");
+  check(/400 of/.test(await page.textContent("#about")), "the heading says how many rays");
+  await page.locator("#objects-box summary").click();
+  const before = await pixels(page, "#canvas");
+  await page.locator("#objects input").first().uncheck();
+  await settle(page);
+  check((await changed(page, before)) > 100, "hiding an object changes the picture");
+  await page.locator("#objects input").first().check();
+}
+
+async function showsClasses(page) {
+  const rows = page.locator("#classes tbody tr");
+  let sum = 0;
+  for (let k = 0; k < (await rows.count()); k++)
+    sum += Number((await rows.nth(k).locator("td").nth(1).textContent()).replace(/,/g, ""));
+  check(sum === 400, `the classes hold ${sum} of 400 rays`);
+  const second = rows.nth(1), rays = Number(await second.locator("td").nth(1).textContent());
+  const before = await pixels(page, "#canvas");
+  await second.locator("button").click();
+  await settle(page);
+  check((await statistics(page)).shown === rays, `a class of ${rays} rays alone is shown`);
+  check((await page.textContent("#shown")) === `${rays} of 400 shown`, "the page says how many are shown");
+  check((await changed(page, before)) > 500, "showing one class changes the picture");
+  const criterion = await page.textContent("#class-criterion code");
+  const ids = await page.evaluate(() => raymap.shown());
+  const found = raymap("query", "a.raymap", `(${criterion}) and ray <= ${await page.evaluate(() => raymap.lastRay())}`, "--count", "--json", "--quiet");
+  check(JSON.parse(found).rays.matched === ids.length, `the class's criterion finds ${ids.length} rays: ${criterion}`);
+  await picture(page, "class.png");
+  await second.locator("button").click();
+  check((await statistics(page)).shown === 400, "a second click shows all rays again");
+}
+
+async function reportsUnderThePointer(page) {
+  const id = await page.evaluate(() => raymap.shown()[7]);
+  const report = JSON.parse(raymap("report", "a.raymap", String(id), "--json"));
+  const box = await page.locator("#canvas").boundingBox();
+  const [x, y] = await page.evaluate((ray) => raymap.middle(ray, 0), id);
+  await page.mouse.move(box.x + x, box.y + y);
+  await page.waitForSelector("#tip:not([hidden])", { timeout: 5000 }).catch(() => {});
+  const tip = await page.textContent("#tip");
+  const hit = Number((/ray (\d+), step (\d+)/.exec(tip) || [])[1]);
+  check(Number.isInteger(hit), `a leg under the pointer is reported: "${tip}"`);
+  for (const word of ["source", "event", "medium", "position", "length", "flux", " mm", " nm"])
+    check(tip.includes(word), `the report of a leg says ${word}: "${tip}"`);
+  await page.mouse.click(box.x + x, box.y + y);
+  check(Number(await page.textContent("#ray-name")) === hit, "a click chooses the ray under the pointer");
+  await page.fill("#ray-id", String(id));
+  await page.press("#ray-id", "Enter");
+  const history = page.locator("#ray-report table").first();
+  const steps = history.locator("tbody tr:not(.registration)");
+  check((await steps.count()) === report.steps.length, `ray ${id} has ${report.steps.length} steps`);
+  for (let k = 0; k < report.steps.length; k++) {
+    const text = await steps.nth(k).textContent();
+    check(text.includes(report.steps[k].object || "") && report.steps[k].events.every((word) => text.includes(word)),
+      `step ${k} of ray ${id} is as in \`report\`: ${text}`);
+  }
+  const place = (await page.locator("#ray-report table").nth(1).locator("tbody tr").nth(1).textContent()).replace(/\u2212/g, "-");
+  check(place.includes(String(Number(report.steps[0].position[2].toPrecision(9)))), `position of step 0: ${place}`);
+  check((await history.locator("tr.registration").count()) === report.registrations.length, "registrations are listed");
+  await picture(page, "report.png");
+  await page.keyboard.press("Escape");
+  await page.mouse.move(box.x + 3, box.y + box.height / 2);
+}
+
+async function drag(page, selector, from, to) {
+  const box = await page.locator(selector).boundingBox();
+  const at = ([u, v]) => [box.x + u * box.width, box.y + v * box.height];
+  await page.mouse.move(...at(from));
+  await page.mouse.down();
+  await page.mouse.move(...at([(from[0] + to[0]) / 2, (from[1] + to[1]) / 2]));
+  await page.mouse.move(...at(to));
+  await page.mouse.up();
+}
+
+async function asksForRegions(page) {
+  await page.locator("#image").scrollIntoViewIfNeeded();
+  for (const [kind, button] of [["rect", "#draw-rect"], ["ellipse", "#draw-ellipse"]]) {
+    await page.locator(button).click();
+    await drag(page, "#image", [0.3, 0.25], [0.55, 0.6]);
+    const criterion = await page.textContent("#region-criterion code");
+    check(criterion.startsWith(`registered(sensor, ${kind}(`), `a ${kind} was drawn: ${criterion}`);
+    const told = Number(/^([\d,]+)/.exec(await page.textContent("#region-count"))[1].replace(/,/g, ""));
+    const whole = counted("a.raymap", `(${criterion}) and ray <= ${await page.evaluate(() => raymap.lastRay())}`);
+    check(told === whole && told > 0 && told < 400, `${criterion}: the page says ${told}, query ${whole}`);
+    await picture(page, `${kind}.png`);
+  }
+  await page.locator("#draw-none").click();
+  check(await page.locator("#region-criterion").isHidden(), "no region, no criterion");
+}
+
+async function moves(page) {
+  const still = await pixels(page, "#canvas");
+  await page.locator("#canvas").focus();
+  await page.keyboard.press(" ");
+  await page.waitForFunction(() => raymap.statistics().travelled > 0.15 && raymap.statistics().travelled < 1, null, { timeout: 30000 });
+  await page.keyboard.press(" ");
+  await settle(page);
+  const first = await pixels(page, "#canvas"), { travelled } = await statistics(page);
+  check(travelled > 0 && travelled < 1, `the animation stands at ${travelled}`);
+  check((await differing(page, still, first)) > 500, "the animation changes the picture");
+  await picture(page, "moving.png");
+  await page.keyboard.press(".");
+  await settle(page);
+  check((await changed(page, first)) > 20, "a step on changes the picture");
+  await page.locator("#scrub").fill("300");
+  check(Math.abs((await statistics(page)).travelled - 0.3) < 1e-9, "the slider sets the path travelled");
+  await page.keyboard.press("a");
+  check((await statistics(page)).travelled === 1, "whole rays again");
+}
+
+async function hearsKeys(page) {
+  await page.locator("#canvas").focus();
+  const before = await pixels(page, "#canvas");
+  await page.keyboard.press("ArrowRight");
+  await page.keyboard.press("+");
+  await settle(page);
+  check((await changed(page, before)) > 500, "arrows turn the scene");
+  for (const key of ["1", "2", "3", "p", "c", "c", "p"]) await page.keyboard.press(key);
+  await page.keyboard.press("0");
+  await page.keyboard.press("f");
+  await settle(page);
+  check((await changed(page, before)) < 1280 * 800 / 80, "0 and f bring the first view back");
+  await page.keyboard.press("?");
+  check(await page.locator("#help").isVisible(), "? opens the help");
+  await page.locator("#help button").click();
+  for (const mode of ["path", "order", "natural"]) await page.selectOption("#colour", mode);
+}
+
+async function isWellLabelled(page) {
+  const bare = await page.evaluate(() =>
+    [...document.querySelectorAll("button, input, select, canvas")].filter((one) =>
+      !(one.getAttribute("aria-label") || one.textContent.trim() || one.closest("label") || one.title)).length);
+  check(bare === 0, `${bare} controls have no name`);
+}
+
+async function main() {
+  const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
+  try {
+    let page = await open(browser, "a.html");
+    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, moves, hearsKeys, isWellLabelled])
+      await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "none.html");
+    check(/No ray matches/.test(await page.textContent("#note")), "an empty selection is told");
+    check((await colours(page, await pixels(page, "#canvas"))) > 50, "and its scene is drawn");
+    await page.context().close();
+
+    page = await open(browser, "odd.html", { viewport: { width: 390, height: 800 }, colorScheme: "dark" });
+    check((await page.textContent("#detector")).includes("</script><b>\u00fc \\u003c-->"), "odd names come through");
+    check((await page.title()) === "<b>\"odd'.raymap" && (await page.textContent("#title")) === "<b>\"odd'.raymap", "an odd title, too");
+    check((await page.locator("b").count()) === 0, "and are no HTML");
+    const wide = await page.evaluate(() => document.documentElement.scrollWidth);
+    check(wide <= 390, `the page is ${wide} pixels wide on a screen of 390`);
+    await picture(page, "phone.png");
+    await page.context().close();
+  } finally {
+    await browser.close();
+  }
+  for (const line of said) check(false, line);
+  console.log(failures ? `${failures} failures` : "all as expected");
+  process.exitCode = failures ? 1 : 0;
+}
+
+main().catch((error) => {
+  console.log(`FAILED: ${error.stack}`);
+  process.exitCode = 1;
+});

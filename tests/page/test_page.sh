@@ -1,0 +1,30 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: the page of `raymap draw -o x.html` works in a real browser: it shows the scene and
+# the rays asked for, classes, reports and regions agree with the program, light moves.
+. "$(dirname "$0")/../cli/expect.bash"
+tests=$(cd "$(dirname "$0")" && pwd)
+chromium=${CHROMIUM:-/usr/bin/chromium}
+for program in node npm "$chromium"; do
+    command -v "$program" >/dev/null || { echo "skipped: no $program here"; exit 77; }
+done
+mkdir -p driver
+cp "$tests/package.json" "$tests/package-lock.json" driver/
+if ! cmp -s driver/package-lock.json driver/installed; then
+    (cd driver && npm ci --ignore-scripts --no-audit --no-fund >npm.txt 2>&1) ||
+        { echo "skipped: npm cannot fetch playwright-core: $(tail -1 driver/npm.txt)"; exit 77; }
+    cp driver/package-lock.json driver/installed
+fi
+
+rm -rf ./*.raymap ./*.html ./*.yaml ./*.txt
+write_scene scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
+expect 0 '400 of [0-9]+ matching' "$RAYMAP" draw a.raymap --limit 400 -o a.html
+expect 0 '0 of 0' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
+sed 's|name: sensor|name: "</script><b>ü \\\\u003c-->"|' scene.yaml >odd.yaml
+expect 0 '' "$RAYMAP" trace odd.yaml -o "<b>\"odd'.raymap" -n 1000 --quiet
+expect 0 '' "$RAYMAP" draw "<b>\"odd'.raymap" -o odd.html
+[ "$failures" -eq 0 ] || finish
+
+NODE_PATH=$PWD/driver/node_modules timeout 400 node "$tests/page_test.js" "$PWD"
