@@ -18,12 +18,17 @@ static const double BRIGHTEST_PART = 0.005;
  * one by this part of its decades: a cell with one ray must look different from an empty one. */
 static const double LOG_DEPTH = 1e-5, LOG_MARGIN = 0.2;
 
+/* The scale is logarithmic where half the lit cells lie below this part of the largest value: on a
+ * linear one they are nearly black. */
+static const double DARK_PART = 0.03;
+
 struct picture {
     const struct rmap_detector_image *image;
     const struct rmap_figure_detector *options;
     struct rmap_axes axes;
     struct rmap_colour_bar bar;
     struct rmap_colour_map map;
+    bool logarithmic;
     double white; /* true colour: value that is shown as 1 */
 };
 
@@ -69,7 +74,9 @@ static int ascending(const void *a, const void *b)
     return (left > right) - (left < right);
 }
 
-static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
+/* The value that so large a part of the lit cells lies below; 0: none is lit. */
+static enum rmap_status lit_quantile(const struct picture *picture, double part, double *value_ret,
+                                     struct rmap_error *err)
 {
     const struct rmap_detector_image *image = picture->image;
     size_t n_cell = (size_t)image->n[0] * image->n[1], n_lit = 0;
@@ -77,16 +84,34 @@ static enum rmap_status choose_white(struct picture *picture, struct rmap_error 
     if (!brightness)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
     for (size_t c = 0; c < n_cell; c++) {
-        const double *rgb = image->rgb + 3 * c;
-        double most = fmax(rgb[0], fmax(rgb[1], rgb[2]));
+        const double *rgb = picture->options->true_colour ? image->rgb + 3 * c : NULL;
+        double most = rgb ? fmax(rgb[0], fmax(rgb[1], rgb[2])) : image->value[c];
         if (most > 0.0)
             brightness[n_lit++] = most;
     }
     qsort(brightness, n_lit, sizeof *brightness, ascending);
-    size_t at = n_lit > 0 ? (size_t)((double)(n_lit - 1) * (1.0 - BRIGHTEST_PART)) : 0;
-    picture->white = n_lit > 0 ? brightness[at] : 1.0;
+    *value_ret = n_lit > 0 ? brightness[(size_t)((double)(n_lit - 1) * part)] : 0.0;
     rmap_free(brightness);
     return RMAP_OK;
+}
+
+static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
+{
+    enum rmap_status st = lit_quantile(picture, 1.0 - BRIGHTEST_PART, &picture->white, err);
+    if (!(picture->white > 0.0))
+        picture->white = 1.0;
+    return st;
+}
+
+static enum rmap_status choose_scale(struct picture *picture, struct rmap_error *err)
+{
+    double middle = 0.0;
+    picture->logarithmic = picture->options->scale == RMAP_SCALE_LOGARITHMIC;
+    if (picture->options->scale != RMAP_SCALE_AUTO || picture->options->true_colour)
+        return RMAP_OK;
+    enum rmap_status st = lit_quantile(picture, 0.5, &middle, err);
+    picture->logarithmic = middle > 0.0 && middle < DARK_PART * picture->image->peak;
+    return st;
 }
 
 static void choose_range(struct picture *picture)
@@ -102,7 +127,7 @@ static void choose_range(struct picture *picture)
                                     .width = BAR_WIDTH,
                                     .height = picture->axes.height,
                                     .range = {0.0, image->peak > 0.0 ? image->peak : 1.0},
-                                    .logarithmic = picture->options->logarithmic,
+                                    .logarithmic = picture->logarithmic,
                                     .label = image->quantity,
                                     .unit = image->unit};
     bar->height = fmax(bar->height, SHORTEST_BAR);
@@ -141,7 +166,7 @@ static void paint(const struct picture *picture, const uint32_t i[2], const uint
     }
     double gain = 1.0 / picture->white;
     double most = fmax(colour[0], fmax(colour[1], colour[2]));
-    if (picture->options->logarithmic && most > 0.0)
+    if (picture->logarithmic && most > 0.0)
         gain = fmax(1.0 - log(most / picture->white) / log(LOG_DEPTH), 0.0) / most;
     for (int k = 0; k < 3; k++)
         colour[k] *= gain;
@@ -195,8 +220,9 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
                      image->flux, error, image->flux_unit);
     if (picture->options->true_colour && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
-                       picture->white, image->unit,
-                       picture->options->logarithmic ? ", logarithmic" : "");
+                       picture->white, image->unit, picture->logarithmic ? ", logarithmic" : "");
+    else if (picture->logarithmic && n > 0)
+        (void)snprintf(line + n, sizeof line - (size_t)n, "; logarithmic scale");
     text.y = 68;
     rmap_caption(svg, &text, room, line);
 }
@@ -210,6 +236,7 @@ enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
     struct picture picture = {.image = image, .options = options};
     rmap_colour_map_init(&picture.map);
     lay_out(&picture);
+    RMAP_TRY(choose_scale(&picture, err));
     choose_range(&picture);
     if (options->true_colour)
         RMAP_TRY(choose_white(&picture, err));

@@ -10,10 +10,14 @@
 #include "analysis/detector_image.h"
 #include "io/svg.h"
 
+/* AUTO: in false colours logarithmic where most of what is lit would be dark on a linear scale, as
+ * ghosts beside an image of the sun; in true colours linear. */
+enum rmap_figure_scale { RMAP_SCALE_AUTO, RMAP_SCALE_LINEAR, RMAP_SCALE_LOGARITHMIC };
+
 struct rmap_figure_detector {
     const char *criterion; /* NULL: all rays */
     bool true_colour;      /* the image must have rgb */
-    bool logarithmic;
+    enum rmap_figure_scale scale;
 };
 
 /* PNG pixels per SVG pixel that the image inside is made for. */

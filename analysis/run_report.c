@@ -53,6 +53,19 @@ static void put_detector_sums(const struct rmap_detector_image *image, FILE *out
     fputs("</tr>\n</table></div>\n", out);
 }
 
+/* Those of the balance, where it knows which registrations are of one ray. */
+static void take_errors(const struct rmap_run_report *report, size_t detector,
+                        struct rmap_detector_image *image)
+{
+    const struct rmap_energy_table *table = &report->energy->table[0];
+    const struct rmap_energy_row *row = &table->row[table->n_row + detector];
+    if (!isfinite(row->flux_error))
+        return;
+    if (image->flux > 0.0)
+        image->mean_error = image->mean / image->flux * row->flux_error;
+    image->flux_error = row->flux_error;
+}
+
 static enum rmap_status put_detector(const struct rmap_run_report *report, size_t detector,
                                      int *number, FILE *out, struct rmap_error *err)
 {
@@ -64,6 +77,7 @@ static enum rmap_status put_detector(const struct rmap_run_report *report, size_
     RMAP_TRY(rmap_detector_sums_init(&sums, report->map, (int32_t)detector, false, err));
     rmap_detector_sums_add_tally(&sums, rmap_map_tally(report->map));
     RMAP_TRY(rmap_detector_image_create(report->map, &sums, &image, err));
+    take_errors(report, detector, image);
     fputs("<h3>", out);
     rmap_html_text(out, image->detector->name);
     fprintf(out, "</h3>\n<p class=\"dim\">%s, %" PRIu32 " × %" PRIu32 " cells</p>\n",

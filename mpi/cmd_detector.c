@@ -34,7 +34,8 @@ static const struct rmap_option options[] = {
     {"output", 'o', "OUT",
      "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour"},
     {"color", 0, "MODE", "false: a scale of the values (default); true: the light's own colour"},
-    {"log", 0, NULL, "logarithmic scale in the picture"},
+    {"log", 0, NULL, "logarithmic scale in the picture (default: as its values are spread)"},
+    {"linear", 0, NULL, "linear scale in the picture"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
 
@@ -111,8 +112,12 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     request->figure = (struct rmap_figure_detector){
         .criterion = request->where,
         .true_colour = color && strcmp(color, "true") == 0,
-        .logarithmic = rmap_argument(given, "log") != NULL,
+        .scale = rmap_argument(given, "log")      ? RMAP_SCALE_LOGARITHMIC
+                 : rmap_argument(given, "linear") ? RMAP_SCALE_LINEAR
+                                                  : RMAP_SCALE_AUTO,
     };
+    if (rmap_argument(given, "log") && rmap_argument(given, "linear"))
+        return rmap_error_set(err, RMAP_USAGE, "say --log or --linear, not both");
     if (color && !request->figure.true_colour && strcmp(color, "false") != 0)
         return rmap_error_set(err, RMAP_USAGE, "--color '%s': say false or true", color);
     enum rmap_status st = read_bins(given, request, err);

@@ -67,6 +67,17 @@ for np in 1 2 3; do
     cmp np1.svg np$np.svg && cmp np1.csv np$np.csv || { echo "FAILED: $np ranks differ"; failures=1; }
 done
 
+# The scale is logarithmic where most of what is lit would be dark: a focus among stray light.
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/double-gauss/scene.yaml" -o lens.raymap -n 50000 --quiet
+expect 0 '' "$RAYMAP" detector lens.raymap sensor -o dark.svg
+grep -q 'logarithmic scale' dark.svg || { echo 'FAILED: a dark image is on a linear scale'; failures=1; }
+expect 0 '' "$RAYMAP" detector lens.raymap sensor -o linear.svg --linear
+expect 0 '' "$RAYMAP" detector a.raymap sensor -o even.svg
+grep -q 'logarithmic scale' linear.svg even.svg && { echo 'FAILED: a linear scale is not'; failures=1; }
+expect 0 '' "$RAYMAP" detector a.raymap sensor -o log.svg --log
+grep -q 'logarithmic scale' log.svg || { echo 'FAILED: --log does nothing'; failures=1; }
+expect 2 'not both' "$RAYMAP" detector a.raymap sensor -o both.svg --log --linear
+
 expect 2 'exists' "$RAYMAP" detector a.raymap sensor -o a.png
 expect 0 '' "$RAYMAP" detector a.raymap sensor -o a.png --force
 expect 2 '\.png, \.svg, \.csv' "$RAYMAP" detector a.raymap sensor -o a.jpg
