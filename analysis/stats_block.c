@@ -1,0 +1,114 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/stats_block.h"
+
+#include "base/alloc.h"
+
+void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
+                           enum rmap_stats_by by, size_t budget_nbytes)
+{
+    *setup = (struct rmap_stats_setup){.quantities = quantities,
+                                       .by = by,
+                                       .n_group = 1,
+                                       .n_source = quantities->scene->n_source,
+                                       .budget_nbytes = budget_nbytes};
+    if (by == RMAP_STATS_BY_SOURCE)
+        setup->n_group = quantities->scene->n_source;
+    if (by == RMAP_STATS_BY_DETECTOR)
+        setup->n_group = quantities->scene->n_detector;
+    setup->n_class = setup->n_group * setup->n_source;
+}
+
+void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
+{
+    rmap_readings_fini(&reader->readings);
+    rmap_free(reader->tag);
+    rmap_free(reader->weight);
+    *reader = (struct rmap_stats_reader){0};
+}
+
+static enum rmap_status reserve(struct rmap_stats_reader *reader, size_t n, struct rmap_error *err)
+{
+    void *tag = reader->tag, *weight = reader->weight;
+    enum rmap_status st = rmap_reserve(&tag, &reader->tag_cap, n, sizeof *reader->tag, err);
+    reader->tag = tag;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&weight, &reader->weight_cap, n, sizeof *reader->weight, err);
+    reader->weight = weight;
+    return st;
+}
+
+static void swap(double *a, double *b)
+{
+    double kept = *a;
+    *a = *b;
+    *b = kept;
+}
+
+/* Sorts the readings [first, end) of one ray by class; equal ones keep their order. */
+static void sort_by_class(struct rmap_stats_reader *reader, size_t n_quantity, size_t first,
+                          size_t end)
+{
+    struct rmap_readings *readings = &reader->readings;
+    for (size_t k = first + 1; k < end; k++)
+        for (size_t j = k; j > first && reader->tag[j - 1] > reader->tag[j]; j--) {
+            uint32_t tag = reader->tag[j];
+            reader->tag[j] = reader->tag[j - 1];
+            reader->tag[j - 1] = tag;
+            swap(&reader->weight[j], &reader->weight[j - 1]);
+            for (size_t i = 0; i < n_quantity; i++)
+                swap(&readings->value[i][j], &readings->value[i][j - 1]);
+        }
+}
+
+/* Tags of one ray's readings [first, end). */
+static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
+                    const struct rmap_portion *portion, size_t first, size_t end)
+{
+    const struct rmap_readings *readings = &reader->readings;
+    const size_t source = (size_t)portion->ray.source[readings->ray[first]];
+    for (size_t k = first; k < end; k++) {
+        size_t group = 0;
+        if (setup->by == RMAP_STATS_BY_SOURCE)
+            group = source;
+        else if (setup->by == RMAP_STATS_BY_DETECTOR)
+            group = (size_t)portion->registration.detector[readings->place[k]];
+        reader->tag[k] = (uint32_t)(group * setup->n_source + source);
+    }
+    if (setup->by == RMAP_STATS_BY_DETECTOR)
+        sort_by_class(reader, setup->quantities->n, first, end);
+    uint32_t before = UINT32_MAX;
+    for (size_t k = first; k < end; k++) {
+        uint32_t own = reader->tag[k];
+        if (own != before)
+            reader->tag[k] |= RMAP_STATS_FIRST;
+        before = own;
+    }
+}
+
+enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
+                                        const struct rmap_stats_setup *setup,
+                                        const struct rmap_matched *rays,
+                                        struct rmap_stats_block *block, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_readings *readings = &reader->readings;
+    bool all_one = true;
+    RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
+    RMAP_TRY(reserve(reader, readings->n + 1, err));
+    for (size_t k = 0; k < readings->n; k++) {
+        double weight = rays->portion->ray.weight[readings->ray[k]] * readings->share[k];
+        reader->weight[k] = weight;
+        all_one = all_one && weight == 1.0;
+    }
+    for (size_t first = 0, end = 0; first < readings->n; first = end) {
+        for (end = first + 1; end < readings->n && readings->ray[end] == readings->ray[first];)
+            end++;
+        tag_ray(reader, setup, rays->portion, first, end);
+    }
+    *block = (struct rmap_stats_block){.n = readings->n,
+                                       .value = {readings->value[0], readings->value[1]},
+                                       .tag = reader->tag,
+                                       .weight = all_one ? NULL : reader->weight};
+out:
+    return st;
+}

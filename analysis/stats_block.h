@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Readings as sums take them: clusters, each being what one ray adds to one group. A group is all
+ * readings, or (--by) those of one source or detector; its class says the source, too.
+ */
+#ifndef RMAP_STATS_BLOCK_H
+#define RMAP_STATS_BLOCK_H
+
+#include "analysis/quantity.h"
+
+enum rmap_stats_by { RMAP_STATS_TOGETHER, RMAP_STATS_BY_SOURCE, RMAP_STATS_BY_DETECTOR };
+
+struct rmap_stats_setup {
+    const struct rmap_quantities *quantities; /* borrowed */
+    enum rmap_stats_by by;
+    size_t n_group, n_source;
+    size_t n_class;       /* group * n_source + source */
+    size_t budget_nbytes; /* for readings in memory */
+    bool all_rays;        /* no criterion: portions without readings may be skipped */
+};
+
+void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
+                           enum rmap_stats_by by, size_t budget_nbytes);
+
+/* Borrowed arrays. */
+struct rmap_stats_block {
+    size_t n;
+    const double *value[RMAP_QUANTITIES_MAX];
+    const uint32_t *tag;  /* class, and the bit below where a cluster begins */
+    const double *weight; /* NULL: all 1 */
+};
+#define RMAP_STATS_FIRST 0x80000000u
+
+/* Behind the last reading of the cluster that begins at `first`. */
+static inline size_t rmap_stats_cluster_end(const struct rmap_stats_block *block, size_t first)
+{
+    size_t end = first + 1;
+    while (end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
+        end++;
+    return end;
+}
+
+/* Bins add up weights, and their squares, as multiples of 2^-24: such sums are exact in double up
+ * to 2^29 rays, whatever the order; whole weights stay what they are. */
+static inline double rmap_stats_rounded(double weight)
+{
+    const double shift = 0x1.8p28; /* 1.5 2^(52 - 24) */
+    return (weight + shift) - shift;
+}
+
+static inline double rmap_stats_weight(const struct rmap_stats_block *block, size_t k)
+{
+    return block->weight ? rmap_stats_rounded(block->weight[k]) : 1.0;
+}
+
+/* Memory of a portion's block. All zero at first. */
+struct rmap_stats_reader {
+    struct rmap_readings readings;
+    uint32_t *tag;
+    double *weight;
+    size_t tag_cap, weight_cap;
+};
+void rmap_stats_reader_fini(struct rmap_stats_reader *reader);
+
+/* The block is the reader's until the next call. */
+enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
+                                        const struct rmap_stats_setup *setup,
+                                        const struct rmap_matched *rays,
+                                        struct rmap_stats_block *block,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

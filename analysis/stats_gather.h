@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * First look at all readings, as a kind of fold (fold.h): how many, their ranges and sum, and, as
+ * long as they fit into the setup's memory, the readings themselves.
+ */
+#ifndef RMAP_STATS_GATHER_H
+#define RMAP_STATS_GATHER_H
+
+#include "analysis/stats_block.h"
+#include "base/exact_sum.h"
+
+struct rmap_stats_range {
+    double low, high; /* low > high: no reading */
+    double least_positive;
+    uint64_t n_reading, n_cluster;
+};
+
+struct rmap_stats_known {
+    uint64_t n_ray;     /* matching rays */
+    uint64_t n_reading; /* readings of them that are numbers */
+    uint64_t n_undefined;
+    uint64_t n_several; /* readings that are not the only one of their cluster */
+    uint64_t any_weight;
+    uint64_t dropped;                               /* readings are not in memory */
+    struct rmap_exact_sum sum[RMAP_QUANTITIES_MAX]; /* of values */
+};
+
+struct rmap_stats_gathered {
+    const struct rmap_stats_setup *setup;
+    struct rmap_stats_known known;
+    struct rmap_stats_range *range; /* [n_group][n quantities] */
+    struct rmap_stats_reader reader;
+    size_t n;
+    double *value[RMAP_QUANTITIES_MAX];
+    uint32_t *tag;
+    double *weight; /* NULL: all 1 */
+    size_t value_cap[RMAP_QUANTITIES_MAX], tag_cap, weight_cap;
+};
+
+/* Context: the setup. State: struct rmap_stats_gathered. */
+extern const struct rmap_fold_kind rmap_stats_gather_kind;
+
+struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *gathered);
+
+#endif

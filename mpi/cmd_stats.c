@@ -1,0 +1,168 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap stats: histograms and moments of any number of a ray or registration, with errors.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+
+#include "analysis/stats_text.h"
+#include "base/alloc.h"
+#include "mpi/agree.h"
+#include "mpi/asked.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "mpi/output.h"
+#include "mpi/stats_options.h"
+#include "mpi/stats_run.h"
+
+static const struct rmap_option options[] = {
+    {"of", 0, "NUMBER",
+     "what: wavelength flux path_length optical_path segments bounces ray registrations "
+     "ghost_order scatter_order, a test that counts such as 'hit(lens.*, reflect)', or of each "
+     "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) cell(NAME); given "
+     "twice: a histogram over both"},
+    {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    RMAP_ASKED_OPTIONS,
+    {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
+    {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
+    {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
+    {"log", 0, NULL, "bins of equal ratio"},
+    {"by", 0, "WHAT", "source or detector: each by itself"},
+    {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
+    {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
+    {"output", 'o', "OUT", "OUT.csv or OUT.json: the histogram; may be given several times"},
+    {"force", 'f', NULL, "replace OUT"},
+    {NULL}};
+
+static const char *const suffixes[] = {".csv", ".json", NULL};
+
+static bool ends_in(const char *path, const char *suffix)
+{
+    size_t len = strlen(path), n = strlen(suffix);
+    return len > n && strcasecmp(path + len - n, suffix) == 0;
+}
+
+static enum rmap_status write_text(const struct rmap_stats *stats,
+                                   const struct rmap_stats_labels *labels, const char *path,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    FILE *file = fopen(path, "w");
+    if (!file)
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    if (ends_in(path, ".csv"))
+        rmap_stats_csv(stats, labels, file);
+    else
+        st = rmap_json_print(rmap_stats_json(stats, labels), file, err);
+    int failed = ferror(file);
+    if ((fclose(file) != 0 || failed) && st == RMAP_OK)
+        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    return st;
+}
+
+/* On rank 0. */
+static enum rmap_status show(const struct rmap_context *context,
+                             const struct rmap_stats_options *request,
+                             const struct rmap_stats *stats, const struct rmap_stats_labels *labels,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < request->n_output; i++)
+        RMAP_TRY(write_text(stats, labels, request->output[i], err));
+    if (context->json)
+        st = rmap_json_print(rmap_stats_json(stats, labels), stdout, err);
+    else
+        st = rmap_stats_print(stats, labels, stdout, err);
+out:
+    return st;
+}
+
+/* Not collective: what the options mean for this map. */
+static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_stats_options *given,
+                                struct rmap_quantities **quantities_ret,
+                                struct rmap_stats_setup *setup, struct rmap_stats_request *request,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_quantities_create(map, (const char *const *)given->of, given->n_of,
+                                    given->detector, quantities_ret, err));
+    if (given->by == RMAP_STATS_BY_DETECTOR && !(*quantities_ret)->of_registrations) {
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--by detector wants a number of registrations: give --detector '*'");
+        goto out;
+    }
+    rmap_stats_setup_init(setup, *quantities_ret, given->by, given->memory_nbytes);
+    *request = (struct rmap_stats_request){
+        .setup = setup, .p = given->quantile, .n_quantile = given->n_quantile};
+    st = rmap_stats_options_axes(given, *quantities_ret, request->axis, err);
+out:
+    return st;
+}
+
+static enum rmap_status run_stats(const struct rmap_context *context,
+                                  const struct rmap_arguments *arguments, struct rmap_error *err)
+{
+    struct rmap_stats_options given = {0};
+    struct rmap_map *map = NULL;
+    struct rmap_asked asked = {0};
+    struct rmap_criterion *criterion = NULL;
+    struct rmap_quantities *quantities = NULL;
+    struct rmap_stats_setup setup;
+    struct rmap_stats_request request = {0};
+    struct rmap_stats_answer answer = {0};
+    const char *where = rmap_argument(arguments, "where");
+    enum rmap_status st = rmap_stats_options_read(arguments, suffixes, &given, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load_where(context, arguments, &where, &asked, err));
+    RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));
+    if (asked.n > 0)
+        st = rmap_asked_compile(context, &asked, 0, rmap_map_scene(map), &criterion, err);
+    if (st == RMAP_OK)
+        st = prepare(map, &given, &quantities, &setup, &request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    request.criterion = criterion;
+    setup.all_rays = !criterion;
+    RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
+    if (context->rank == 0) {
+        struct rmap_map_summary summary;
+        rmap_map_summarise(map, &summary);
+        const struct rmap_stats_labels labels = {
+            .map = arguments->operand[0],
+            .criterion = criterion ? rmap_criterion_text(criterion) : NULL,
+            .n_ray = summary.n_row[RMAP_TABLE_RAY]};
+        if (!criterion)
+            answer.stats->known.n_ray = labels.n_ray;
+        st = show(context, &given, answer.stats, &labels, err);
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_stats_answer_fini(&answer);
+    rmap_stats_axes_fini(request.axis);
+    rmap_quantities_destroy(quantities);
+    rmap_criterion_destroy(criterion);
+    rmap_asked_fini(&asked);
+    rmap_map_close(map);
+    rmap_stats_options_fini(&given);
+    return st;
+}
+
+const struct rmap_command rmap_command_stats = {
+    .name = "stats",
+    .summary = "histograms and moments of any number, with errors",
+    .operands = "MAP --of NUMBER [--of NUMBER] [--where CRITERION] [-o OUT]",
+    .help =
+        "Mean, standard deviation, skewness, kurtosis, quantiles and a histogram of a number of\n"
+        "the matching rays or of their registrations, weighted by flux, each with its standard\n"
+        "error, as\n\n"
+        "  raymap stats lens.raymap --of 'angle(sensor)' --where 'hit(*, reflect) >= 2'\n"
+        "  raymap stats lens.raymap --of 'x(sensor)' --of 'y(sensor)' --bins 200 -o spot.csv\n\n"
+        "kurtosis is the fourth moment over the square of the variance: 3 for a normal\n"
+        "distribution. A ray with several wavelengths left counts as a value of `wavelength` for\n"
+        "each, with its share of the flux.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_stats,
+};

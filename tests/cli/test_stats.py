@@ -1,0 +1,393 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: `raymap stats` says of any number what numpy says from the columns: flux, moments,
+quantiles and histograms of one and two numbers, weighted by flux, of several sources and of rays
+that are registered several times; their errors are those of the clustered sums, and those that
+twenty seeds show. More values than memory change nothing but the quantiles' last digits. Nothing to
+count is no mistake; absurd or misspelt requests are refused with the reason."""
+import csv
+import json
+import os
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+
+sys.dont_write_bytecode = True
+PROGRAM = os.environ["RAYMAP"]
+RAYS = 20000
+failures = 0
+
+# Light goes to and fro between two white walls, through a glass plate: rays are registered several
+# times, sources differ in flux and rays, and some rays keep all wavelengths to their end.
+SCENE = """raymap: 1
+units: mm
+spectrum: {mode: spectral, wavelengths: [450, 550, 650]}
+media: {air: {index: 1}, glass: {glass: N-BK7}}
+surfaces:
+  white: {type: lambert, reflectance: 0.8}
+  polished: {type: fresnel}
+geometries:
+  wall: {type: rectangle, size: [40, 40]}
+  plate: {type: rectangle, size: [10, 10]}
+objects:
+  - {name: low, geometry: wall, at: [0, 0, 0], surface: white, front: air, back: air}
+  - {name: high, geometry: wall, at: [0, 0, 20], surface: white, front: air, back: air}
+  - {name: entry, geometry: plate, at: [3, 0, 5], surface: polished, front: glass, back: air}
+  - {name: exit, geometry: plate, at: [3, 0, 6], surface: polished, front: air, back: glass}
+sources:
+  - {name: lamp, type: point, at: [0, 0, 10], direction: [0, 0, 1], distribution: isotropic,
+     flux: 1 W, medium: air}
+  - {name: side, type: point, at: [2, 1, 15], direction: [0, 0, -1], distribution: {cone: 60},
+     flux: 3 W, rays_share: 2, medium: air}
+detectors:
+  - {name: sensor, type: plane, on: low, size: [40, 40], cells: [20, 20], at: [0, 0, 0],
+     direction: [0, 0, 1]}
+  - {name: top, type: plane, on: high, size: [40, 40], cells: [20, 20], at: [0, 0, 20],
+     direction: [0, 0, -1]}
+"""
+
+
+def check(good, what):
+    global failures
+    if not good:
+        failures += 1
+        print("FAIL " + what, flush=True)
+
+
+def near(a, b, what, relative=1e-9):
+    if a is None or b is None or not abs(a - b) <= relative * max(abs(a), abs(b)) + 1e-300:
+        check(False, f"{what}: {a} instead of {b}")
+
+
+def run(*arguments, status=0):
+    done = subprocess.run([PROGRAM, *map(str, arguments)], capture_output=True, text=True,
+                          check=False)
+    if done.returncode != status:
+        check(False, f"{arguments}: status {done.returncode}, not {status}: {done.stderr}")
+    return done
+
+
+def stats(path, *arguments):
+    return json.loads(run("stats", path, "--json", *arguments).stdout)
+
+
+class Map:
+    """The columns of a map, and what its sources emitted."""
+
+    def __init__(self, path):
+        info = json.loads(run("info", path, "--json").stdout)
+        with h5py.File(path + "/map.h5") as file:
+            self.ray = {k: v[...] for k, v in file["ray"].items()}
+            self.segment = {k: v[...] for k, v in file["segment"].items()}
+            self.registration = {k: v[...] for k, v in file["registration"].items()}
+            self.wavelength = np.array([450.0, 550.0, 650.0])
+        n = len(self.ray["id"])
+        self.emitted = np.array([s["emitted"] for s in info["sources"]], dtype=float)
+        self.flux = np.array([s["flux"] for s in info["sources"]]) / self.emitted
+        self.of_segment = np.repeat(np.arange(n), self.ray["segment_count"])
+        self.of_registration = np.repeat(np.arange(n), self.ray["registration_count"])
+
+    def registered(self, detector):
+        return ((self.registration["detector"] == detector) &
+                (self.registration["registered"] != 0))
+
+
+def error(columns, source, per_weight, emitted):
+    """Covariances of the totals of per-ray columns [ray][column]."""
+    total = np.zeros((columns.shape[1],) * 2)
+    for s, (f, n) in enumerate(zip(per_weight, emitted)):
+        q = columns[source == s]
+        if len(q):
+            total += f * f * n / (n - 1) * (q.T @ q - np.outer(q.sum(0), q.sum(0)) / n)
+    return total
+
+
+def per_ray(m, ray, weight):
+    """Sums over each ray of the rows of weight [reading][column]."""
+    out = np.zeros((len(m.ray["id"]), weight.shape[1]))
+    np.add.at(out, ray, weight)
+    return out
+
+
+def expected(m, ray, value, share, edges, ps):
+    """Everything about readings: `share` of the ray's weight, each."""
+    source = m.ray["source"]
+    w = m.ray["weight"][ray] * share
+    centre = np.average(value)
+    u = value - centre
+    q = per_ray(m, ray, np.stack([w * u**k for k in range(5)], 1))
+    total = sum(m.flux[s] * q[source == s].sum(0) for s in range(len(m.flux)))
+    covariance = error(q, source, m.flux, m.emitted)
+    f = total[0]
+    m1, m2, m3, m4 = total[1:] / f
+    var = m2 - m1**2
+    mu3, mu4 = m3 - 3 * m1 * m2 + 2 * m1**3, m4 - 4 * m1 * m3 + 6 * m1**2 * m2 - 3 * m1**4
+    sd = var**0.5
+
+    def by_delta(slope):  # of a function of m1 .. m4, by finite differences below
+        g = np.array(slope) / f
+        g = np.concatenate([[-(np.array(slope) * total[1:] / f).sum() / f], g])
+        return float(max(g @ covariance @ g, 0) ** 0.5)
+
+    def slopes(function):
+        base, out = np.array([m1, m2, m3, m4]), []
+        for k in range(4):
+            h = 1e-6 * sd ** (k + 1)
+            up, down = base.copy(), base.copy()
+            up[k] += h
+            down[k] -= h
+            out.append((function(*up) - function(*down)) / (2 * h))
+        return out
+
+    def deviation(a, b, c, d):
+        return (b - a * a) ** 0.5
+
+    def skewness(a, b, c, d):
+        return (c - 3 * a * b + 2 * a**3) / (b - a * a) ** 1.5
+
+    def kurtosis(a, b, c, d):
+        return (d - 4 * a * c + 6 * a * a * b - 3 * a**4) / (b - a * a) ** 2
+
+    result = {"flux": (f, covariance[0, 0] ** 0.5), "mean": (m1 + centre, by_delta([1, 0, 0, 0])),
+              "standard_deviation": (sd, by_delta(slopes(deviation))),
+              "skewness": (mu3 / sd**3, by_delta(slopes(skewness))),
+              "kurtosis": (mu4 / var**2, by_delta(slopes(kurtosis)))}
+    # quantiles: flux at or below a value, source by source
+    order = np.argsort(value, kind="stable")
+    flux = m.flux[source[ray]] * w
+    sums = np.cumsum(flux[order])
+
+    def at(p):
+        return float(value[order][np.searchsorted(sums, (p - 1e-12) * sums[-1])])
+
+    quantiles = []
+    for p in ps:
+        v = at(p)
+        below = per_ray(m, ray, np.stack([w, w * (value <= v)], 1))
+        r = flux[value <= v].sum() / f
+        e = error(below[:, 1:] - r * below[:, :1], source, m.flux, m.emitted)[0, 0] ** 0.5 / f
+        quantiles.append((v, (at(min(p + e, 1)) - at(max(p - e, 0))) / 2))
+    result["quantiles"] = quantiles
+    # histogram
+    n = len(edges) - 1
+    k = np.searchsorted(edges, value, side="right") - 1
+    k[value == edges[-1]] = n - 1
+    bins = []
+    for b in range(n):
+        q = per_ray(m, ray[k == b], w[k == b][:, None])
+        bins.append((sum(m.flux[s] * q[source == s].sum() for s in range(len(m.flux))),
+                     error(q, source, m.flux, m.emitted)[0, 0] ** 0.5,
+                     len(np.unique(ray[k == b]))))
+    result["bins"] = bins
+    return result
+
+
+def compare(got, m, ray, value, share, what, relative=1e-9):
+    ps = [q["p"] for q in got["quantiles"]]
+    want = expected(m, ray, value, share, np.array(got["histogram"]["edges"]), ps)
+    check(got["values"] == len(value), f"{what}: {got['values']} values, not {len(value)}")
+    for key in ("flux", "mean", "standard_deviation", "skewness", "kurtosis"):
+        near(got[key]["value"], want[key][0], f"{what}: {key}", relative)
+        e = got[key]["standard_error"]
+        check(abs(e - want[key][1]) <= 1e-5 * want[key][1] + 1e-9 * abs(want[key][0]),
+              f"{what}: error of {key}: {e} instead of {want[key][1]}")
+    near(got["min"], float(value.min()), what + ": min", 0)
+    near(got["max"], float(value.max()), what + ": max", 0)
+    for q, (v, e) in zip(got["quantiles"], want["quantiles"]):
+        near(q["value"], v, f"{what}: quantile {q['p']}", 1e-14)
+        check(abs(q["standard_error"] - e) <= 1e-12 + 1e-9 * e,
+              f"{what}: error of quantile {q['p']}: {q['standard_error']} instead of {e}")
+    histogram = got["histogram"]
+    for b, (f, e, rays) in enumerate(want["bins"]):
+        if not np.isclose(histogram["flux"][b], f, rtol=1e-6, atol=1e-12):
+            check(False, f"{what}: bin {b}: {histogram['flux'][b]} instead of {f}")
+        if not np.isclose(histogram["standard_error"][b], e, rtol=1e-5, atol=1e-12):
+            check(False, f"{what}: error of bin {b}: {histogram['standard_error'][b]}, not {e}")
+        check(histogram["rays"][b] == rays, f"{what}: rays of bin {b}")
+
+
+def check_numbers(m, path):
+    """Numbers of rays and of registrations, with and without a criterion."""
+    every = np.arange(len(m.ray["id"]))
+    one = np.ones(len(every))
+    for of in ("path_length", "optical_path"):
+        compare(stats(path, "--of", of), m, every, m.ray[of], one, of)
+    compare(stats(path, "--of", "segments", "--quantiles", "0,10,99.5,100"), m, every,
+            m.ray["segment_count"].astype(float), one, "segments")
+    hits = np.bincount(m.of_segment[m.segment["object"] == 0], minlength=len(every))
+    few = stats(path, "--of", "path_length", "--where", "hit(low) >= 2", "--bins", "17")
+    chosen = hits >= 2
+    check(few["rays"] == {"total": len(every), "matched": int(chosen.sum())}, "matched rays")
+    compare(few, m, every[chosen], m.ray["path_length"][chosen], one[chosen], "hit(low) >= 2")
+    compare(stats(path, "--of", "hit(low)"), m, every, hits.astype(float), one, "hit(low)")
+    compare(stats(path, "--of", "registrations(sensor)"), m, every,
+            np.bincount(m.of_registration[m.registered(0)], minlength=len(every)).astype(float),
+            one, "registrations(sensor)")
+    on = m.registered(0)
+    ray, share = m.of_registration[on], np.ones(on.sum())
+    check(len(np.unique(ray)) < len(ray), "some rays are registered several times")
+    x = (m.registration["relative"][on, 0] / 65535.0 - 0.5) * 40
+    compare(stats(path, "--of", "x(sensor)", "--range", "-1..2 cm", "--bins", "13"), m, ray, x,
+            share, "x(sensor)", 1e-8)
+    compare(stats(path, "--of", "optical_path(sensor)", "--bins", "0,3 cm,50,90,4 m"), m, ray,
+            m.registration["optical_path"][on], share, "optical_path(sensor)")
+    compare(stats(path, "--of", "path_length", "--detector", "sensor"), m, ray,
+            m.ray["path_length"][ray], share, "path_length --detector")
+    cosine = m.registration["direction"][on, 2].astype(float)
+    angle = stats(path, "--of", "angle(sensor)", "--bins", "9")
+    near(angle["mean"]["value"], float(np.average(
+        np.degrees(np.arccos(-cosine)), weights=m.flux[m.ray["source"][ray]])), "angle", 1e-6)
+
+
+def check_wavelengths(m, path):
+    """A ray that keeps several wavelengths is spread over them."""
+    last = np.cumsum(m.ray["segment_count"]) - 1
+    colour = m.segment["colour_spectral"][last] / 65535.0
+    many = np.isnan(m.ray["wavelength"])
+    check(many.any() and not many.all(), "some rays keep several wavelengths")
+    shares = np.where(many[:, None], colour, m.ray["wavelength"][:, None] == m.wavelength)
+    ray, channel = np.nonzero(shares)
+    got = stats(path, "--of", "wavelength")
+    check(got["histogram"]["edges"] == [400, 500, 600, 700], "bands of the channels")
+    compare(got, m, ray, m.wavelength[channel], shares[ray, channel], "wavelength", 1e-6)
+
+
+def check_two(m, path):
+    on = m.registered(0)
+    ray = m.of_registration[on]
+    x, y = ((m.registration["relative"][on] / 65535.0 - 0.5) * 40).T
+    run("stats", path, "--of", "x(sensor)", "--of", "y(sensor)", "--bins", "8", "--bins", "5",
+        "--range", "-20..20", "--range", "-20..10", "-o", "two.csv", "--force")
+    with open("two.csv", encoding="utf8") as file:
+        rows = list(csv.DictReader(line for line in file if not line.startswith("#")))
+    check(len(rows) == 40, "40 cells")
+    source = m.ray["source"]
+    for row in rows:
+        inside = ((x >= float(row["x_low"])) & (x < float(row["x_high"])) &
+                  (y >= float(row["y_low"])) & (y < float(row["y_high"])))
+        q = per_ray(m, ray[inside], m.ray["weight"][ray[inside]][:, None])
+        near(float(row["flux"]), sum(m.flux[s] * q[source == s].sum() for s in range(2)), "cell")
+        near(float(row["standard_error"]), error(q, source, m.flux, m.emitted)[0, 0] ** 0.5,
+             "error of a cell", 1e-9)
+    both = stats(path, "--of", "x(sensor)", "--of", "y(sensor)", "--bins", "8", "--bins", "5",
+                 "--range", "-20..20", "--range", "-20..10")
+    check(np.allclose(np.array(both["histogram"]["flux"]).ravel(),
+                      [float(row["flux"]) for row in rows]), "the same in JSON")
+    near(sum(map(sum, both["histogram"]["flux"])) + both["histogram"]["outside"]["flux"],
+         both["flux"]["value"], "all light is somewhere", 1e-12)
+
+
+def check_groups(m, path):
+    by = stats(path, "--of", "path_length", "--by", "source")
+    check([g["name"] for g in by["groups"]] == ["lamp", "side"], "names of sources")
+    every = np.arange(len(m.ray["id"]))
+    for s, group in enumerate(by["groups"]):
+        own = m.ray["source"] == s
+        compare(group, m, every[own], m.ray["path_length"][own], np.ones(own.sum()), group["name"])
+    by = stats(path, "--of", "time", "--detector", "*", "--by", "detector")
+    for d, group in enumerate(by["groups"]):
+        on = m.registered(d)
+        compare(group, m, m.of_registration[on],
+                m.registration["optical_path"][on] * 1e-3 / 299792458.0, np.ones(on.sum()),
+                group["name"])
+
+
+def check_memory(path):
+    """Values that do not fit into memory: the map is read twice."""
+    for of in ("path_length", "x(sensor)", "segments", "wavelength"):
+        whole = stats(path, "--of", of)
+        lean = stats(path, "--of", of, "--memory", "1000")
+        for key in ("flux", "mean", "standard_deviation", "skewness", "kurtosis", "histogram",
+                    "values", "min", "max"):
+            check(whole[key] == lean[key], f"{of}: {key} without memory")
+        resolution = lean["quantile_resolution"]
+        check((resolution > 0) == (of != "segments"), f"{of}: resolution {resolution}")
+        for a, b in zip(whole["quantiles"], lean["quantiles"]):
+            check(abs(a["value"] - b["value"]) <= resolution, f"{of}: quantile {a['p']}")
+            if of == "segments":
+                check(a == b, f"{of}: quantile {a['p']} of whole numbers")
+
+
+def check_refusals(path):
+    empty = stats(path, "--of", "path_length", "--where", "hit(low) > 100000", "-o", "empty.csv",
+                  "--force")
+    check(empty["values"] == 0 and empty["flux"]["value"] == 0 and empty["mean"]["value"] is None
+          and empty["quantiles"][0]["value"] is None, "nothing matches")
+    check("nothing to show" in run("stats", path, "--of", "x(top)", "--where",
+                                   "segments > 99999").stdout, "a note that nothing matches")
+    none = stats(path, "--of", "path_length", "--where", "segments > 99999", "--by", "source")
+    check([g["values"] for g in none["groups"]] == [0, 0], "nothing matches, by source")
+    wrong = {
+        ("--of", "wavelengt"): (3, "did you mean 'wavelength'"),
+        ("--of", "x(senso)"): (3, "did you mean 'sensor'"),
+        ("--of", "hit(lo)"): (3, "did you mean 'low'"),
+        ("--of", "x"): (3, "of which detector"),
+        ("--of", "x(sensor)", "--of", "y(top)"): (3, "same detector"),
+        ("--of", "hit(low) and hit(high)"): (3, "one number"),
+        ("--of", "path_length > 3"): (3, "the end"),
+        ("--of", ""): (3, "a number such as"),
+        (): (2, "--of is missing"),
+        ("--of", "ray", "--of", "ray", "--of", "ray"): (2, "once, or twice"),
+        ("--of", "path_length", "--bins", "1000000000"): (2, "1000000000 bins"),
+        ("--of", "x(sensor)", "--of", "y(sensor)", "--bins", "1e5"): (2, "10000000000 bins"),
+        ("--of", "path_length", "--bins", "0"): (2, "one bin"),
+        ("--of", "path_length", "--bins", "3,2"): (2, "ascend"),
+        ("--of", "path_length", "--range", "1..2 deg"): (2, "is no unit here"),
+        ("--of", "path_length", "--range", "2..1"): (2, "backwards"),
+        ("--of", "path_length", "--range", "1..1"): (2, "no width"),
+        ("--of", "path_length", "--log", "--range", "0..1"): (2, "above 0"),
+        ("--of", "path_length", "--by", "sourc"): (2, "did you mean 'source'"),
+        ("--of", "path_length", "--by", "detector"): (2, "--detector"),
+        ("--of", "path_length", "--quantiles", "101"): (2, "from 0 to 100"),
+        ("--of", "path_length", "--quantiles", "nan"): (2, "from 0 to 100"),
+        ("--of", "path_length", "-o", "x.doc"): (2, ".csv"),
+    }
+    for arguments, (status, text) in wrong.items():
+        message = run("stats", path, *arguments, status=status).stderr
+        check(text in message, f"{arguments}: {message}")
+    run("stats", path, "--of", "path_length", "--log", "-o", "log.json", "--force")
+    with open("log.json", encoding="utf8") as file:
+        edges = json.load(file)["histogram"]["edges"]
+    check(np.allclose(np.diff(np.log(edges)), np.log(edges[1] / edges[0])), "bins of equal ratio")
+
+
+def check_seeds():
+    """Variance over seeds against the errors reported: each ratio within the law of chi-square
+    with 19 degrees of freedom, 99.8 % of which lie in [0.29, 2.3]."""
+    seen = {}
+    for seed in range(20):
+        run("trace", "scene.yaml", "-o", "seed.raymap", "-n", 1500, "--seed", 100 + seed,
+            "--force", "--quiet")
+        got = stats("seed.raymap", "--of", "optical_path(sensor)", "--bins", "0,20,60,400 m")
+        figures = {k: got[k] for k in ("flux", "mean", "standard_deviation")}
+        figures["median"] = got["quantiles"][2]
+        for b in range(3):
+            figures[f"bin {b}"] = {"value": got["histogram"]["flux"][b],
+                                   "standard_error": got["histogram"]["standard_error"][b]}
+        for key, value in figures.items():
+            seen.setdefault(key, []).append((value["value"], value["standard_error"]))
+    for key, pairs in seen.items():
+        value, reported = np.array(pairs).T
+        ratio = value.var(ddof=1) / (reported**2).mean()
+        print(f"variance over seeds / reported, {key}: {ratio:.2f}")
+        check(0.29 < ratio < 2.4, f"variance ratio of {key}: {ratio}")
+
+
+def main():
+    with open("scene.yaml", "w", encoding="utf8") as file:
+        file.write(SCENE)
+    run("trace", "scene.yaml", "-o", "a.raymap", "-n", RAYS, "--force", "--quiet")
+    m = Map("a.raymap")
+    check_numbers(m, "a.raymap")
+    check_wavelengths(m, "a.raymap")
+    check_two(m, "a.raymap")
+    check_groups(m, "a.raymap")
+    check_memory("a.raymap")
+    check_refusals("a.raymap")
+    check_seeds()
+    sys.exit(f"{failures} failures" if failures else 0)
+
+
+main()

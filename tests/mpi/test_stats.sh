@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: raymap stats says the same, byte for byte, for 1 to 4 ranks and any threads, with the
+# values in memory and without.
+. "$(dirname "$0")/../cli/expect.bash"
+rm -rf ./*
+write_scene scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o m.raymap -n 30000 --quiet
+for np in 1 2 3 4; do
+    run=(mpirun -np $np "$RAYMAP" stats m.raymap --json --threads $((5 - np)))
+    expect 0 '"kurtosis"' "${run[@]}" --of path_length --by source
+    cp stdout.txt path$np.json
+    expect 0 '"outside"' "${run[@]}" --of 'x(sensor)' --of 'y(sensor)' --where 'x(sensor) < 1'
+    cp stdout.txt spot$np.json
+    expect 0 '"quantiles"' "${run[@]}" --of optical_path --memory 1000
+    cp stdout.txt lean$np.json
+    for kind in path spot lean; do
+        cmp ${kind}1.json $kind$np.json || { echo "FAILED: $kind: $np ranks differ"; failures=1; }
+    done
+    expect 3 "did you mean 'wavelength'" mpirun -np $np "$RAYMAP" stats m.raymap --of wavelengh
+    expect 2 '1000000000 bins' mpirun -np $np "$RAYMAP" stats m.raymap --of flux --bins 1e9
+done
+finish
