@@ -20,6 +20,17 @@ struct rmap_affine {
     struct rmap_vec3 t;
 };
 
+/* fmin and fmax without a call; b where either is NaN */
+static inline double rmap_min(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double rmap_max(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 static inline struct rmap_vec3 rmap_vec3(double x, double y, double z)
 {
     return (struct rmap_vec3){x, y, z};

@@ -9,6 +9,8 @@
 static const double safety = 0.9;
 static const double least_change = 0.1;
 static const double greatest_change = 6.0;
+/* A way of more steps is not divided evenly: its end is too far off to be planned for. */
+static const double equal_parts = 4.0;
 
 bool rmap_curve_evaluate(struct rmap_curve *curve, struct rmap_curve_state *state)
 {
@@ -27,10 +29,12 @@ static double least_length(const struct rmap_curve *curve)
     return 1e-14 * curve->gradient->size + 8 * DBL_EPSILON * rmap_length(curve->state.r);
 }
 
-/* Errors of the pairs for a step of the length over which the field is like a polynomial, measured
- * on Luneburg's ray (sine and cosine of t): what the first steps are guessed from. */
-static const double unit_error_6 = 9e-6;
-static const double unit_error_8 = 3.3e-8;
+/* Logarithms of the errors of the pairs for a step of the length over which the field is like a
+ * polynomial, measured on Luneburg's ray (sine and cosine of t): what the first steps are guessed
+ * from. */
+static const double log_unit_error_6 = -11.618; /* 9e-6 */
+static const double log_unit_error_8 = -18.644; /* 8e-9 */
+static const double first_share = 0.85;         /* of that: less is lost by a step too short */
 
 /* The steps in t, of either pair, that a field like a polynomial over `best_step` allows. */
 static void guess_steps(struct rmap_curve *curve, struct rmap_vec3 direction)
@@ -47,11 +51,12 @@ static void guess_steps(struct rmap_curve *curve, struct rmap_vec3 direction)
     if (!(reach > 0.0)) {
         reach = gradient->size;
     }
-    double allowed = gradient->options.tolerance / gradient->size;
-    double step_6 = pow(allowed / unit_error_6, 1.0 / rmap_curve_pair_6.exponent);
-    double step_8 = pow(allowed / unit_error_8, 1.0 / rmap_curve_pair_8.exponent);
+    double allowed = log(gradient->options.tolerance / gradient->size);
+    double step_6 = exp((allowed - log_unit_error_6) / rmap_curve_pair_6.exponent);
+    double step_8 = exp((allowed - log_unit_error_8) / rmap_curve_pair_8.exponent);
     curve->share_6 = step_6 / step_8;
-    curve->next_h = fmin(safety * step_8 * reach, gradient->size) / curve->state.n;
+    curve->next_h =
+        rmap_min(first_share * safety * step_8 * reach, gradient->size) / curve->state.n;
 }
 
 bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *gradient, int channel,
@@ -92,43 +97,53 @@ static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
 static double change_after(const struct rmap_curve_pair *pair, double log_error)
 {
     double change = safety * exp(-log_error / pair->exponent);
-    return fmin(fmax(change, least_change), greatest_change);
+    return rmap_min(rmap_max(change, least_change), greatest_change);
 }
 
-/* The first step of a leg, and any that the caller or the end of the field keeps short, by the pair
- * of order 6: nothing is known yet, or nothing would be won. */
-static const struct rmap_curve_pair *choose_pair(const struct rmap_curve *curve, double longest)
+/* Steps to the end of a way, in t: the pair of order 6 where one of its steps is enough, or where
+ * neither the field nor the way is known yet; else full steps of order 8 where the rest is then one
+ * of order 6; else equal ones. */
+static const struct rmap_curve_pair *plan_step(const struct rmap_curve *curve, double way,
+                                               double *h)
 {
-    bool small = curve->n_step == 0 || longest <= curve->share_6 * curve->next_h;
-    return small ? &rmap_curve_pair_6 : &rmap_curve_pair_8;
+    double full = curve->next_h, small = curve->share_6 * full;
+    double parts = ceil(way / full);
+    bool last = way <= small, blank = curve->n_step == 0 && !(way < HUGE_VAL);
+    *h = last || blank ? small : full;
+    if (!last && parts <= equal_parts && way - (parts - 1.0) * full > safety * small)
+        *h = way / parts;
+    *h = rmap_min(*h, way);
+    return last || blank ? &rmap_curve_pair_6 : &rmap_curve_pair_8;
 }
 
-/* Error-controlled; `longest` is in t. */
-static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step, double longest)
+/* Error-controlled; `way`, to where the caller would like to get, and `longest` are in t. */
+static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step, double way,
+                             double longest)
 {
     double least = least_length(curve) / curve->state.n;
     double blind = curve->gradient->options.tolerance / curve->state.n;
     double growth = greatest_change;
     for (;;) {
-        const struct rmap_curve_pair *pair = choose_pair(curve, longest);
+        double h;
+        const struct rmap_curve_pair *pair = plan_step(curve, way, &h);
         double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
-        double h = fmin(share * curve->next_h, longest);
+        h = rmap_min(h, longest);
         if (!rmap_curve_nystrom(curve, pair, step, h)) {
             if (h <= blind) {
                 return step_blindly(curve, step);
             }
-            longest = 0.25 * h;
+            way = longest = 0.25 * h;
             growth = 1.0;
             continue;
         }
-        double log_error = log(fmax(rmap_curve_nystrom_error(curve, step), 1e-10));
-        double next = h / share * fmin(change_after(pair, log_error), growth);
+        double log_error = log(rmap_max(rmap_curve_nystrom_error(curve, step), 1e-10));
+        double next = h / share * rmap_min(change_after(pair, log_error), growth);
         if (share < 1.0) { /* across the pairs the guess is less sure */
-            next *= safety;
+            next *= safety * safety;
         }
         if (log_error <= 0.0) {
-            /* A step that was cut short says little about the next. */
-            curve->next_h = h < share * curve->next_h ? fmax(next, curve->next_h) : next;
+            /* A step that was cut very short says little about the next. */
+            curve->next_h = h < 0.4 * share * curve->next_h ? rmap_max(next, curve->next_h) : next;
             curve->blind = false;
             rmap_curve_nystrom_finish(step);
             return true;
@@ -137,7 +152,7 @@ static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *s
             return false;
         }
         growth = 1.0;
-        curve->next_h = fmax(least / share, next);
+        curve->next_h = rmap_max(least / share, next);
     }
 }
 
@@ -160,7 +175,7 @@ static double seed_length(const struct rmap_curve_options *options,
                           const struct rmap_curve_state *state)
 {
     double along = fabs(rmap_dot(state->T, state->D)) / (state->n * state->n);
-    double share = fmin(fmax(1.0 - along / options->amplitude, 0.0), 1.0);
+    double share = rmap_min(rmap_max(1.0 - along / options->amplitude, 0.0), 1.0);
     return options->step_min + share * (options->step_max - options->step_min);
 }
 
@@ -168,18 +183,19 @@ bool rmap_curve_advance(struct rmap_curve *curve, double length_max, struct rmap
 {
     const struct rmap_curve_options *options = &curve->gradient->options;
     double n = curve->state.n;
-    double longest = fmin(length_max, curve->gradient->size) / n;
+    double longest = rmap_min(length_max, curve->gradient->size) / n;
     bool done = false;
     step->from = curve->state;
     switch (options->scheme) {
     case RMAP_SCHEME_ADAPTIVE:
-        done = advance_adaptive(curve, step, longest);
+        done = advance_adaptive(curve, step, length_max / n, longest);
         break;
     case RMAP_SCHEME_SHARMA:
-        done = advance_sharma(curve, step, fmin(seed_length(options, &curve->state) / n, longest));
+        done =
+            advance_sharma(curve, step, rmap_min(seed_length(options, &curve->state) / n, longest));
         break;
     case RMAP_SCHEME_SHARMA_FIXED:
-        done = advance_sharma(curve, step, fmin(options->step / n, longest));
+        done = advance_sharma(curve, step, rmap_min(options->step / n, longest));
         break;
     }
     if (done) {

@@ -33,13 +33,13 @@ struct rmap_curve_step {
     double error;           /* estimate of the error of `to` over this step, scene units */
 
     /* Dense output: r = from.r + t from.T + t^2 (sum of bend[k] (t / whole)^k), t = theta h */
-    double bend[RMAP_CURVE_POWERS][4];     /* x, y, z, and 0: four abreast */
-    double turn[RMAP_CURVE_POWERS][4];     /* (k + 2) bend[k]: of T */
-    double whole;                          /* h before any cut */
-    double between;                        /* error of T inside the step, of what is allowed */
-    const struct rmap_curve_pair *pair;    /* the formula; NULL: Sharma's */
-    int n_stage;                           /* of it; Sharma's: 0 */
-    struct rmap_vec3 D[RMAP_CURVE_STAGES]; /* of its stages */
+    double bend[RMAP_CURVE_POWERS][4];  /* x, y, z, and 0: four abreast */
+    double turn[RMAP_CURVE_POWERS][4];  /* (k + 2) bend[k]: of T */
+    double whole;                       /* h before any cut */
+    double between;                     /* error of T inside the step, of what is allowed */
+    const struct rmap_curve_pair *pair; /* the formula; NULL: Sharma's */
+    int n_stage;                        /* of it; Sharma's: 0 */
+    double D[RMAP_CURVE_STAGES][4];     /* of its stages */
 };
 
 struct rmap_curve {

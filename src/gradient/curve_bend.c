@@ -4,20 +4,25 @@
 /* Between the stages. */
 #define MARGIN 1.1
 
-static double across(struct rmap_vec3 D, struct rmap_vec3 T)
+/* Square of the part of D across a direction; from its whole square, so good to 1e-8 D alone. */
+static double across(struct rmap_vec3 D, struct rmap_vec3 along, double inverse_square)
 {
-    double along = rmap_dot(D, T) / rmap_dot(T, T);
-    struct rmap_vec3 rest = rmap_axpy(-along, T, D);
-    return rmap_dot(rest, rest);
+    double part = rmap_dot(D, along);
+    return rmap_dot(D, D) - part * part * inverse_square;
 }
 
 double rmap_curve_bend(const struct rmap_curve_step *step)
 {
-    double most = fmax(across(step->from.D, step->from.T), across(step->to.D, step->to.T));
-    struct rmap_vec3 way = rmap_sub(step->to.r, step->from.r);
+    const struct rmap_curve_state *from = &step->from, *to = &step->to;
+    double first = across(from->D, from->T, 1.0 / rmap_dot(from->T, from->T));
+    double last = across(to->D, to->T, 1.0 / rmap_dot(to->T, to->T));
+    double most = rmap_max(0.0, rmap_max(first, last));
+    struct rmap_vec3 way = rmap_sub(to->r, from->r);
+    double inverse_square = 1.0 / rmap_dot(way, way);
     for (int i = 1; i < step->n_stage; i++) {
-        double square = across(step->D[i], way);
-        most = square > most ? square : most;
+        const double *D = step->D[i];
+        /* a way of no length: NaN, passed over */
+        most = rmap_max(across(rmap_vec3(D[0], D[1], D[2]), way, inverse_square), most);
     }
     return MARGIN * sqrt(most);
 }

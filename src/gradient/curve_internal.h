@@ -21,6 +21,21 @@ static inline struct rmap_vec3 rmap_wide_vec3(const rmap_wide *a)
     return rmap_vec3((*a)[0], (*a)[1], (*a)[2]);
 }
 
+static inline void rmap_wide_set(rmap_wide *a, struct rmap_vec3 b)
+{
+    *a = (rmap_wide){b.x, b.y, b.z, 0.0};
+}
+
+static inline void rmap_wide_load(rmap_wide *a, const double from[4])
+{
+    memcpy(a, from, sizeof *a);
+}
+
+static inline void rmap_wide_store(const rmap_wide *a, double to[4])
+{
+    memcpy(to, a, sizeof *a);
+}
+
 /* a + s b, elementwise as rmap_axpy */
 static inline void rmap_wide_axpy(double s, const rmap_wide *b, rmap_wide *a)
 {
@@ -31,7 +46,7 @@ static inline void rmap_wide_axpy(double s, const rmap_wide *b, rmap_wide *a)
 static inline void rmap_wide_horner(const rmap_wide *share, const double b[4], rmap_wide *a)
 {
     rmap_wide next;
-    memcpy(&next, b, sizeof next);
+    rmap_wide_load(&next, b);
     *a = next + *a * *share;
 }
 
@@ -74,13 +89,11 @@ bool rmap_curve_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, d
 double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curve_step *step);
 
 /* Sets step->bend[k], and turn[k] from it. */
-static inline void rmap_curve_set_bend(struct rmap_curve_step *step, int k, struct rmap_vec3 bend)
+static inline void rmap_curve_set_bend(struct rmap_curve_step *step, int k, const rmap_wide *bend)
 {
-    double of_r[4] = {bend.x, bend.y, bend.z, 0.0};
-    for (int c = 0; c < 4; c++) {
-        step->bend[k][c] = of_r[c];
-        step->turn[k][c] = of_r[c] * (k + 2);
-    }
+    rmap_wide turn = *bend * (double)(k + 2);
+    rmap_wide_store(bend, step->bend[k]);
+    rmap_wide_store(&turn, step->turn[k]);
 }
 
 /* The rest of the step: what dense output needs, and the lengths. */

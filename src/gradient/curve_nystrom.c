@@ -4,52 +4,51 @@
  */
 #include "gradient/curve_internal.h"
 
-/* The stages' D, four abreast. */
-struct stages {
-    rmap_wide D[RMAP_CURVE_STAGES];
-};
-
-static inline void take(struct stages *stages, int i, struct rmap_vec3 D)
+/* Sum of the stages' D, weighted. */
+static inline void combine(const double *weight, const struct rmap_curve_step *step, int count,
+                           rmap_wide *sum)
 {
-    stages->D[i] = (rmap_wide){D.x, D.y, D.z, 0.0};
+    *sum = (rmap_wide){0};
+    for (int i = 0; i < count; i++) {
+        rmap_wide D;
+        rmap_wide_load(&D, step->D[i]);
+        rmap_wide_axpy(weight[i], &D, sum);
+    }
 }
 
-static inline void take_all(struct stages *stages, const struct rmap_curve_step *step)
+static inline double length_of(const rmap_wide *a)
 {
-    for (int i = 0; i < step->n_stage; i++)
-        take(stages, i, step->D[i]);
-}
-
-static inline struct rmap_vec3 combine(const double *weight, const struct stages *stages, int count)
-{
-    rmap_wide sum = {0};
-    for (int i = 0; i < count; i++)
-        rmap_wide_axpy(weight[i], &stages->D[i], &sum);
-    return rmap_wide_vec3(&sum);
+    return rmap_length(rmap_wide_vec3(a));
 }
 
 RMAP_WIDE
 bool rmap_curve_nystrom(struct rmap_curve *curve, const struct rmap_curve_pair *pair,
                         struct rmap_curve_step *step, double h)
 {
-    const struct rmap_curve_state *from = &step->from;
-    struct rmap_curve_state at;
-    struct stages stages;
+    struct rmap_curve_state at = {.D = step->from.D};
+    rmap_wide from_r, from_T, sum, D;
     step->h = step->whole = h;
     step->pair = pair;
     step->n_stage = pair->stages;
-    step->D[0] = from->D;
-    take(&stages, 0, from->D);
+    rmap_wide_set(&from_r, step->from.r);
+    rmap_wide_set(&from_T, step->from.T);
+    rmap_wide_set(&D, step->from.D);
+    rmap_wide_store(&D, step->D[0]);
     for (int i = 1; i < pair->stages; i++) {
-        struct rmap_vec3 bend = combine(pair->coupling[i], &stages, i);
-        at.r = rmap_axpy(h * h, bend, rmap_axpy(pair->node[i] * h, from->T, from->r));
+        rmap_wide r = from_r;
+        combine(pair->coupling[i], step, i, &sum);
+        rmap_wide_axpy(pair->node[i] * h, &from_T, &r);
+        rmap_wide_axpy(h * h, &sum, &r);
+        at.r = rmap_wide_vec3(&r);
         if (!rmap_curve_evaluate(curve, &at)) {
             return false;
         }
-        step->D[i] = at.D;
-        take(&stages, i, at.D);
+        rmap_wide_set(&D, at.D);
+        rmap_wide_store(&D, step->D[i]);
     }
-    at.T = rmap_axpy(h, combine(pair->weight_T, &stages, pair->stages), from->T);
+    combine(pair->weight_T, step, pair->stages, &sum);
+    rmap_wide_axpy(h, &sum, &from_T);
+    at.T = rmap_wide_vec3(&from_T);
     step->to = at;
     return true;
 }
@@ -64,31 +63,42 @@ double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curv
     const struct rmap_gradient *gradient = curve->gradient;
     const struct rmap_curve_pair *pair = step->pair;
     double h = step->h;
-    struct stages stages;
-    take_all(&stages, step);
-    double place = h * rmap_length(combine(pair->defect_r, &stages, pair->stages));
-    double turn = rmap_length(combine(pair->defect_T, &stages, pair->stages));
-    double rough = rmap_length(combine(pair->rough, &stages, pair->stages));
-    double rougher = rmap_length(combine(pair->rougher, &stages, pair->stages));
+    rmap_wide of_r = {0}, of_T = {0}, of_rough = {0}, of_rougher = {0};
+    for (int i = 0; i < pair->stages; i++) {
+        rmap_wide D;
+        rmap_wide_load(&D, step->D[i]);
+        rmap_wide_axpy(pair->defect_r[i], &D, &of_r);
+        rmap_wide_axpy(pair->defect_T[i], &D, &of_T);
+        rmap_wide_axpy(pair->rough[i], &D, &of_rough);
+        rmap_wide_axpy(pair->rougher[i], &D, &of_rougher);
+    }
+    double place = h * length_of(&of_r), turn = length_of(&of_T);
+    double rough = length_of(&of_rough), rougher = length_of(&of_rougher);
     double fall = pair->smoothness * turn;
     if (rougher > 0.0) {
-        fall = fmax(fall, pair->smoothness * rough * rough / rougher);
+        fall = rmap_max(fall, pair->smoothness * rough * rough / rougher);
     }
     double share = fall < rough ? fall / rough : 1.0;
     double angle = turn / step->to.n * gradient->size;
     step->error = share * h * place;
     step->between = sqrt(share) * h * angle / gradient->options.tolerance;
-    return fmax(step->error, share * h * angle) / gradient->options.tolerance;
+    return rmap_max(step->error, share * h * angle) / gradient->options.tolerance;
 }
 
 RMAP_WIDE
 void rmap_curve_nystrom_finish(struct rmap_curve_step *step)
 {
     const struct rmap_curve_pair *pair = step->pair;
-    struct stages stages;
-    take_all(&stages, step);
+    rmap_wide bend[RMAP_CURVE_POWERS] = {{0}};
+    for (int i = 0; i < pair->stages; i++) {
+        rmap_wide D;
+        rmap_wide_load(&D, step->D[i]);
+        for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
+            rmap_wide_axpy(pair->dense[k][i], &D, &bend[k]);
+        }
+    }
     for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
-        rmap_curve_set_bend(step, k, combine(pair->dense[k], &stages, pair->stages));
+        rmap_curve_set_bend(step, k, &bend[k]);
     }
     rmap_curve_lengths(step, 1.0, &step->optical, &step->length);
 }
@@ -100,17 +110,16 @@ bool rmap_curve_nystrom_finer(struct rmap_curve *curve, const struct rmap_curve_
     struct rmap_curve_state middle;
     double t = theta * step->h;
     struct rmap_vec3 sum = {0};
-    struct stages stages;
-    take_all(&stages, step);
     rmap_curve_at(step, 0.5 * step->whole / step->h, &middle.r, &middle.T);
     if (!rmap_curve_evaluate(curve, &middle)) {
         return false;
     }
     for (int k = RMAP_CURVE_POWERS; k >= 0; k--) {
         const double *finer = step->pair->finer[k];
-        struct rmap_vec3 bend = rmap_axpy(finer[RMAP_CURVE_STAGES], middle.D,
-                                          combine(finer, &stages, RMAP_CURVE_STAGES));
-        sum = rmap_axpy(k + 2, bend, rmap_scale(sum, t / step->whole));
+        rmap_wide bend;
+        combine(finer, step, RMAP_CURVE_STAGES, &bend);
+        sum = rmap_axpy(k + 2, rmap_axpy(finer[RMAP_CURVE_STAGES], middle.D, rmap_wide_vec3(&bend)),
+                        rmap_scale(sum, t / step->whole));
     }
     *T = rmap_axpy(t, sum, step->from.T);
     return true;

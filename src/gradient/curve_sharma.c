@@ -6,6 +6,7 @@
  */
 #include "gradient/curve_internal.h"
 
+RMAP_WIDE
 void rmap_curve_hermite_finish(struct rmap_curve_step *step)
 {
     const struct rmap_curve_state *a = &step->from;
@@ -17,12 +18,18 @@ void rmap_curve_hermite_finish(struct rmap_curve_step *step)
     struct rmap_vec3 p0 = rmap_axpy(-0.5, a->D, rmap_scale(chord, square));
     struct rmap_vec3 p1 = rmap_sub(rmap_scale(rmap_sub(b->T, a->T), 1.0 / h), a->D);
     struct rmap_vec3 p2 = rmap_sub(b->D, a->D);
-    rmap_curve_set_bend(step, 0, rmap_scale(a->D, 0.5));
-    rmap_curve_set_bend(step, 1, rmap_axpy(0.5, p2, rmap_axpy(-4.0, p1, rmap_scale(p0, 10.0))));
-    rmap_curve_set_bend(step, 2, rmap_axpy(-1.0, p2, rmap_axpy(7.0, p1, rmap_scale(p0, -15.0))));
-    rmap_curve_set_bend(step, 3, rmap_axpy(0.5, p2, rmap_axpy(-3.0, p1, rmap_scale(p0, 6.0))));
-    for (int k = 4; k < RMAP_CURVE_POWERS; k++) {
-        rmap_curve_set_bend(step, k, rmap_vec3(0.0, 0.0, 0.0));
+    const struct rmap_vec3 bend[] = {
+        rmap_scale(a->D, 0.5),
+        rmap_axpy(0.5, p2, rmap_axpy(-4.0, p1, rmap_scale(p0, 10.0))),
+        rmap_axpy(-1.0, p2, rmap_axpy(7.0, p1, rmap_scale(p0, -15.0))),
+        rmap_axpy(0.5, p2, rmap_axpy(-3.0, p1, rmap_scale(p0, 6.0))),
+    };
+    const int n = (int)(sizeof bend / sizeof bend[0]);
+    for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
+        rmap_wide wide = {0};
+        if (k < n)
+            rmap_wide_set(&wide, bend[k]);
+        rmap_curve_set_bend(step, k, &wide);
     }
     step->whole = h;
     step->between = 0.0;

@@ -7,6 +7,10 @@
 /* The chord that decides leaves the curve by this share of the tolerance at most. */
 #define DECIDES 0.1
 
+/* While its sag is less than this share of its length, a run is much like the line ahead, where the
+ * next surface is known. */
+#define STRAIGHT 0.1
+
 /* A piece shorter than this share of its run is straight, whatever rounding makes of it. */
 #define SHORTEST 1e-12
 
@@ -92,11 +96,11 @@ bool rmap_curve_search_add(struct rmap_curve_search *search)
     struct rmap_curve_run *run = &search->run;
     const struct rmap_curve_step *step = &run->step[run->n++];
     run->time[run->n] = run->time[run->n - 1] + step->h;
-    run->bend = fmax(run->bend, rmap_curve_bend(step));
+    run->bend = rmap_max(run->bend, rmap_curve_bend(step));
     run->length += step->length;
-    double time = run_time(run), twice = 2.0 * step->h; /* the next step may be as long */
+    double time = run_time(run), straight = rmap_max(search->options->sag, STRAIGHT * run->length);
     return run->n == RMAP_CURVE_RUN_MAX || run->length >= 0.9 * search->ahead ||
-           0.125 * run->bend * time * (time + twice) > search->options->sag;
+           0.125 * run->bend * time * time > straight;
 }
 
 /* Does a surface cross the line between two points? The contact counts where it starts the leg. */
@@ -111,7 +115,7 @@ static bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struc
     search->ray.direction = rmap_scale(way, 1.0 / length);
     if (!rmap_accel_next_within(search->accel, &search->ray, length, hit))
         return false;
-    *share = fmin(hit->t / length, 1.0);
+    *share = rmap_min(hit->t / length, 1.0);
     return true;
 }
 
@@ -196,7 +200,7 @@ static double half_window(const struct rmap_curve_search *search, const struct p
     double cosine = fabs(rmap_dot(chord, hit->normal)) / length;
     /* The surface may leave its plane by sag^2 / (2 R cosine^2); R: as long as the chord. */
     double astray = piece->sag * piece->sag / (length * length * cosine * cosine * cosine);
-    return fmin(fmax(decides, astray * span * wider), 0.5 * span);
+    return rmap_min(rmap_max(decides, astray * span * wider), 0.5 * span);
 }
 
 static bool same_side(const struct rmap_curve_search *search, const struct piece *piece)
@@ -213,7 +217,7 @@ static void set_piece(struct rmap_curve_search *search, struct piece *piece, dou
     const struct rmap_curve_run *run = &search->run;
     double bend = 0.125 * run->bend, shortest = SHORTEST * run_time(run);
     double most = sqrt(search->options->sag / bend); /* bend 0: infinite */
-    double span = fmin(end - piece->a.time, fmax(most, shortest));
+    double span = rmap_min(end - piece->a.time, rmap_max(most, shortest));
     piece->b = point_at(run, span < end - piece->a.time ? piece->a.time + span : end);
     while (starts_on_surface(search) && !same_side(search, piece) && span > shortest) {
         span *= 0.25;
@@ -253,10 +257,10 @@ static enum verdict judge(struct rmap_curve_search *search, const struct piece *
     double half = half_window(search, piece, hit, aim->wider);
     aim->wider *= 4.0;
     if (time - half > from + 0.5 * half) {
-        aim->next = fmin(time - half, from + 0.9 * span);
+        aim->next = rmap_min(time - half, from + 0.9 * span);
         aim->after = time + half;
     } else {
-        aim->next = fmin(time + half, from + 0.75 * span);
+        aim->next = rmap_min(time + half, from + 0.75 * span);
     }
     return UNDECIDED;
 }
@@ -273,7 +277,7 @@ bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struc
         case MET:
             *time = aim.next;
             if (!starts_on_surface(search))
-                hit->t = fmax(hit->t, DBL_MIN);
+                hit->t = rmap_max(hit->t, DBL_MIN);
             return true;
         case UNDECIDED:
             break;
@@ -281,7 +285,7 @@ bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struc
             leave_surface(search);
             piece.a = piece.b;
             aim.next = aim.after > piece.a.time ? aim.after : piece.a.time + 2.0 * span;
-            aim.next = fmin(aim.next, end);
+            aim.next = rmap_min(aim.next, end);
             aim.after = 0.0;
             aim.wider = 1.0;
             break;

@@ -109,6 +109,15 @@ static bool find_end(const struct bend *bend, double *time, enum rmap_leg_end *e
     return theta <= 1.0;
 }
 
+/* What the curve still has to go until a surface straight ahead of the run, with a margin; it may
+ * turn away from one that is near. */
+static double way_to_surface(const struct bend *bend)
+{
+    const double detour = 1.15, least = 0.05;
+    double way = detour * bend->search.ahead - bend->search.run.length;
+    return rmap_max(way, least * bend->gradient->size);
+}
+
 /* The steps of a run. True when something other than a surface ends the leg with it, at *time. */
 static bool fill_run(struct bend *bend, double *time, enum rmap_leg_end *end)
 {
@@ -116,11 +125,12 @@ static bool fill_run(struct bend *bend, double *time, enum rmap_leg_end *end)
     bool due = false;
     for (*time = 0.0; !due; *time = run->time[run->n]) {
         double rest = bend->free_path - bend->length - run->length;
+        double way = rmap_min(1.1 * rest, way_to_surface(bend));
         if (bend->curve.n_step == bend->gradient->options.max_steps) {
             *end = RMAP_LEG_LIMIT;
             return true;
         }
-        if (!rmap_curve_advance(&bend->curve, 1.1 * rest, &run->step[run->n])) {
+        if (!rmap_curve_advance(&bend->curve, way, &run->step[run->n])) {
             *end = RMAP_LEG_ERROR;
             return true;
         }
@@ -222,7 +232,7 @@ void rmap_walk_curve(struct rmap_walk *walk, struct rmap_arrival *arrival)
     leg->length = bend.length;
     walk->ray.direction = leg->direction;
     if (arrival->end == RMAP_LEG_SURFACE && arrival->hit.t > 0.0)
-        arrival->hit.t = fmax(bend.length, DBL_MIN); /* of the leg, not of its last chord */
+        arrival->hit.t = rmap_max(bend.length, DBL_MIN); /* of the leg, not of its last chord */
     if (rmap_medium_is_turbid(medium)) {
         bool ended = arrival->end == RMAP_LEG_SCATTERED;
         uint32_t event = rmap_free_path_end(medium, &path, bend.length, ended, &walk->colour);
