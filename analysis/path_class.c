@@ -9,6 +9,7 @@
 /* A ray that has a path. */
 struct member {
     XXH128_hash_t hash;
+    int32_t source;
     uint64_t id;
     size_t row, segment, registration;
 };
@@ -17,7 +18,13 @@ static int compare_members(const void *a_, const void *b_)
 {
     const struct member *a = a_, *b = b_;
     int order = XXH128_cmp(&a->hash, &b->hash);
+    order = order != 0 ? order : (a->source > b->source) - (a->source < b->source);
     return order != 0 ? order : (a->id > b->id) - (a->id < b->id);
+}
+
+static bool is_same(const struct member *a, const struct member *b)
+{
+    return a->source == b->source && XXH128_isEqual(a->hash, b->hash);
 }
 
 static int compare_classes(const void *a_, const void *b_)
@@ -63,9 +70,12 @@ static void find_members(const struct rmap_path_classes *classes, struct work *w
     for (; place.ray < portion->n_row[RMAP_TABLE_RAY]; place.ray++) {
         size_t n = 0;
         if (rmap_path_key_of(classes->keys, portion, &place, work->symbol, &n))
-            work->member[work->n_member++] = (struct member){
-                rmap_path_key_hash(portion->ray.source[place.ray], work->symbol, n),
-                portion->ray.id[place.ray], place.ray, place.segment, place.registration};
+            work->member[work->n_member++] = (struct member){rmap_path_key_hash(work->symbol, n),
+                                                             portion->ray.source[place.ray],
+                                                             portion->ray.id[place.ray],
+                                                             place.ray,
+                                                             place.segment,
+                                                             place.registration};
         place.segment += portion->ray.segment_count[place.ray];
         place.registration += portion->ray.registration_count[place.ray];
     }
@@ -137,7 +147,7 @@ rmap_path_classes_create(const struct rmap_scene *scene, const struct rmap_path_
     qsort(work.member, work.n_member, sizeof *work.member, compare_members);
     for (size_t i = 0; i < work.n_member;) {
         size_t first = i++;
-        while (i < work.n_member && XXH128_isEqual(work.member[i].hash, work.member[first].hash))
+        while (i < work.n_member && is_same(&work.member[i], &work.member[first]))
             i++;
         RMAP_TRY(add_class(classes, &work, first, i, &cap, err));
     }

@@ -175,12 +175,9 @@ bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_porti
     return !keys->view.until_detector;
 }
 
-/* The source is no seed: of short inputs a seed may cancel a difference between the inputs. */
-XXH128_hash_t rmap_path_key_hash(int32_t source, const rmap_path_step *symbol, size_t n)
+XXH128_hash_t rmap_path_key_hash(const rmap_path_step *symbol, size_t n)
 {
-    XXH128_hash_t hash = XXH3_128bits(symbol, n * sizeof *symbol);
-    hash.low64 += ((uint64_t)(uint32_t)source + 1) * UINT64_C(0x9e3779b97f4a7c15);
-    return hash;
+    return XXH3_128bits(symbol, n * sizeof *symbol);
 }
 
 size_t rmap_path_n_label(const struct rmap_path_keys *keys)

@@ -58,13 +58,18 @@ bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_porti
                       const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
                       size_t *n_ret);
 
-XXH128_hash_t rmap_path_key_hash(int32_t source, const rmap_path_step *symbol, size_t n);
+/* Of the steps alone: classes are told apart by their source, too. */
+XXH128_hash_t rmap_path_key_hash(const rmap_path_step *symbol, size_t n);
 
-/* "T@lens.1 R@lens.3{2} V@sensor", rmap_free. Longer than most_nbytes (0: no matter): the middle is
+/* "T@lens.1 R@lens.3{2} V@sensor", rmap_free; a medium that shares its name with an object is
+ * "A@milk[medium]". Longer than most_nbytes (0: no matter): the middle is
  * left out, as "T@lens.1 ... V@sensor". */
 enum rmap_status rmap_path_key_text(const struct rmap_path_keys *keys, const rmap_path_step *symbol,
                                     size_t n, size_t most_nbytes, char **text_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same to a text that is there: `most` bytes or some more, as room for it allows. */
+void rmap_path_shorten(const char *text, size_t most, char *to, size_t to_nbytes);
 
 /* "lamp: T@lens.1 ...": the steps' text behind their source's name. rmap_free. */
 enum rmap_status rmap_path_with_source(const struct rmap_path_keys *keys, int32_t source,

@@ -136,33 +136,48 @@ static size_t run_length(const rmap_path_step *symbol, size_t n, size_t at)
     return k - at;
 }
 
-/* One more step of a text of steps; '{3}' behind those that come in a row. */
+/* One more step of a text of steps; '{3}' behind those that come in a row. mark: behind a
+ * medium with the name of an object. */
 static void add_run(struct text *text, const struct rmap_path_keys *keys, rmap_path_step symbol,
-                    size_t n_times)
+                    size_t n_times, const char *mark)
 {
+    bool inside, clash;
     if (text->n > 0 && text->bytes[text->n - 1] != '"')
         add_text(text, " ");
     add_step(text, keys, symbol);
+    (void)place_of(keys, symbol, &inside, &clash);
+    if (inside && clash)
+        add_text(text, "%s", mark);
     if (n_times > 1)
         add_text(text, "{%zu}", n_times);
 }
 
-/* Keeps whole steps of both ends of a text: about `most` bytes. */
-static void leave_out_middle(struct text *text, size_t most)
+void rmap_path_shorten(const char *text, size_t most, char *to, size_t to_nbytes)
 {
     static const char gap[] = " ... ";
-    size_t tail = text->n - most / 3, head = most - most / 3;
-    if (text->status != RMAP_OK || most == 0 || text->n <= most)
-        return;
-    while (head > 0 && text->bytes[head] != ' ')
-        head--;
-    while (tail < text->n && text->bytes[tail] != ' ')
-        tail++;
-    if (head == 0 || tail + 1 >= text->n || head + sizeof gap - 1 > tail + 1)
-        return;
-    memcpy(text->bytes + head, gap, sizeof gap - 1);
-    memmove(text->bytes + head + sizeof gap - 1, text->bytes + tail + 1, text->n - tail);
-    text->n = head + sizeof gap - 1 + text->n - tail - 1;
+    const size_t n = strlen(text);
+    size_t head = most - most / 3, tail = n - most / 3;
+    for (; n > most && head > 0 && text[head] != ' '; head--)
+        ;
+    for (; n > most && tail < n && text[tail] != ' '; tail++)
+        ;
+    if (n <= most || head == 0 || tail >= n || head >= tail)
+        (void)snprintf(to, to_nbytes, "%s", text);
+    else
+        (void)snprintf(to, to_nbytes, "%.*s%s%s", (int)head, text, gap, text + tail + 1);
+}
+
+/* Writes the middle's place into the text itself. */
+static void shorten(struct text *text, size_t most)
+{
+    char *copy = text->status == RMAP_OK ? rmap_strdup(text->bytes ? text->bytes : "") : NULL;
+    if (text->status == RMAP_OK && !copy)
+        text->status = rmap_error_set(text->err, RMAP_SYSTEM, "out of memory for a path's text");
+    if (text->status == RMAP_OK && text->n > most) {
+        rmap_path_shorten(copy, most, text->bytes, text->n + 1);
+        text->n = strlen(text->bytes);
+    }
+    rmap_free(copy);
 }
 
 enum rmap_status rmap_path_key_text(const struct rmap_path_keys *keys, const rmap_path_step *symbol,
@@ -172,10 +187,11 @@ enum rmap_status rmap_path_key_text(const struct rmap_path_keys *keys, const rma
     struct text text = {.err = err};
     for (size_t i = 0; i < n && text.status == RMAP_OK;) {
         size_t run = run_length(symbol, n, i);
-        add_run(&text, keys, symbol[i], run);
+        add_run(&text, keys, symbol[i], run, "[medium]");
         i += run;
     }
-    leave_out_middle(&text, most_nbytes);
+    if (most_nbytes > 0)
+        shorten(&text, most_nbytes);
     return finish(&text, text_ret);
 }
 
@@ -244,7 +260,7 @@ static void add_expression(struct text *text, const struct rmap_path_keys *keys,
 {
     for (size_t i = 0; i < n && text->status == RMAP_OK;) {
         size_t run = run_length(symbol, n, i);
-        add_run(text, keys, symbol[i], run);
+        add_run(text, keys, symbol[i], run, "");
         i += run;
         if (keys->view.collapsed && may_repeat(keys, symbol[i - 1], i == n))
             add_text(text, "+");

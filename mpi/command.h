@@ -46,6 +46,7 @@ extern const struct rmap_command rmap_command_report;
 extern const struct rmap_command rmap_command_detector;
 extern const struct rmap_command rmap_command_compare;
 extern const struct rmap_command rmap_command_stats;
+extern const struct rmap_command rmap_command_paths;
 extern const struct rmap_command rmap_command_draw;
 extern const struct rmap_command rmap_command_render;
 extern const struct rmap_command rmap_command_verify;

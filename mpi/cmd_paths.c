@@ -1,0 +1,225 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap paths: which ways the light took, and how much of it took each.
+ */
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/diagnostics.h"
+#include "mpi/agree.h"
+#include "mpi/asked.h"
+#include "mpi/find_detector.h"
+#include "mpi/json_out.h"
+#include "mpi/load.h"
+#include "mpi/output.h"
+#include "mpi/overlay_load.h"
+#include "mpi/path_run.h"
+
+enum { TOP_DEFAULT = 20 };
+
+static const struct rmap_option options[] = {
+    {"where", 'w', "CRITERION", "of the rays that match only, such as 'registered(sensor)'"},
+    RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
+    {"by", 0, "LEVEL", "whose names count: surface (default), object or group"},
+    {"no-events", 0, NULL, "tell paths apart by where they went, not by what happened there"},
+    {"collapse", 0, NULL, "equal steps in a row count as one"},
+    {"detector", 'd', "NAME", "only rays registered there, and their paths until then"},
+    {"top", 0, "N", "so many classes (default 20); all: every one"},
+    {"sort", 0, "BY", "flux (default), share, rays or length (legs per ray)"},
+    {"exact", 0, "N", "count up to N classes exactly (default 786432), the largest beyond"},
+    {"no-peaks", 0, NULL, "without the brightest cells of the classes"},
+    {"output", 'o', "OUT", "OUT.csv or OUT.json: the whole table"},
+    {"force", 'f', NULL, "replace OUT"},
+    {NULL}};
+
+static const char *const suffixes[] = {".csv", ".json", NULL};
+
+struct request {
+    const char *map_path, *where, *detector, *output_path;
+    struct rmap_path_request paths;
+};
+
+static enum rmap_status read_word(const struct rmap_arguments *given, const char *option,
+                                  const char *const *word, size_t n, int *found,
+                                  struct rmap_error *err)
+{
+    const char *text = rmap_argument(given, option);
+    if (!text)
+        return RMAP_OK;
+    for (size_t i = 0; i < n; i++)
+        if (strcmp(text, word[i]) == 0) {
+            *found = (int)i;
+            return RMAP_OK;
+        }
+    const char *nearest = rmap_nearest_word(text, word, n);
+    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none (%s%s%s)", option, text,
+                          nearest ? "did you mean '" : "see: raymap paths --help",
+                          nearest ? nearest : "", nearest ? "'?" : "");
+}
+
+static enum rmap_status read_numbers(const struct rmap_arguments *given,
+                                     struct rmap_path_request *paths, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *top = rmap_argument(given, "top");
+    if (top && strcmp(top, "all") == 0)
+        paths->top = UINT64_MAX;
+    else
+        RMAP_TRY(rmap_argument_count(given, "top", &paths->top, err));
+    RMAP_TRY(rmap_argument_count(given, "exact", &paths->most_classes, err));
+    if (paths->most_classes < 16 || paths->most_classes > (uint64_t)1 << 30)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--exact must lie between 16 and 2^30 (64 to 170 bytes for each)");
+out:
+    return st;
+}
+
+static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
+                                     struct rmap_error *err)
+{
+    static const char *const level[] = {"surface", "object", "group"};
+    static const char *const sort[] = {"flux", "rays", "length", "share"};
+    enum rmap_status st = RMAP_OK;
+    int by = RMAP_PATH_SURFACE, order = RMAP_PATH_BY_FLUX;
+    const bool peaks = !rmap_argument(given, "no-peaks");
+    *request = (struct request){.map_path = given->operand[0],
+                                .where = rmap_argument(given, "where"),
+                                .detector = rmap_argument(given, "detector"),
+                                .output_path = rmap_argument(given, "output"),
+                                .paths = {.top = TOP_DEFAULT,
+                                          .most_classes = RMAP_PATH_CLASSES_MOST,
+                                          .most_cells = peaks ? RMAP_PATH_CELLS_MOST : 0}};
+    RMAP_TRY(read_word(given, "by", level, sizeof level / sizeof *level, &by, err));
+    RMAP_TRY(read_word(given, "sort", sort, sizeof sort / sizeof *sort, &order, err));
+    RMAP_TRY(read_numbers(given, &request->paths, err));
+    request->paths.sort =
+        order < RMAP_PATH_SORT_COUNT ? (enum rmap_path_sort)order : RMAP_PATH_BY_FLUX;
+    request->paths.view =
+        (struct rmap_path_view){.level = (enum rmap_path_level)by,
+                                .without_events = rmap_argument(given, "no-events") != NULL,
+                                .collapsed = rmap_argument(given, "collapse") != NULL,
+                                .until_detector = request->detector != NULL,
+                                .detector = -1};
+    if (request->output_path)
+        st = rmap_output_check(request->output_path, suffixes,
+                               rmap_argument(given, "force") != NULL, err);
+out:
+    return st;
+}
+
+static json_t *document_of(const struct request *request, const struct rmap_path_report *report)
+{
+    json_t *document = json_pack("{s:s}", "map", request->map_path);
+    json_t *paths = rmap_path_report_json(report);
+    if (!document || !paths || json_object_update(document, paths) != 0) {
+        json_decref(document);
+        document = NULL;
+    }
+    json_decref(paths);
+    return document;
+}
+
+static enum rmap_status write_file(const struct request *request,
+                                   const struct rmap_path_report *report, struct rmap_error *err)
+{
+    const char *path = request->output_path;
+    const char *suffix = strrchr(path, '.');
+    enum rmap_status st = RMAP_OK;
+    FILE *file = fopen(path, "w");
+    if (file && suffix && strcasecmp(suffix, ".json") == 0)
+        st = rmap_json_print(document_of(request, report), file, err);
+    else if (file)
+        rmap_path_report_csv(report, file);
+    bool failed = !file || ferror(file);
+    failed |= file && fclose(file) != 0;
+    if (st == RMAP_OK && failed)
+        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    return st;
+}
+
+/* Columns of the terminal; 0: the output is none. */
+static size_t terminal_width(void)
+{
+    struct winsize size = {0};
+    if (!isatty(STDOUT_FILENO) || ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) != 0)
+        return 0;
+    return size.ws_col;
+}
+
+/* On rank 0. */
+static enum rmap_status show(const struct rmap_context *context, const struct request *request,
+                             const struct rmap_path_report *report, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (request->output_path)
+        RMAP_TRY(write_file(request, report, err));
+    if (context->json)
+        st = rmap_json_print(document_of(request, report), stdout, err);
+    else
+        st = rmap_path_report_print(report, terminal_width(), stdout, err);
+out:
+    return st;
+}
+
+static enum rmap_status run_paths(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct request request;
+    struct rmap_map *map = NULL;
+    struct rmap_overlay *overlay = NULL;
+    struct rmap_asked asked = {0};
+    struct rmap_criterion *criterion = NULL;
+    struct rmap_path_keys *keys = NULL;
+    struct rmap_path_report *report = NULL;
+    struct rmap_path_request *paths = &request.paths;
+    enum rmap_status st = read_request(given, &request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
+    RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
+    RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
+    const struct rmap_scene *scene = rmap_scene_with(map, overlay);
+    if (request.detector)
+        st = rmap_find_detector(scene, request.detector, &paths->view.detector, err);
+    if (st == RMAP_OK && asked.n > 0)
+        st = rmap_asked_compile(context, &asked, 0, scene, &criterion, err);
+    if (st == RMAP_OK)
+        st = rmap_path_keys_create(scene, &paths->view, &keys, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    paths->map = map;
+    paths->overlay = overlay;
+    paths->criterion = criterion;
+    paths->keys = keys;
+    RMAP_TRY(rmap_path_run(context, paths, &report, err));
+    if (context->rank == 0)
+        st = show(context, &request, report, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_path_report_destroy(report);
+    rmap_path_keys_destroy(keys);
+    rmap_criterion_destroy(criterion);
+    rmap_asked_fini(&asked);
+    rmap_overlay_destroy(overlay);
+    rmap_map_close(map);
+    return st;
+}
+
+const struct rmap_command rmap_command_paths = {
+    .name = "paths",
+    .summary = "which ways the light took, ranked by flux",
+    .operands = "MAP [--where CRITERION]",
+    .help = "Rays of one source that met the same things in the same order, with the same events,\n"
+            "are one class. Prints the classes with most flux: their share, standard error, rays,\n"
+            "brightest cell on a detector, a ray to look at, and the criterion that selects\n"
+            "exactly this class, to go on with in query, draw, detector or report:\n\n"
+            "  raymap paths lens.raymap --detector sensor --where 'hit(*, reflect_specular) >= 2'",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_paths,
+};

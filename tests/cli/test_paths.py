@@ -1,0 +1,324 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: `raymap paths` finds the classes that a search through all columns finds, at every
+level; each row's criterion counts exactly its rays; the sketch finds every large class."""
+import csv
+import json
+import math
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections import defaultdict
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from judge_map import BIT, LETTERS, PlainMap  # noqa: E402
+
+PROGRAM = os.environ["RAYMAP"]
+DOUBLE_GAUSS = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
+
+# Names that clash, odd names, groups in groups; things that happen inside media; detectors free in
+# space, on an object, on a group and far away.
+SCENE = """
+raymap: 1
+units: mm
+spectrum: {mode: spectral, wavelengths: [500, 600]}
+limits: {steps: 12}
+media:
+  air: {index: 1}
+  milk: {index: 1.3, scattering: 0.05, absorption: 0.01}
+  core: {index: 1.5, absorption: 0.02}
+surfaces:
+  bare: {type: fresnel}
+  white: {type: lambert, reflectance: 0.7}
+  gauze: {type: mixture, reflect_specular: 0.3, transmit_specular: 0.3, transmit_diffuse: 0.2}
+geometries:
+  ball: {type: sphere, radius: 8}
+  plate: {type: rectangle, size: [60, 60]}
+  doublet:
+    type: lens
+    surface: bare
+    edge: white
+    surfaces:
+      - {radius: 40, thickness: 4, medium: core, aperture: 10}
+      - {radius: -40, medium: air, aperture: 10}
+objects:
+  - {name: milk, geometry: ball, at: [0, 0, 40], surface: bare, inside: milk, outside: air}
+  - name: core
+    objects:
+      - {name: lens, geometry: doublet, outside: air, at: [0, 0, 10]}
+      - name: back rooms
+        objects:
+          - {name: 'odd name', geometry: plate, at: [0, 0, 70], surface: white, front: air, back: air}
+          - {name: net, geometry: plate, at: [0, 0, 60], surface: gauze, front: air, back: air}
+  - {name: ende, geometry: plate, at: [0, 0, -30], surface: white, front: air, back: air}
+sources:
+  - {name: lamp, type: point, at: [0, 0, -20], direction: [0, 0, 1], distribution: {cone: 30}, flux: 3 W, spectrum: {lines: {500: 1}}, medium: air}
+  - {name: 'and', type: point, at: [5, 0, -20], direction: [0, 0, 1], distribution: {cone: 40}, flux: 1 W, rays_share: 2, spectrum: {lines: {600: 1}}, medium: air}
+detectors:
+  - {name: gate, type: plane, at: [0, 0, 25], size: [50, 50], cells: [5, 4], direction: [0, 0, -1]}
+  - {name: eye, type: plane, on: 'odd name', size: [60, 60], cells: [6, 6], at: [0, 0, 70], direction: [0, 0, -1]}
+  - {name: far, type: intensity, cells: [6, 12], axis: [0, 0, 1]}
+"""
+EXACT = 1e-12
+
+
+def run(*arguments, status=0):
+    done = subprocess.run([PROGRAM, *arguments], capture_output=True, text=True)
+    assert done.returncode == status, (arguments, done.returncode, done.stderr)
+    return done.stdout if status == 0 else done.stderr
+
+
+def same(a, b):
+    return (a is None and math.isnan(b)) or (a is not None and math.isclose(a, b, rel_tol=EXACT, abs_tol=1e-15))
+
+
+class Judge:
+    """Classes by brute force."""
+
+    def __init__(self, path, objects):
+        """objects: {prefix: label} of names that are one object of the scene file."""
+        self.map = PlainMap(path)
+        self.file = path
+        m = self.map
+        self.letter = {}
+        self.label = {"surface": m.names["object"], "object": [], "group": []}
+        for name, group in zip(m.names["object"], m.object_group):
+            prefix = name.split(".")[0]
+            self.label["object"].append(objects.get(prefix, name))
+            top = -1
+            while group >= 0:
+                top, group = group, m.group_group[group]
+            self.label["group"].append(name if top < 0 else m.names["group"][top])
+        on = m.detector["on_object"], m.detector["on_group"]
+        self.follows = [int(a >= 0 or b >= 0) for a, b in zip(*on)]
+        self.first_hit = [0] * m.n_ray
+        at = 0
+        for i, n in enumerate(m.ray["registration_count"]):
+            self.first_hit[i], at = at, at + int(n)
+        self.unit = m.source_flux / m.source_emitted
+
+    def letter_of(self, event):
+        if event not in self.letter:
+            self.letter[event] = next(c for c, word in LETTERS if event & BIT[word])
+        return self.letter[event]
+
+    def step(self, row, level, events):
+        s = self.map.segment
+        letter, place = self.letter_of(int(s["event"][row])), int(s["object"][row])
+        if place >= 0:
+            return (letter if events else ".") + "@" + self.label[level][place]
+        if letter in "SA":
+            name = self.map.names["medium"][s["medium"][row]]
+            shared = name in self.map.names["object"] + self.map.names["group"]
+            return letter + "@" + name + ("[medium]" if shared else "")
+        return letter
+
+    def path(self, ray, level, events, collapse, detector):
+        m, g = self.map, self.map.registration
+        n, first, steps, at = int(m.ray["segment_count"][ray]), int(m.first_segment[ray]), [], 0
+
+        def write(step):
+            if not (collapse and steps and steps[-1] == step):
+                steps.append(step)
+
+        hits = range(self.first_hit[ray], self.first_hit[ray] + int(m.ray["registration_count"][ray]))
+        for i in hits:
+            if not g["registered"][i]:
+                continue
+            d = int(g["detector"][i])
+            place = int(g["segment"][i]) + self.follows[d]
+            ends = m.names["detector"][d] == detector
+            for leg in range(at, place):
+                opened = ends and self.follows[d] and leg == place - 1
+                write(self.step(first + leg, level, events and not opened))
+            at = max(at, place)
+            write("V@" + m.names["detector"][d])
+            if ends:
+                return tuple(steps)
+        if detector:
+            return None
+        for leg in range(at, n):
+            write(self.step(first + leg, level, events))
+        return tuple(steps)
+
+    def classes(self, level, events, collapse, detector, rays=None):
+        found = defaultdict(list)
+        for ray in rays if rays is not None else range(self.map.n_ray):
+            path = self.path(ray, level, events, collapse, detector)
+            if path is not None:
+                found[self.map.names["source"][self.map.ray["source"][ray]], path].append(ray)
+        return found
+
+    def error(self, source, contributions):
+        """Of one source's rays that contribute so much each."""
+        n = self.map.source_emitted[source]
+        total, squares = sum(contributions), sum(q * q for q in contributions)
+        return self.unit[source] * math.sqrt(max(n / (n - 1) * (squares - total * total / n), 0))
+
+    def cells(self, rays, detector):
+        """{(detector, i, j): {ray: contribution}}"""
+        m, g, found = self.map, self.map.registration, defaultdict(lambda: defaultdict(float))
+        for ray in rays:
+            for i in range(self.first_hit[ray], self.first_hit[ray] + int(m.ray["registration_count"][ray])):
+                d = int(g["detector"][i])
+                if g["registered"][i] and detector in (None, m.names["detector"][d]):
+                    found[d, int(g["cell"][i][0]), int(g["cell"][i][1])][ray] += m.ray["weight"][ray]
+        return found
+
+
+def steps_of(sequence):
+    steps = []
+    for step, times in re.findall(r"((?:\[\^SV\]|.)(?:@(?:'[^']*'|[\w.]+)(?:\[medium\])?)?)(?:\{(\d+)\})? ?", sequence):
+        steps += [step.replace("[^SV]", ".").replace("'", "")] * int(times or 1)
+    return tuple(steps)
+
+
+def check_peak(judge, row, source, rays, detector):
+    cells = judge.cells(rays, detector)
+    assert row["registrations"] == round(sum(sum(c.values()) for c in cells.values())), row
+    if not cells:
+        assert row["peak"] is None
+        return
+    per_detector = defaultdict(float)
+    for (d, _, _), contribution in cells.items():
+        per_detector[d] += sum(contribution.values())
+    d = max(per_detector, key=lambda k: (per_detector[k], -k))
+    assert judge.map.names["detector"][d] == row["peak"]["detector"], row
+    extent = {}
+    nx, ny = (int(n) for n in judge.map.detector["cells"][d])
+    for (k, i, j) in cells:
+        if k == d and row["peak"]["unit"] in ("W/m2", "lx"):
+            sx, sy = judge.map.detector["size"][d]
+            extent[i, j] = sx / nx * sy / ny * judge.map.length_unit ** 2
+        elif k == d:
+            extent[i, j] = (math.cos(math.pi * i / nx) - math.cos(math.pi * (i + 1) / nx)) * 2 * math.pi / ny
+    value = {c: judge.unit[source] * sum(cells[(d, *c)].values()) / extent[c] for c in extent}
+    best = max(value.values())
+    assert math.isclose(best, row["peak"]["value"], rel_tol=1e-9), (best, row)
+    errors = [judge.error(source, cells[(d, *c)].values()) / extent[c] for c in value
+              if math.isclose(value[c], best, rel_tol=1e-9)]
+    assert any(math.isclose(e, row["peak"]["standard_error"], rel_tol=1e-9) for e in errors), row
+
+
+def check_view(judge, level, events, collapse, detector, n_asked=12):
+    options = ["--by", level, "--top", "all"]
+    options += [] if events else ["--no-events"]
+    options += ["--collapse"] if collapse else []
+    options += ["--detector", detector] if detector else []
+    document = json.loads(run("paths", judge.file, *options, "--json"))
+    want = judge.classes(level, events, collapse, detector)
+    rows = document["classes"]
+    got = {(row["source"], steps_of(row["sequence"])): row for row in rows}
+    assert len(got) == len(rows) and document["exact"] and document["bound"] is None
+    assert set(got) == set(want), (options, set(got) ^ set(want))
+    flux = sum(judge.unit[judge.map.names["source"].index(s)] * len(r) for (s, _), r in want.items())
+    assert math.isclose(flux, document["flux"]["value"], rel_tol=1e-9)
+    for key, rays in want.items():
+        row, source = got[key], judge.map.names["source"].index(key[0])
+        assert row["rays"] == len(rays) and row["first_ray"] == min(judge.map.ray["id"][rays]), row
+        assert row["segments"] == sum(int(judge.map.ray["segment_count"][r]) for r in rays)
+        assert same(row["flux"], judge.unit[source] * len(rays))
+        assert same(row["share"], row["flux"] / document["flux"]["value"])
+        assert math.isclose(row["standard_error"], judge.error(source, [1.0] * len(rays)), rel_tol=1e-9)
+    for row in rows[:30]:
+        key = row["source"], steps_of(row["sequence"])
+        check_peak(judge, row, judge.map.names["source"].index(key[0]), want[key], detector)
+    order = [(-row["flux"], row["first_ray"]) for row in rows]
+    assert order == sorted(order) and [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
+    some = rows[:n_asked] + rows[n_asked::max(1, len(rows) // n_asked)]
+    for row in some:
+        assert "*" not in row["criterion"].replace("hit('*', limit)", "").replace(".*", "").replace("V*", "")
+    answers = json.loads(run("query", judge.file, *[row["criterion"] for row in some], "--json"))
+    for row, answer in zip(some, answers if len(some) > 1 else [answers]):
+        assert answer["rays"]["matched"] == row["rays"], row
+        assert answer["segments"]["matched"] == row["segments"], row
+        assert answer["flux"]["matched"] == row["flux"], (row, answer)
+        assert same(answer["flux"]["standard_error"], row["standard_error"]), (row, answer)
+    return len(rows)
+
+
+def check_all_views(judge, detectors):
+    n = {}
+    turn = 0
+    for level in ("surface", "object", "group"):
+        for events in (True, False):
+            for collapse in (False, True):
+                turn += 1
+                for detector in (None, detectors[turn % len(detectors)]):
+                    n[level, events, collapse, detector] = check_view(judge, level, events, collapse, detector)
+    assert n["surface", True, False, None] > n["object", True, True, None] > n["group", False, True, None]
+
+
+def check_narrowed(judge):
+    """--where, --top, --sort, the remainder, CSV, an empty selection."""
+    where = "hit(*, reflect_specular) or @seen"
+    with open("names.txt", "w") as file:
+        file.write("let seen = registered(gate)\n")
+    options = ["--criteria", "names.txt", "--where", where]
+    whole = json.loads(run("paths", judge.file, *options, "--top", "all", "--json"))
+    some = json.loads(run("paths", judge.file, *options, "--top", "7", "--json", "-o", "x.csv", "--force"))
+    assert some["classes"] == whole["classes"][:7]
+    rest, left = some["remainder"], whole["classes"][7:]
+    assert rest["classes"] == len(left) and rest["rays"] == sum(row["rays"] for row in left)
+    assert math.isclose(rest["flux"], sum(row["flux"] for row in left), rel_tol=1e-9)
+    assert whole["remainder"]["rays"] == 0 and whole["remainder"]["flux"] == 0
+    for row in some["classes"]:
+        answer = json.loads(run("query", judge.file, "--criteria", "names.txt", row["criterion"], "--json"))
+        assert answer["rays"]["matched"] == row["rays"] and answer["flux"]["matched"] == row["flux"]
+    with open("x.csv") as file:
+        lines = [line for line in file if not line.startswith("#")]
+    table = list(csv.DictReader(lines))
+    assert [row["criterion"] for row in table] == [row["criterion"] for row in some["classes"]]
+    assert [float(row["flux"]) for row in table] == [row["flux"] for row in some["classes"]]
+    for sort, key in (("rays", lambda r: r["rays"]), ("length", lambda r: r["segments"] / r["rays"])):
+        rows = json.loads(run("paths", judge.file, "--sort", sort, "--json"))["classes"]
+        assert [key(row) for row in rows] == sorted((key(row) for row in rows), reverse=True)
+        assert len(rows) == 20
+    none = json.loads(run("paths", judge.file, "--where", "segments > 1000", "--json"))
+    assert none["classes"] == [] and none["flux"]["value"] == 0 and none["rays"]["matched"] == 0
+    assert "no ray" in run("paths", judge.file, "--where", "segments > 1000")
+    text = run("paths", judge.file, "--top", "3")
+    for row in whole["classes"][:0] + json.loads(run("paths", judge.file, "--top", "3", "--json"))["classes"]:
+        assert row["criterion"] in text
+    assert "did you mean 'gate'" in run("paths", judge.file, "--detector", "gat", status=3)
+    assert "did you mean 'group'" in run("paths", judge.file, "--by", "groupe", status=2)
+    run("paths", judge.file, "--exact", "3", status=2)
+    run("paths", judge.file, "-o", "x.png", status=2)
+
+
+def check_sketch(judge):
+    """More classes than --exact allows: all of the bound's share and more, each exact."""
+    whole = json.loads(run("paths", judge.file, "--top", "all", "--json"))
+    every = {(row["source"], row["sequence"]): row for row in whole["classes"]}
+    for most in (16, 100, 300):
+        some = json.loads(run("paths", judge.file, "--top", "all", "--exact", str(most), "--json"))
+        assert len(every) > most >= len(some["classes"]) > 0 and not some["exact"]
+        bound = some["bound"]
+        assert math.log(bound * most / 2, 4) % 1 < 1e-9 and some["remainder"]["classes"] is None
+        found = {(row["source"], row["sequence"]) for row in some["classes"]}
+        assert all(key in found for key, row in every.items() if row["share"] >= bound)
+        for row in some["classes"]:
+            full = dict(every[row["source"], row["sequence"]], rank=row["rank"])
+            assert row == full, (row, full)
+        assert some["flux"] == whole["flux"]
+        rays = sum(row["rays"] for row in some["classes"])
+        assert some["remainder"]["rays"] == whole["rays"]["matched"] - rays
+    run("paths", judge.file, "--exact", "16", "--quiet")
+
+
+for name in ("odd.raymap", "gauss.raymap"):
+    shutil.rmtree(name, ignore_errors=True)
+with open("odd.yaml", "w") as file:
+    file.write(SCENE)
+run("trace", "odd.yaml", "-o", "odd.raymap", "-n", "6000", "--encoding", "plain", "--quiet")
+run("trace", DOUBLE_GAUSS, "-o", "gauss.raymap", "-n", "6000", "--encoding", "plain", "--quiet")
+odd = Judge("odd.raymap", {"lens": "lens"})
+check_all_views(odd, ("gate", "eye", "far"))
+check_narrowed(odd)
+check_sketch(odd)
+gauss = Judge("gauss.raymap", {"lens": "lens", "cover": "cover"})
+for given in (("surface", True, False, None), ("object", True, True, "sensor"), ("group", False, False, None)):
+    check_view(gauss, *given)
+print("all as expected")

@@ -1,0 +1,32 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: any number of ranks and threads finds the same classes of paths, byte for byte, when
+# all are counted and when a sketch chooses the large ones.
+. "$(dirname "$0")/../cli/expect.bash"
+command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
+rm -rf ./*
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/room/scene.yaml" -o room.raymap -n 30000 --quiet
+
+answer() { # RANKS THREADS PREFIX
+    local run=(mpirun -np "$1" "$RAYMAP" paths room.raymap --threads "$2" --quiet)
+    expect 0 '' "${run[@]}" --json --top 50
+    cp stdout.txt "$3.all"
+    expect 0 '' "${run[@]}" --exact 1000 -o "$3.csv" --top all --force
+    cat stdout.txt "$3.csv" >"$3.sketch"
+    expect 0 '' "${run[@]}" --by group --collapse --detector floor_map --json
+    cp stdout.txt "$3.group"
+    rm "$3.csv"
+}
+answer 1 1 reference
+grep -q '"exact": true' reference.all || { echo "FAILED: not exact"; failures=1; }
+grep -q 'more than are counted' reference.sketch || { echo "FAILED: no sketch"; failures=1; }
+[ "$(wc -l <reference.sketch)" -gt 40 ] || { echo "FAILED: few rows"; failures=1; }
+for way in '1 2' '2 1' '3 2' '4 1' '2 3'; do
+    read -r ranks threads <<<"$way"
+    answer "$ranks" "$threads" other
+    for kind in all sketch group; do
+        cmp "reference.$kind" "other.$kind" || { echo "FAILED: $kind, $ranks ranks, $threads threads"; failures=1; }
+    done
+done
+finish
