@@ -126,7 +126,7 @@ static void axis_label(const char *label, const char *unit, const struct rmap_ti
     if (ticks->exponent != 0 && ticks->decimals >= 0)
         (void)snprintf(text, size, "%s, 10%s %s", label, power, shown);
     else
-        (void)snprintf(text, size, "%s, %s", label, shown);
+        (void)snprintf(text, size, "%s%s%s", label, *shown ? ", " : "", shown);
 }
 
 double rmap_axes_x(const struct rmap_axes *axes, double value)

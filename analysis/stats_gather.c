@@ -143,6 +143,7 @@ static void look(struct rmap_stats_gathered *self, const struct rmap_stats_block
             range->n_reading++;
             range->n_cluster += block->tag[k] >> 31;
             rmap_exact_sum_add(&self->known.sum[i], v);
+            rmap_exact_sum_add(&self->known.squared[i], v * v);
         }
     for (size_t k = 0; k < block->n; k++) {
         bool alone = block->tag[k] & RMAP_STATS_FIRST &&
@@ -186,8 +187,10 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
     known->n_undefined += other->known.n_undefined;
     known->n_several += other->known.n_several;
     known->any_weight |= other->known.any_weight;
-    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
+    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++) {
         rmap_exact_sum_merge(&known->sum[i], &other->known.sum[i]);
+        rmap_exact_sum_merge(&known->squared[i], &other->known.squared[i]);
+    }
     for (size_t i = 0; i < n_range(self->setup); i++)
         merge_range(&self->range[i], &other->range[i]);
     if (other->known.dropped && !known->dropped)

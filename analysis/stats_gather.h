@@ -21,8 +21,9 @@ struct rmap_stats_known {
     uint64_t n_undefined;
     uint64_t n_several; /* readings that are not the only one of their cluster */
     uint64_t any_weight;
-    uint64_t dropped;                               /* readings are not in memory */
-    struct rmap_exact_sum sum[RMAP_QUANTITIES_MAX]; /* of values */
+    uint64_t dropped;                                   /* readings are not in memory */
+    struct rmap_exact_sum sum[RMAP_QUANTITIES_MAX];     /* of values */
+    struct rmap_exact_sum squared[RMAP_QUANTITIES_MAX]; /* of their squares */
 };
 
 struct rmap_stats_gathered {

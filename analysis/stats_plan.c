@@ -77,7 +77,23 @@ static bool has_bands(const struct rmap_quantities *quantities, size_t index)
            rmap_map_n_space(quantities->map) == 1;
 }
 
+/* Few far values should not squeeze all others into one bin. */
+static const double DEVIATIONS = 6.0;
+
+static void cut_tails(const struct rmap_stats_known *known, size_t index, uint64_t n, bool whole,
+                      double *low, double *high)
+{
+    const double mean = rmap_exact_sum_value(&known->sum[index]) / (double)n;
+    const double square = rmap_exact_sum_value(&known->squared[index]) / (double)n;
+    const double reach = DEVIATIONS * sqrt(fmax(square - mean * mean, 0.0));
+    if (!(reach > 0.0) || !isfinite(reach))
+        return;
+    *low = fmax(*low, whole ? floor(mean - reach) : mean - reach);
+    *high = fmin(*high, whole ? ceil(mean + reach) : mean + reach);
+}
+
 static enum rmap_status choose_bins(const struct rmap_stats_setup *setup, size_t index,
+                                    const struct rmap_stats_known *known,
                                     const struct rmap_stats_range *range,
                                     const struct rmap_stats_axis *axis, struct rmap_bins *bins,
                                     struct rmap_error *err)
@@ -97,15 +113,17 @@ static enum rmap_status choose_bins(const struct rmap_stats_setup *setup, size_t
     }
     if (axis->logarithmic && !(low > 0.0))
         return rmap_error_set(err, RMAP_USAGE, "--log wants a range above 0, not from %g", low);
-    double fitting = ceil(2.0 * cbrt((double)range->n_reading));
-    size_t n = fitting < LEAST_BINS ? LEAST_BINS : DEFAULT_BINS;
-    n = fitting < (double)n ? (size_t)fitting : n;
+    const double fitting = ceil(2.0 * cbrt((double)range->n_reading));
+    const size_t n = (size_t)fmin(fmax(fitting, LEAST_BINS), DEFAULT_BINS);
     if (axis->n_bin > 0 || axis->logarithmic || axis->has_range)
         return rmap_bins_equal(low, high < low ? low : high, axis->n_bin > 0 ? axis->n_bin : n,
                                axis->logarithmic, bins, err);
     if (has_bands(setup->quantities, index))
         return band_bins(&setup->quantities->scene->channels, bins, err);
-    if (setup->quantities->of[index].is_whole)
+    const bool whole = setup->quantities->of[index].is_whole;
+    if (range->n_reading > 0)
+        cut_tails(known, index, range->n_reading, whole, &low, &high);
+    if (whole)
         return rmap_bins_whole(low, high, 2 * DEFAULT_BINS, bins, err);
     return rmap_bins_round(low, high, n, bins, err);
 }
@@ -141,7 +159,7 @@ enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
             plan->scale[i] = reach > 0.0 && isfinite(reach) ? reach : 1.0;
         }
         choose_fine(plan, i, &whole);
-        RMAP_TRY(choose_bins(setup, i, &whole, &axis[i], &plan->bins[i], err));
+        RMAP_TRY(choose_bins(setup, i, known, &whole, &axis[i], &plan->bins[i], err));
         plan->n_cell *= plan->bins[i].n;
     }
 out:

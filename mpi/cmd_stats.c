@@ -2,19 +2,15 @@
  *
  * raymap stats: histograms and moments of any number of a ray or registration, with errors.
  */
-#include <errno.h>
 #include <stdio.h>
-#include <string.h>
-#include <strings.h>
 
 #include "analysis/stats_text.h"
-#include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
-#include "mpi/output.h"
 #include "mpi/stats_options.h"
+#include "mpi/stats_out.h"
 #include "mpi/stats_run.h"
 
 static const struct rmap_option options[] = {
@@ -32,35 +28,10 @@ static const struct rmap_option options[] = {
     {"by", 0, "WHAT", "source or detector: each by itself"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
-    {"output", 'o', "OUT", "OUT.csv or OUT.json: the histogram; may be given several times"},
+    {"output", 'o', "OUT",
+     "OUT.csv, .json, .h5, .npz, .npy: numbers; .png, .svg: a picture; may be given again"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
-
-static const char *const suffixes[] = {".csv", ".json", NULL};
-
-static bool ends_in(const char *path, const char *suffix)
-{
-    size_t len = strlen(path), n = strlen(suffix);
-    return len > n && strcasecmp(path + len - n, suffix) == 0;
-}
-
-static enum rmap_status write_text(const struct rmap_stats *stats,
-                                   const struct rmap_stats_labels *labels, const char *path,
-                                   struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    if (ends_in(path, ".csv"))
-        rmap_stats_csv(stats, labels, file);
-    else
-        st = rmap_json_print(rmap_stats_json(stats, labels), file, err);
-    int failed = ferror(file);
-    if ((fclose(file) != 0 || failed) && st == RMAP_OK)
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    return st;
-}
 
 /* On rank 0. */
 static enum rmap_status show(const struct rmap_context *context,
@@ -70,7 +41,7 @@ static enum rmap_status show(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; i < request->n_output; i++)
-        RMAP_TRY(write_text(stats, labels, request->output[i], err));
+        RMAP_TRY(rmap_stats_write(stats, labels, request->output[i], err));
     if (context->json)
         st = rmap_json_print(rmap_stats_json(stats, labels), stdout, err);
     else
@@ -113,7 +84,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_stats_request request = {0};
     struct rmap_stats_answer answer = {0};
     const char *where = rmap_argument(arguments, "where");
-    enum rmap_status st = rmap_stats_options_read(arguments, suffixes, &given, err);
+    enum rmap_status st = rmap_stats_options_read(arguments, rmap_stats_suffixes, &given, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, arguments, &where, &asked, err));
     RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));

@@ -279,6 +279,38 @@ def check_two(m, path):
          both["flux"]["value"], "all light is somewhere", 1e-12)
 
 
+def check_files(path):
+    """NumPy and HDF5 files say what the JSON says; pictures are pictures."""
+    names = ["out.npz", "out.npy", "out.h5", "out.png", "out.svg", "out.json"]
+    outputs = [word for name in names for word in ("-o", name)]
+    run("stats", path, "--of", "x(sensor)", "--by", "source", "--bins", "7", *outputs, "--force")
+    with open("out.json", encoding="utf8") as file:
+        groups = json.load(file)["groups"]
+    flux = np.array([g["histogram"]["flux"] for g in groups])
+    errors = np.array([g["histogram"]["standard_error"] for g in groups])
+    npz = np.load("out.npz")
+    check(np.array_equal(np.load("out.npy"), flux), ".npy")
+    check(np.array_equal(npz["flux"], flux) and np.array_equal(npz["standard_error"], errors) and
+          np.array_equal(npz["edges"], groups[0]["histogram"]["edges"]), ".npz")
+    check(npz["moments"][1][1][0] == groups[1]["mean"]["value"] and
+          npz["quantiles"][0][2][2] == groups[0]["quantiles"][2]["standard_error"], ".npz: moments")
+    with h5py.File("out.h5") as file:
+        check(np.array_equal(file["flux"], flux) and file["flux"].attrs["units"] == b"W" and
+              file["edges"].attrs["units"] == b"mm" and file.attrs["groups"] == b"lamp\nside" and
+              file["rays"].attrs["description"] != b"", ".h5")
+    with open("out.png", "rb") as file:
+        check(file.read(8) == b"\x89PNG\r\n\x1a\n", ".png")
+    with open("out.svg", encoding="utf8") as file:
+        text = file.read()
+    check("x(sensor), mm" in text and "flux per bin, W" in text and "side" in text, ".svg")
+    run("stats", path, "--of", "x(sensor)", "--of", "y(sensor)", "-o", "two.npz", "-o", "two.svg",
+        "--where", "segments > 99999", "--force")
+    check(np.load("two.npz")["flux"].sum() == 0, "nothing, in two dimensions")
+    with open("two.svg", encoding="utf8") as file:
+        check("no ray has a value here" in file.read(), "a note in the picture")
+    check("exists" in run("stats", path, "--of", "ray", "-o", "out.npz", status=2).stderr, "--force")
+
+
 def check_groups(m, path):
     by = stats(path, "--of", "path_length", "--by", "source")
     check([g["name"] for g in by["groups"]] == ["lamp", "side"], "names of sources")
@@ -384,6 +416,7 @@ def main():
     check_wavelengths(m, "a.raymap")
     check_two(m, "a.raymap")
     check_groups(m, "a.raymap")
+    check_files("a.raymap")
     check_memory("a.raymap")
     check_refusals("a.raymap")
     check_seeds()
