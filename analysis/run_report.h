@@ -9,23 +9,8 @@
 #include <stdio.h>
 
 #include "analysis/energy.h"
+#include "analysis/report_paths.h"
 #include "io/map_reader.h"
-
-/* One class of paths, as the page lists it. */
-struct rmap_report_path {
-    const char *text;      /* "lamp: T@lens.1 R@lens.3" */
-    const char *criterion; /* that selects it; NULL: none does */
-    double rays, flux, flux_error, share, share_error;
-    uint64_t first_ray;
-};
-
-struct rmap_report_paths {
-    size_t n;
-    const struct rmap_report_path *path; /* [n] most flux first */
-    size_t n_class;                      /* in all; 0: not known */
-    double rest_flux, rest_share;
-    const char *note; /* which rays these are of, and what is not exact; NULL: nothing to say */
-};
 
 /* All borrowed. */
 struct rmap_run_report {

@@ -139,7 +139,7 @@ static void put_path(const struct rmap_report_path *path, size_t rank, double mo
                                             .flux = path->flux,
                                             .flux_error = path->flux_error,
                                             .share = path->share,
-                                            .share_error = path->share_error};
+                                            .share_error = (double)NAN};
     fprintf(out, "<tr><td class=\"n\">%zu</td><td><code>", rank);
     rmap_html_text(out, path->text);
     fputs("</code>", out);
@@ -156,17 +156,25 @@ static void put_path(const struct rmap_report_path *path, size_t rank, double mo
 void rmap_run_report_paths(const struct rmap_run_report *report, FILE *out)
 {
     const struct rmap_report_paths *paths = report->paths;
-    if (paths->note) {
-        fputs("<p class=\"dim\">", out);
+    fputs("<p>Rays of one source that met the same things in the same order, with the same "
+          "events. Letters: R specular and D diffuse reflection, T specular and d diffuse "
+          "transmission, I total reflection, S scattering in a volume, A absorbed, X left the "
+          "scene, K limit, E error, V registered; {2}: twice in a row. The number of the first ray "
+          "is for <code>raymap report MAP RAY</code>.</p>\n",
+          out);
+    if (*paths->note) {
+        fputs("<p class=\"note\">", out);
         rmap_html_text(out, paths->note);
         fputs("</p>\n", out);
     }
-    if (paths->n == 0)
+    if (paths->n == 0) {
+        fputs("<p>There is no path.</p>\n", out);
         return;
+    }
     fprintf(out,
-            "<div class=\"table\"><table>\n<tr><th></th><th>path</th><th class=\"n\">rays</th><th "
-            "class=\"n\">%s</th><th></th><th class=\"n\">%%</th><th></th><th></th><th "
-            "class=\"n\">first ray</th></tr>\n",
+            "<div class=\"table\"><table class=\"paths\">\n<tr><th></th><th>path</th><th "
+            "class=\"n\">rays</th><th class=\"n\">%s</th><th></th><th class=\"n\">%%</th><th>"
+            "</th><th></th><th class=\"n\">first ray</th></tr>\n",
             report->energy->unit);
     for (size_t i = 0; i < paths->n; i++)
         put_path(&paths->path[i], i + 1, paths->path[0].share, out);

@@ -18,6 +18,7 @@
 static const struct rmap_option options[] = {
     {"energy", 'e', NULL, "of a MAP: where the light of each source went, exactly"},
     {"html", 0, NULL, "of a MAP: a page about all of it, for a browser"},
+    {"sample", 0, "N", "with --html: paths from the first N rays, for maps too large to read"},
     {"where", 'w', "CRITERION", "with --energy: of the rays that match only"},
     RMAP_ASKED_OPTIONS,
     {"output", 'o', "OUT", "--energy: OUT.csv, OUT.json, OUT.svg or OUT.png; --html: OUT.html"},
@@ -106,9 +107,9 @@ out:
     return st;
 }
 
-/* Options that belong to --energy or --html alone; --html takes the last two. */
-static const char *const of_maps[] = {"where", "criteria", "zemax", "output", "force", NULL};
-enum { N_OF_ENERGY = 3 };
+/* Options that say nothing about one ray. */
+static const char *const of_energy[] = {"where", "criteria", "zemax"}, *const of_page = "sample",
+                         *const of_both[] = {"output", "force"};
 
 static enum rmap_status run_report(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
@@ -121,10 +122,14 @@ static enum rmap_status run_report(const struct rmap_context *context,
     if ((energy || html) && (scene || (energy && given->n_operand != 1)))
         return rmap_error_set(err, RMAP_USAGE, "--%s goes with a MAP alone, without a ray",
                               energy ? "energy" : "html");
-    for (size_t i = 0; of_maps[i] && !energy; i++)
-        if (rmap_argument(given, of_maps[i]) && (!html || i < N_OF_ENERGY))
-            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy%s", of_maps[i],
-                                  i < N_OF_ENERGY ? "" : " or --html");
+    for (size_t i = 0; i < sizeof of_energy / sizeof *of_energy && !energy; i++)
+        if (rmap_argument(given, of_energy[i]))
+            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy", of_energy[i]);
+    for (size_t i = 0; i < sizeof of_both / sizeof *of_both && !energy && !html; i++)
+        if (rmap_argument(given, of_both[i]))
+            return rmap_error_set(err, RMAP_USAGE, "--%s goes with --energy or --html", of_both[i]);
+    if (!html && rmap_argument(given, of_page))
+        return rmap_error_set(err, RMAP_USAGE, "--%s goes with --html", of_page);
     if (energy)
         return rmap_report_energy(context, given, err);
     if (html)

@@ -12,10 +12,13 @@
 #include "mpi/load.h"
 #include "mpi/map_name.h"
 #include "mpi/output.h"
+#include "mpi/path_run.h"
 #include "mpi/scan.h"
 
-/* Rays of the scene's picture; and of a map that is not read as a whole for a page. */
-enum { DRAWN = 300, LARGE_RAYS = 20000000 };
+/* Rays of the scene's picture; legs of a map that is not read as a whole for a page, paths that it
+ * lists, and rays that they are then estimated from. */
+enum { DRAWN = 300, LARGE_SEGMENTS = 100000000, PATHS = 20, SAMPLED = 20000 };
+enum { MOST_SAMPLED = 10000000 };
 
 static const char *const suffixes[] = {".html", ".htm", NULL};
 
@@ -27,6 +30,8 @@ struct page {
     struct rmap_energy_scope scope;
     struct rmap_energy_sums *sums; /* on rank 0 */
     bool is_large;
+    uint64_t n_sample;               /* rays that the paths of a large one are estimated from */
+    struct rmap_report_paths *paths; /* on rank 0 */
 };
 
 /* Where the page goes: NULL is standard output. */
@@ -48,6 +53,44 @@ static enum rmap_status read_path(const struct rmap_context *context,
     return rmap_output_check(path, suffixes, rmap_argument(given, "force") != NULL, err);
 }
 
+/* Collective. */
+static enum rmap_status count_paths(const struct rmap_context *context, struct page *page,
+                                    struct rmap_error *err)
+{
+    struct rmap_path_request request = {.map = page->map,
+                                        .view = {.level = RMAP_PATH_SURFACE},
+                                        .sort = RMAP_PATH_BY_FLUX,
+                                        .top = PATHS,
+                                        .most_classes = RMAP_PATH_CLASSES_MOST};
+    struct rmap_path_keys *keys = NULL;
+    struct rmap_path_report *report = NULL;
+    enum rmap_status st =
+        rmap_path_keys_create(rmap_map_scene(page->map), &request.view, &keys, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    request.keys = keys;
+    RMAP_TRY(rmap_path_run(context, &request, &report, err));
+    if (report)
+        st = rmap_report_paths_of(report, &page->paths, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_path_report_destroy(report);
+    rmap_path_keys_destroy(keys);
+    return st;
+}
+
+/* Collective. From the first rays alone. */
+static enum rmap_status sample_paths(const struct rmap_context *context, struct page *page,
+                                     struct rmap_error *err)
+{
+    struct rmap_portion *rays = NULL;
+    enum rmap_status st =
+        rmap_scan_collect(context, page->map, page->all, page->n_sample, &rays, err);
+    if (st == RMAP_OK && rays)
+        st = rmap_report_paths_sampled(page->map, rays, PATHS, &page->paths, err);
+    rmap_portion_destroy(rays);
+    return rmap_agree(context, st, err);
+}
+
 /* Collective. The balance is the tally's; of a large map that is all. */
 static enum rmap_status gather(const struct rmap_context *context, struct page *page,
                                struct rmap_error *err)
@@ -57,7 +100,9 @@ static enum rmap_status gather(const struct rmap_context *context, struct page *
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_scan_collect(context, page->map, page->all, DRAWN, &page->rays, err));
     rmap_map_summarise(page->map, &summary);
-    page->is_large = summary.n_row[RMAP_TABLE_RAY] > LARGE_RAYS;
+    page->is_large = page->n_sample > 0 || summary.n_row[RMAP_TABLE_SEGMENT] > LARGE_SEGMENTS;
+    if (page->n_sample == 0)
+        page->n_sample = SAMPLED;
     if (!page->is_large) {
         RMAP_TRY(rmap_energy_run(context, page->map, NULL, &page->scope, &page->sums, err));
     } else if (context->rank == 0) {
@@ -65,6 +110,7 @@ static enum rmap_status gather(const struct rmap_context *context, struct page *
         st = rmap_energy_sums_create(&page->scope, &page->sums, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(page->is_large ? sample_paths(context, page, err) : count_paths(context, page, err));
     if (page->is_large && page->sums) {
         rmap_energy_sums_take_tally(page->sums, rmap_map_tally(page->map));
         rmap_energy_sums_take_planes(page->sums, rmap_map_tally(page->map));
@@ -133,7 +179,8 @@ static enum rmap_status show(const struct rmap_context *context, struct page *pa
                     ? "The map is large: standard errors of what planes registered would "
                       "take reading all of it (raymap report MAP --energy)."
                     : NULL,
-            .rays = page->rays};
+            .rays = page->rays,
+            .paths = page->paths};
         st = write_page(context, &report, path, err);
     }
     rmap_energy_destroy(energy);
@@ -148,6 +195,11 @@ enum rmap_status rmap_report_page(const struct rmap_context *context,
     char name[RMAP_MAP_NAME_LEN];
     rmap_map_name(given->operand[0], name);
     enum rmap_status st = read_path(context, given, &path, err);
+    if (st == RMAP_OK)
+        st = rmap_argument_count(given, "sample", &page.n_sample, err);
+    if (st == RMAP_OK && rmap_argument(given, "sample") &&
+        (page.n_sample < 1 || page.n_sample > MOST_SAMPLED))
+        st = rmap_error_set(err, RMAP_USAGE, "--sample must lie between 1 and %d", MOST_SAMPLED);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_map(context, given->operand[0], &page.map, err));
     RMAP_TRY(gather(context, &page, err));
@@ -155,6 +207,7 @@ enum rmap_status rmap_report_page(const struct rmap_context *context,
         st = show(context, &page, name, path, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_report_paths_destroy(page.paths);
     rmap_energy_sums_destroy(page.sums);
     rmap_portion_destroy(page.rays);
     rmap_criterion_destroy(page.all);

@@ -131,8 +131,23 @@ def check(path):
     for row in shown["detectors"]:
         told = rows["registered by", row["name"]]
         assert int(told[2].replace(",", "")) == row["registrations"]
+    check_paths(path, page)
     assert page.tags.count("figure") == 2 + min(len(info["detectors"]), 12)
     return page
+
+
+def check_paths(path, page, sampled=None):
+    """The table of paths is the one of `raymap paths`, or of a map of the first rays."""
+    told = json.loads(run("paths", path, "--json"))
+    rows = [row for row in page.rows if len(row) == 9 and row[0].isdigit()]
+    assert len(rows) == min(20, len(told["classes"]) if sampled is None else sampled)
+    for row, wanted in zip(rows, told["classes"] if sampled is None else []):
+        assert wanted["sequence"] in row[1] and wanted["criterion"] in row[1], (row, wanted)
+        assert row[1].startswith(wanted["source"])
+        assert int(row[2].replace(",", "")) == wanted["rays"]
+        assert abs(float(row[3]) - wanted["flux"]) <= 1e-5 * wanted["flux"]
+        assert int(row[-1]) == wanted["first_ray"]
+    return rows
 
 
 def first_flux(energy):
@@ -152,6 +167,22 @@ for words in ("<script>alert(1)</script>", "lamp & co", "eye <1>", "glass & <b>"
 run("trace", os.path.join(SOURCE, "examples", "double-gauss", "scene.yaml"), "-o", "lens.raymap",
     "-n", 5000, "--quiet")
 check("lens.raymap")
+
+# Paths from the first rays alone: each source's flux is spread over those of its rays.
+first = 1000
+told = json.loads(run("query", "lens.raymap", f"ray < {first}", "--limit", first, "--json"))
+emitted = {}
+for ray in told:
+    emitted[ray["source"]] = emitted.get(ray["source"], 0) + 1
+flux = {source["name"]: source["flux"] for source in json.loads(run("info", "lens.raymap", "--json"))["sources"]}
+page = Page(run("report", "lens.raymap", "--html", "--sample", first).decode())
+assert f"first {first:,} rays" in page.text
+for row in check_paths("lens.raymap", page, 20)[:5]:
+    source, rays = row[1].split(":")[0], int(row[2].replace(",", ""))
+    criterion = row[1].split("criterion")[1]
+    count = json.loads(run("query", "lens.raymap", f"ray < {first} and {criterion}", "--count", "--json"))
+    assert count["rays"]["matched"] == rays, row
+    assert abs(float(row[3]) - flux[source] * rays / emitted[source]) <= 1e-5 * float(row[3]), row
 
 # A map without rays, and one of picked rays.
 run("query", "lens.raymap", "hit(*) > 100000", "-o", "none.raymap", "--quiet")
@@ -173,6 +204,10 @@ for arguments, status, words in (
         (["odd.raymap", "--html", "--energy"], 2, "--energy or --html"),
         (["odd.raymap", "--html", "--where", "all"], 2, "--where"),
         (["odd.raymap", "--html", "--json"], 2, "-o OUT.html"),
+        (["odd.raymap", "--html", "--sample", "0"], 2, "--sample"),
+        (["odd.raymap", "--html", "--sample", "1G"], 2, "--sample"),
+        (["odd.raymap", "--energy", "--sample", "3"], 2, "--html"),
+        (["odd.raymap", "3", "-o", "x.html"], 2, "--html"),
         (["odd.yaml", "--html", "--ray", "3"], 2, "without a ray"),
         (["missing.raymap", "--html"], 3, "missing.raymap"),
         (["odd.yaml", "--html"], 4, ""),
