@@ -17,6 +17,11 @@ const char *rmap_energy_end_text(enum rmap_energy_end end)
     return text[end];
 }
 
+uint64_t rmap_energy_whole(double rays)
+{
+    return rays > 0.0 ? (uint64_t)fmin(rays, 9e15) : 0;
+}
+
 static void add_number(struct rmap_text_table *table, double value, int digits)
 {
     if (isfinite(value))
@@ -42,7 +47,7 @@ static void add_row(struct rmap_text_table *table, const char *what,
     char rays[RMAP_GROUPED_LEN];
     rmap_text_table_add(table, "  %s", what);
     rmap_text_table_add(table, "%s", row->name);
-    rmap_text_table_add(table, "%s", rmap_grouped((uint64_t)row->rays, rays));
+    rmap_text_table_add(table, "%s", rmap_grouped(rmap_energy_whole(row->rays), rays));
     add_number(table, row->flux, 6);
     add_number(table, row->flux_error, 2);
     add_share(table, row->share);
@@ -91,7 +96,7 @@ static enum rmap_status print_table(const struct rmap_energy *energy,
     fprintf(out,
             from->exact ? "  these add up to the %s rays emitted, exactly\n"
                         : "  these do NOT add up to the %s rays emitted\n",
-            rmap_grouped((uint64_t)from->rays, rays));
+            rmap_grouped(rmap_energy_whole(from->rays), rays));
     if (from->n_detector == 0)
         return RMAP_OK;
     fprintf(out, "\n  beside that, light that detectors registered on its way:\n");
@@ -113,8 +118,8 @@ enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
     if (energy->criterion) {
         fprintf(out, "  of the rays that match: %s\n", energy->criterion);
         fprintf(out, "  %s of %s rays, %.6g of %.6g %s\n",
-                rmap_grouped((uint64_t)energy->table[0].rays, rays),
-                rmap_grouped((uint64_t)energy->map_rays, all), energy->table[0].flux,
+                rmap_grouped(rmap_energy_whole(energy->table[0].rays), rays),
+                rmap_grouped(rmap_energy_whole(energy->map_rays), all), energy->table[0].flux,
                 energy->map_flux, energy->unit);
     }
     if (!(energy->table[0].rays > 0.0))
@@ -185,7 +190,7 @@ static json_t *row_json(const struct rmap_energy_row *row)
     if (*row->name)
         (void)json_object_set_new(object, "name", json_string(row->name));
     (void)json_object_set_new(object, row->end == RMAP_ENERGY_DETECTOR ? "registrations" : "rays",
-                              json_integer((json_int_t)row->rays));
+                              json_integer((json_int_t)rmap_energy_whole(row->rays)));
     (void)json_object_set_new(object, "flux", number(row->flux));
     (void)json_object_set_new(object, "standard_error", number(row->flux_error));
     (void)json_object_set_new(object, "share", number(row->share));
@@ -207,12 +212,12 @@ static json_t *table_json(const struct rmap_energy *energy, const struct rmap_en
     }
     return json_pack("{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o}",
                      "source", table->source ? json_string(table->source) : json_null(), "emitted",
-                     (json_int_t)table->rays, "flux", "value", number(table->flux),
-                     "standard_error", number(table->flux_error), "unit", energy->unit, "exact",
-                     (int)table->exact, "absorbed", "objects", list[RMAP_ENERGY_OBJECT], "media",
-                     list[RMAP_ENERGY_MEDIUM], "left", list[RMAP_ENERGY_LEFT], "limit",
-                     list[RMAP_ENERGY_LIMIT], "error", list[RMAP_ENERGY_ERROR], "detectors",
-                     list[RMAP_ENERGY_DETECTOR]);
+                     (json_int_t)rmap_energy_whole(table->rays), "flux", "value",
+                     number(table->flux), "standard_error", number(table->flux_error), "unit",
+                     energy->unit, "exact", (int)table->exact, "absorbed", "objects",
+                     list[RMAP_ENERGY_OBJECT], "media", list[RMAP_ENERGY_MEDIUM], "left",
+                     list[RMAP_ENERGY_LEFT], "limit", list[RMAP_ENERGY_LIMIT], "error",
+                     list[RMAP_ENERGY_ERROR], "detectors", list[RMAP_ENERGY_DETECTOR]);
 }
 
 json_t *rmap_energy_json(const struct rmap_energy *energy)
@@ -222,9 +227,9 @@ json_t *rmap_energy_json(const struct rmap_energy *energy)
         (void)json_array_append_new(sources, table_json(energy, &energy->table[i]));
     return json_pack("{s:s, s:s, s:{s:I, s:I}, s:{s:o, s:o, s:o, s:s}, s:o, s:o}", "map",
                      energy->map, "criterion", energy->criterion ? energy->criterion : "all",
-                     "rays", "total", (json_int_t)energy->map_rays, "matched",
-                     (json_int_t)energy->table[0].rays, "flux", "total", number(energy->map_flux),
-                     "matched", number(energy->table[0].flux), "standard_error",
-                     number(energy->table[0].flux_error), "unit", energy->unit, "total",
-                     table_json(energy, &energy->table[0]), "sources", sources);
+                     "rays", "total", (json_int_t)rmap_energy_whole(energy->map_rays), "matched",
+                     (json_int_t)rmap_energy_whole(energy->table[0].rays), "flux", "total",
+                     number(energy->map_flux), "matched", number(energy->table[0].flux),
+                     "standard_error", number(energy->table[0].flux_error), "unit", energy->unit,
+                     "total", table_json(energy, &energy->table[0]), "sources", sources);
 }

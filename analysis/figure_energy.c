@@ -23,10 +23,10 @@ static void draw_captions(const struct rmap_energy *energy, struct rmap_svg *svg
     (void)snprintf(line, sizeof line, "rays: %s", energy->criterion ? energy->criterion : "all");
     rmap_caption(svg, &text, WIDTH - 2 * MARGIN, line);
     text.y = 68;
-    int at = snprintf(line, sizeof line, "%s", rmap_grouped((uint64_t)table->rays, rays));
+    int at = snprintf(line, sizeof line, "%s", rmap_grouped(rmap_energy_whole(table->rays), rays));
     if (at > 0 && energy->criterion)
         (void)snprintf(line + at, sizeof line - (size_t)at, " of %s rays match, %.6g of %.6g %s",
-                       rmap_grouped((uint64_t)energy->map_rays, rays), table->flux,
+                       rmap_grouped(rmap_energy_whole(energy->map_rays), rays), table->flux,
                        energy->map_flux, energy->unit);
     else if (at > 0)
         (void)snprintf(line + at, sizeof line - (size_t)at, " ray%s emitted, %.6g %s%s",

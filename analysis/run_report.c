@@ -39,7 +39,7 @@ static void put_detector_sums(const struct rmap_detector_image *image, FILE *out
     fprintf(out, "%s</th><th></th><th class=\"n\">mean, %s</th><th></th><th class=\"n\">peak, %s",
             image->flux_unit, image->unit, image->unit);
     fprintf(out, "</th><th></th><th>peak at</th></tr>\n<tr><td>%s</td>",
-            rmap_grouped((uint64_t)image->registrations, count));
+            rmap_grouped(rmap_energy_whole(image->registrations), count));
     rmap_run_report_measured(out, image->flux, image->flux_error);
     rmap_run_report_measured(out, image->mean, image->mean_error);
     rmap_run_report_measured(
@@ -115,8 +115,10 @@ static enum rmap_status put_scene(const struct rmap_run_report *report, int *num
                                   struct rmap_error *err)
 {
     struct rmap_svg *svg = NULL;
-    const struct rmap_figure_draw options = {
-        .title = report->name, .n_matched = (uint64_t)report->energy->map_rays, .map = report->map};
+    const struct rmap_figure_draw options = {.title = report->name,
+                                             .n_matched =
+                                                 rmap_energy_whole(report->energy->map_rays),
+                                             .map = report->map};
     begin_section("scene", "Scene", out);
     enum rmap_status st =
         rmap_figure_draw(rmap_map_scene(report->map), report->rays, &options, &svg, err);

@@ -71,9 +71,9 @@ static void warn_of_ends(const struct rmap_run_report *report, FILE *out)
         if ((row->end != RMAP_ENERGY_LIMIT && row->end != RMAP_ENERGY_ERROR) || !(row->rays > 0.0))
             continue;
         int n = snprintf(text, sizeof text, "%s ray%s (%.3g %% of the flux) %s %s.",
-                         rmap_grouped((uint64_t)row->rays, rays), row->rays > 1.0 ? "s" : "",
-                         100.0 * row->share, row->rays > 1.0 ? "were" : "was",
-                         rmap_energy_end_text(row->end));
+                         rmap_grouped(rmap_energy_whole(row->rays), rays),
+                         row->rays > 1.0 ? "s" : "", 100.0 * row->share,
+                         row->rays > 1.0 ? "were" : "was", rmap_energy_end_text(row->end));
         if (row->end == RMAP_ENERGY_ERROR && first != UINT64_MAX && n > 0)
             (void)snprintf(text + n, sizeof text - (size_t)n, " The first of them: ray %llu.",
                            (unsigned long long)first);

@@ -38,7 +38,7 @@ void rmap_run_report_name(FILE *out, const char *text)
 static void put_numbers(const struct rmap_energy_row *row, double most, FILE *out)
 {
     char rays[RMAP_GROUPED_LEN];
-    fprintf(out, "<td class=\"n\">%s</td>", rmap_grouped((uint64_t)row->rays, rays));
+    fprintf(out, "<td class=\"n\">%s</td>", rmap_grouped(rmap_energy_whole(row->rays), rays));
     rmap_run_report_measured(out, row->flux, row->flux_error);
     if (isfinite(row->share))
         fprintf(out, "<td class=\"n\">%.4f</td>", 100.0 * row->share);
@@ -89,7 +89,7 @@ static void put_table(const struct rmap_energy *energy, const struct rmap_energy
         put_row(&shown.row[i], most, out);
     fputs("</table></div>\n", out);
     fprintf(out, "<p>These add up to the %s rays emitted%s.</p>\n",
-            rmap_grouped((uint64_t)table->rays, rays),
+            rmap_grouped(rmap_energy_whole(table->rays), rays),
             table->exact ? ", exactly" : ": NO, they do not");
     if (table->n_detector == 0)
         return;
