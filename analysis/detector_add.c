@@ -102,12 +102,13 @@ static void add_place(struct rmap_detector_sums *sums, const struct rmap_portion
                       size_t ray, size_t row)
 {
     const double weight = portion->ray.weight[ray];
-    struct rmap_exact_sum *sum = sums->centre + 3 * portion->ray.source[ray];
+    struct rmap_exact_sum *sum = sums->centre + 4 * portion->ray.source[ray];
     double x, y;
     rmap_detector_bins_place(&sums->ask.bins, portion, row, &x, &y);
     rmap_exact_sum_add(&sum[0], weight);
     rmap_exact_sum_add(&sum[1], weight * x);
     rmap_exact_sum_add(&sum[2], weight * y);
+    rmap_exact_sum_add(&sum[3], weight * (x * x + y * y));
 }
 
 static enum rmap_status take_hit(struct rmap_detector_sums *sums, size_t n_hit, size_t cell,

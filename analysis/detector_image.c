@@ -70,14 +70,18 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
 static void fill_centroid(struct rmap_detector_image *image, const struct rmap_map *map,
                           const struct rmap_detector_sums *sums)
 {
-    double sum[3] = {0.0, 0.0, 0.0};
-    image->centroid[0] = image->centroid[1] = (double)NAN;
+    double sum[4] = {0.0, 0.0, 0.0, 0.0};
+    image->centroid[0] = image->centroid[1] = image->rms_radius = (double)NAN;
     for (size_t s = 0; sums->centre && s < sums->n_source; s++)
-        for (size_t k = 0; k < 3; k++)
+        for (size_t k = 0; k < 4; k++)
             sum[k] +=
-                rmap_map_flux_per_weight(map)[s] * rmap_exact_sum_value(&sums->centre[3 * s + k]);
+                rmap_map_flux_per_weight(map)[s] * rmap_exact_sum_value(&sums->centre[4 * s + k]);
     for (int k = 0; k < 2 && sum[0] > 0.0; k++)
         image->centroid[k] = sum[k + 1] / sum[0];
+    if (sum[0] > 0.0)
+        image->rms_radius = sqrt(fmax(sum[3] / sum[0] - image->centroid[0] * image->centroid[0] -
+                                          image->centroid[1] * image->centroid[1],
+                                      0.0));
 }
 
 static void fill_totals(struct rmap_detector_image *image, const struct rmap_map *map,

@@ -32,7 +32,7 @@ struct rmap_detector_image {
     uint32_t peak_cell[2];
     double peak_x, peak_y; /* centre of that cell, in the detector's coordinates; else NaN */
     double registrations;
-    double centroid[2]; /* of planes, where asked for; else NaN */
+    double centroid[2], rms_radius; /* of planes, where asked for; else NaN */
 
     /* Where channels were asked for; 0 and NULL otherwise. */
     size_t n_channel;

@@ -33,7 +33,7 @@ static void blocks_of(const struct rmap_detector_sums *sums, struct block block[
     block[2] = (struct block){sums->colour, sums->n_colour * sizeof *sums->colour};
     block[3] = (struct block){sums->share, sums->n_share * sizeof *sums->share};
     block[4] =
-        (struct block){sums->centre, sums->centre ? 3 * sums->n_source * sizeof *sums->centre : 0};
+        (struct block){sums->centre, sums->centre ? 4 * sums->n_source * sizeof *sums->centre : 0};
 }
 
 static enum rmap_status check_size(const struct rmap_detector_sums *sums, struct rmap_error *err)
@@ -72,7 +72,7 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
     sums->colour = rmap_alloc(sums->n_colour + 1, sizeof *sums->colour);
     sums->share = rmap_alloc(sums->n_share + 1, sizeof *sums->share);
     if (ask->centre)
-        sums->centre = rmap_alloc(3 * sums->n_source, sizeof *sums->centre);
+        sums->centre = rmap_alloc(4 * sums->n_source, sizeof *sums->centre);
     if (sums->weight && sums->total && sums->colour && sums->share &&
         (sums->centre || !ask->centre))
         return RMAP_OK;
@@ -118,7 +118,7 @@ void rmap_detector_sums_merge(struct rmap_detector_sums *into,
         into->colour[i] += from->colour[i];
     for (size_t i = 0; i < into->n_share; i++)
         into->share[i] += from->share[i];
-    for (size_t i = 0; into->centre && i < 3 * into->n_source; i++)
+    for (size_t i = 0; into->centre && i < 4 * into->n_source; i++)
         rmap_exact_sum_merge(&into->centre[i], &from->centre[i]);
 }
 

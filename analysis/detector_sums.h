@@ -43,7 +43,7 @@ struct rmap_detector_sums {
     size_t n_channel, n_share; /* 0: no channels wanted */
     uint64_t *share;           /* [2][n_source][n_channel][n_cell + 1] sums of shares of 65535 and
                                   of their squares per ray; behind the cells their total */
-    struct rmap_exact_sum *centre; /* [n_source][3]: weight, weight x, weight y; or NULL */
+    struct rmap_exact_sum *centre; /* [n_source][4]: weight, times x, y, x^2 + y^2; or NULL */
 
     struct rmap_detector_hit *hit;
     size_t cap_hit;

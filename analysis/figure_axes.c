@@ -65,7 +65,7 @@ static void axis_ticks(const double range[2], const char *unit, double room,
                        struct rmap_ticks *ticks)
 {
     int most = (int)fmax(room, 2.0);
-    if (strcmp(unit, "deg") == 0)
+    if (strcmp(unit, "deg") == 0 && range[1] - range[0] > 25.0)
         rmap_ticks_degrees(range[0], range[1], most, ticks);
     else
         rmap_ticks_linear(range[0], range[1], most, ticks);
@@ -125,6 +125,8 @@ static void axis_label(const char *label, const char *unit, const struct rmap_ti
     superscript(ticks->exponent, power, sizeof power);
     if (ticks->exponent != 0 && ticks->decimals >= 0)
         (void)snprintf(text, size, "%s, 10%s %s", label, power, shown);
+    else if (!shown[0])
+        (void)snprintf(text, size, "%s", label);
     else
         (void)snprintf(text, size, "%s%s%s", label, *shown ? ", " : "", shown);
 }

@@ -64,6 +64,8 @@ static void lay_out(struct picture *picture)
         axes->x_unit = axes->y_unit = "deg";
     }
     double aspect = (axes->x_range[1] - axes->x_range[0]) / (axes->y_range[1] - axes->y_range[0]);
+    if (!is_plane(image)) /* two angles that are not alike */
+        aspect = fmin(aspect, 2.0);
     axes->width = fmax(rint(fmin(IMAGE_WIDTH, IMAGE_HEIGHT * aspect)), NARROWEST);
     axes->height = fmax(rint(fmin(IMAGE_HEIGHT, IMAGE_WIDTH / aspect)), NARROWEST);
 }
@@ -214,10 +216,11 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     (void)snprintf(line, sizeof line, "rays: %s", criterion ? criterion : "all");
     rmap_caption(svg, &text, room, line);
     char error[64] = "";
+    const char *none = image->registrations > 0.0 ? "" : " (nothing was registered)";
     if (isfinite(image->flux_error))
         (void)snprintf(error, sizeof error, " ± %.2g", image->flux_error);
-    int n = snprintf(line, sizeof line, "%.0f registrations, %.4g%s %s", image->registrations,
-                     image->flux, error, image->flux_unit);
+    int n = snprintf(line, sizeof line, "%.0f registrations, %.4g%s %s%s", image->registrations,
+                     image->flux, error, image->flux_unit, none);
     if (picture->options->true_colour && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
                        picture->white, image->unit, picture->logarithmic ? ", logarithmic" : "");

@@ -9,11 +9,14 @@
 #include <string.h>
 
 #include "analysis/detector_image.h"
+#include "analysis/figure_axes.h"
+#include "analysis/spot.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/detector_out.h"
+#include "mpi/fold_run.h"
 #include "mpi/image_scan.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
@@ -30,6 +33,10 @@ static const struct rmap_option options[] = {
     {"rotate", 0, "DEG", "turn the cells counterclockwise about the detector's centre"},
     {"quantity", 0, "Q", "irradiance, intensity, radiance (or luminance ...), flux, spectral"},
     {"over", 0, "WHAT", "cells over the area or over the direction of the light"},
+    {"spot", 0, NULL, "centroid, RMS radius and encircled energy of the light on a plane"},
+    {"mtf", 0, NULL, "and the MTF of that spot, by transforming the stored positions"},
+    {"frequency", 0, "F", "the highest of the MTF, in cycles per unit of length of the scene"},
+    {"plot", 0, "OUT", "the curves of --spot and --mtf: OUT.png, OUT.svg or OUT.csv"},
     {"tally", 0, NULL, "take the sums kept while tracing: at once, errors per registration"},
     {"output", 'o', "OUT",
      "OUT.png or .svg: a picture; .csv, .h5, .npy, .npz: numbers; .exr: linear colour"},
@@ -42,7 +49,10 @@ static const struct rmap_option options[] = {
 struct request {
     const char *map_path, *detector, *where, *output_path;
     struct rmap_detector_bins_asked bins;
-    bool tally, channels;
+    bool tally, channels, force;
+    bool spot, mtf;
+    double frequency;      /* 0: by the size of the spot */
+    const char *plot_path; /* of the curves */
     struct rmap_figure_detector figure;
 };
 
@@ -98,6 +108,34 @@ out:
     return st;
 }
 
+static enum rmap_status read_spot(const struct rmap_arguments *given, struct request *request,
+                                  struct rmap_error *err)
+{
+    static const char *const suffixes[] = {".png", ".svg", ".csv", NULL};
+    const char *frequency = rmap_argument(given, "frequency");
+    request->mtf = rmap_argument(given, "mtf") != NULL || frequency;
+    request->spot = rmap_argument(given, "spot") != NULL || request->mtf;
+    request->plot_path = rmap_argument(given, "plot");
+    if (frequency) {
+        char *end = NULL;
+        request->frequency = strtod(frequency, &end);
+        if (end == frequency || *end || !(request->frequency > 0.0) ||
+            !isfinite(request->frequency))
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "--frequency '%.40s' is no number of cycles per unit of length "
+                                  "greater than 0",
+                                  frequency);
+    }
+    if (request->plot_path && !request->spot)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--plot shows the curves of --spot or --mtf: give one");
+    if (request->spot && request->tally)
+        return rmap_error_set(err, RMAP_USAGE, "--tally knows no places: leave it out for --spot");
+    if (!request->plot_path)
+        return RMAP_OK;
+    return rmap_output_check(request->plot_path, suffixes, request->force, err);
+}
+
 static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
                                      struct rmap_error *err)
 {
@@ -108,6 +146,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
         .where = rmap_argument(given, "where"),
         .output_path = rmap_argument(given, "output"),
         .tally = rmap_argument(given, "tally") != NULL,
+        .force = rmap_argument(given, "force") != NULL,
     };
     request->figure = (struct rmap_figure_detector){
         .criterion = request->where,
@@ -121,10 +160,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     if (color && !request->figure.true_colour && strcmp(color, "false") != 0)
         return rmap_error_set(err, RMAP_USAGE, "--color '%s': say false or true", color);
     enum rmap_status st = read_bins(given, request, err);
+    if (st == RMAP_OK)
+        st = read_spot(given, request, err);
     if (st != RMAP_OK || !request->output_path)
         return st;
-    return rmap_output_check(request->output_path, rmap_detector_suffixes,
-                             rmap_argument(given, "force") != NULL, err);
+    return rmap_output_check(request->output_path, rmap_detector_suffixes, request->force, err);
 }
 
 static enum rmap_status find_detector(const struct rmap_scene *scene, const char *name,
@@ -152,22 +192,85 @@ static enum rmap_status find_detector(const struct rmap_scene *scene, const char
     return st;
 }
 
-/* On rank 0. */
+/* What was found; on rank 0. */
+struct answer {
+    struct rmap_detector_image *image;
+    struct rmap_spot *spot; /* or NULL */
+};
+
 static enum rmap_status show(const struct rmap_context *context, const struct request *request,
-                             const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                             struct rmap_error *err)
+                             const struct answer *answer, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_detector_image *image = NULL;
-    RMAP_TRY(rmap_detector_image_create(map, sums, &image, err));
+    const struct rmap_detector_image *image = answer->image;
     if (request->output_path)
         RMAP_TRY(rmap_detector_write(image, &request->figure, request->output_path, err));
-    if (context->json)
-        st = rmap_json_print(rmap_detector_image_json(image, request->where), stdout, err);
-    else
-        rmap_detector_image_print(image, request->where, stdout);
+    if (request->plot_path)
+        RMAP_TRY(rmap_spot_write(answer->spot, image->detector->name, request->where,
+                                 request->plot_path, err));
+    if (context->json) {
+        json_t *document = rmap_detector_image_json(image, request->where);
+        if (document && answer->spot)
+            rmap_spot_json(answer->spot, document);
+        return rmap_json_print(document, stdout, err);
+    }
+    rmap_detector_image_print(image, request->where, stdout);
+    if (answer->spot)
+        rmap_spot_print(answer->spot, stdout);
 out:
-    rmap_detector_image_destroy(image);
+    return st;
+}
+
+enum { FREQUENCIES = 51 };
+
+/* A round number. */
+static double round_above(double x)
+{
+    const double below = rmap_round_below(x);
+    return x > 1.5 * below ? 2.0 * below : below;
+}
+
+/* Collective. The second pass over the registrations, about the centre that the image found. */
+static enum rmap_status find_spot(const struct rmap_context *context, const struct request *request,
+                                  const struct rmap_detector_ask *image_ask,
+                                  const struct rmap_criterion *criterion, struct answer *answer,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_spot_ask ask = {.map = image_ask->map,
+                                .overlay = image_ask->overlay,
+                                .detector = image_ask->detector,
+                                .bins = image_ask->bins,
+                                .n_frequency = request->mtf ? FREQUENCIES : 0,
+                                .tangential_rad = 0.5 * RMAP_PI};
+    double first[4] = {0.0, 0.0, 0.0, request->frequency};
+    if (context->rank == 0 && isfinite(answer->image->rms_radius)) {
+        const double *centre = answer->image->centroid, rms = answer->image->rms_radius;
+        first[0] = centre[0];
+        first[1] = centre[1];
+        first[2] = hypot(centre[0], centre[1]) > rms ? atan2(centre[1], centre[0]) : 0.5 * RMAP_PI;
+        if (first[3] == 0.0 && rms > 0.0) /* a Gaussian's MTF is 0.007 there */
+            first[3] = round_above(0.5 * sqrt(2.0) / rms);
+    }
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(first, 4, MPI_DOUBLE, 0, context->comm)));
+    ask.centre[0] = first[0];
+    ask.centre[1] = first[1];
+    ask.tangential_rad =
+        isnan(request->bins.rotate_deg) ? first[2] : ask.bins.rotate_rad + 0.5 * RMAP_PI;
+    ask.frequency_step = (first[3] > 0.0 ? first[3] : 1.0) / (FREQUENCIES - 1);
+    const struct rmap_fold fold = {.kind = &rmap_spot_sums_kind,
+                                   .context = &ask,
+                                   .map = ask.map,
+                                   .criterion = criterion,
+                                   .columns = rmap_spot_sums_columns(&ask),
+                                   .overlay = ask.overlay};
+    void *state = NULL;
+    st = rmap_fold_run(context, &fold, &state, err);
+    if (st == RMAP_OK && context->rank == 0)
+        st = rmap_spot_create(state, &answer->spot, err);
+    fold.kind->destroy(state);
+    st = rmap_agree(context, st, err);
+out:
     return st;
 }
 
@@ -181,10 +284,14 @@ static enum rmap_status choose(const struct request *request, const struct rmap_
     *ask = (struct rmap_detector_ask){.map = map,
                                       .overlay = overlay,
                                       .channels = request->channels,
+                                      .centre = request->spot,
                                       .colour = request->figure.true_colour &&
                                                 request->output_path != NULL};
     RMAP_TRY(find_detector(scene, request->detector, &ask->detector, err));
-    st = rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err);
+    RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
+    if (request->spot && scene->detector[ask->detector].type != RMAP_DETECTOR_PLANE)
+        st = rmap_error_set(err, RMAP_USAGE, "'%s' is an intensity grid: a spot lies on a plane",
+                            request->detector);
 out:
     return st;
 }
@@ -199,6 +306,7 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     struct rmap_criterion *criterion = NULL;
     struct rmap_detector_ask ask;
     struct rmap_detector_sums sums = {0};
+    struct answer answer = {0};
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
@@ -217,9 +325,16 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     else
         RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
     if (context->rank == 0)
-        st = show(context, &request, map, &sums, err);
+        st = rmap_detector_image_create(map, &sums, &answer.image, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (request.spot)
+        RMAP_TRY(find_spot(context, &request, &ask, criterion, &answer, err));
+    if (context->rank == 0)
+        st = show(context, &request, &answer, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_spot_destroy(answer.spot);
+    rmap_detector_image_destroy(answer.image);
     rmap_detector_sums_fini(&sums);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "analysis/figure_spot.h"
 #include "base/alloc.h"
 #include "io/exr.h"
 #include "io/grid_h5.h"
@@ -21,17 +22,31 @@ static bool ends_in(const char *path, const char *suffix)
     return len > n && strcasecmp(path + len - n, suffix) == 0;
 }
 
-static enum rmap_status write_csv(const struct rmap_detector_image *image, const char *criterion,
-                                  const char *path, struct rmap_error *err)
+static enum rmap_status open_text(const char *path, FILE **file_ret, struct rmap_error *err)
 {
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    rmap_detector_image_csv(image, criterion, file);
+    *file_ret = fopen(path, "w");
+    if (*file_ret)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+}
+
+static enum rmap_status close_text(FILE *file, const char *path, struct rmap_error *err)
+{
     int failed = ferror(file);
     if (fclose(file) != 0 || failed)
         return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
     return RMAP_OK;
+}
+
+static enum rmap_status write_csv(const struct rmap_detector_image *image, const char *criterion,
+                                  const char *path, struct rmap_error *err)
+{
+    FILE *file = NULL;
+    enum rmap_status st = open_text(path, &file, err);
+    if (st != RMAP_OK)
+        return st;
+    rmap_detector_image_csv(image, criterion, file);
+    return close_text(file, path, err);
 }
 
 /* Upper row first, as pictures have them. */
@@ -171,6 +186,24 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
     if (rmap_picture_kind(path) == RMAP_PICTURE_NONE)
         return write_arrays(image, figure->criterion, path, err);
     RMAP_TRY(rmap_figure_detector(image, figure, &svg, err));
+    st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
+out:
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+enum rmap_status rmap_spot_write(const struct rmap_spot *spot, const char *detector,
+                                 const char *criterion, const char *path, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_svg *svg = NULL;
+    if (ends_in(path, ".csv")) {
+        FILE *file = NULL;
+        RMAP_TRY(open_text(path, &file, err));
+        rmap_spot_csv(spot, detector, criterion, file);
+        return close_text(file, path, err);
+    }
+    RMAP_TRY(rmap_figure_spot(spot, detector, criterion, &svg, err));
     st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
 out:
     rmap_svg_destroy(svg);

@@ -6,6 +6,7 @@
 #define RMAP_DETECTOR_OUT_H
 
 #include "analysis/figure_detector.h"
+#include "analysis/spot.h"
 
 extern const char *const rmap_detector_suffixes[];
 
@@ -15,5 +16,10 @@ extern const char *const rmap_detector_suffixes[];
 enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
                                      const struct rmap_figure_detector *figure, const char *path,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Its curves: .csv, .png or .svg. */
+enum rmap_status rmap_spot_write(const struct rmap_spot *spot, const char *detector,
+                                 const char *criterion, const char *path,
+                                 struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -1,0 +1,134 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A spot for people, as JSON and as CSV.
+ */
+#include <math.h>
+
+#include "analysis/spot.h"
+
+static void print_line(const char *name, struct rmap_estimate estimate, const char *unit, FILE *out)
+{
+    if (!isfinite(estimate.value))
+        return;
+    fprintf(out, "%-14s %.6g", name, estimate.value);
+    if (isfinite(estimate.standard_error))
+        fprintf(out, " +- %.2g", estimate.standard_error);
+    fprintf(out, " %s\n", unit);
+}
+
+/* The lowest frequency at which the contrast is down to one half; NaN: none. */
+static double half_contrast(const struct rmap_spot *spot, size_t direction)
+{
+    const struct rmap_estimate *mtf = spot->mtf + direction * spot->n_frequency;
+    for (size_t k = 1; k < spot->n_frequency; k++)
+        if (mtf[k].value < 0.5 && mtf[k - 1].value >= 0.5)
+            return spot->frequency_step *
+                   ((double)k - (0.5 - mtf[k].value) / (mtf[k - 1].value - mtf[k].value));
+    return (double)NAN;
+}
+
+void rmap_spot_print(const struct rmap_spot *spot, FILE *out)
+{
+    print_line("centroid x", spot->centroid[0], spot->unit, out);
+    print_line("centroid y", spot->centroid[1], spot->unit, out);
+    print_line("RMS x", spot->rms[0], spot->unit, out);
+    print_line("RMS y", spot->rms[1], spot->unit, out);
+    print_line("RMS radius", spot->rms_radius, spot->unit, out);
+    for (int i = 0; i < RMAP_SPOT_FRACTIONS; i++) {
+        char name[32];
+        (void)snprintf(name, sizeof name, "%.0f %% within", 100.0 * spot->fraction[i]);
+        print_line(name, spot->radius[i], spot->unit, out);
+    }
+    for (size_t d = 0; d < 2 && spot->n_frequency; d++) {
+        const double half = half_contrast(spot, d);
+        const char *name = d == 0 ? "MTF 50 % tan." : "MTF 50 % sag.";
+        if (isfinite(half))
+            fprintf(out, "%-14s %.6g cycles/%s\n", name, half, spot->unit);
+        else if (isfinite(spot->rms_radius.value))
+            fprintf(out, "%-14s not below %.6g cycles/%s\n", name,
+                    spot->frequency_step * (double)(spot->n_frequency - 1), spot->unit);
+    }
+}
+
+static json_t *number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+static json_t *estimate_json(struct rmap_estimate estimate)
+{
+    return json_pack("{s:o, s:o}", "value", number(estimate.value), "standard_error",
+                     number(estimate.standard_error));
+}
+
+/* Two lists under the names given. */
+static void put_lists(json_t *object, const char *values, const char *errors,
+                      const struct rmap_estimate *estimate, size_t n)
+{
+    json_t *value = json_array(), *error = json_array();
+    for (size_t i = 0; i < n; i++) {
+        (void)json_array_append_new(value, number(estimate[i].value));
+        (void)json_array_append_new(error, number(estimate[i].standard_error));
+    }
+    (void)json_object_set_new(object, values, value);
+    (void)json_object_set_new(object, errors, error);
+}
+
+static json_t *mtf_json(const struct rmap_spot *spot)
+{
+    json_t *frequency = json_array(), *mtf = json_object();
+    for (size_t k = 0; k < spot->n_frequency; k++)
+        (void)json_array_append_new(frequency, json_real(spot->frequency_step * (double)k));
+    (void)json_object_set_new(mtf, "unit", json_sprintf("cycles/%s", spot->unit));
+    (void)json_object_set_new(mtf, "tangential_direction", json_real(spot->tangential_deg));
+    (void)json_object_set_new(mtf, "frequency", frequency);
+    put_lists(mtf, "tangential", "tangential_standard_error", spot->mtf, spot->n_frequency);
+    put_lists(mtf, "sagittal", "sagittal_standard_error", spot->mtf + spot->n_frequency,
+              spot->n_frequency);
+    return mtf;
+}
+
+void rmap_spot_json(const struct rmap_spot *spot, json_t *document)
+{
+    json_t *within = json_array(), *radius = json_array(), *curve = json_object();
+    for (int i = 0; i < RMAP_SPOT_FRACTIONS; i++)
+        (void)json_array_append_new(
+            within, json_pack("{s:f, s:o, s:o}", "fraction", spot->fraction[i], "radius",
+                              number(spot->radius[i].value), "standard_error",
+                              number(spot->radius[i].standard_error)));
+    for (int i = 0; i < RMAP_SPOT_CURVE; i++)
+        (void)json_array_append_new(radius, number(spot->curve_radius[i]));
+    (void)json_object_set_new(curve, "radius", radius);
+    put_lists(curve, "fraction", "standard_error", spot->curve, RMAP_SPOT_CURVE);
+    (void)json_object_set_new(
+        document, "spot",
+        json_pack("{s:{s:o, s:o}, s:{s:o, s:o, s:o}, s:o, s:o, s:s}", "centroid", "x",
+                  estimate_json(spot->centroid[0]), "y", estimate_json(spot->centroid[1]), "rms",
+                  "x", estimate_json(spot->rms[0]), "y", estimate_json(spot->rms[1]), "radius",
+                  estimate_json(spot->rms_radius), "encircled", within, "curve", curve, "unit",
+                  spot->unit));
+    if (spot->n_frequency)
+        (void)json_object_set_new(document, "mtf", mtf_json(spot));
+}
+
+static void put_row(const char *curve, double at, struct rmap_estimate estimate, FILE *out)
+{
+    if (isfinite(estimate.value) && isfinite(estimate.standard_error))
+        fprintf(out, "%s,%.17g,%.17g,%.17g\n", curve, at, estimate.value, estimate.standard_error);
+    else if (isfinite(estimate.value))
+        fprintf(out, "%s,%.17g,%.17g,\n", curve, at, estimate.value);
+}
+
+void rmap_spot_csv(const struct rmap_spot *spot, const char *detector, const char *criterion,
+                   FILE *out)
+{
+    fprintf(out, "# detector: %s\n# criterion: %s\n", detector, criterion ? criterion : "all");
+    fprintf(out, "# encircled: at a radius in %s; tangential, sagittal: MTF at cycles/%s\n",
+            spot->unit, spot->unit);
+    fprintf(out, "curve,at,value,standard_error\n");
+    for (int i = 0; i < RMAP_SPOT_CURVE; i++)
+        put_row("encircled", spot->curve_radius[i], spot->curve[i], out);
+    for (size_t k = 0; k < 2 * spot->n_frequency; k++)
+        put_row(k < spot->n_frequency ? "tangential" : "sagittal",
+                spot->frequency_step * (double)(k % spot->n_frequency), spot->mtf[k], out);
+}
