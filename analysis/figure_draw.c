@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/figure_draw.h"
 
-#include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
 
@@ -11,42 +10,15 @@
 #include "analysis/figure_rays.h"
 #include "analysis/figure_section.h"
 #include "analysis/figure_solid.h"
-#include "analysis/tessellation.h"
+#include "analysis/scene_mesh.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 
-enum { MARGIN = 24, TOP = 84, BOTTOM = 56, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
-enum { LOWEST = 200, LEGEND_LENGTH = 1500 /* of all its samples, about */ };
+enum { MARGIN = 24, TOP = 84, BELOW = 22, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
+enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
 
 /* White around the scene, and length of a leg that leaves, as parts of the scene's size. */
 static const double BORDER = 0.08, LEAVING = 0.12;
-
-static void destroy_meshes(struct rmap_mesh **mesh, size_t n)
-{
-    for (size_t g = 0; mesh && g < n; g++)
-        rmap_mesh_destroy(mesh[g]);
-    rmap_free(mesh);
-}
-
-static enum rmap_status make_meshes(const struct rmap_scene *scene, struct rmap_mesh ***mesh_ret,
-                                    struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_mesh **mesh = rmap_alloc(scene->n_geometry + 1, sizeof *mesh);
-    if (!mesh)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
-    for (size_t g = 0; g < scene->n_geometry; g++) {
-        const struct rmap_geometry *geometry = &scene->geometry[g];
-        if (geometry->kind == RMAP_GEOMETRY_SHAPE)
-            RMAP_TRY(rmap_shape_tessellate(&geometry->shape, &mesh[g], err));
-        else
-            RMAP_TRY(rmap_mesh_weld(geometry->mesh, &mesh[g], err));
-    }
-    *mesh_ret = mesh;
-    mesh = NULL;
-out:
-    destroy_meshes(mesh, scene->n_geometry);
-    return st;
-}
 
 static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
                   struct rmap_view_frame *frame)
@@ -70,24 +42,11 @@ static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
     return size;
 }
 
-/* 1234567 as 1,234,567. */
-static void grouped(uint64_t value, char *text, size_t size)
-{
-    char digits[32];
-    size_t n = (size_t)snprintf(digits, sizeof digits, "%" PRIu64, value), at = 0;
-    for (size_t i = 0; i < n && at + 2 < size; i++) {
-        if (i > 0 && (n - i) % 3 == 0)
-            text[at++] = ',';
-        text[at++] = digits[i];
-    }
-    text[at] = 0;
-}
-
 static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
                           const struct rmap_view *view, struct rmap_svg *svg)
 {
     double room = rmap_svg_width(svg) - 2 * MARGIN;
-    char line[1024], drawn[32], matched[32];
+    char line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN];
     rmap_caption(svg,
                  &(struct rmap_svg_text){.x = MARGIN, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1},
                  room, options->title);
@@ -95,18 +54,59 @@ static void draw_captions(const struct rmap_portion *rays, const struct rmap_fig
     (void)snprintf(line, sizeof line, "rays: %s", options->criterion ? options->criterion : "all");
     rmap_caption(svg, &text, room, line);
     uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
-    grouped(n_drawn, drawn, sizeof drawn);
-    grouped(options->n_matched, matched, sizeof matched);
     if (n_drawn == 0)
         (void)snprintf(line, sizeof line, "no ray matches; %s", view->description);
     else if (n_drawn < options->n_matched)
         (void)snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids; %s",
-                       drawn, matched, view->description);
-    else
-        (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", drawn, n_drawn == 1 ? "" : "s",
+                       rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
                        view->description);
+    else
+        (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", rmap_grouped(n_drawn, drawn),
+                       n_drawn == 1 ? "" : "s", view->description);
     text.y = 68;
     rmap_caption(svg, &text, room, line);
+}
+
+static void choose_view(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                        const struct rmap_figure_draw *options, struct rmap_view *view)
+{
+    rmap_view_choose(scene, options->kind, rays, view);
+    if (options->eye && !view->section)
+        rmap_view_turn(scene, options->eye[0], options->eye[1], view);
+    if (options->cut && view->section)
+        rmap_view_move(scene, *options->cut, view);
+}
+
+/* Scene, rays and marks, inside the frame. */
+static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                    const struct rmap_figure_draw *options,
+                                    struct rmap_ray_lines *lines, struct rmap_svg *svg,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_view_frame *frame = lines->frame;
+    struct rmap_mesh **mesh = NULL;
+    struct rmap_solid *solid = NULL;
+    RMAP_TRY(rmap_scene_meshes_create(scene, &mesh, err));
+    rmap_svg_open_clip(svg, frame->x, frame->y, frame->width, frame->height);
+    if (frame->view->section) {
+        RMAP_TRY(rmap_section_draw(scene, mesh, frame, svg, err));
+    } else {
+        RMAP_TRY(rmap_solid_create(scene, mesh, frame, &solid, err));
+        RMAP_TRY(rmap_solid_draw(solid, svg, err));
+    }
+    lines->solid = solid;
+    lines->map = options->map;
+    lines->paint = options->paint;
+    lines->opacity = options->opacity;
+    RMAP_TRY(rmap_rays_draw(scene, rays, lines, svg, err));
+    struct rmap_labels labels = {.area = {frame->x, frame->y, frame->width, frame->height}};
+    rmap_marks_draw(scene, rays, frame, &labels, svg);
+    rmap_svg_close(svg);
+out:
+    rmap_solid_destroy(solid);
+    rmap_scene_meshes_destroy(mesh, scene->n_geometry);
+    return st;
 }
 
 enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
@@ -115,34 +115,26 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_svg *svg = NULL;
-    struct rmap_mesh **mesh = NULL;
     struct rmap_view view;
     struct rmap_view_frame frame;
-    rmap_view_choose(scene, options->kind, rays, &view);
-    double size = fit(scene, &view, &frame);
-    RMAP_TRY(make_meshes(scene, &mesh, err));
-    double bottom = BOTTOM + RMAP_LEGEND_ROW * floor(LEGEND_LENGTH / frame.width);
-    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN, TOP + frame.height + bottom, options->title,
+    const bool mixed = options->map && rmap_map_n_space(options->map) > 1;
+    choose_view(scene, rays, options, &view);
+    struct rmap_ray_lines lines = {.frame = &frame};
+    lines.leaving = LEAVING * fit(scene, &view, &frame);
+    const double legend = rmap_legend_draw(scene, rays, &frame, options->paint, mixed, NULL);
+    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN,
+                             TOP + frame.height + fmax(legend, SCALE_BAR) + BELOW, options->title,
                              &svg, err));
-    rmap_svg_open_clip(svg, frame.x, frame.y, frame.width, frame.height);
-    if (view.section)
-        RMAP_TRY(rmap_section_draw(scene, mesh, &frame, svg, err));
-    else
-        RMAP_TRY(rmap_solid_draw(scene, mesh, &frame, svg, err));
-    RMAP_TRY(rmap_rays_draw(scene, options->map, rays, &frame, LEAVING * size, svg, err));
-    struct rmap_labels labels = {.area = {frame.x, frame.y, frame.width, frame.height}};
-    rmap_marks_draw(scene, rays, &frame, &labels, svg);
-    rmap_svg_close(svg);
+    RMAP_TRY(draw_inside(scene, rays, options, &lines, svg, err));
     rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
-    rmap_legend_draw(scene, rays, &frame, options->map && rmap_map_n_space(options->map) > 1, svg);
+    (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, svg);
     rmap_scale_bar_draw(scene, &frame, svg);
     draw_captions(rays, options, &view, svg);
     *svg_ret = svg;
     svg = NULL;
 out:
-    destroy_meshes(mesh, scene->n_geometry);
     rmap_svg_destroy(svg);
     return st;
 }

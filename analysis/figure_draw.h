@@ -6,6 +6,7 @@
 #define RMAP_FIGURE_DRAW_H
 
 #include "analysis/figure_view.h"
+#include "analysis/ray_paint.h"
 #include "io/map_reader.h"
 #include "trace/portion.h"
 
@@ -14,6 +15,11 @@ struct rmap_figure_draw {
     const char *criterion; /* NULL: all rays */
     uint64_t n_matched;    /* rays that match, of which `rays` holds some */
     enum rmap_view_kind kind;
+    const double *eye;                  /* [2] azimuth and elevation of a view of solids, degrees;
+                                           NULL: as suits */
+    const double *cut;                  /* place of a section along its axis; NULL: as suits */
+    const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
+    double opacity;                     /* of the strongest ray; 0: by their number */
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 

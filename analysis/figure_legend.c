@@ -8,12 +8,13 @@
 #include "analysis/figure_rays.h"
 #include "analysis/figure_section.h"
 #include "analysis/figure_solid.h"
+#include "base/grouped.h"
 
 enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230 };
 static const char ink[] = "#222222";
 
 struct legend {
-    struct rmap_svg *svg;
+    struct rmap_svg *svg; /* NULL: nothing is drawn, to see how long it becomes */
     double x, y, left, right;
 };
 
@@ -24,13 +25,13 @@ static void add_sample(struct legend *legend, const char *colour, double width, 
         legend->x = legend->left;
         legend->y += RMAP_LEGEND_ROW;
     }
-    rmap_svg_rect(legend->svg, legend->x, legend->y - 4.5 - 0.5 * width, SAMPLE, width,
-                  &(struct rmap_svg_style){.fill = colour});
-    rmap_svg_string(
-        legend->svg,
-        &(struct rmap_svg_text){
-            .x = legend->x + SAMPLE + 6, .y = legend->y, .size = RMAP_TICK_SIZE, .fill = ink},
-        word);
+    if (legend->svg) {
+        const struct rmap_svg_text text = {
+            .x = legend->x + SAMPLE + 6, .y = legend->y, .size = RMAP_TICK_SIZE, .fill = ink};
+        rmap_svg_rect(legend->svg, legend->x, legend->y - 4.5 - 0.5 * width, SAMPLE, width,
+                      &(struct rmap_svg_style){.fill = colour});
+        rmap_caption(legend->svg, &text, legend->right - text.x, word);
+    }
     legend->x += length + GAP;
 }
 
@@ -108,8 +109,26 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene, 
     }
 }
 
-void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
-                      const struct rmap_view_frame *frame, bool mixed, struct rmap_svg *svg)
+/* Groups of rays that there are, each in a row of its own. */
+static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint)
+{
+    char word[512], n[RMAP_GROUPED_LEN];
+    for (size_t k = 0; k < paint->n_group; k++) {
+        const struct rmap_paint_group *group = &paint->group[k];
+        if (group->rays == 0)
+            continue;
+        (void)snprintf(word, sizeof word, "%s ray%s, %.3g %% of flux: %.400s",
+                       rmap_grouped(group->rays, n), group->rays == 1 ? "" : "s",
+                       paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0, group->label);
+        add_sample(legend, group->ink, 3.0, word);
+        legend->x = legend->left;
+        legend->y += RMAP_LEGEND_ROW;
+    }
+}
+
+double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                        const struct rmap_view_frame *frame, const struct rmap_ray_paint *paint,
+                        bool mixed, struct rmap_svg *svg)
 {
     struct legend legend = {.svg = svg,
                             .x = frame->x,
@@ -119,7 +138,9 @@ void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion 
     bool plane = false;
     for (size_t d = 0; d < scene->n_detector; d++)
         plane = plane || scene->detector[d].type == RMAP_DETECTOR_PLANE;
-    if (scene->channels.mode == RMAP_COLOUR_SPECTRAL && !mixed)
+    if (paint && paint->of_ray)
+        add_groups(&legend, paint);
+    else if (scene->channels.mode == RMAP_COLOUR_SPECTRAL && !mixed)
         add_wavelengths(&legend, scene, rays);
     else if (rays->n_row[RMAP_TABLE_RAY] > 0)
         add_sample(&legend, "#808080", 1.0, "rays, in the colour of their light");
@@ -128,6 +149,7 @@ void rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion 
     if (plane)
         add_sample(&legend, rmap_detector_ink, 2.0, "detector");
     add_surfaces(&legend, scene, frame->view->section);
+    return legend.y - frame->y - frame->height;
 }
 
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,

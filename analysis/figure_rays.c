@@ -15,6 +15,12 @@ static const double GREY_LIGHTNESS = 0.45, COLOUR_LIGHTNESS = 0.72, SATURATED = 
 /* So many rays are drawn nearly opaque; more of them fainter, as the inverse square root. */
 static const double OPAQUE_RAYS = 60.0, OPACITY = 0.8, FAINTEST = 0.08;
 
+/* Of that: rays without flux to speak of, and what lies behind bodies. */
+static const double WEAKEST = 0.35, HIDDEN = 0.16;
+
+/* Between two looks at what hides a line, in pixels. */
+static const double LOOK = 1.5;
+
 void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8])
 {
     double rgb[3], lab[3];
@@ -38,29 +44,92 @@ void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[
     (void)snprintf(ink, 8, "#%02x%02x%02x", byte[0], byte[1], byte[2]);
 }
 
+/* A line being drawn; NaN lifts the pen. */
+struct stroke {
+    double (*pixel)[2];
+    size_t n, cap;
+};
+
 struct pen {
     const struct rmap_scene *scene;
     const struct rmap_portion *rays;
-    const struct rmap_view_frame *frame;
+    const struct rmap_ray_lines *lines;
     struct rmap_svg *svg;
-    double leaving;
+    double opacity; /* of the ray in hand */
     struct rmap_svg_style style;
     char ink[8];
-    double (*pixel)[2]; /* [points of the longest ray + 1] */
-    size_t n_pixel;
+    struct stroke seen, hidden;
+    struct rmap_vec3 last; /* pixel and depth of the point before */
+    bool down;             /* there is one */
+    enum rmap_status status;
+    struct rmap_error *err;
 };
+
+static void stroke_add(struct pen *pen, struct stroke *stroke, double x, double y)
+{
+    void *block = stroke->pixel;
+    if (pen->status == RMAP_OK)
+        pen->status =
+            rmap_reserve(&block, &stroke->cap, stroke->n + 1, sizeof *stroke->pixel, pen->err);
+    stroke->pixel = block;
+    if (pen->status != RMAP_OK)
+        return;
+    stroke->pixel[stroke->n][0] = x;
+    stroke->pixel[stroke->n++][1] = y;
+}
+
+/* From the point before to this one, in parts that are seen and parts that bodies hide. */
+static void put_parts(struct pen *pen, struct rmap_vec3 to)
+{
+    const struct rmap_vec3 from = pen->last;
+    const double length = hypot(to.x - from.x, to.y - from.y);
+    const int n = length < 1e5 ? (int)ceil(length / LOOK) + 1 : 1;
+    struct stroke *before = NULL;
+    for (int k = 0; k < n; k++) {
+        const double a = (double)k / n, b = (k + 1.0) / n, middle = 0.5 * (a + b);
+        const struct rmap_vec3 along = rmap_sub(to, from), at = rmap_axpy(middle, along, from);
+        struct stroke *stroke =
+            rmap_solid_hides(pen->lines->solid, at.x, at.y, at.z) ? &pen->hidden : &pen->seen;
+        if (stroke != before) {
+            if (stroke->n > 0)
+                stroke_add(pen, stroke, (double)NAN, 0.0);
+            stroke_add(pen, stroke, from.x + a * along.x, from.y + a * along.y);
+        }
+        if (stroke != before && before)
+            stroke_add(pen, before, from.x + a * along.x, from.y + a * along.y);
+        before = stroke;
+    }
+    stroke_add(pen, before, to.x, to.y);
+}
 
 static void put_point(struct pen *pen, struct rmap_vec3 point)
 {
-    struct rmap_vec3 p = rmap_view_project(pen->frame->view, point);
-    rmap_view_pixel(pen->frame, (const double[2]){p.x, p.y}, pen->pixel[pen->n_pixel++]);
+    struct rmap_vec3 p = rmap_view_project(pen->lines->frame->view, point);
+    double pixel[2];
+    rmap_view_pixel(pen->lines->frame, (const double[2]){p.x, p.y}, pixel);
+    const struct rmap_vec3 to = rmap_vec3(pixel[0], pixel[1], p.z);
+    if (!pen->lines->solid)
+        stroke_add(pen, &pen->seen, to.x, to.y);
+    else if (pen->down)
+        put_parts(pen, to);
+    pen->last = to;
+    pen->down = true;
 }
 
 static void finish_line(struct pen *pen)
 {
-    if (pen->n_pixel > 1)
-        rmap_svg_path(pen->svg, (const double(*)[2])pen->pixel, pen->n_pixel, &pen->style);
-    pen->n_pixel = 0;
+    const struct {
+        struct stroke *stroke;
+        double opacity;
+    } part[] = {{&pen->hidden, HIDDEN * pen->opacity}, {&pen->seen, pen->opacity}};
+    for (int k = 0; k < 2; k++) {
+        pen->style.opacity = part[k].opacity;
+        if (part[k].stroke->n > 1)
+            rmap_svg_path(pen->svg, (const double(*)[2])part[k].stroke->pixel, part[k].stroke->n,
+                          &pen->style);
+        part[k].stroke->n = 0;
+    }
+    pen->down = false;
 }
 
 static struct rmap_vec3 place(const float v[3])
@@ -118,6 +187,21 @@ static void put_curve(struct pen *pen, const struct curved_leg *leg)
     }
 }
 
+/* The ink of a leg that arrives with these shares of colour. */
+static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
+{
+    const struct rmap_ray_paint *paint = pen->lines->paint;
+    const int n_channel = pen->rays->n_channel;
+    double share[RMAP_CHANNEL_MAX];
+    if (paint && paint->of_ray) {
+        memcpy(pen->ink, paint->group[paint->of_ray[ray]].ink, sizeof pen->ink);
+        return;
+    }
+    for (int c = 0; c < pen->scene->channels.n; c++)
+        share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
+    rmap_ray_ink(pen->scene, share, pen->ink);
+}
+
 /* One line per run of legs with the same colour. */
 static void draw_ray(struct pen *pen, size_t ray, size_t segment)
 {
@@ -129,11 +213,8 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
     for (size_t i = segment; i < segment + rays->ray.segment_count[ray]; i++) {
         const uint16_t *colour = rays->colour + i * n_channel;
         if (!last || memcmp(last, colour, n_channel * sizeof *colour) != 0) {
-            double share[RMAP_CHANNEL_MAX];
-            for (size_t c = 0; c < (size_t)pen->scene->channels.n; c++)
-                share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
             finish_line(pen);
-            rmap_ray_ink(pen->scene, share, pen->ink);
+            choose_ink(pen, ray, colour);
             put_point(pen, from);
             last = colour;
         }
@@ -146,43 +227,53 @@ static void draw_ray(struct pen *pen, size_t ray, size_t segment)
         point += leg.n;
         n_point -= leg.n;
         if ((rays->segment.event[i] & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
-            to = rmap_axpy(pen->leaving, place(rays->ray.end_direction + 3 * ray), from);
+            to = rmap_axpy(pen->lines->leaving, place(rays->ray.end_direction + 3 * ray), from);
         put_point(pen, to);
         from = to;
     }
     finish_line(pen);
 }
 
-enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_map *map,
-                                const struct rmap_portion *rays,
-                                const struct rmap_view_frame *frame, double leaving,
-                                struct rmap_svg *svg, struct rmap_error *err)
+double rmap_ray_opacity(double n_ray)
 {
-    size_t n_ray = rays->n_row[RMAP_TABLE_RAY], longest = 0, segment = 0, point;
-    for (size_t i = 0; i < n_ray; i++) {
-        size_t n_point = rmap_portion_curve_of(rays, rays->ray.id[i], &point);
-        size_t n = rays->ray.segment_count[i] * (n_point ? 1 + STROKES : 1) + n_point * STROKES;
-        longest = n > longest ? n : longest;
+    return fmax(OPACITY * fmin(sqrt(OPAQUE_RAYS / fmax(n_ray, 1.0)), 1.0), FAINTEST);
+}
+
+/* Rays of one group; of all without groups. */
+static void draw_group(struct pen *pen, uint32_t group)
+{
+    const struct rmap_ray_lines *lines = pen->lines;
+    const struct rmap_portion *rays = pen->rays;
+    const struct rmap_ray_paint *paint = lines->paint;
+    const double most = lines->opacity > 0.0
+                            ? lines->opacity
+                            : rmap_ray_opacity((double)rays->n_row[RMAP_TABLE_RAY]);
+    for (size_t i = 0, segment = 0; i < rays->n_row[RMAP_TABLE_RAY];
+         segment += rays->ray.segment_count[i++]) {
+        if (paint && paint->of_ray && paint->of_ray[i] != group)
+            continue;
+        if (lines->map)
+            pen->scene =
+                rmap_map_scene_of(lines->map, rmap_map_space_of_ray(lines->map, rays->ray.id[i]));
+        pen->opacity = most * (paint ? WEAKEST + (1.0 - WEAKEST) * paint->strength[i] : 1.0);
+        draw_ray(pen, i, segment);
     }
-    struct pen pen = {.scene = scene,
-                      .rays = rays,
-                      .frame = frame,
-                      .svg = svg,
-                      .leaving = leaving,
-                      .pixel = rmap_alloc(longest + 2, sizeof *pen.pixel)};
-    if (!pen.pixel)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
+}
+
+enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                const struct rmap_ray_lines *lines, struct rmap_svg *svg,
+                                struct rmap_error *err)
+{
+    struct pen pen = {.scene = scene, .rays = rays, .lines = lines, .svg = svg, .err = err};
+    const size_t n_group = lines->paint ? lines->paint->n_group : 0;
     pen.style = (struct rmap_svg_style){
-        .stroke = pen.ink,
-        .width = (double)n_ray > OPAQUE_RAYS ? 0.7 : 0.9,
-        .opacity =
-            fmax(OPACITY * fmin(sqrt(OPAQUE_RAYS / fmax((double)n_ray, 1.0)), 1.0), FAINTEST)};
-    for (size_t i = 0; i < n_ray; i++) {
-        if (map)
-            pen.scene = rmap_map_scene_of(map, rmap_map_space_of_ray(map, rays->ray.id[i]));
-        draw_ray(&pen, i, segment);
-        segment += rays->ray.segment_count[i];
-    }
-    rmap_free(pen.pixel);
-    return RMAP_OK;
+        .stroke = pen.ink, .width = (double)rays->n_row[RMAP_TABLE_RAY] > OPAQUE_RAYS ? 0.7 : 0.9};
+    /* What belongs to no group of note lies below, then the largest groups: rare rays on top. */
+    for (size_t k = 0; k < n_group; k++)
+        draw_group(&pen, (uint32_t)((k + n_group - 1) % n_group));
+    if (n_group == 0)
+        draw_group(&pen, 0);
+    rmap_free(pen.seen.pixel);
+    rmap_free(pen.hidden.pixel);
+    return pen.status;
 }

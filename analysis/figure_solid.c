@@ -18,6 +18,10 @@ static const uint32_t NOTHING = UINT32_MAX;
 
 static const double CREASE_COS = 0.9397; /* cos 20 degrees */
 
+/* A face of glass covers what is behind it so far; and a point is behind a body when it is by more
+ * than this part of the scene's depth: rays end on surfaces. */
+static const double GLASS_COVER = 0.45, BEHIND = 0.006;
+
 /* An object that spans this part of the scene in two directions encloses it. */
 static const double ENCLOSING = 0.7;
 
@@ -28,12 +32,26 @@ struct pixel {
     uint8_t shade;
 };
 
-struct canvas {
-    int width, height;
-    double scale; /* canvas pixels per picture pixel */
-    struct pixel *pixel;
+enum layer { LAYER_BODY, LAYER_GLASS, LAYER_COUNT };
+
+struct rmap_solid {
+    const struct rmap_scene *scene;
+    const struct rmap_view_frame *frame;
+    int width, height;                /* pixels of the layers */
+    double scale;                     /* of them per picture pixel */
+    struct pixel *pixel[LAYER_COUNT]; /* the nearest faces; glass: NULL without any */
     float nearest, farthest;
 };
+
+static bool is_glass(const struct rmap_scene *scene, size_t object)
+{
+    return scene->surface[scene->object[object].surface_front].type == RMAP_SURFACE_FRESNEL;
+}
+
+static enum layer layer_of(const struct rmap_scene *scene, size_t object)
+{
+    return is_glass(scene, object) ? LAYER_GLASS : LAYER_BODY;
+}
 
 struct body {
     const struct rmap_mesh *mesh;
@@ -49,9 +67,10 @@ static double edge(struct rmap_vec3 a, struct rmap_vec3 b, double x, double y)
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
 
-static void fill_triangle(struct canvas *canvas, const struct rmap_vec3 c[3],
+static void fill_triangle(struct rmap_solid *canvas, const struct rmap_vec3 c[3],
                           const struct pixel *kind)
 {
+    const enum layer layer = layer_of(canvas->scene, kind->object);
     double area = edge(c[0], c[1], c[2].x, c[2].y);
     if (!(fabs(area) > 0.0) || !isfinite(area))
         return;
@@ -66,7 +85,7 @@ static void fill_triangle(struct canvas *canvas, const struct rmap_vec3 c[3],
             if (u < 0.0 || v < 0.0 || u + v > 1.0)
                 continue;
             float depth = (float)(u * c[0].z + v * c[1].z + (1.0 - u - v) * c[2].z);
-            struct pixel *at = &canvas->pixel[(size_t)y * (size_t)canvas->width + (size_t)x];
+            struct pixel *at = &canvas->pixel[layer][(size_t)y * (size_t)canvas->width + (size_t)x];
             if (at->object != NOTHING && at->depth >= depth)
                 continue;
             *at = *kind;
@@ -81,7 +100,7 @@ static bool hides_scene(const struct body *body, const uint32_t *t, struct rmap_
     return rmap_dot(out, normal) > 0.0 ? normal.z > 0.02 : normal.z < -0.02;
 }
 
-static void draw_body(struct canvas *canvas, const struct body *body)
+static void draw_body(struct rmap_solid *canvas, const struct body *body)
 {
     static const struct rmap_vec3 light = {-0.35, 0.55, 0.758};
     for (size_t i = 0; i < body->mesh->n_triangle; i++) {
@@ -140,7 +159,7 @@ static bool encloses(const struct extent *object, const struct extent *scene)
 
 static enum rmap_status draw_object(const struct rmap_scene *scene, size_t object,
                                     const struct rmap_mesh *mesh, const struct extent *whole,
-                                    const struct rmap_view_frame *frame, struct canvas *canvas,
+                                    const struct rmap_view_frame *frame, struct rmap_solid *canvas,
                                     struct rmap_error *err)
 {
     struct extent own = empty;
@@ -190,15 +209,19 @@ const double *rmap_surface_tint(enum rmap_surface_type type)
     return tint[type == RMAP_SURFACE_FRESNEL ? 0 : type == RMAP_SURFACE_MIRROR ? 1 : 2];
 }
 
-/* Paper, face or line; what is far is lighter. */
-static void colour_of(const struct canvas *canvas, const struct rmap_scene *scene, int x, int y,
-                      double rgb[3])
+/* Face or line of one layer over what is there; what is far is lighter. */
+static void cover(const struct rmap_solid *canvas, enum layer layer, size_t x, size_t y,
+                  double rgb[3])
 {
-    const struct pixel *at = &canvas->pixel[(size_t)y * (size_t)canvas->width + (size_t)x];
-    const struct pixel *right = x + 1 < canvas->width ? at + 1 : at;
-    const struct pixel *below = y + 1 < canvas->height ? at + canvas->width : at;
+    const size_t width = (size_t)canvas->width;
+    const struct pixel *at = &canvas->pixel[layer][y * width + x];
+    const struct pixel *right = x + 1 < width ? at + 1 : at;
+    const struct pixel *below = y + 1 < (size_t)canvas->height ? at + width : at;
     const struct pixel *front =
         at->object == NOTHING ? right->object == NOTHING ? below : right : at;
+    const struct pixel *wall = &canvas->pixel[LAYER_BODY][y * width + x];
+    if (layer == LAYER_GLASS && wall->object != NOTHING && wall->depth > front->depth)
+        return;
     if (parted(at, right) || parted(at, below)) {
         double range = (double)(canvas->nearest - canvas->farthest);
         double far = range > 0.0 ? (double)(canvas->nearest - front->depth) / range : 0.0;
@@ -206,38 +229,45 @@ static void colour_of(const struct canvas *canvas, const struct rmap_scene *scen
             rgb[k] = 0.35 + 0.33 * fmin(fmax(far, 0.0), 1.0);
         return;
     }
-    for (int k = 0; k < 3; k++)
-        rgb[k] = 1.0;
     if (at->object == NOTHING)
         return;
-    const double *tint =
-        rmap_surface_tint(scene->surface[scene->object[at->object].surface_front].type);
+    const double *tint = rmap_surface_tint(
+        canvas->scene->surface[canvas->scene->object[at->object].surface_front].type);
+    const double part = layer == LAYER_GLASS ? GLASS_COVER : 1.0;
     for (int k = 0; k < 3; k++)
-        rgb[k] = tint[k] * (0.80 + 0.20 * at->shade / 255.0);
+        rgb[k] += part * (tint[k] * (0.80 + 0.20 * at->shade / 255.0) - rgb[k]);
 }
 
-static enum rmap_status put_image(struct canvas *canvas, const struct rmap_scene *scene,
-                                  const struct rmap_view_frame *frame, struct rmap_svg *svg,
-                                  struct rmap_error *err)
+/* sRGB of a pixel of the layers on white paper. */
+static void colour_of(const struct rmap_solid *canvas, size_t x, size_t y, double rgb[3])
 {
-    int width = canvas->width / OVERSAMPLING, height = canvas->height / OVERSAMPLING;
-    uint8_t *rgb = rmap_alloc((size_t)width * (size_t)height, 3), *png = NULL;
-    size_t nbytes = 0;
+    for (int k = 0; k < 3; k++)
+        rgb[k] = 1.0;
+    for (int layer = 0; layer < LAYER_COUNT; layer++)
+        if (canvas->pixel[layer])
+            cover(canvas, (enum layer)layer, x, y, rgb);
+}
+
+enum rmap_status rmap_solid_draw(const struct rmap_solid *canvas, struct rmap_svg *svg,
+                                 struct rmap_error *err)
+{
+    const struct rmap_view_frame *frame = canvas->frame;
+    size_t width = (size_t)canvas->width / OVERSAMPLING;
+    size_t height = (size_t)canvas->height / OVERSAMPLING, nbytes = 0;
+    uint8_t *rgb = rmap_alloc(width * height, 3), *png = NULL;
     if (!rgb)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
-    for (int y = 0; y < height; y++)
-        for (int x = 0; x < width; x++) {
-            double sum[3] = {0.0, 0.0, 0.0}, part[3];
-            for (int i = 0; i < OVERSAMPLING * OVERSAMPLING; i++) {
-                colour_of(canvas, scene, OVERSAMPLING * x + i % OVERSAMPLING,
-                          OVERSAMPLING * y + i / OVERSAMPLING, part);
-                for (int k = 0; k < 3; k++)
-                    sum[k] += part[k] / (OVERSAMPLING * OVERSAMPLING);
-            }
+    for (size_t i = 0; i < width * height; i++) {
+        double sum[3] = {0.0, 0.0, 0.0}, part[3];
+        for (size_t s = 0; s < OVERSAMPLING * OVERSAMPLING; s++) {
+            colour_of(canvas, OVERSAMPLING * (i % width) + s % OVERSAMPLING,
+                      OVERSAMPLING * (i / width) + s / OVERSAMPLING, part);
             for (int k = 0; k < 3; k++)
-                rgb[3 * ((size_t)y * (size_t)width + (size_t)x) + (size_t)k] =
-                    (uint8_t)(255.0 * sum[k] + 0.5);
+                sum[k] += part[k] / (OVERSAMPLING * OVERSAMPLING);
         }
+        for (size_t k = 0; k < 3; k++)
+            rgb[3 * i + k] = (uint8_t)(255.0 * sum[k] + 0.5);
+    }
     enum rmap_status st =
         rmap_png_encode(rgb, (uint32_t)width, (uint32_t)height, &png, &nbytes, err);
     if (st == RMAP_OK)
@@ -247,35 +277,81 @@ static enum rmap_status put_image(struct canvas *canvas, const struct rmap_scene
     return st;
 }
 
-enum rmap_status rmap_solid_draw(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
-                                 const struct rmap_view_frame *frame, struct rmap_svg *svg,
-                                 struct rmap_error *err)
+static enum rmap_status clear_layers(struct rmap_solid *canvas, struct rmap_error *err)
+{
+    const size_t n_pixel = (size_t)canvas->width * (size_t)canvas->height;
+    bool any[LAYER_COUNT] = {[LAYER_BODY] = true};
+    for (size_t o = 0; o < canvas->scene->n_object; o++)
+        any[layer_of(canvas->scene, o)] = true;
+    for (int layer = 0; layer < LAYER_COUNT; layer++) {
+        if (!any[layer])
+            continue;
+        canvas->pixel[layer] = rmap_alloc(n_pixel, sizeof(struct pixel));
+        if (!canvas->pixel[layer])
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
+        for (size_t i = 0; i < n_pixel; i++)
+            canvas->pixel[layer][i].object = NOTHING;
+    }
+    return RMAP_OK;
+}
+
+static void find_depths(struct rmap_solid *canvas)
+{
+    const size_t n_pixel = (size_t)canvas->width * (size_t)canvas->height;
+    canvas->nearest = -INFINITY;
+    canvas->farthest = INFINITY;
+    for (int layer = 0; layer < LAYER_COUNT; layer++)
+        for (size_t i = 0; canvas->pixel[layer] && i < n_pixel; i++)
+            if (canvas->pixel[layer][i].object != NOTHING) {
+                canvas->nearest = fmaxf(canvas->nearest, canvas->pixel[layer][i].depth);
+                canvas->farthest = fminf(canvas->farthest, canvas->pixel[layer][i].depth);
+            }
+}
+
+bool rmap_solid_hides(const struct rmap_solid *canvas, double x, double y, double depth)
+{
+    const double i = floor((x - canvas->frame->x) * canvas->scale);
+    const double j = floor((y - canvas->frame->y) * canvas->scale);
+    if (!(i >= 0.0 && i < canvas->width && j >= 0.0 && j < canvas->height))
+        return false;
+    const struct pixel *at =
+        &canvas->pixel[LAYER_BODY][(size_t)j * (size_t)canvas->width + (size_t)i];
+    return at->object != NOTHING &&
+           (double)at->depth > depth + BEHIND * (double)(canvas->nearest - canvas->farthest);
+}
+
+enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                   const struct rmap_view_frame *frame,
+                                   struct rmap_solid **solid_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct extent whole = empty;
-    struct canvas canvas = {.scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
-    canvas.width = OVERSAMPLING * (int)(frame->width * RMAP_FIGURE_SCALE);
-    canvas.height = OVERSAMPLING * (int)(frame->height * RMAP_FIGURE_SCALE);
-    size_t n_pixel = (size_t)canvas.width * (size_t)canvas.height;
-    canvas.pixel = rmap_alloc(n_pixel, sizeof *canvas.pixel);
-    if (!canvas.pixel)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
-    for (size_t i = 0; i < n_pixel; i++)
-        canvas.pixel[i].object = NOTHING;
+    struct rmap_solid *canvas = rmap_alloc(1, sizeof *canvas);
+    if (!canvas)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing");
+    *canvas = (struct rmap_solid){
+        .scene = scene, .frame = frame, .scale = RMAP_FIGURE_SCALE * OVERSAMPLING};
+    canvas->width = OVERSAMPLING * (int)(frame->width * RMAP_FIGURE_SCALE);
+    canvas->height = OVERSAMPLING * (int)(frame->height * RMAP_FIGURE_SCALE);
+    RMAP_TRY(clear_layers(canvas, err));
     for (size_t o = 0; o < scene->n_object; o++)
         object_extent(scene, o, mesh[scene->object[o].geometry], &whole);
     for (size_t o = 0; o < scene->n_object; o++)
         RMAP_TRY(
-            draw_object(scene, o, mesh[scene->object[o].geometry], &whole, frame, &canvas, err));
-    canvas.nearest = -INFINITY;
-    canvas.farthest = INFINITY;
-    for (size_t i = 0; i < n_pixel; i++)
-        if (canvas.pixel[i].object != NOTHING) {
-            canvas.nearest = fmaxf(canvas.nearest, canvas.pixel[i].depth);
-            canvas.farthest = fminf(canvas.farthest, canvas.pixel[i].depth);
-        }
-    RMAP_TRY(put_image(&canvas, scene, frame, svg, err));
+            draw_object(scene, o, mesh[scene->object[o].geometry], &whole, frame, canvas, err));
+    find_depths(canvas);
+    *solid_ret = canvas;
+    canvas = NULL;
 out:
-    rmap_free(canvas.pixel);
+    rmap_solid_destroy(canvas);
     return st;
+}
+
+void rmap_solid_destroy(struct rmap_solid *canvas)
+{
+    if (!canvas)
+        return;
+    for (int layer = 0; layer < LAYER_COUNT; layer++)
+        rmap_free(canvas->pixel[layer]);
+    rmap_free(canvas);
 }

@@ -55,7 +55,7 @@ static double axis_offset(const struct rmap_scene *scene, struct rmap_vec3 towar
     return offset + 0.0; /* no -0 */
 }
 
-static bool mostly_meshes(const struct rmap_scene *scene)
+bool rmap_view_has_z_upright(const struct rmap_scene *scene)
 {
     size_t n_mesh = 0;
     for (size_t o = 0; o < scene->n_object; o++)
@@ -83,18 +83,32 @@ static enum rmap_view_kind best_section(const struct rmap_portion *rays)
 }
 
 /* Bodies stand on the x-y plane, z upwards; optics lies along z, y upwards. */
-static void choose_solid(const struct rmap_scene *scene, struct rmap_view *view)
+void rmap_view_turn(const struct rmap_scene *scene, double azimuth_deg, double elevation_deg,
+                    struct rmap_view *view)
 {
-    double azimuth = AZIMUTH_DEG * RMAP_PI / 180.0, height = ELEVATION_DEG * RMAP_PI / 180.0;
-    double ahead = cos(height) * cos(azimuth), aside = cos(height) * sin(azimuth);
-    bool bodies = mostly_meshes(scene);
-    view->toward =
-        bodies ? rmap_vec3(ahead, aside, sin(height)) : rmap_vec3(aside, sin(height), -ahead);
-    struct rmap_vec3 upright = rmap_vec3(0, !bodies, bodies);
-    view->right = rmap_normalize(rmap_cross(upright, view->toward));
+    double azimuth = azimuth_deg * RMAP_PI / 180.0, height = elevation_deg * RMAP_PI / 180.0;
+    double ahead = cos(azimuth), aside = sin(azimuth), level = cos(height), above = sin(height);
+    bool bodies = rmap_view_has_z_upright(scene);
+    view->toward = bodies ? rmap_vec3(level * ahead, level * aside, above)
+                          : rmap_vec3(level * aside, above, -level * ahead);
+    view->right = bodies ? rmap_vec3(-aside, ahead, 0) : rmap_vec3(-ahead, 0, -aside);
     view->up = rmap_cross(view->toward, view->right);
     (void)snprintf(view->description, sizeof view->description, "seen from %.0f° above",
-                   ELEVATION_DEG);
+                   elevation_deg);
+}
+
+static void describe_section(const struct rmap_scene *scene, struct rmap_view *view)
+{
+    const double sum = view->toward.x + view->toward.y + view->toward.z;
+    const char axis = view->toward.x != 0.0 ? 'x' : view->toward.y != 0.0 ? 'y' : 'z';
+    (void)snprintf(view->description, sizeof view->description, "section at %c = %.4g %s", axis,
+                   sum * view->offset + 0.0, scene->unit);
+}
+
+void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view)
+{
+    view->offset = (view->toward.x + view->toward.y + view->toward.z) * place;
+    describe_section(scene, view);
 }
 
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
@@ -102,20 +116,17 @@ void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
 {
     static const struct rmap_vec3 axis[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     if (kind == RMAP_VIEW_AUTO)
-        kind = mostly_meshes(scene) ? RMAP_VIEW_3D : best_section(rays);
+        kind = rmap_view_has_z_upright(scene) ? RMAP_VIEW_3D : best_section(rays);
     *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
     if (kind == RMAP_VIEW_3D) {
-        choose_solid(scene, view);
+        rmap_view_turn(scene, AZIMUTH_DEG, ELEVATION_DEG, view);
         return;
     }
     view->right = kind == RMAP_VIEW_XY ? axis[0] : axis[2];
     view->up = kind == RMAP_VIEW_XZ ? axis[0] : axis[1];
     view->toward = rmap_cross(view->right, view->up);
     view->offset = axis_offset(scene, view->toward);
-    char normal = kind == RMAP_VIEW_YZ ? 'x' : kind == RMAP_VIEW_XZ ? 'y' : 'z';
-    double place = (view->toward.x + view->toward.y + view->toward.z) * view->offset;
-    (void)snprintf(view->description, sizeof view->description, "section at %c = %.4g %s", normal,
-                   place + 0.0, scene->unit);
+    describe_section(scene, view);
 }
 
 static void cover(struct rmap_view_box *box, const struct rmap_view *view, struct rmap_vec3 point)

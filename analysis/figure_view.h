@@ -32,6 +32,17 @@ struct rmap_view {
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
                       const struct rmap_portion *rays, struct rmap_view *view);
 
+/* Another eye for a view of solids: degrees about the upright axis (where it stands: from +x
+ * towards +y for bodies, from -z towards +x for optics), and above the ground. */
+void rmap_view_turn(const struct rmap_scene *scene, double azimuth_deg, double elevation_deg,
+                    struct rmap_view *view);
+
+/* Another place for a section, along its axis. */
+void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view);
+
+/* Whether z points upwards in views of solids: scenes of bodies; else y, optics along z. */
+bool rmap_view_has_z_upright(const struct rmap_scene *scene);
+
 /* Coordinates to the right and upwards, and height above the plane towards the eye. */
 struct rmap_vec3 rmap_view_project(const struct rmap_view *view, struct rmap_vec3 point);
 

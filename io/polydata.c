@@ -18,11 +18,16 @@ enum place { PLACE_POINT, PLACE_CELL, PLACE_POINTS, PLACE_LINES, PLACE_COUNT };
     X(EVENT, PLACE_POINT, "UInt32", "event", 1, 4)                                                 \
     X(OBJECT, PLACE_POINT, "Int32", "object", 1, 4)                                                \
     X(MEDIUM, PLACE_POINT, "Int32", "medium", 1, 4)                                                \
+    X(PRIMITIVE, PLACE_POINT, "Int32", "primitive", 1, 4)                                          \
+    X(NORMAL, PLACE_POINT, "Float32", "normal", 3, 12)                                             \
     X(RAY, PLACE_CELL, "UInt64", "ray", 1, 8)                                                      \
     X(SOURCE, PLACE_CELL, "Int32", "source", 1, 4)                                                 \
     X(STOP, PLACE_CELL, "UInt8", "stop", 1, 1)                                                     \
     X(FLUX, PLACE_CELL, "Float64", "flux", 1, 8)                                                   \
     X(WAVELENGTH, PLACE_CELL, "Float64", "wavelength", 1, 8)                                       \
+    X(PATH_LENGTH, PLACE_CELL, "Float64", "path_length", 1, 8)                                     \
+    X(OPTICAL_PATH, PLACE_CELL, "Float64", "optical_path", 1, 8)                                   \
+    X(GROUP, PLACE_CELL, "Int32", "group", 1, 4)                                                   \
     X(POSITION, PLACE_POINTS, "Float32", "position", 3, 12)                                        \
     X(CONNECTIVITY, PLACE_LINES, "Int64", "connectivity", 1, 8)                                    \
     X(OFFSET, PLACE_LINES, "Int64", "offsets", 1, 8)
@@ -94,14 +99,26 @@ static void put(struct rmap_polydata *self, enum array_index index, const void *
     memcpy(array->bytes + LENGTH_NBYTES + array->n_row++ * nbytes, row, nbytes);
 }
 
-static void put_point(struct rmap_polydata *self, const float *position, uint32_t event,
-                      int32_t object, int32_t medium)
+/* What happened at a point; all zero or -1 where nothing did. */
+struct happening {
+    uint32_t event;
+    int32_t object, medium, primitive;
+    const int16_t *normal; /* x 32767; NULL: none */
+};
+
+static void put_point(struct rmap_polydata *self, const float *position,
+                      const struct happening *what)
 {
     const int64_t number = (int64_t)self->n_point++;
+    float normal[3] = {0.0F, 0.0F, 0.0F};
+    for (int k = 0; what->normal && k < 3; k++)
+        normal[k] = (float)(what->normal[k] / 32767.0);
     put(self, ARRAY_POSITION, position);
-    put(self, ARRAY_EVENT, &event);
-    put(self, ARRAY_OBJECT, &object);
-    put(self, ARRAY_MEDIUM, &medium);
+    put(self, ARRAY_EVENT, &what->event);
+    put(self, ARRAY_OBJECT, &what->object);
+    put(self, ARRAY_MEDIUM, &what->medium);
+    put(self, ARRAY_PRIMITIVE, &what->primitive);
+    put(self, ARRAY_NORMAL, normal);
     put(self, ARRAY_CONNECTIVITY, &number);
 }
 
@@ -120,7 +137,8 @@ static void write_names(FILE *file, const char *array, const char *const *name, 
     fputs("</Array>\n", file);
 }
 
-static void write_head(FILE *file, const struct rmap_scene *scene, const char *flux_unit)
+static void write_head(FILE *file, const struct rmap_scene *scene,
+                       const struct rmap_polydata_terms *terms)
 {
     const char *word[RMAP_STOP_COUNT], *event[32];
     size_t n_event = 0;
@@ -135,7 +153,7 @@ static void write_head(FILE *file, const struct rmap_scene *scene, const char *f
             "<DataArray type=\"Float64\" Name=\"length_unit_m\" NumberOfTuples=\"1\" "
             "format=\"ascii\">%.17g</DataArray>\n",
             scene->unit_m);
-    write_names(file, "flux_unit", &flux_unit, 1, 0);
+    write_names(file, "flux_unit", &terms->flux_unit, 1, 0);
     write_names(file, "event_bits", event, n_event, sizeof *event);
     write_names(file, "stops", word, RMAP_STOP_COUNT, sizeof *word);
     write_names(file, "sources", (const void *)&scene->source->name, scene->n_source,
@@ -144,18 +162,20 @@ static void write_head(FILE *file, const struct rmap_scene *scene, const char *f
                 sizeof *scene->object);
     write_names(file, "media", (const void *)&scene->medium->name, scene->n_medium,
                 sizeof *scene->medium);
+    if (terms->n_group > 0)
+        write_names(file, "groups", terms->group, terms->n_group, sizeof *terms->group);
     fputs("</FieldData>\n", file);
 }
 
 enum rmap_status rmap_polydata_begin(FILE *file, const struct rmap_scene *scene,
-                                     const char *flux_unit, struct rmap_polydata **data_ret,
-                                     struct rmap_error *err)
+                                     const struct rmap_polydata_terms *terms,
+                                     struct rmap_polydata **data_ret, struct rmap_error *err)
 {
     struct rmap_polydata *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for polylines");
     self->file = file;
-    write_head(file, scene, flux_unit);
+    write_head(file, scene, terms);
     *data_ret = self;
     return RMAP_OK;
 }
@@ -196,26 +216,30 @@ static void put_points(struct rmap_polydata *self, const struct rmap_portion *po
                        size_t segment, size_t first_curve, size_t n_curve)
 {
     const struct rmap_segment_columns *leg = &portion->segment;
-    size_t n_leg = portion->ray.segment_count[ray], at = first_curve;
-    put_point(self, portion->ray.start + 3 * ray, 0, portion->ray.start_object[ray],
-              n_leg > 0 ? leg->medium[segment] : -1);
+    const struct rmap_ray_columns *from = &portion->ray;
+    size_t n_leg = from->segment_count[ray], at = first_curve;
+    put_point(self, from->start + 3 * ray,
+              &(struct happening){0, from->start_object[ray], n_leg > 0 ? leg->medium[segment] : -1,
+                                  from->start_primitive[ray], from->start_normal + 3 * ray});
     for (size_t k = 0, row = segment; k < n_leg; k++, row++) {
         for (; at < first_curve + n_curve && portion->curve.segment[at] == k; at++)
-            put_point(self, portion->curve.position + 3 * at, 0, -1, leg->medium[row]);
-        put_point(self, leg->position + 3 * row, leg->event[row], leg->object[row],
-                  leg->medium[row]);
+            put_point(self, portion->curve.position + 3 * at,
+                      &(struct happening){0, -1, leg->medium[row], -1, NULL});
+        put_point(self, leg->position + 3 * row,
+                  &(struct happening){leg->event[row], leg->object[row], leg->medium[row],
+                                      leg->primitive[row], leg->normal + 3 * row});
     }
 }
 
 enum rmap_status rmap_polydata_add(struct rmap_polydata *self, const struct rmap_portion *portion,
-                                   size_t ray, size_t segment, double flux, struct rmap_error *err)
+                                   size_t ray, size_t segment,
+                                   const struct rmap_polydata_ray *given, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_ray_columns *from = &portion->ray;
     const uint64_t id = from->id[ray];
     const int32_t source = from->source[ray];
     const uint8_t stop = from->stop[ray];
-    const double wavelength = from->wavelength[ray];
     size_t first_curve, n_curve = rmap_portion_curve_of(portion, id, &first_curve);
     for (int index = 0; index < ARRAY_COUNT; index++)
         RMAP_TRY(
@@ -226,8 +250,11 @@ enum rmap_status rmap_polydata_add(struct rmap_polydata *self, const struct rmap
     put(self, ARRAY_RAY, &id);
     put(self, ARRAY_SOURCE, &source);
     put(self, ARRAY_STOP, &stop);
-    put(self, ARRAY_FLUX, &flux);
-    put(self, ARRAY_WAVELENGTH, &wavelength);
+    put(self, ARRAY_FLUX, &given->flux);
+    put(self, ARRAY_GROUP, &given->group);
+    put(self, ARRAY_WAVELENGTH, from->wavelength + ray);
+    put(self, ARRAY_PATH_LENGTH, from->path_length + ray);
+    put(self, ARRAY_OPTICAL_PATH, from->optical_path + ray);
     self->n_ray++;
     if (self->n_point >= PIECE_POINTS)
         write_piece(self);

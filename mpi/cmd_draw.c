@@ -4,82 +4,61 @@
  */
 #include <stdio.h>
 #include <string.h>
-#include <strings.h>
 
 #include "analysis/figure_detector.h"
 #include "analysis/figure_draw.h"
+#include "analysis/scene_glb.h"
+#include "base/alloc.h"
+#include "io/polydata.h"
 #include "io/raster.h"
+#include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
+#include "mpi/balance.h"
+#include "mpi/draw_request.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
-#include "mpi/output.h"
 #include "mpi/page_run.h"
 #include "mpi/scan.h"
 
 static const struct rmap_option options[] = {
-    {"where", 'w', "CRITERION", "rays that match, such as 'registered(sensor)' (default: all)"},
+    {"where", 'w', "CRITERION",
+     "rays that match, such as 'registered(sensor)' (default: all); given again, rays that match "
+     "any, each in its colour"},
     RMAP_ASKED_OPTIONS,
-    {"output", 'o', "OUT", "the picture: OUT.svg or OUT.png; or OUT.html, a page to explore"},
+    {"output", 'o', "OUT",
+     "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
+     "ParaView; OUT.glb: a glTF scene"},
     {"limit", 'l', "N",
      "draw the N matching rays with the smallest ids (default 300; in a page 2000)"},
     {"view", 'v', "VIEW",
      "section yz, xz or xy, or 3d (default: 3d for scenes of meshes, else the section along the "
      "rays)"},
-    {"color", 0, "MODE", "natural: lines in the colour of their light (default)"},
+    {"cut", 0, "PLACE",
+     "where the section's plane lies along its axis (default: the axis of most "
+     "surfaces)"},
+    {"eye", 0, "AZIMUTH,ELEVATION", "where a 3d view is seen from, degrees (default -62,28)"},
+    {"color", 0, "MODE",
+     "natural: the colour of the light (default); path: classes of paths; criterion: several "
+     "--where, or all of --criteria; order: of ghosts and scatter"},
+    {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
 
-static const char *const suffixes[] = {".svg", ".png", ".html", NULL};
-enum { DEFAULT_LIMIT = 300, LARGEST_LIMIT = 1000000 };
-
-struct request {
-    const char *map_path, *output_path, *where;
-    uint64_t limit;
-    enum rmap_view_kind kind;
-    bool is_page;
+/* What is drawn, and out of what. */
+struct drawing {
+    const struct rmap_context *context;
+    struct rmap_draw_request request;
+    struct rmap_map *map;
+    struct rmap_asked asked;
+    struct rmap_criterion **each; /* [n_each] as they were given */
+    size_t n_each;
+    struct rmap_criterion *any; /* of each; of nothing all rays */
+    const char *where;          /* its text; NULL: all rays */
+    struct rmap_count all;
+    struct rmap_portion *rays; /* rank 0 */
+    struct rmap_ray_paint *paint;
 };
-
-static enum rmap_status read_view(const char *text, enum rmap_view_kind *kind,
-                                  struct rmap_error *err)
-{
-    static const char *const word[] = {"auto", "yz", "xz", "xy", "3d"};
-    for (size_t i = 0; i < sizeof word / sizeof *word; i++)
-        if (!text || strcmp(text, word[i]) == 0) {
-            *kind = (enum rmap_view_kind)i;
-            return RMAP_OK;
-        }
-    return rmap_error_set(err, RMAP_USAGE, "--view '%s': say yz, xz, xy or 3d", text);
-}
-
-static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
-                                     struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const char *color = rmap_argument(given, "color");
-    *request = (struct request){.map_path = given->operand[0],
-                                .output_path = rmap_argument(given, "output"),
-                                .where = rmap_argument(given, "where"),
-                                .limit = DEFAULT_LIMIT};
-    if (!request->output_path)
-        return rmap_error_set(err, RMAP_USAGE, "say where to: -o OUT.svg or -o OUT.png");
-    if (color && strcmp(color, "natural") != 0)
-        return rmap_error_set(err, RMAP_USAGE, "--color '%s': this version draws natural colours",
-                              color);
-    RMAP_TRY(read_view(rmap_argument(given, "view"), &request->kind, err));
-    const char *suffix = strrchr(request->output_path, '.');
-    request->is_page = suffix && strcasecmp(suffix, ".html") == 0;
-    if (request->is_page)
-        request->limit = RMAP_PAGE_DEFAULT_RAYS;
-    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
-    int largest = request->is_page ? RMAP_PAGE_MOST_RAYS : LARGEST_LIMIT;
-    if (request->limit < 1 || request->limit > (uint64_t)largest)
-        return rmap_error_set(err, RMAP_USAGE, "--limit must lie between 1 and %d", largest);
-    RMAP_TRY(rmap_output_check(request->output_path, suffixes,
-                               rmap_argument(given, "force") != NULL, err));
-out:
-    return st;
-}
 
 /* "lens.raymap" of "out/lens.raymap/". */
 static void title_of(const char *path, char *title, size_t size)
@@ -94,98 +73,213 @@ static void title_of(const char *path, char *title, size_t size)
 }
 
 /* On rank 0. */
-static enum rmap_status draw_picture(const struct request *request, const struct rmap_map *map,
-                                     const struct rmap_portion *rays, uint64_t n_matched,
-                                     struct rmap_error *err)
+static enum rmap_status draw_picture(const struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_draw_request *request = &self->request;
     struct rmap_svg *svg = NULL;
     char title[256];
     title_of(request->map_path, title, sizeof title);
-    struct rmap_figure_draw options_given = {.title = title,
-                                             .criterion = request->where,
-                                             .n_matched = n_matched,
-                                             .kind = request->kind,
-                                             .map = map};
-    RMAP_TRY(rmap_figure_draw(rmap_map_scene(map), rays, &options_given, &svg, err));
+    struct rmap_figure_draw given = {.title = title,
+                                     .criterion = self->where,
+                                     .n_matched = self->all.rays,
+                                     .kind = request->kind,
+                                     .eye = request->has_eye ? request->eye : NULL,
+                                     .cut = request->has_cut ? &request->cut : NULL,
+                                     .paint = self->paint,
+                                     .opacity = request->opacity,
+                                     .map = self->map};
+    RMAP_TRY(rmap_figure_draw(rmap_map_scene(self->map), self->rays, &given, &svg, err));
     RMAP_TRY(rmap_picture_write(svg, request->output_path, RMAP_FIGURE_SCALE, err));
 out:
     rmap_svg_destroy(svg);
     return st;
 }
 
-/* Collective. rays: on rank 0. */
-static enum rmap_status write_page(const struct rmap_context *context,
-                                   const struct request *request, const struct rmap_map *map,
-                                   const struct rmap_criterion *criterion,
-                                   const struct rmap_portion *rays, const struct rmap_count *all,
-                                   struct rmap_error *err)
+/* On rank 0. */
+static enum rmap_status write_polydata(const struct drawing *self, struct rmap_error *err)
 {
-    char title[256];
-    double error;
-    title_of(request->map_path, title, sizeof title);
-    struct rmap_page page = {.title = title,
-                             .criterion = request->where,
-                             .map = map,
-                             .rays = rays,
-                             .n_matched = all->rays,
-                             .kind = request->kind};
-    rmap_count_flux(all, map, &page.flux_matched, &error);
-    return rmap_page_run(context, request->where ? criterion : NULL, &page, request->output_path,
-                         err);
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_map_scene(self->map);
+    const struct rmap_portion *rays = self->rays;
+    struct rmap_whole_file whole = {0};
+    struct rmap_polydata *data = NULL;
+    const struct rmap_ray_paint *paint = self->paint;
+    const char **group = rmap_alloc(paint->n_group + 1, sizeof *group);
+    const struct rmap_polydata_terms terms = {rmap_flux_unit_text(scene), group, paint->n_group};
+    if (!group)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of groups");
+    for (size_t k = 0; k < paint->n_group; k++)
+        group[k] = paint->group[k].label;
+    RMAP_TRY(rmap_whole_file_open(&whole, self->request.output_path, err));
+    RMAP_TRY(rmap_polydata_begin(whole.file, scene, &terms, &data, err));
+    for (size_t i = 0, segment = 0; i < rays->n_row[RMAP_TABLE_RAY];
+         segment += rays->ray.segment_count[i++]) {
+        const double *flux = rmap_map_flux_per_weight(self->map);
+        const struct rmap_polydata_ray ray = {
+            .flux = rays->ray.weight[i] * flux[rays->ray.source[i]],
+            .group = paint->of_ray ? (int32_t)paint->of_ray[i] : -1};
+        RMAP_TRY(rmap_polydata_add(data, rays, i, segment, &ray, err));
+    }
+    rmap_polydata_finish(data);
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_free(group);
+    rmap_polydata_destroy(data);
+    rmap_whole_file_fini(&whole);
+    return st;
 }
 
 /* On rank 0. */
-static enum rmap_status tell(const struct rmap_context *context, const struct request *request,
-                             uint64_t n_drawn, uint64_t n_matched, struct rmap_error *err)
+static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
 {
-    if (context->json)
-        return rmap_json_print(json_pack("{s:s, s:s, s:{s:I, s:I}}", "output", request->output_path,
-                                         "criterion", request->where ? request->where : "all",
-                                         "rays", "matched", (json_int_t)n_matched, "drawn",
-                                         (json_int_t)n_drawn),
+    const struct rmap_paint_request given = {.kind = self->request.paint,
+                                             .scene = rmap_map_scene(self->map),
+                                             .rays = self->rays,
+                                             .flux_per_weight = rmap_map_flux_per_weight(self->map),
+                                             .criterion =
+                                                 (const struct rmap_criterion *const *)self->each,
+                                             .n_criterion = self->n_each};
+    return rmap_ray_paint_create(&given, &self->paint, err);
+}
+
+/* On rank 0. */
+static enum rmap_status draw(struct drawing *self, struct rmap_error *err)
+{
+    enum rmap_status st = paint_rays(self, err);
+    if (st != RMAP_OK)
+        return st;
+    switch (self->request.format) {
+    case RMAP_DRAW_POLYDATA:
+        return write_polydata(self, err);
+    case RMAP_DRAW_GLTF:
+        return rmap_scene_glb_write(self->map, self->rays, self->paint, self->request.output_path,
+                                    err);
+    default:
+        return draw_picture(self, err);
+    }
+}
+
+/* Collective. */
+static enum rmap_status write_page(const struct drawing *self, struct rmap_error *err)
+{
+    char title[256];
+    double error;
+    title_of(self->request.map_path, title, sizeof title);
+    struct rmap_page page = {.title = title,
+                             .criterion = self->where,
+                             .map = self->map,
+                             .rays = self->rays,
+                             .n_matched = self->all.rays,
+                             .kind = self->request.kind};
+    rmap_count_flux(&self->all, self->map, &page.flux_matched, &error);
+    return rmap_page_run(self->context, self->where ? self->any : NULL, &page,
+                         self->request.output_path, err);
+}
+
+/* On rank 0. */
+static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
+{
+    const uint64_t n_drawn = self->rays->n_row[RMAP_TABLE_RAY], n_matched = self->all.rays;
+    const char *path = self->request.output_path;
+    if (self->context->json)
+        return rmap_json_print(json_pack("{s:s, s:s, s:{s:I, s:I}}", "output", path, "criterion",
+                                         self->where ? self->where : "all", "rays", "matched",
+                                         (json_int_t)n_matched, "drawn", (json_int_t)n_drawn),
                                stdout, err);
-    printf("%s: %llu of %llu matching rays drawn\n", request->output_path,
-           (unsigned long long)n_drawn, (unsigned long long)n_matched);
+    printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
+           (unsigned long long)n_matched);
     return RMAP_OK;
+}
+
+/* The criterion that all of them make together. */
+static enum rmap_status join(struct drawing *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t size = 1, at = 0;
+    char *text = NULL;
+    for (size_t i = 0; i < self->n_each; i++)
+        size += strlen(rmap_criterion_text(self->each[i])) + sizeof "() or ";
+    text = rmap_alloc(size, 1);
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", self->n_each);
+    for (size_t i = 0; i < self->n_each; i++)
+        at += (size_t)snprintf(text + at, size - at, self->n_each > 1 ? "%s(%s)" : "%s%s",
+                               i ? " or " : "", rmap_criterion_text(self->each[i]));
+    RMAP_TRY(rmap_criterion_compile_with(self->n_each ? text : "all", self->asked.criteria,
+                                         rmap_map_scene(self->map), &self->any, err));
+    if (self->n_each > 0)
+        self->where = rmap_criterion_text(self->any);
+out:
+    rmap_free(text);
+    return st;
+}
+
+static enum rmap_status compile(struct drawing *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_map_scene(self->map);
+    if (self->request.paint == RMAP_PAINT_CRITERION)
+        rmap_asked_take_file(&self->asked);
+    self->each = rmap_alloc(self->asked.n + 1, sizeof(void *));
+    if (!self->each)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for criteria");
+    for (; self->n_each < self->asked.n; self->n_each++)
+        RMAP_TRY(rmap_asked_compile(self->context, &self->asked, self->n_each, scene,
+                                    &self->each[self->n_each], err));
+    if (self->request.paint == RMAP_PAINT_CRITERION && self->n_each == 0)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--color criterion wants criteria: --where, once or more often, or "
+                              "--criteria FILE");
+    RMAP_TRY(join(self, err));
+    st = rmap_count_init(&self->all, scene->n_source, err);
+out:
+    return st;
+}
+
+static enum rmap_status run(struct drawing *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = self->context;
+    RMAP_TRY(rmap_load_map(context, self->request.map_path, &self->map, err));
+    st = compile(self, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_scan_map(context, self->map, &self->any, 1, RMAP_DEAL_SHARES, &self->all, err));
+    RMAP_TRY(
+        rmap_scan_collect(context, self->map, self->any, self->request.limit, &self->rays, err));
+    if (self->request.format == RMAP_DRAW_PAGE)
+        RMAP_TRY(write_page(self, err));
+    else if (context->rank == 0)
+        st = draw(self, err);
+    if (context->rank == 0 && st == RMAP_OK)
+        st = tell(self, err);
+    st = rmap_agree(context, st, err);
+out:
+    return st;
 }
 
 static enum rmap_status run_draw(const struct rmap_context *context,
                                  const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct request request;
-    struct rmap_map *map = NULL;
-    struct rmap_asked asked = {0};
-    struct rmap_criterion *criterion = NULL;
-    struct rmap_portion *rays = NULL;
-    struct rmap_count all = {0};
-    enum rmap_status st = read_request(given, &request, err);
+    struct drawing self = {.context = context};
+    enum rmap_status st = rmap_draw_request_read(given, &self.request, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
-    RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
-    const struct rmap_scene *scene = rmap_map_scene(map);
-    st = asked.n > 0 ? rmap_asked_compile(context, &asked, 0, scene, &criterion, err)
-                     : rmap_criterion_compile("all", scene, &criterion, err);
-    if (asked.n > 0 && criterion)
-        request.where = rmap_criterion_text(criterion);
-    if (st == RMAP_OK)
-        st = rmap_count_init(&all, scene->n_source, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_scan_map(context, map, &criterion, 1, RMAP_DEAL_SHARES, &all, err));
-    RMAP_TRY(rmap_scan_collect(context, map, criterion, request.limit, &rays, err));
-    if (request.is_page)
-        RMAP_TRY(write_page(context, &request, map, criterion, rays, &all, err));
-    else if (context->rank == 0)
-        st = draw_picture(&request, map, rays, all.rays, err);
-    if (context->rank == 0 && st == RMAP_OK)
-        st = tell(context, &request, rays->n_row[RMAP_TABLE_RAY], all.rays, err);
-    RMAP_TRY(rmap_agree(context, st, err));
+    if (self.request.n_where > 0 && rmap_argument(given, "zemax"))
+        RMAP_TRY(rmap_error_set(err, RMAP_USAGE, "give --where or --zemax, not both"));
+    RMAP_TRY(rmap_asked_load(context, given, (const char *const *)self.request.where,
+                             self.request.n_where, &self.asked, err));
+    st = run(&self, err);
 out:
-    rmap_count_fini(&all);
-    rmap_portion_destroy(rays);
-    rmap_criterion_destroy(criterion);
-    rmap_asked_fini(&asked);
-    rmap_map_close(map);
+    rmap_ray_paint_destroy(self.paint);
+    rmap_count_fini(&self.all);
+    rmap_portion_destroy(self.rays);
+    for (size_t i = 0; i < self.n_each; i++)
+        rmap_criterion_destroy(self.each[i]);
+    rmap_free(self.each);
+    rmap_criterion_destroy(self.any);
+    rmap_asked_fini(&self.asked);
+    rmap_map_close(self.map);
+    rmap_draw_request_fini(&self.request);
     return st;
 }
 
@@ -197,7 +291,10 @@ const struct rmap_command rmap_command_draw = {
             "colour of their light, as\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' --limit 60 -o rays.png\n\n"
             "Rays are projected on the plane of a section. OUT.svg has lines and text, OUT.png is\n"
-            "the same picture in pixels. With no matching ray the scene is drawn alone.\n\n"
+            "the same picture in pixels. With no matching ray the scene is drawn alone. In a view\n"
+            "from above what bodies hide of a ray is faint; glass hides nothing.\n\n"
+            "  raymap draw lens.raymap --where 'registered(sensor)' --color order -o ghosts.svg\n\n"
+            "gives each order of ghosts its colour; rays of more flux are more opaque.\n\n"
             "  raymap draw lens.raymap --where 'registered(sensor)' -o lens.html\n\n"
             "writes one page that any browser opens, without a network: the scene and the rays in\n"
             "three dimensions, light on its way, every ray's report, classes of paths, and images\n"

@@ -9,7 +9,7 @@
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
 #include "io/polydata.h"
-#include "io/publish.h"
+#include "io/whole_file.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
 #include "mpi/ray_lines.h"
@@ -71,30 +71,13 @@ enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap
 struct rmap_rays_out {
     const struct rmap_context *context;
     const struct rmap_map *map;
-    const char *path;            /* NULL: stdout */
-    char *directory, *temporary; /* of a file; it is written under another name */
+    const char *path; /* NULL: stdout */
+    struct rmap_whole_file whole;
     const struct format *format;
-    FILE *file;
+    FILE *file;                     /* the whole one's, or stdout */
     struct rmap_polydata *polydata; /* NULL: of no .vtp */
     uint64_t n_ray, n_segment;
 };
-
-/* What stands under the name stays until the answer is complete. */
-static enum rmap_status open_file(struct rmap_rays_out *self, struct rmap_error *err)
-{
-    const char *slash = strrchr(self->path, '/'), *name = slash ? slash + 1 : self->path;
-    self->directory = !slash ? rmap_strdup(".")
-                      : slash == self->path
-                          ? rmap_strdup("/")
-                          : rmap_path_format("%.*s", (int)(slash - self->path), self->path);
-    self->temporary = self->directory ? rmap_temporary_path(self->directory, name) : NULL;
-    if (!self->temporary)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the answer");
-    self->file = fopen(self->temporary, "w");
-    return self->file ? RMAP_OK
-                      : rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", self->path,
-                                       strerror(errno));
-}
 
 enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
                                      const char *path, struct rmap_rays_out **out_ret,
@@ -109,15 +92,14 @@ enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const s
     self->format = path ? format_of(path) : context->json ? &json_format : &text_format;
     if (self->format == &csv_format && rmap_scene_is_curved(rmap_map_scene(map)))
         self->format = &curved_csv_format;
-    self->file = stdout;
-    enum rmap_status st = path ? open_file(self, err) : RMAP_OK;
-    if (st != RMAP_OK)
-        self->file = NULL;
+    enum rmap_status st = path ? rmap_whole_file_open(&self->whole, path, err) : RMAP_OK;
     RMAP_TRY(st);
+    self->file = path ? self->whole.file : stdout;
     if (self->format == &polydata_format)
-        RMAP_TRY(rmap_polydata_begin(self->file, rmap_map_scene(map),
-                                     rmap_flux_unit_text(rmap_map_scene(map)), &self->polydata,
-                                     err));
+        RMAP_TRY(rmap_polydata_begin(
+            self->file, rmap_map_scene(map),
+            &(struct rmap_polydata_terms){.flux_unit = rmap_flux_unit_text(rmap_map_scene(map))},
+            &self->polydata, err));
     fputs(self->format->first, self->file);
     *out_ret = self;
     self = NULL;
@@ -150,9 +132,11 @@ static enum rmap_status write_polyline(struct rmap_rays_out *self,
                                        const struct rmap_streamed_ray *ray, struct rmap_error *err)
 {
     const struct rmap_ray_columns *from = &ray->portion->ray;
-    double flux =
-        from->weight[ray->row] * rmap_map_flux_per_weight(self->map)[from->source[ray->row]];
-    return rmap_polydata_add(self->polydata, ray->portion, ray->row, ray->segment, flux, err);
+    const struct rmap_polydata_ray given = {
+        .flux =
+            from->weight[ray->row] * rmap_map_flux_per_weight(self->map)[from->source[ray->row]],
+        .group = -1};
+    return rmap_polydata_add(self->polydata, ray->portion, ray->row, ray->segment, &given, err);
 }
 
 enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *ray,
@@ -170,20 +154,12 @@ enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *r
 
 enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_error *err)
 {
-    FILE *file = self->file;
     if (self->polydata)
         rmap_polydata_finish(self->polydata);
-    fputs(self->format->last, file);
+    fputs(self->format->last, self->file);
     if (!self->path)
-        return fflush(file) == 0 ? RMAP_OK : cannot_write(self, err);
-    bool failed = ferror(file) != 0;
-    self->file = NULL;
-    if (fclose(file) != 0 || failed) {
-        enum rmap_status st = cannot_write(self, err);
-        (void)remove(self->temporary);
-        return st;
-    }
-    enum rmap_status st = rmap_publish_over(self->directory, self->temporary, self->path, err);
+        return fflush(self->file) == 0 ? RMAP_OK : cannot_write(self, err);
+    enum rmap_status st = rmap_whole_file_finish(&self->whole, err);
     if (st != RMAP_OK)
         return st;
     if (self->context->json)
@@ -200,12 +176,7 @@ void rmap_rays_out_destroy(struct rmap_rays_out *self)
 {
     if (!self)
         return;
-    if (self->path && self->file) {
-        (void)fclose(self->file);
-        (void)remove(self->temporary);
-    }
+    rmap_whole_file_fini(&self->whole);
     rmap_polydata_destroy(self->polydata);
-    rmap_free(self->temporary);
-    rmap_free(self->directory);
     rmap_free(self);
 }

@@ -31,8 +31,11 @@ def numbers(array):
     raw = base64.b64decode(array.text, validate=True)
     nbytes = struct.unpack("<Q", raw[:8])[0]
     assert len(raw) == 8 + nbytes, array.attrib
-    form = FORMS[array.get("type")]
-    return struct.unpack(f"<{nbytes // struct.calcsize(form)}{form}", raw[8:])
+    form, width = FORMS[array.get("type")], int(array.get("NumberOfComponents"))
+    values = struct.unpack(f"<{nbytes // struct.calcsize(form)}{form}", raw[8:])
+    if width == 1 or array.get("Name") == "position":
+        return values
+    return tuple(values[k:k + width] for k in range(0, len(values), width))
 
 
 def text(array):
@@ -95,6 +98,7 @@ def compare(names, ray, told):
         assert names["media"][point["medium"]] == step["medium"], (point, step)
 
 
+shutil.rmtree("a.raymap", ignore_errors=True)
 run("trace", SCENE, "-o", "a.raymap", "-n", "30000", "--quiet")
 run("query", "a.raymap", CRITERION, "-o", "a.vtp", "--force", "--quiet")
 run("query", "a.raymap", CRITERION, "-o", "a.json", "--force", "--quiet")

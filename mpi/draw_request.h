@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What `raymap draw` is asked for.
+ */
+#ifndef RMAP_DRAW_REQUEST_H
+#define RMAP_DRAW_REQUEST_H
+
+#include "analysis/figure_view.h"
+#include "analysis/ray_paint.h"
+#include "mpi/arguments.h"
+
+enum rmap_draw_format {
+    RMAP_DRAW_PICTURE,  /* .svg, .png */
+    RMAP_DRAW_PAGE,     /* .html */
+    RMAP_DRAW_POLYDATA, /* .vtp */
+    RMAP_DRAW_GLTF      /* .glb */
+};
+
+struct rmap_draw_request {
+    const char *map_path, *output_path;
+    char **where; /* [n_where] */
+    size_t n_where;
+    enum rmap_draw_format format;
+    uint64_t limit;
+    enum rmap_view_kind kind;
+    enum rmap_paint_kind paint;
+    bool has_eye, has_cut;
+    double eye[2];  /* azimuth, elevation, degrees */
+    double cut;     /* scene units */
+    double opacity; /* 0: by the number of rays */
+};
+
+/* RMAP_USAGE; rmap_draw_request_fini whatever happened. */
+enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
+                                        struct rmap_draw_request *request,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_draw_request_fini(struct rmap_draw_request *request);
+
+#endif

@@ -1,0 +1,307 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: pictures show what is in the map. Colours of paths, criteria and orders are those of
+the legend and count the rays that `query` counts; bodies hide rays; a lens's section is its profile;
+glTF and VTK files hold the rays; the same bytes for any number of ranks."""
+import json
+import math
+import os
+import re
+import struct
+import subprocess
+import zlib
+from xml.etree import ElementTree
+
+PROGRAM = os.environ["RAYMAP"]
+LENS = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
+PALETTE = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8a6d00"]
+OTHER = "#9a9a9a"
+
+HIDING = """
+raymap: 1
+units: mm
+spectrum: {mode: spectral, wavelengths: [500]}
+media:
+  air: {index: 1}
+surfaces:
+  black: {type: absorber}
+geometries:
+  plate: {type: rectangle, size: [40, 40]}
+  ground: {type: rectangle, size: [200, 200]}
+objects:
+  - {name: wall, geometry: plate, surface: black, front: air, back: air}
+  - {name: end, geometry: ground, rotate: [0, 90, 0], at: [60, 0, 0], surface: black, front: air, back: air}
+  - {name: floor, geometry: ground, rotate: [90, 0, 0], at: [0, -60, 0], surface: black, front: air, back: air}
+sources:
+  - {name: near, type: rays, flux: 1 W, medium: air, rays: [{origin: [-60, 0, -30], direction: [1, 0, 0]}]}
+  - {name: far, type: rays, flux: 3 W, medium: air, rays: [{origin: [-60, 0, 30], direction: [1, 0, 0]}]}
+"""
+
+
+def run(*arguments, ranks=1, status=0):
+    start = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
+    done = subprocess.run([*start, PROGRAM, *map(str, arguments)], capture_output=True, text=True,
+                          timeout=240, check=False)
+    assert done.returncode == status, (arguments, done.returncode, done.stdout, done.stderr)
+    return done.stdout if status == 0 else done.stderr
+
+
+def count(map_path, criterion):
+    return json.loads(run("query", map_path, criterion, "--count", "--json"))["rays"]["matched"]
+
+
+def pixels(path):
+    """Rows of RGB of a PNG file, filters undone."""
+    with open(path, "rb") as file:
+        data = file.read()
+    assert data[:8] == b"\x89PNG\r\n\x1a\n"
+    at, packed = 8, b""
+    while at < len(data):
+        size, kind = struct.unpack(">I4s", data[at:at + 8])
+        if kind == b"IHDR":
+            width, height, depth, colour = struct.unpack(">IIBB", data[at + 8:at + 18])
+            assert depth == 8 and colour in (2, 6)
+        if kind == b"IDAT":
+            packed += data[at + 8:at + 8 + size]
+        at += 12 + size
+    step = 3 if colour == 2 else 4
+    raw, rows, before = zlib.decompress(packed), [], bytes(width * step)
+    for y in range(height):
+        method, line = raw[y * (width * step + 1)], bytearray(
+            raw[y * (width * step + 1) + 1:(y + 1) * (width * step + 1)])
+        for i, value in enumerate(line):
+            left = line[i - step] if i >= step else 0
+            corner = before[i - step] if i >= step else 0
+            guess = left + before[i] - corner
+            near = min((abs(guess - left), 0, left), (abs(guess - before[i]), 1, before[i]),
+                       (abs(guess - corner), 2, corner))[2]
+            line[i] = (value + (0, left, before[i], (left + before[i]) // 2, near)[method]) & 255
+        rows.append(bytes(line))
+        before = bytes(line)
+    return [[tuple(row[step * x:step * x + 3]) for x in range(width)] for row in rows]
+
+
+def paths(svg):
+    """(stroke, opacity, d) of every path of a picture."""
+    out = []
+    for element in ElementTree.parse(svg).iter():
+        if element.tag.endswith("path"):
+            opacity = element.get("opacity") or element.get("stroke-opacity") or "1"
+            out.append((element.get("stroke"), float(opacity), element.get("d")))
+    return out
+
+
+def words(svg):
+    return [element.text for element in ElementTree.parse(svg).iter()
+            if element.tag.endswith("text") and element.text]
+
+
+def strokes(svg, ink):
+    return sum(stroke == ink for stroke, _, _ in paths(svg))
+
+
+def test_colours():
+    run("trace", LENS, "-o", "lens.raymap", "-n", "20000", "--quiet", "--force")
+    n = count("lens.raymap", "registered(sensor)")
+    criterion = ["--where", "registered(sensor)", "--limit", n]
+    run("draw", "lens.raymap", *criterion, "--color", "order", "-o", "order.svg", "--force")
+    legend = {match[2]: int(match[1].replace(",", "")) for word in words("order.svg")
+              if (match := re.match(r"([0-9,]+) rays?, .* of flux: (.*)", word))}
+    assert sum(legend.values()) == n > 500, (legend, n)
+    run("query", "lens.raymap", "registered(sensor)", "-o", "rays.json", "--force")
+    with open("rays.json", encoding="utf8") as file:
+        rays = json.load(file)
+    assert len(rays) == n
+    own = {}
+    for ray in rays: # the chip absorbs or reflects, and the black paint scatters
+        scattered = any("reflect_diffuse" in step["events"] for step in ray["steps"])
+        ghost = sum("reflect_specular" in step["events"] and step.get("object") != "sensor_surface"
+                    for step in ray["steps"])
+        name = "scattered" if scattered else (f"ghost order {min(ghost, 4)}" + (
+            ", direct light" if ghost == 0 else " and above" if ghost >= 4 else ""))
+        own[name] = own.get(name, 0) + 1
+    assert own == legend, (own, legend)
+
+    run("draw", "lens.raymap", "--where", "source(sun)", "--where", "registered(sensor)", "--limit",
+        20000, "-o", "criteria.svg", "--force", "--json")
+    legend = {match[2]: int(match[1].replace(",", "")) for word in words("criteria.svg")
+              if (match := re.match(r"([0-9,]+) rays?, .* of flux: (.*)", word))}
+    assert legend == {"source(sun)": count("lens.raymap", "source(sun)"),
+                      "registered(sensor)": count("lens.raymap",
+                                                  "registered(sensor) and not source(sun)")}, legend
+    assert strokes("criteria.svg", PALETTE[0]) >= legend["source(sun)"]
+    assert strokes("criteria.svg", OTHER) == 0
+
+    run("draw", "lens.raymap", *criterion, "--color", "path", "-o", "path.svg", "--force")
+    rows = [word for word in words("path.svg") if " of flux: " in word]
+    assert 2 <= len(rows) <= 8, rows
+    assert strokes("path.svg", PALETTE[0]) > strokes("path.svg", PALETTE[6]) > 0
+
+
+def test_opacity():
+    """A ray of less flux is fainter; --opacity sets that of the strongest."""
+    run("draw", "hiding.raymap", "--view", "xy", "--opacity", "0.9", "-o", "flux.svg", "--force")
+    faint, strong = sorted({opacity for stroke, opacity, _ in paths("flux.svg")
+                            if opacity < 1 and stroke})
+    assert math.isclose(strong, 0.9, abs_tol=0.01) and 0.3 < faint / strong < 0.8, (faint, strong)
+
+
+def test_depth():
+    """Seen along +z, the wall hides part of the ray behind it, not of the one before."""
+    run("draw", "hiding.raymap", "--eye=0,0", "--opacity", "1", "-o", "depth.svg", "--force")
+    told = [(opacity, [[tuple(map(float, point)) for point in
+                        re.findall(r"(-?[0-9.]+)[ ,](-?[0-9.]+)", run)]
+                       for run in d.split("M")[1:]])
+            for stroke, opacity, d in paths("depth.svg")
+            if stroke and stroke not in ("#0f766e", "#222222")]
+    hidden = [runs for opacity, runs in told if opacity < 0.25]
+    whole = [runs for opacity, runs in told if 0.25 < opacity and len(runs) == 1]
+    parted = [runs for opacity, runs in told if 0.25 < opacity and len(runs) == 2]
+    assert len(hidden) == len(parted) == 1 and len(hidden[0]) == 1, told
+    (x0, y0), (x1, y1) = hidden[0][0][0], hidden[0][0][-1]
+    assert abs(math.dist((x0, y0), (x1, y1)) / scale_of("depth.svg") - 40) < 1, hidden
+    assert whole, told
+
+
+def test_pixels():
+    """A black box in the middle of the picture is drawn in grey, paper around it is white."""
+    run("draw", "hiding.raymap", "--where", "segments > 1000", "--eye=0,20", "-o", "box.png",
+        "--force")
+    image = pixels("box.png")
+    frame = [row for row in image if row.count((255, 255, 255)) > 0.5 * len(row)]
+    assert frame, "nothing is white"
+    grey = sum(1 for row in image for r, g, b in row[200:-200]
+               if 150 < r < 250 and abs(r - g) < 12 and abs(g - b) < 14)
+    assert grey > 20000, grey
+
+
+def test_profile():
+    """The first surface of the lens is a sphere of its radius in the section."""
+    with open(LENS, encoding="utf8") as file:
+        text = file.read()
+    run("draw", "lens.raymap", "--where", "segments > 1000", "--view", "yz", "-o", "section.svg",
+        "--force")
+    radius = 1 / float(re.search(r"curvature: *([0-9.]+)", text)[1])
+    best = math.inf
+    for _, _, d in paths("section.svg"):
+        point = [(float(x), float(y)) for x, y in
+                 re.findall(r"(-?[0-9.]+)[ ,](-?[0-9.]+)", d or "")]
+        if len(point) < 12:
+            continue
+        for k in range(0, len(point) - 10, 2):
+            (ax, ay), (bx, by), (cx, cy) = point[k], point[k + 5], point[k + 10]
+            cross = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+            if abs(cross) < 1.0:
+                continue
+            r = math.dist(point[k], point[k + 5]) * math.dist(point[k + 5], point[k + 10]) * \
+                math.dist(point[k + 10], point[k]) / (2 * abs(cross))
+            best = min(best, abs(r / scale_of("section.svg") / radius - 1))
+    assert best < 0.02, (best, radius)
+
+
+def scale_of(svg):
+    """Pixels per unit, by the scale bar: its two ends and its text."""
+    label = next(word for word in words(svg) if re.fullmatch(r"[0-9.e+-]+ mm", word))
+    for _, _, d in paths(svg):
+        runs = [re.findall(r"(-?[0-9.]+)[ ,](-?[0-9.]+)", run) for run in (d or "").split("M")[1:]]
+        if [len(run) for run in runs] == [2, 2, 2]:
+            (x0, y0), (x1, y1) = runs[1]
+            if y0 == y1 and runs[0][0][0] == runs[0][1][0] == x0 and runs[2][0][0] == x1:
+                return (float(x1) - float(x0)) / float(label.split()[0])
+    raise AssertionError("no scale bar")
+
+
+def glb(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    magic, version, total = struct.unpack("<4sII", data[:12])
+    assert (magic, version, total) == (b"glTF", 2, len(data))
+    size, kind = struct.unpack("<I4s", data[12:20])
+    assert kind == b"JSON" and size % 4 == 0
+    scene = json.loads(data[20:20 + size])
+    size_bin, kind = struct.unpack("<I4s", data[20 + size:28 + size])
+    assert kind == b"BIN\0" and scene["buffers"] == [{"byteLength": size_bin}]
+    return scene, data[28 + size:]
+
+
+def test_gltf():
+    n = 50
+    run("draw", "lens.raymap", "--where", "registered(sensor)", "--limit", n, "--color", "order",
+        "-o", "lens.glb", "--force")
+    scene, data = glb("lens.glb")
+    names = [node["name"] for node in scene["nodes"]]
+    assert "lens.1" in names and scene["nodes"][0]["scale"] == [0.001] * 3, names
+    lines = 0
+    for mesh in scene["meshes"]:
+        primitive = mesh["primitives"][0]
+        accessor = scene["accessors"][primitive["attributes"]["POSITION"]]
+        view = scene["bufferViews"][accessor["bufferView"]]
+        assert view["byteLength"] == 12 * accessor["count"]
+        points = struct.unpack_from(f"<{3 * accessor['count']}f", data, view["byteOffset"])
+        for k in range(3):
+            assert min(points[k::3]) == struct.unpack("f", struct.pack("f", accessor["min"][k]))[0]
+            assert max(points[k::3]) == struct.unpack("f", struct.pack("f", accessor["max"][k]))[0]
+        if primitive.get("mode") == 1:
+            lines += accessor["count"] // 2
+            continue
+        corners = scene["accessors"][primitive["indices"]]
+        view = scene["bufferViews"][corners["bufferView"]]
+        index = struct.unpack_from(f"<{corners['count']}I", data, view["byteOffset"])
+        assert max(index) < accessor["count"] and corners["count"] % 3 == 0
+    run("query", "lens.raymap", "registered(sensor)", "--limit", n, "-o", "rays.json", "--force")
+    with open("rays.json", encoding="utf8") as file:
+        rays = json.load(file)
+    assert lines == sum(len(ray["steps"]) for ray in rays), lines
+
+
+def test_polydata():
+    run("draw", "lens.raymap", "--where", "registered(sensor)", "--limit", 40, "--color", "order",
+        "-o", "lens.vtp", "--force")
+    root = ElementTree.parse("lens.vtp").getroot()
+    cells = {array.get("Name") for array in root.iterfind(".//CellData/DataArray")}
+    points = {array.get("Name") for array in root.iterfind(".//PointData/DataArray")}
+    assert {"group", "flux", "path_length", "optical_path", "wavelength"} <= cells, cells
+    assert {"event", "object", "primitive", "normal", "medium"} <= points, points
+    assert root.find(".//FieldData/Array[@Name='groups']") is not None
+
+
+def test_ranks():
+    for name in ("a.svg", "a.png", "a.glb", "a.vtp"):
+        told = []
+        for ranks in (1, 2, 4):
+            run("draw", "lens.raymap", "--where", "registered(sensor)", "--color", "path",
+                "--view", "3d", "-o", name, "--force", ranks=ranks)
+            with open(name, "rb") as file:
+                told.append(file.read())
+        assert told[0] == told[1] == told[2], name
+
+
+def test_mistakes():
+    for options, word in (
+            (["--color", "pink"], "natural, path, criterion or order"),
+            (["--color", "criterion"], "--where"),
+            (["--opacity", "2"], "between 0 and 1"),
+            (["--eye", "north"], "AZIMUTH,ELEVATION"),
+            (["--eye", "1,2", "--view", "xy"], "3d"),
+            (["--cut", "3", "--view", "3d"], "section"),
+            (["--color", "path", "--where", "all", "--where", "all"], "several --where")):
+        assert word in run("draw", "lens.raymap", "-o", "bad.svg", *options, status=2), options
+    assert not os.path.exists("bad.svg")
+    for name in ("none.svg", "none.glb", "none.vtp", "none.png"):
+        for colour in ("path", "order", "natural"):
+            run("draw", "lens.raymap", "--where", "segments > 1000", "--color", colour, "-o", name,
+                "--force")
+
+
+with open("hiding.yaml", "w", encoding="utf8") as scene_file:
+    scene_file.write(HIDING)
+run("trace", "hiding.yaml", "-o", "hiding.raymap", "-n", "2", "--quiet", "--force")
+test_colours()
+test_opacity()
+test_depth()
+test_pixels()
+test_profile()
+test_gltf()
+test_polydata()
+test_ranks()
+test_mistakes()
