@@ -106,17 +106,39 @@ static enum rmap_status make_room(const struct search *search, size_t n_place,
     return reserve(search->readings, search->readings->n + n_place * each, err);
 }
 
+/* Rays that are one place each. */
+static enum rmap_status list_rays(struct search *search, struct rmap_error *err)
+{
+    const struct rmap_matched *rays = search->rays;
+    struct rmap_readings *readings = search->readings;
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    enum rmap_status st = reserve(readings, n_ray + 1, err);
+    if (st != RMAP_OK)
+        return st;
+    for (size_t i = 0; i < n_ray; i++) {
+        readings->ray[readings->n] = (uint32_t)i;
+        readings->n += !rays->match || rays->match[i];
+    }
+    for (size_t k = 0; k < readings->n; k++) {
+        readings->place[k] = 0;
+        readings->share[k] = 1.0;
+    }
+    return RMAP_OK;
+}
+
 static enum rmap_status find_rays(struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_matched *rays = search->rays;
     size_t first_leg = 0;
+    if (!search->channels)
+        return list_rays(search, err);
     for (size_t i = 0; i < rays->portion->n_row[RMAP_TABLE_RAY]; i++) {
         if (!rays->match || rays->match[i]) {
             RMAP_TRY(make_room(search, 1, err));
             add_place(search, i, 0, first_leg);
         }
-        first_leg += search->channels ? rays->portion->ray.segment_count[i] : 0;
+        first_leg += rays->portion->ray.segment_count[i];
     }
 out:
     return st;
@@ -160,7 +182,12 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
     const struct rmap_readings *readings = search->readings;
     const struct rmap_ray_columns *ray = &search->rays->portion->ray;
     const double *flux_per_weight = rmap_map_flux_per_weight(search->self->map);
-    for (size_t k = 0; k < readings->n; k++) {
+    const double *stored = number == RMAP_RAY_NUMBER_PATH_LENGTH    ? ray->path_length
+                           : number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
+                                                                    : NULL;
+    for (size_t k = 0; stored && k < readings->n; k++)
+        value[k] = stored[readings->ray[k]];
+    for (size_t k = 0; !stored && k < readings->n; k++) {
         size_t i = readings->ray[k];
         switch (number) {
         case RMAP_RAY_NUMBER_ID:
@@ -173,13 +200,9 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
             value[k] = ray->weight[i] * flux_per_weight[ray->source[i]];
             break;
         case RMAP_RAY_NUMBER_PATH_LENGTH:
-            value[k] = ray->path_length[i];
-            break;
         case RMAP_RAY_NUMBER_OPTICAL_PATH:
-            value[k] = ray->optical_path[i];
-            break;
         case RMAP_RAY_NUMBER_WAVELENGTH:
-            break; /* read_wavelengths */
+            break; /* above; read_wavelengths */
         }
     }
 }
@@ -276,11 +299,23 @@ static enum rmap_status read_one(const struct search *search, const struct rmap_
     return RMAP_OK;
 }
 
+static bool all_finite(const double *value, size_t n)
+{
+    double sum = 0.0; /* of zeros, unless one is no number */
+    for (size_t k = 0; k < n; k++)
+        sum += 0.0 * value[k];
+    return sum == 0.0;
+}
+
 /* Leaves out readings of which a value is no number. */
 static void keep_defined(const struct rmap_quantities *self, struct rmap_readings *readings)
 {
     size_t n = 0;
-    for (size_t k = 0; k < readings->n; k++) {
+    readings->n_undefined = 0;
+    bool all = true;
+    for (size_t i = 0; i < self->n; i++)
+        all = all && all_finite(readings->value[i], readings->n);
+    for (size_t k = 0; !all && k < readings->n; k++) {
         bool defined = true;
         for (size_t i = 0; i < self->n; i++) {
             defined = defined && isfinite(readings->value[i][k]);
@@ -291,6 +326,8 @@ static void keep_defined(const struct rmap_quantities *self, struct rmap_reading
         readings->share[n] = readings->share[k];
         n += defined;
     }
+    if (all)
+        return;
     readings->n_undefined = readings->n - n;
     readings->n = n;
 }

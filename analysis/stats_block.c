@@ -60,22 +60,32 @@ static void sort_by_class(struct rmap_stats_reader *reader, size_t n_quantity, s
         }
 }
 
-/* Tags of one ray's readings [first, end). */
+/* Classes of all readings, and where clusters begin. */
+static void tag(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
+                const struct rmap_portion *portion)
+{
+    const struct rmap_readings *readings = &reader->readings;
+    const bool by_source = setup->by == RMAP_STATS_BY_SOURCE;
+    uint32_t before = UINT32_MAX; /* ray */
+    for (size_t k = 0; k < readings->n; k++) {
+        const uint32_t ray = readings->ray[k], source = (uint32_t)portion->ray.source[ray];
+        const uint32_t class = by_source ? source * (uint32_t)setup->n_source + source : source;
+        reader->tag[k] = class | (ray != before ? RMAP_STATS_FIRST : 0);
+        before = ray;
+    }
+}
+
+/* The same by detector, for the readings [first, end) of one ray. */
 static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
                     const struct rmap_portion *portion, size_t first, size_t end)
 {
     const struct rmap_readings *readings = &reader->readings;
     const size_t source = (size_t)portion->ray.source[readings->ray[first]];
     for (size_t k = first; k < end; k++) {
-        size_t group = 0;
-        if (setup->by == RMAP_STATS_BY_SOURCE)
-            group = source;
-        else if (setup->by == RMAP_STATS_BY_DETECTOR)
-            group = (size_t)portion->registration.detector[readings->place[k]];
+        size_t group = (size_t)portion->registration.detector[readings->place[k]];
         reader->tag[k] = (uint32_t)(group * setup->n_source + source);
     }
-    if (setup->by == RMAP_STATS_BY_DETECTOR)
-        sort_by_class(reader, setup->quantities->n, first, end);
+    sort_by_class(reader, setup->quantities->n, first, end);
     uint32_t before = UINT32_MAX;
     for (size_t k = first; k < end; k++) {
         uint32_t own = reader->tag[k];
@@ -100,7 +110,10 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
         reader->weight[k] = weight;
         all_one = all_one && weight == 1.0;
     }
-    for (size_t first = 0, end = 0; first < readings->n; first = end) {
+    if (setup->by != RMAP_STATS_BY_DETECTOR)
+        tag(reader, setup, rays->portion);
+    for (size_t first = 0, end = 0; setup->by == RMAP_STATS_BY_DETECTOR && first < readings->n;
+         first = end) {
         for (end = first + 1; end < readings->n && readings->ray[end] == readings->ray[first];)
             end++;
         tag_ray(reader, setup, rays->portion, first, end);

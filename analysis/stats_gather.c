@@ -130,21 +130,43 @@ static void merge_range(struct rmap_stats_range *into, const struct rmap_stats_r
     into->n_cluster += from->n_cluster;
 }
 
+/* Readings [first, end) of a portion, all of one group. A portion comes as a whole, whoever adds
+ * it: sums over its readings, in their order, may be rounded. */
+static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_block *block,
+                    size_t quantity, size_t first, size_t end, struct rmap_stats_range *range)
+{
+    const double infinity = (double)INFINITY;
+    double low = infinity, high = -infinity, least_positive = infinity;
+    double sum = 0.0, squared = 0.0;
+    for (size_t k = first; k < end; k++) {
+        const double v = block->value[quantity][k];
+        low = v < low ? v : low;
+        high = v > high ? v : high;
+        least_positive = v > 0.0 && v < least_positive ? v : least_positive;
+        sum += v;
+        squared += v * v;
+        range->n_cluster += block->tag[k] >> 31;
+    }
+    rmap_exact_sum_add(&self->known.sum[quantity], sum);
+    rmap_exact_sum_add(&self->known.squared[quantity], squared);
+    widen(range, low, high, least_positive);
+    range->n_reading += end - first;
+}
+
 static void look(struct rmap_stats_gathered *self, const struct rmap_stats_block *block)
 {
-    const size_t n_quantity = self->setup->quantities->n, n_source = self->setup->n_source;
-    const bool one_group = self->setup->n_group == 1;
-    for (size_t i = 0; i < n_quantity; i++)
-        for (size_t k = 0; k < block->n; k++) {
-            double v = block->value[i][k];
-            size_t group = one_group ? 0 : (block->tag[k] & ~RMAP_STATS_FIRST) / n_source;
-            struct rmap_stats_range *range = &self->range[group * n_quantity + i];
-            widen(range, v, v, v > 0.0 ? v : (double)INFINITY);
-            range->n_reading++;
-            range->n_cluster += block->tag[k] >> 31;
-            rmap_exact_sum_add(&self->known.sum[i], v);
-            rmap_exact_sum_add(&self->known.squared[i], v * v);
+    const size_t n_quantity = self->setup->quantities->n;
+    const uint32_t n_source = (uint32_t)self->setup->n_source;
+    for (size_t first = 0, end = 0; first < block->n; first = end) {
+        uint32_t group = 0;
+        end = block->n;
+        if (self->setup->n_group > 1) {
+            group = (block->tag[first] & ~RMAP_STATS_FIRST) / n_source;
+            end = rmap_stats_cluster_end(block, first);
         }
+        for (size_t i = 0; i < n_quantity; i++)
+            look_at(self, block, i, first, end, &self->range[group * n_quantity + i]);
+    }
     for (size_t k = 0; k < block->n; k++) {
         bool alone = block->tag[k] & RMAP_STATS_FIRST &&
                      (k + 1 == block->n || block->tag[k + 1] & RMAP_STATS_FIRST);

@@ -6,38 +6,40 @@
 /* A batch's powers are added without rounding, in any order: each term of [-1, 1] is split into a
  * multiple of 2^-43 and one of 2^-86 (what is left below is cut off, term by term), and 1024 of
  * either fit into 53 bits. Adding and subtracting 1.5 2^(52 - 43) rounds to such multiples. */
-enum { LANES = 4, N_SUM = RMAP_MOMENT_POWERS - 1 };
+enum { LANES = 8, N_SUM = RMAP_MOMENT_POWERS - 1 };
 
-RMAP_WIDE static void sum_powers(const double *u, double high[N_SUM][LANES],
-                                 double low[N_SUM][LANES])
+RMAP_WIDE static void sum_power(const double *restrict u, double *restrict power,
+                                double *restrict high, double *restrict low)
 {
     const double high_shift = 0x1.8p9, low_shift = 0x1.8p-34;
-    for (size_t i = 0; i < RMAP_MOMENT_BATCH; i += LANES) {
-        double power[LANES] = {1.0, 1.0, 1.0, 1.0};
-        for (size_t k = 0; k < N_SUM; k++)
-            for (size_t lane = 0; lane < LANES; lane++) {
-                power[lane] *= u[i + lane];
-                double upper = (power[lane] + high_shift) - high_shift;
-                high[k][lane] += upper;
-                low[k][lane] += ((power[lane] - upper) + low_shift) - low_shift;
-            }
-    }
+    for (size_t i = 0; i < RMAP_MOMENT_BATCH; i += LANES)
+        for (size_t lane = 0; lane < LANES; lane++) {
+            const double own = power[i + lane] * u[i + lane];
+            const double upper = (own + high_shift) - high_shift;
+            power[i + lane] = own;
+            high[lane] += upper;
+            low[lane] += ((own - upper) + low_shift) - low_shift;
+        }
 }
 
 void rmap_stats_moments_flush(struct rmap_stats_moments *moments)
 {
-    double high[N_SUM][LANES] = {{0.0}}, low[N_SUM][LANES] = {{0.0}};
+    double power[RMAP_MOMENT_BATCH];
     if (moments->n_waiting == 0)
         return;
     for (size_t i = moments->n_waiting; i < RMAP_MOMENT_BATCH; i++)
         moments->waiting[i] = 0.0;
-    sum_powers(moments->waiting, high, low);
+    for (size_t i = 0; i < RMAP_MOMENT_BATCH; i++)
+        power[i] = 1.0;
     rmap_exact_sum_add(&moments->power[0], (double)moments->n_waiting);
-    for (size_t k = 0; k < N_SUM; k++)
+    for (size_t k = 1; k <= N_SUM; k++) {
+        double high[LANES] = {0.0}, low[LANES] = {0.0};
+        sum_power(moments->waiting, power, high, low);
         for (size_t lane = 0; lane < LANES; lane++) {
-            rmap_exact_sum_add(&moments->power[k + 1], high[k][lane]);
-            rmap_exact_sum_add(&moments->power[k + 1], low[k][lane]);
+            rmap_exact_sum_add(&moments->power[k], high[lane]);
+            rmap_exact_sum_add(&moments->power[k], low[lane]);
         }
+    }
     moments->n_waiting = 0;
 }
 

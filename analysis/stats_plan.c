@@ -7,7 +7,14 @@
 #include "analysis/stats.h"
 #include "base/alloc.h"
 
-enum { FINE_BINS = 65536, LEAST_FINE_BINS = 1024, DEFAULT_BINS = 50, LEAST_BINS = 10 };
+/* With the readings in memory a fine histogram need not be finer than the cache likes. */
+enum {
+    FINE_BINS = 65536,
+    CACHED_BINS = 8192,
+    LEAST_FINE_BINS = 1024,
+    DEFAULT_BINS = 50,
+    LEAST_BINS = 10
+};
 static const double FINE_NBYTES = 64.0 * 1024.0 * 1024.0;
 
 static double bins_asked(const struct rmap_stats_axis *axis)
@@ -17,10 +24,11 @@ static double bins_asked(const struct rmap_stats_axis *axis)
     return axis->n_bin > 0 ? (double)axis->n_bin : 4.0 * DEFAULT_BINS;
 }
 
-static size_t n_fine(const struct rmap_stats_setup *setup)
+static size_t n_fine(const struct rmap_stats_setup *setup, bool in_memory)
 {
+    const double most = in_memory ? CACHED_BINS : FINE_BINS;
     double n = FINE_NBYTES / sizeof(double) / (double)(setup->n_class * setup->quantities->n + 1);
-    return n >= FINE_BINS ? FINE_BINS : n > LEAST_FINE_BINS ? (size_t)n : LEAST_FINE_BINS;
+    return (size_t)fmin(fmax(n, LEAST_FINE_BINS), most);
 }
 
 enum rmap_status rmap_stats_check_bins(const struct rmap_stats_setup *setup,
@@ -29,7 +37,7 @@ enum rmap_status rmap_stats_check_bins(const struct rmap_stats_setup *setup,
     double n_cell = 1.0;
     for (size_t i = 0; i < setup->quantities->n; i++)
         n_cell *= bins_asked(&axis[i]);
-    double nbytes = rmap_stats_sums_nbytes(setup, n_cell, (double)n_fine(setup));
+    double nbytes = rmap_stats_sums_nbytes(setup, n_cell, (double)n_fine(setup, false));
     if (nbytes <= RMAP_STATS_NBYTES_MAX)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_USAGE,
@@ -149,7 +157,8 @@ enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
                                       const struct rmap_stats_axis *axis, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *plan = (struct rmap_stats_plan){.setup = setup, .n_cell = 1, .n_fine = n_fine(setup)};
+    *plan = (struct rmap_stats_plan){
+        .setup = setup, .n_cell = 1, .n_fine = n_fine(setup, !known->dropped)};
     for (size_t i = 0; i < setup->quantities->n; i++) {
         struct rmap_stats_range whole = whole_range(setup, range, i);
         plan->scale[i] = 1.0;
@@ -158,6 +167,9 @@ enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
             double reach = fmax(whole.high - plan->centre[i], plan->centre[i] - whole.low);
             plan->scale[i] = reach > 0.0 && isfinite(reach) ? reach : 1.0;
         }
+        plan->per_scale[i] = 1.0 / plan->scale[i];
+        if (!isfinite(plan->per_scale[i]))
+            plan->scale[i] = plan->per_scale[i] = 1.0;
         choose_fine(plan, i, &whole);
         RMAP_TRY(choose_bins(setup, i, known, &whole, &axis[i], &plan->bins[i], err));
         plan->n_cell *= plan->bins[i].n;

@@ -78,6 +78,14 @@ static enum rmap_status search_init(struct search *search, struct rmap_error *er
     return RMAP_OK;
 }
 
+/* Every fine bin is that of one whole number. */
+static bool is_whole(const struct search *search)
+{
+    const struct rmap_stats_plan *plan = search->stats->plan;
+    return plan->setup->quantities->of[search->quantity].is_whole &&
+           plan->fine_per[search->quantity] == 1.0;
+}
+
 /* Fine bin in which a share p of the group's flux is reached; n_fine when it has none. */
 static size_t bin_at(const struct search *search, size_t g, double p, double *target_ret)
 {
@@ -120,8 +128,9 @@ static enum rmap_status want(struct search *search, size_t g, double p, struct r
 static struct list *list_of(const struct search *search, size_t k)
 {
     const struct rmap_stats_plan *plan = search->stats->plan;
-    size_t class = search->block.tag[k] & ~RMAP_STATS_FIRST;
-    size_t g = class / plan->setup->n_source;
+    size_t g = 0;
+    if (plan->setup->n_group > 1)
+        g = (search->block.tag[k] & ~RMAP_STATS_FIRST) / (uint32_t)plan->setup->n_source;
     double value = search->block.value[search->quantity][k];
     int32_t list =
         search->of_bin[g * plan->n_fine + rmap_stats_fine(plan, search->quantity, value)];
@@ -136,6 +145,7 @@ static int compare_items(const void *a, const void *b)
     return (x->value > y->value) - (x->value < y->value);
 }
 
+/* The least and greatest of every list: where they are equal, nothing need be sorted. */
 static void measure_lists(struct search *search)
 {
     for (size_t k = 0; k < search->block.n; k++) {
@@ -145,27 +155,22 @@ static void measure_lists(struct search *search)
             continue;
         list->least = value < list->least ? value : list->least;
         list->greatest = value > list->greatest ? value : list->greatest;
-        list->n++;
     }
 }
 
-/* Readings of the lists that hold different values, sorted. */
+/* Readings of the lists, but of those known to hold one value only; sorted. */
 static enum rmap_status fill_lists(struct search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n = 0;
-    for (size_t i = 0; i < search->n_list; i++) {
-        search->list[i].first = n;
-        n += search->list[i].least < search->list[i].greatest ? search->list[i].n : 0;
-    }
-    void *memory = search->item;
-    RMAP_TRY(rmap_reserve(&memory, &search->item_cap, n + 1, sizeof *search->item, err));
-    search->item = memory;
     search->n_item = 0;
-    for (size_t k = 0; k < search->block.n && search->n_item < n; k++) {
+    for (size_t k = 0; k < search->block.n; k++) {
         const struct list *list = list_of(search, k);
-        if (!list || !(list->least < list->greatest))
+        if (!list || list->least == list->greatest)
             continue;
+        void *memory = search->item;
+        RMAP_TRY(rmap_reserve(&memory, &search->item_cap, search->n_item + 1, sizeof *search->item,
+                              err));
+        search->item = memory;
         search->item[search->n_item++] =
             (struct item){.value = search->block.value[search->quantity][k],
                           .weight = rmap_stats_weight(&search->block, k),
@@ -174,6 +179,16 @@ static enum rmap_status fill_lists(struct search *search, struct rmap_error *err
                           .list = (uint32_t)(list - search->list)};
     }
     qsort(search->item, search->n_item, sizeof *search->item, compare_items);
+    for (size_t first = 0, end; first < search->n_item; first = end) {
+        struct list *list = &search->list[search->item[first].list];
+        for (end = first;
+             end < search->n_item && search->item[end].list == search->item[first].list;)
+            end++;
+        list->first = first;
+        list->n = end - first;
+        list->least = search->item[first].value;
+        list->greatest = search->item[end - 1].value;
+    }
 out:
     return st;
 }
@@ -188,12 +203,13 @@ static enum rmap_status prepare(struct search *search, const double *p, size_t n
     for (size_t k = 0; k < n_bin; k++)
         search->of_bin[k] = -1;
     search->n_list = 0;
-    if (!search->in_memory)
+    if (!search->in_memory || is_whole(search))
         return RMAP_OK;
     for (size_t g = 0; g < setup->n_group; g++)
         for (size_t k = 0; k < n; k++)
             RMAP_TRY(want(search, g, p[g * n + k], err));
-    measure_lists(search);
+    if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
+        measure_lists(search); /* few values, which many rays share */
     st = fill_lists(search, err);
 out:
     return st;
@@ -237,7 +253,7 @@ static double value_at(const struct search *search, size_t g, double p, double *
         return list->least < list->greatest ? value_in_list(search, list, below[k], target, weight)
                                             : list->least;
     }
-    if (plan->setup->quantities->of[i].is_whole && plan->fine_per[i] == 1.0)
+    if (is_whole(search))
         return plan->fine_low[i] + 0.5 + (double)k;
     if (plan->fine_per[i] == 0.0)
         return plan->fine_low[i];
@@ -270,9 +286,24 @@ static void add_below(const struct rmap_stats_block *block, size_t first, size_t
     }
 }
 
-/* Without the readings: where each ray has one of weight 1, b is 0 or 1. */
-static void below_from_fine(const struct search *search, const double *quantile, size_t n,
-                            struct below_sums *sums)
+/* Weight of a source at or below a value of a bin whose readings are in memory; all of it where
+ * they are equal, or are not. */
+static double part_of_bin(const struct search *search, size_t g, size_t s, size_t bin, double value)
+{
+    const size_t n_fine = search->stats->plan->n_fine;
+    const int32_t index = search->of_bin[g * n_fine + bin];
+    const struct list *list = index >= 0 ? &search->list[index] : NULL;
+    double weight = 0.0;
+    if (!list || !(list->least < list->greatest))
+        return fine_of(search, g, s)[bin];
+    for (size_t k = list->first; k < list->first + list->n && search->item[k].value <= value; k++)
+        weight += search->item[k].source == s ? search->item[k].weight : 0.0;
+    return weight;
+}
+
+/* Where each ray has one reading of weight 1, b is 0 or 1: sums of it are counts. */
+static void below_from_counts(const struct search *search, const double *quantile, size_t n,
+                              struct below_sums *sums)
 {
     const struct rmap_stats_plan *plan = search->stats->plan;
     const struct rmap_stats_setup *setup = plan->setup;
@@ -281,11 +312,13 @@ static void below_from_fine(const struct search *search, const double *quantile,
         const double *fine = fine_of(search, g, class % setup->n_source);
         for (size_t j = 0; j < n; j++) {
             double a = 0.0, b = 0.0;
-            size_t last = rmap_stats_fine(plan, search->quantity, quantile[g * n + j]);
+            const double value = quantile[g * n + j];
+            size_t last = rmap_stats_fine(plan, search->quantity, value);
             for (size_t k = 0; k < plan->n_fine; k++) {
                 a += fine[k];
-                b += k <= last ? fine[k] : 0.0;
+                b += k < last ? fine[k] : 0.0;
             }
+            b += part_of_bin(search, g, class % setup->n_source, last, value);
             sums[class * n + j] = (struct below_sums){a, a, b, b, b};
         }
     }
@@ -321,20 +354,20 @@ static enum rmap_status find_ends(const struct search *search, const double *qua
     const struct rmap_stats *stats = search->stats;
     const struct rmap_stats_setup *setup = stats->setup;
     const size_t n = stats->n_quantile;
-    const bool known =
-        search->in_memory || (stats->known.n_several == 0 && !stats->known.any_weight);
+    const bool counted = stats->known.n_several == 0 && !stats->known.any_weight;
+    const bool known = search->in_memory || counted;
     struct below_sums *sums = rmap_alloc(setup->n_class * n + 1, sizeof *sums);
     if (!sums)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles' errors");
     const struct rmap_stats_block *block = &search->block;
-    for (size_t first = 0, end = 0; first < block->n; first = end) {
+    for (size_t first = 0, end = 0; !counted && first < block->n; first = end) {
         end = rmap_stats_cluster_end(block, first);
         size_t class = block->tag[first] & ~RMAP_STATS_FIRST;
         add_below(block, first, end, block->value[search->quantity],
                   quantile + class / setup->n_source * n, n, sums + class * n);
     }
-    if (!search->in_memory && known)
-        below_from_fine(search, quantile, n, sums);
+    if (counted)
+        below_from_counts(search, quantile, n, sums);
     for (size_t g = 0; g < setup->n_group; g++)
         for (size_t j = 0; j < n; j++) {
             double error =

@@ -122,12 +122,29 @@ static void add_to_moments(const struct rmap_stats_plan *plan, const struct rmap
 {
     double q[RMAP_MOMENTS] = {0.0};
     for (size_t k = first; k < end; k++) {
-        double u = (block->value[quantity][k] - plan->centre[quantity]) / plan->scale[quantity];
+        double u = (block->value[quantity][k] - plan->centre[quantity]) * plan->per_scale[quantity];
         double power = block->weight ? block->weight[k] : 1.0;
         for (size_t j = 0; j < RMAP_MOMENTS; j++, power *= u)
             q[j] += power;
     }
     rmap_stats_moments_add(moments, q);
+}
+
+/* A cluster of one reading of weight 1. */
+static inline void add_single(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
+                              size_t k)
+{
+    const struct rmap_stats_plan *plan = self->plan;
+    const size_t n_quantity = plan->setup->quantities->n;
+    const size_t class = block->tag[k] & ~RMAP_STATS_FIRST;
+    const size_t row = class * n_quantity;
+    for (size_t i = 0; i < n_quantity; i++) {
+        const double value = block->value[i][k];
+        rmap_stats_moments_add_one(&self->moments[row + i],
+                                   (value - plan->centre[i]) * plan->per_scale[i]);
+        self->fine[(row + i) * plan->n_fine + rmap_stats_fine(plan, i, value)] += 1.0;
+    }
+    self->single[class * (plan->n_cell + RMAP_STATS_BEYOND) + cell_of(plan, block, k)] += 1.0;
 }
 
 static enum rmap_status add_cluster(struct rmap_stats_sums *self,
@@ -137,24 +154,14 @@ static enum rmap_status add_cluster(struct rmap_stats_sums *self,
     const struct rmap_stats_plan *plan = self->plan;
     const size_t n_quantity = plan->setup->quantities->n;
     const size_t class = block->tag[first] & ~RMAP_STATS_FIRST;
-    const size_t row = class * (plan->n_cell + RMAP_STATS_BEYOND);
-    struct rmap_stats_moments *moments = self->moments + class * n_quantity;
     double *fine = self->fine + class * n_quantity * plan->n_fine;
-    const bool single = end - first == 1 && !block->weight;
     for (size_t i = 0; i < n_quantity; i++, fine += plan->n_fine) {
-        const double *value = block->value[i];
-        if (single)
-            rmap_stats_moments_add_one(&moments[i],
-                                       (value[first] - plan->centre[i]) / plan->scale[i]);
-        else
-            add_to_moments(plan, block, i, first, end, &moments[i]);
+        add_to_moments(plan, block, i, first, end, &self->moments[class * n_quantity + i]);
         for (size_t k = first; k < end; k++)
-            fine[rmap_stats_fine(plan, i, value[k])] += rmap_stats_weight(block, k);
+            fine[rmap_stats_fine(plan, i, block->value[i][k])] += rmap_stats_weight(block, k);
     }
-    if (!single)
-        return add_to_cells(self, block, first, end, self->cell + row, err);
-    self->single[row + cell_of(plan, block, first)] += 1.0;
-    return RMAP_OK;
+    return add_to_cells(self, block, first, end,
+                        self->cell + class * (plan->n_cell + RMAP_STATS_BEYOND), err);
 }
 
 enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *self,
@@ -163,7 +170,10 @@ enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *self,
     enum rmap_status st = RMAP_OK;
     for (size_t first = 0, end = 0; first < block->n && st == RMAP_OK; first = end) {
         end = rmap_stats_cluster_end(block, first);
-        st = add_cluster(self, block, first, end, err);
+        if (end - first == 1 && !block->weight)
+            add_single(self, block, first);
+        else
+            st = add_cluster(self, block, first, end, err);
     }
     return st;
 }

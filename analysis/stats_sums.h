@@ -12,7 +12,8 @@
 
 struct rmap_stats_plan {
     const struct rmap_stats_setup *setup;
-    double centre[RMAP_QUANTITIES_MAX], scale[RMAP_QUANTITIES_MAX]; /* u = (value - c) / s */
+    double centre[RMAP_QUANTITIES_MAX], scale[RMAP_QUANTITIES_MAX];
+    double per_scale[RMAP_QUANTITIES_MAX]; /* u = (value - centre) per_scale */
     struct rmap_bins bins[RMAP_QUANTITIES_MAX];
     size_t n_cell; /* of the histogram: x fastest */
     size_t n_fine; /* bins of [fine_low, fine_low + n_fine / fine_per) */
