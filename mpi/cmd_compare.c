@@ -10,6 +10,7 @@
 #include "io/diagnostics.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
+#include "mpi/compare_fields.h"
 #include "mpi/fold_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
@@ -19,7 +20,12 @@ static const struct rmap_option options[] = {
      "of the rays that match only; twice: of the first sample, and of the second"},
     {"criteria", 0, "FILE", "named criteria: let NAME = CRITERION ..., used as @NAME"},
     {"test", 't', "KINDS",
-     "what is compared: flux, detector, object, medium, stop, image (default: all of them)"},
+     "what is compared: flux, detector, object, medium, stop, image, paths (default: all of them)"},
+    {"of", 0, "X",
+     "and a number of rays or registrations, such as path_length, 'x(sensor)'; again for more"},
+    {"bins", 'b', "N",
+     "equal ones of a number (default: 50 with as many rays each, or one per whole number)"},
+    {"range", 0, "A..B", "that the bins of a number span (default: all values)"},
     {"detector", 'd', "NAME", "of the detectors this one alone"},
     {"significance", 0, "P", "chance of a false alarm among all tests (default 0.01)"},
     {"correction", 0, "NAME", "for the number of tests: holm (default), sidak, none"},
@@ -27,8 +33,10 @@ static const struct rmap_option options[] = {
 
 struct request {
     const char *path[2]; /* [1]: the first one again where two criteria are compared */
-    char **where;
-    size_t n_where;
+    char **where, **of;
+    size_t n_where, n_of;
+    const char *range;
+    uint64_t n_bin;
     unsigned kinds;
     const char *detector;
     double significance;
@@ -53,6 +61,13 @@ static enum rmap_status find_word(const char *text, const char *option, const ch
                           text);
 }
 
+static void free_list(char **list, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        rmap_free(list[i]);
+    rmap_free(list);
+}
+
 static enum rmap_status read_kinds(const struct rmap_arguments *given, unsigned *kinds,
                                    struct rmap_error *err)
 {
@@ -65,12 +80,10 @@ static enum rmap_status read_kinds(const struct rmap_arguments *given, unsigned 
         RMAP_TRY(find_word(list[i], "test", rmap_compare_word, &kind, err));
         *kinds |= 1u << kind;
     }
-    if (n == 0)
+    if (n == 0 && !rmap_argument(given, "of"))
         *kinds = (1u << RMAP_COMPARE_KIND_COUNT) - 1;
 out:
-    for (size_t i = 0; i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
+    free_list(list, n);
     return st;
 }
 
@@ -83,8 +96,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     bool one = given->n_operand == 1;
     *request = (struct request){.path = {given->operand[0], given->operand[one ? 0 : 1]},
                                 .detector = rmap_argument(given, "detector"),
+                                .range = rmap_argument(given, "range"),
                                 .significance = 0.01};
     RMAP_TRY(rmap_argument_each(given, "where", &request->where, &request->n_where, err));
+    RMAP_TRY(rmap_argument_each(given, "of", &request->of, &request->n_of, err));
+    RMAP_TRY(rmap_argument_count(given, "bins", &request->n_bin, err));
     RMAP_TRY(read_kinds(given, &request->kinds, err));
     RMAP_TRY(rmap_argument_number(given, "significance", &request->significance, err));
     if (correction)
@@ -92,6 +108,10 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     request->correction = (enum rmap_correction)word;
     if (!(request->significance > 0.0 && request->significance < 1.0))
         st = rmap_error_set(err, RMAP_USAGE, "--significance must lie between 0 and 1");
+    else if (request->n_bin > RMAP_COMPARE_BINS_MAX ||
+             (!request->n_bin && rmap_argument(given, "bins")))
+        st = rmap_error_set(err, RMAP_USAGE, "--bins must lie between 1 and %d",
+                            RMAP_COMPARE_BINS_MAX);
     else if (one && request->n_where != 2)
         st = rmap_error_set(err, RMAP_USAGE,
                             "one map alone: say which two criteria to compare, --where A --where B "
@@ -104,9 +124,8 @@ out:
 
 static void request_fini(struct request *request)
 {
-    for (size_t i = 0; i < request->n_where; i++)
-        rmap_free(request->where[i]);
-    rmap_free(request->where);
+    free_list(request->where, request->n_where);
+    free_list(request->of, request->n_of);
 }
 
 /* Samples that are summed up: two; of one map the rays of A alone, of B alone, and of both. */
@@ -287,6 +306,26 @@ out:
     return st;
 }
 
+/* Collective. Distributions of paths and numbers. */
+static enum rmap_status add_fields(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct request *request = &work->request;
+    const struct rmap_compare_samples samples = {
+        .map = {work->map[0], work->map[1]}, .criterion = work->criterion, .n = work->n_sample};
+    if (request->kinds & 1u << RMAP_COMPARE_PATHS)
+        RMAP_TRY(rmap_compare_paths_run(work->context, &samples, work->comparison, err));
+    for (size_t i = 0; i < request->n_of; i++) {
+        const struct rmap_compare_number number = {.of = request->of[i],
+                                                   .detector = request->detector,
+                                                   .n_bin = (size_t)request->n_bin,
+                                                   .range = request->range};
+        RMAP_TRY(rmap_compare_number_run(work->context, &samples, &number, work->comparison, err));
+    }
+out:
+    return st;
+}
+
 static enum rmap_status show(const struct work *work, struct rmap_error *err)
 {
     if (work->context->json)
@@ -308,6 +347,7 @@ static enum rmap_status compare(struct work *work, struct rmap_error *err)
             request->kinds, request->detector, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(look_again(work, err));
+    RMAP_TRY(add_fields(work, err));
     if (context->rank == 0)
         st = rmap_comparison_conclude(work->comparison, request->significance, request->correction,
                                       err);
@@ -364,8 +404,9 @@ const struct rmap_command rmap_command_compare = {
     .operands = "MAP MAP2 [--where CRITERION] | MAP --where A --where B",
     .help = "Tests whatever has a name in both: flux of the rays that match, registered by each\n"
             "detector, absorbed by each object and medium, how rays ended (z, of the difference\n"
-            "over its standard error), and each detector's image (chi-square). The verdict is\n"
-            "corrected for the number of tests. Exit status 0 whatever it is:\n\n"
+            "over its standard error), each detector's image and the classes of paths\n"
+            "(chi-square); with --of the distribution of a number. The verdict is corrected for\n"
+            "the number of tests. Exit status 0 whatever it is:\n\n"
             "  raymap compare before.raymap after.raymap --where 'registered(sensor)'\n"
             "  raymap compare lens.raymap --where 'hit(left.*)' --where 'hit(right.*)'\n\n"
             "Maps of one seed hold the same random numbers: trace one of them with --seed.",

@@ -4,6 +4,7 @@
 are those of numpy from the columns; p-values of maps that differ by their seed alone are uniform;
 a changed surface is found; two criteria of one map are a paired sample; what cannot be compared, or
 was asked wrongly, is said."""
+import itertools
 import json
 import math
 import os
@@ -104,10 +105,13 @@ class Columns:
                     with h5py.File(os.path.join(folder, file)) as piece:
                         parts.append({key: piece[key][:] for key in (
                             "ray/id", "ray/source", "ray/stop", "ray/segment_count",
-                            "ray/registration_count", "segment/object", "registration/cell",
+                            "ray/registration_count", "ray/path_length", "segment/object",
+                            "segment/event", "registration/cell",
                             "registration/registered")})
         whole = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
         self.id, self.source, self.stop = (whole["ray/" + k] for k in ("id", "source", "stop"))
+        self.path_length, self.segment_count = whole["ray/path_length"], whole["ray/segment_count"]
+        self.object, self.event = whole["segment/object"], whole["segment/event"]
         self.last = whole["segment/object"][np.cumsum(whole["ray/segment_count"]) - 1]
         ray = np.repeat(np.arange(len(self.id)), whole["ray/registration_count"])
         seen = whole["registration/registered"] == 1
@@ -206,6 +210,7 @@ def check_against_numpy():
         cell = c.hit_cell[once].astype(int)
         counts.append(np.bincount(cell[:, 0] + 16 * cell[:, 1], minlength=256))
     want, degrees = pearson(a, b, counts, 1)
+    check_numbers(one, other, a, b)
     test = find(answer, "image", "sensor")
     check(near(test["chi_square"], want) and test["degrees"] == degrees,
           f"Pearson: {test['chi_square']} / {test['degrees']}, not {want} / {degrees}")
@@ -213,6 +218,48 @@ def check_against_numpy():
     x = np.linspace(want, want + 60 * math.sqrt(2 * degrees), 400001)
     density = np.exp((degrees / 2 - 1) * np.log(x / 2) - x / 2 - math.lgamma(degrees / 2)) / 2
     check(abs(np.trapz(density, x) - p) < 1e-6, f"p of chi-square: {p}")
+
+
+def check_numbers(one, other, a, b):
+    """Distributions of numbers and of paths, of one source."""
+    where = ("--where", "source(side)")
+    mine = [c.source == 1 for c in (a, b)]
+    low, high = 20.0, 70.0
+    test = find(compare(one, other, *where, "--of", "path_length", "--bins", 30, "--range",
+                        f"{low}..{high}"), "number", "path_length")
+    counts = []
+    for c, some in zip((a, b), mine):
+        edges = np.concatenate([[-np.inf], np.linspace(low, high, 31), [np.inf]])
+        counts.append(np.histogram(c.path_length[some], edges)[0])
+    want, degrees = pearson(a, b, counts, 1)
+    check(near(test["chi_square"], want) and test["degrees"] == degrees,
+          f"path lengths: {test['chi_square']} / {test['degrees']}, not {want} / {degrees}")
+    test = find(compare(one, other, *where, "--of", "segments"), "number", "segments")
+    counts = [np.bincount(c.segment_count[some], minlength=60) for c, some in zip((a, b), mine)]
+    want, degrees = pearson(a, b, counts, 1)
+    check(near(test["chi_square"], want) and test["degrees"] == degrees,
+          f"segments: {test['chi_square']} / {test['degrees']}, not {want} / {degrees}")
+    # Few paths: they may lie in the bins in any order, which matters to those that are merged.
+    first = [np.cumsum(c.segment_count) - c.segment_count for c in (a, b)]
+    paths = [[tuple(zip(c.object[f:f + n], c.event[f:f + n])) for f, n in zip(
+        at[some], c.segment_count[some])] for c, at, some in zip((a, b), first, mine)]
+    seen = [{path: ways.count(path) for path in set(ways)} for ways in paths]
+    often = sorted({path for path in {*seen[0], *seen[1]} if len(path) <= 1 or path[0][0] ==
+                    a.objects.index("screen") and len(path) == 2})
+    answer = compare(one, other, "--test", "paths", "--where",
+                     "source(side) and (segments == 1 or segments == 2 and hit(screen))")
+    test = find(answer, "paths", "")
+    counts = np.array([[some.get(path, 0) for path in often] for some in seen])
+    wanted = [pearson(a, b, counts[:, order], 1) for order in
+              map(list, itertools.permutations(range(len(often))))]
+    check(any(near(test["chi_square"], want) and test["degrees"] == degrees >= 1
+              for want, degrees in wanted),
+          f"paths: {test['chi_square']} / {test['degrees']}, not one of {wanted}: {counts}")
+    for text, words in (("path_lenght", "did you mean"), ("x(film)", "no detector")):
+        done = run("compare", one, other, "--of", text, status=3)
+        check(words in done.stderr, f"--of {text}: {done.stderr}")
+    done = run("compare", one, other, "--of", "bounces", "--bins", "1e9", status=2)
+    check("between 1 and 1000" in done.stderr, "a billion bins")
 
 
 def check_repeated():
@@ -274,14 +321,16 @@ def check_paired():
 def check_uniform():
     """Pairs of seeds: z over the sensor, chi-square of its image (Kolmogorov & Smirnov)."""
     text = LENS.replace("REFLECTANCE", "0.5")
-    p = {"detector": [], "image": []}
+    p = {("detector", "sensor"): [], ("image", "sensor"): [], ("paths", ""): [],
+         ("number", "x(sensor)"): [], ("number", "path_length"): []}
     false_alarms = 0
     for k in range(PAIRS):
         maps = [trace(text, f"u{i}", 2500, 1000 + 2 * k + i, "--threads", "1") for i in (0, 1)]
-        answer = compare(*maps, "--threads", "1")
+        answer = compare(*maps, "--threads", "1", "--of", "x(sensor)", "--of", "path_length",
+                         "--test", "flux,detector,object,stop,image,paths")
         false_alarms += not answer["same"]
-        for quantity, values in p.items():
-            values.append(find(answer, quantity, "sensor")["p"])
+        for (quantity, name), values in p.items():
+            values.append(find(answer, quantity, name)["p"])
     check(false_alarms <= 2, f"{false_alarms} of {PAIRS} pairs that differ by their seed alone")
     for quantity, values in p.items():
         rank = np.arange(1, PAIRS + 1) / PAIRS

@@ -9,7 +9,8 @@ for seed in 1 2; do
     expect 0 '' "$RAYMAP" trace scene.yaml -o $seed.raymap -n 30000 --seed $seed --quiet
 done
 for np in 1 2 3 4; do
-    expect 0 '"tests"' mpirun -np $np "$RAYMAP" compare 1.raymap 2.raymap --json --threads $((5 - np))
+    expect 0 '"tests"' mpirun -np $np "$RAYMAP" compare 1.raymap 2.raymap --json --threads $((5 - np)) --of wavelength \
+        --of 'angle(sensor)' --test image,paths,object,detector
     cp stdout.txt two$np.json
     expect 0 '"tests"' mpirun -np $np "$RAYMAP" compare 1.raymap --json --where 'registered(sensor where x < 1)' \
         --where 'registered(sensor where x > -1)'

@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/compare_fields.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mpi/agree.h"
+#include "mpi/fold_run.h"
+
+/* Without a wish: fine bins over all values, merged into some that hold about as many rays each. A
+ * long tail then does not leave all others in one bin. */
+enum { SAMPLE_MAX = 3, FINE_BINS = 1000, MERGED_BINS = 50, WHOLE_MAX = 200, SOURCES_FEW = 16 };
+
+/* Which map sample i is of. */
+static int map_of(const struct rmap_compare_samples *samples, size_t i)
+{
+    return samples->n > 2 ? 0 : (int)i;
+}
+
+/* Collective. */
+static enum rmap_status run(const struct rmap_context *context,
+                            const struct rmap_compare_samples *samples,
+                            const struct rmap_compare_field_plan plan[2], void *field[SAMPLE_MAX],
+                            struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < samples->n; i++) {
+        int k = map_of(samples, i);
+        const struct rmap_fold fold = {.kind = &rmap_compare_field_kind,
+                                       .context = &plan[k],
+                                       .map = samples->map[k],
+                                       .criterion = samples->criterion[i],
+                                       .columns = rmap_compare_field_columns(&plan[k])};
+        RMAP_TRY(rmap_fold_run(context, &fold, &field[i], err));
+    }
+out:
+    return st;
+}
+
+static void release(void *field[SAMPLE_MAX])
+{
+    for (int i = 0; i < SAMPLE_MAX; i++) {
+        rmap_compare_field_kind.destroy(field[i]);
+        field[i] = NULL;
+    }
+}
+
+/* Collective. Scans, and on rank 0 adds the test. */
+static enum rmap_status run_and_add(const struct rmap_context *context,
+                                    const struct rmap_compare_samples *samples,
+                                    const struct rmap_compare_field_plan plan[2],
+                                    enum rmap_compare_kind kind, const char *name,
+                                    struct rmap_comparison *comparison, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
+    RMAP_TRY(run(context, samples, plan, field, err));
+    if (context->rank == 0)
+        st = rmap_comparison_add_field(
+            comparison, kind, name,
+            (const struct rmap_compare_field *const[]){field[0], field[1], field[2]}, err);
+    st = rmap_agree(context, st, err);
+out:
+    release(field);
+    return st;
+}
+
+enum rmap_status rmap_compare_paths_run(const struct rmap_context *context,
+                                        const struct rmap_compare_samples *samples,
+                                        struct rmap_comparison *comparison, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_compare_field_plan plan[2] = {{0}, {0}};
+    for (int k = 0; k < 2 && st == RMAP_OK; k++)
+        st = rmap_compare_paths_plan(&plan[k], samples->map[k], err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    st = run_and_add(context, samples, plan, RMAP_COMPARE_PATHS, "", comparison, err);
+out:
+    for (int k = 0; k < 2; k++)
+        rmap_compare_field_plan_fini(&plan[k]);
+    return st;
+}
+
+/* Collective. Least and largest reading of both samples, on every rank. */
+static enum rmap_status find_extent(const struct rmap_context *context,
+                                    const struct rmap_compare_samples *samples,
+                                    struct rmap_quantities *const of[2], double range[2],
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_compare_field_plan plan[2] = {{0}, {0}};
+    void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
+    range[0] = HUGE_VAL;
+    range[1] = -HUGE_VAL;
+    for (int k = 0; k < 2; k++)
+        RMAP_TRY(rmap_compare_number_plan(&plan[k], of[k], 0, 0.0, 0.0, err));
+    RMAP_TRY(run(context, samples, plan, field, err));
+    for (size_t i = 0; i < samples->n && context->rank == 0; i++) {
+        const struct rmap_compare_field *one = field[i];
+        range[0] = fmin(range[0], one->extent[0]);
+        range[1] = fmax(range[1], one->extent[1]);
+    }
+    st = RMAP_MPI(MPI_Bcast(range, 2, MPI_DOUBLE, 0, context->comm));
+out:
+    release(field);
+    for (int k = 0; k < 2; k++)
+        rmap_compare_field_plan_fini(&plan[k]);
+    return st;
+}
+
+/* Bins of their own for whole numbers, as long as those are few. */
+static size_t choose_bins(const struct rmap_quantities *of, size_t wanted, double range[2],
+                          size_t *n_merged)
+{
+    double span = range[1] - range[0];
+    *n_merged = 0;
+    if (wanted == 0 && of->of[0].is_whole && span < WHOLE_MAX) {
+        range[0] = ceil(range[0]) - 0.5;
+        range[1] = floor(range[1]) + 0.5;
+        return (size_t)fmax(range[1] - range[0], 1.0);
+    }
+    if (!(span > 0.0))
+        range[1] = range[0] + fmax(fabs(range[0]), 1.0) * 1e-6;
+    if (wanted > 0)
+        return wanted;
+    *n_merged = MERGED_BINS;
+    return of->scene->n_source <= SOURCES_FEW ? FINE_BINS : FINE_BINS / 4;
+}
+
+static enum rmap_status create_both(const struct rmap_compare_samples *samples,
+                                    const struct rmap_compare_number *number,
+                                    struct rmap_quantities *of[2], struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (int k = 0; k < 2; k++)
+        RMAP_TRY(
+            rmap_quantities_create(samples->map[k], &number->of, 1, number->detector, &of[k], err));
+    if (strcmp(of[0]->of[0].unit, of[1]->of[0].unit) != 0)
+        st = rmap_error_set(err, RMAP_INPUT, "%s is in %s in one map and in %s in the other",
+                            number->of, of[0]->of[0].unit, of[1]->of[0].unit);
+out:
+    return st;
+}
+
+enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
+                                         const struct rmap_compare_samples *samples,
+                                         const struct rmap_compare_number *number,
+                                         struct rmap_comparison *comparison, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_quantities *of[2] = {NULL, NULL};
+    struct rmap_compare_field_plan plan[2] = {{0}, {0}};
+    double range[2] = {0.0, 0.0};
+    st = create_both(samples, number, of, err);
+    if (st == RMAP_OK && number->range)
+        st = rmap_quantity_range(of[0], 0, number->range, "range", range, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (!number->range)
+        RMAP_TRY(find_extent(context, samples, of, range, err));
+    if (range[0] > range[1]) { /* no reading at all */
+        comparison->n_empty++;
+        goto out;
+    }
+    size_t n_merged = 0, n_bin = choose_bins(of[0], number->n_bin, range, &n_merged);
+    for (int k = 0; k < 2 && st == RMAP_OK; k++) {
+        st = rmap_compare_number_plan(&plan[k], of[k], n_bin, range[0], range[1], err);
+        plan[k].n_merged = n_merged;
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+    st = run_and_add(context, samples, plan, RMAP_COMPARE_NUMBER, number->of, comparison, err);
+out:
+    for (int k = 0; k < 2; k++) {
+        rmap_compare_field_plan_fini(&plan[k]);
+        rmap_quantities_destroy(of[k]);
+    }
+    return st;
+}
