@@ -264,14 +264,13 @@ class Referee:
                 said["rays"]["matched"] != found.sum():
             fail(f"{where}{len(said['classes'])} + {rest['classes']} classes of "
                  f"{said['rays']['matched']} rays, not {len(groups)} of {found.sum()}")
-        sums = {rows[0]: rows for rows in groups.values()}
-        first_rows = {int(self.map.ray["id"][row]): row for row in sums}
+        by_first = {int(self.map.ray["id"][rows].min()): rows for rows in groups.values()}
         total = self.map.flux[found].sum()
         for one in said["classes"]:
-            if one["first_ray"] not in first_rows:
+            if one["first_ray"] not in by_first:
                 fail(f"{where}ray {one['first_ray']} is the first of no class")
                 continue
-            rows = np.array(sums[first_rows[one["first_ray"]]])
+            rows = np.array(by_first[one["first_ray"]])
             if one["rays"] != len(rows) or \
                     one["segments"] != self.map.ray["segment_count"][rows].sum():
                 fail(f"{where}{one}: not {len(rows)} rays")
