@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/figure_energy.h"
+#include "analysis/fold.h"
 #include "analysis/query.h"
 #include "analysis/ray_report.h"
 #include "io/map_scan.h"
@@ -171,6 +173,35 @@ static void report(const struct rmap_map *map, uint64_t ray)
     rmap_ray_report_destroy(report);
 }
 
+/* The energy of the map, from its tally and from its rays. */
+static void balance(const struct rmap_map *map)
+{
+    const struct rmap_energy_scope scope = {.scene = rmap_map_scene(map), .ends = true};
+    const struct rmap_fold fold = {.kind = &rmap_energy_kind,
+                                   .context = &scope,
+                                   .map = map,
+                                   .columns = rmap_energy_columns(&scope)};
+    struct rmap_fold_scanner *scanner = NULL;
+    struct rmap_energy_sums *sums = NULL;
+    struct rmap_energy *energy = NULL;
+    struct rmap_svg *svg = NULL;
+    struct rmap_error err = {0};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_fold_scanner_create(&fold, &scanner, &err));
+    RMAP_TRY(rmap_energy_sums_create(&scope, &sums, &err));
+    if (judge(rmap_fold_scanner_add(scanner, sums, 0, rmap_map_n_portion(map), &err), &err) !=
+        RMAP_OK)
+        rmap_energy_sums_take_tally(sums, rmap_map_tally(map));
+    RMAP_TRY(rmap_energy_create(map, "a map", NULL, sums, &energy, &err));
+    json_decref(rmap_energy_json(energy));
+    RMAP_TRY(rmap_figure_energy(energy, &svg, &err));
+out:
+    rmap_svg_destroy(svg);
+    rmap_energy_destroy(energy);
+    rmap_energy_sums_destroy(sums);
+    rmap_fold_scanner_destroy(scanner);
+}
+
 static void use(void)
 {
     struct rmap_map *map = NULL;
@@ -185,6 +216,7 @@ static void use(void)
     read_columns(map, RMAP_COLUMNS_ALL);
     query(map);
     report(map, BLOCK * N_BLOCK - 1);
+    balance(map);
     rmap_map_close(map);
 }
 
