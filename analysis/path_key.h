@@ -84,6 +84,14 @@ enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32
                                         const rmap_path_step *symbol, size_t n, uint64_t only_ray,
                                         char **text_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Rays registered on the detector after two reflections that make ghosts, at these labels, and no
+ * scatter; rmap_free. NULL: such a criterion needs the level SURFACE. */
+struct rmap_path_order; /* path_order.h */
+enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
+                                           const struct rmap_path_order *order, size_t first,
+                                           size_t second, int32_t detector, char **text_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
 /* The name an object has at this level, and all of them, in the order of their first objects. */
 size_t rmap_path_n_label(const struct rmap_path_keys *keys);
 const char *rmap_path_label(const struct rmap_path_keys *keys, size_t label);

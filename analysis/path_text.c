@@ -7,6 +7,7 @@
 #include <stdio.h>
 
 #include "analysis/path_key_internal.h"
+#include "analysis/path_order.h"
 #include "analysis/path_regex.h"
 #include "base/alloc.h"
 
@@ -292,5 +293,51 @@ enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32
     add_text(&text, "\")");
     if (!keys->view.until_detector)
         add_rest(&text, keys, last_step(symbol, n));
+    return finish(&text, text_ret);
+}
+
+static bool can_reflect(const struct rmap_scene *scene, int32_t surface)
+{
+    return surface >= 0 && scene->surface[surface].type != RMAP_SURFACE_LAMBERT &&
+           scene->surface[surface].type != RMAP_SURFACE_ABSORBER;
+}
+
+/* Steps that change neither order: no scatter, and no specular reflection but at objects that
+ * cannot transmit. */
+static void add_plain_steps(struct text *text, const struct rmap_path_keys *keys,
+                            const struct rmap_path_order *order)
+{
+    const struct rmap_object *object = keys->scene->object;
+    add_text(text, "([^RDdS]");
+    for (size_t o = 0; o < order->n_object; o++)
+        if (!order->transmits[o] && (can_reflect(keys->scene, object[o].surface_front) ||
+                                     can_reflect(keys->scene, object[o].surface_back))) {
+            add_text(text, "|R@");
+            add_name(text, object[o].name);
+        }
+    add_text(text, ")*");
+}
+
+enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
+                                           const struct rmap_path_order *order, size_t first,
+                                           size_t second, int32_t detector, char **text_ret,
+                                           struct rmap_error *err)
+{
+    struct text text = {.err = err};
+    const size_t pair[2] = {first, second};
+    *text_ret = NULL;
+    if (keys->view.level != RMAP_PATH_SURFACE)
+        return RMAP_OK;
+    add_text(&text, "path(\"");
+    for (int k = 0; k < 2; k++) {
+        add_plain_steps(&text, keys, order);
+        add_text(&text, " R@");
+        add_name(&text, keys->labels.name[pair[k]]);
+        add_text(&text, " ");
+    }
+    add_plain_steps(&text, keys, order);
+    add_text(&text, keys->follows[detector] ? " [^V] V* V@" : " V@");
+    add_name(&text, keys->scene->detector[detector].name);
+    add_text(&text, " .*\")");
     return finish(&text, text_ret);
 }

@@ -9,11 +9,13 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include "analysis/path_matrix.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/find_detector.h"
+#include "mpi/fold_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
@@ -34,6 +36,8 @@ static const struct rmap_option options[] = {
     {"sort", 0, "BY", "flux (default), share, rays or length (legs per ray)"},
     {"exact", 0, "N", "count up to N classes exactly (default 786432), the largest beyond"},
     {"no-peaks", 0, NULL, "without the brightest cells of the classes"},
+    {"matrix", 0, "LIST",
+     "what detectors saw, by orders, ghosts or contribution; all: these three"},
     {"output", 'o', "OUT", "OUT.csv or OUT.json: the whole table"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
@@ -43,15 +47,20 @@ static const char *const suffixes[] = {".csv", ".json", NULL};
 struct request {
     const char *map_path, *where, *detector, *output_path;
     struct rmap_path_request paths;
+    struct rmap_path_matrix matrix; /* parts 0: none wanted */
+    struct rmap_path_order order;
 };
 
-static enum rmap_status read_word(const struct rmap_arguments *given, const char *option,
-                                  const char *const *word, size_t n, int *found,
-                                  struct rmap_error *err)
+/* What is shown, on rank 0. */
+struct answer {
+    struct rmap_path_report *report;
+    struct rmap_path_cellsum *sum; /* of the matrix */
+    size_t n_sum;
+};
+
+static enum rmap_status find_word(const char *option, const char *text, const char *const *word,
+                                  size_t n, int *found, struct rmap_error *err)
 {
-    const char *text = rmap_argument(given, option);
-    if (!text)
-        return RMAP_OK;
     for (size_t i = 0; i < n; i++)
         if (strcmp(text, word[i]) == 0) {
             *found = (int)i;
@@ -61,6 +70,14 @@ static enum rmap_status read_word(const struct rmap_arguments *given, const char
     return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none (%s%s%s)", option, text,
                           nearest ? "did you mean '" : "see: raymap paths --help",
                           nearest ? nearest : "", nearest ? "'?" : "");
+}
+
+static enum rmap_status read_word(const struct rmap_arguments *given, const char *option,
+                                  const char *const *word, size_t n, int *found,
+                                  struct rmap_error *err)
+{
+    const char *text = rmap_argument(given, option);
+    return text ? find_word(option, text, word, n, found, err) : RMAP_OK;
 }
 
 static enum rmap_status read_numbers(const struct rmap_arguments *given,
@@ -77,6 +94,29 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given,
         st = rmap_error_set(err, RMAP_USAGE,
                             "--exact must lie between 16 and 2^30 (64 to 170 bytes for each)");
 out:
+    return st;
+}
+
+static enum rmap_status read_parts(const struct rmap_arguments *given, unsigned *parts,
+                                   struct rmap_error *err)
+{
+    static const char *const word[] = {"orders", "ghosts", "contribution", "all"};
+    static const unsigned bits[] = {
+        RMAP_PATH_PART_BIT(RMAP_PATH_ORDERS), RMAP_PATH_PART_BIT(RMAP_PATH_GHOSTS),
+        RMAP_PATH_PART_BIT(RMAP_PATH_MET),
+        RMAP_PATH_PART_BIT(RMAP_PATH_ORDERS) | RMAP_PATH_PART_BIT(RMAP_PATH_GHOSTS) |
+            RMAP_PATH_PART_BIT(RMAP_PATH_MET)};
+    char **list = NULL;
+    size_t n = 0;
+    enum rmap_status st = rmap_argument_list(given, "matrix", &list, &n, err);
+    for (size_t i = 0; i < n; i++) {
+        int found = 0;
+        if (st == RMAP_OK)
+            st = find_word("matrix", list[i], word, sizeof word / sizeof *word, &found, err);
+        *parts |= st == RMAP_OK ? bits[found] : 0;
+        rmap_free(list[i]);
+    }
+    rmap_free(list);
     return st;
 }
 
@@ -98,6 +138,7 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     RMAP_TRY(read_word(given, "by", level, sizeof level / sizeof *level, &by, err));
     RMAP_TRY(read_word(given, "sort", sort, sizeof sort / sizeof *sort, &order, err));
     RMAP_TRY(read_numbers(given, &request->paths, err));
+    RMAP_TRY(read_parts(given, &request->matrix.parts, err));
     request->paths.sort =
         order < RMAP_PATH_SORT_COUNT ? (enum rmap_path_sort)order : RMAP_PATH_BY_FLUX;
     request->paths.view =
@@ -113,29 +154,36 @@ out:
     return st;
 }
 
-static json_t *document_of(const struct request *request, const struct rmap_path_report *report)
+static enum rmap_status print_json(const struct request *request, const struct answer *answer,
+                                   FILE *out, struct rmap_error *err)
 {
     json_t *document = json_pack("{s:s}", "map", request->map_path);
-    json_t *paths = rmap_path_report_json(report);
+    json_t *paths = rmap_path_report_json(answer->report);
     if (!document || !paths || json_object_update(document, paths) != 0) {
         json_decref(document);
         document = NULL;
     }
     json_decref(paths);
-    return document;
+    enum rmap_status st = RMAP_OK;
+    if (document)
+        st = rmap_path_matrix_json(&request->matrix, answer->sum, answer->n_sum, document, err);
+    if (st == RMAP_OK)
+        return rmap_json_print(document, out, err);
+    json_decref(document);
+    return st;
 }
 
-static enum rmap_status write_file(const struct request *request,
-                                   const struct rmap_path_report *report, struct rmap_error *err)
+static enum rmap_status write_file(const struct request *request, const struct answer *answer,
+                                   struct rmap_error *err)
 {
     const char *path = request->output_path;
     const char *suffix = strrchr(path, '.');
     enum rmap_status st = RMAP_OK;
     FILE *file = fopen(path, "w");
     if (file && suffix && strcasecmp(suffix, ".json") == 0)
-        st = rmap_json_print(document_of(request, report), file, err);
+        st = print_json(request, answer, file, err);
     else if (file)
-        rmap_path_report_csv(report, file);
+        rmap_path_report_csv(answer->report, file);
     bool failed = !file || ferror(file);
     failed |= file && fclose(file) != 0;
     if (st == RMAP_OK && failed)
@@ -154,16 +202,51 @@ static size_t terminal_width(void)
 
 /* On rank 0. */
 static enum rmap_status show(const struct rmap_context *context, const struct request *request,
-                             const struct rmap_path_report *report, struct rmap_error *err)
+                             const struct answer *answer, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (request->output_path)
-        RMAP_TRY(write_file(request, report, err));
-    if (context->json)
-        st = rmap_json_print(document_of(request, report), stdout, err);
-    else
-        st = rmap_path_report_print(report, terminal_width(), stdout, err);
+        RMAP_TRY(write_file(request, answer, err));
+    if (context->json) {
+        st = print_json(request, answer, stdout, err);
+        goto out;
+    }
+    RMAP_TRY(rmap_path_report_print(answer->report, terminal_width(), stdout, err));
+    if (request->matrix.parts)
+        st = rmap_path_matrix_print(&request->matrix, answer->sum, answer->n_sum,
+                                    request->paths.top, stdout, err);
 out:
+    return st;
+}
+
+/* Collective. Another fold, over what was registered. */
+static enum rmap_status sum_matrix(const struct rmap_context *context, struct request *request,
+                                   struct answer *answer, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_request *paths = &request->paths;
+    struct rmap_path_matrix *matrix = &request->matrix;
+    void *sums = NULL;
+    matrix->map = paths->map;
+    matrix->overlay = paths->overlay;
+    matrix->keys = paths->keys;
+    matrix->order = &request->order;
+    matrix->criterion = paths->criterion ? rmap_criterion_text(paths->criterion) : NULL;
+    matrix->detector = paths->view.detector;
+    const struct rmap_fold fold = {.kind = &rmap_path_matrix_kind,
+                                   .context = matrix,
+                                   .map = paths->map,
+                                   .overlay = paths->overlay,
+                                   .criterion = paths->criterion,
+                                   .columns = rmap_path_matrix_columns(matrix)};
+    st = rmap_path_order_init(&request->order, rmap_map_scene(paths->map), err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_fold_run(context, &fold, &sums, err));
+    if (sums)
+        st = rmap_path_matrix_list(sums, &answer->sum, &answer->n_sum, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_path_matrix_kind.destroy(sums);
     return st;
 }
 
@@ -176,7 +259,7 @@ static enum rmap_status run_paths(const struct rmap_context *context,
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_path_keys *keys = NULL;
-    struct rmap_path_report *report = NULL;
+    struct answer answer = {0};
     struct rmap_path_request *paths = &request.paths;
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -195,12 +278,16 @@ static enum rmap_status run_paths(const struct rmap_context *context,
     paths->overlay = overlay;
     paths->criterion = criterion;
     paths->keys = keys;
-    RMAP_TRY(rmap_path_run(context, paths, &report, err));
+    RMAP_TRY(rmap_path_run(context, paths, &answer.report, err));
+    if (request.matrix.parts)
+        RMAP_TRY(sum_matrix(context, &request, &answer, err));
     if (context->rank == 0)
-        st = show(context, &request, report, err);
+        st = show(context, &request, &answer, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
-    rmap_path_report_destroy(report);
+    rmap_path_report_destroy(answer.report);
+    rmap_free(answer.sum);
+    rmap_path_order_fini(&request.order);
     rmap_path_keys_destroy(keys);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);

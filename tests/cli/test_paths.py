@@ -308,6 +308,62 @@ def check_sketch(judge):
     run("paths", judge.file, "--exact", "16", "--quiet")
 
 
+def check_matrices(judge, transmits, detector=None):
+    """Orders, ghosts and contributions, from the steps before each registration."""
+    options = ["--detector", detector] if detector else []
+    document = json.loads(run("paths", judge.file, "--matrix", "orders,ghosts,contribution", "--json", *options))
+    m, s, g = judge.map, judge.map.segment, judge.map.registration
+    want = {key: defaultdict(lambda: defaultdict(float)) for key in ("orders", "ghosts", "last", "any", "all", "stray")}
+    for i, ray in enumerate(m.ray_of_registration):
+        name = m.names["detector"][g["detector"][i]]
+        if not g["registered"][i] or (detector and name != detector):
+            continue
+        first = int(m.first_segment[ray])
+        rows = range(first, first + int(g["segment"][i]))
+        by = [int(s["object"][k]) for k in rows if s["event"][k] & BIT["reflect_specular"] and
+              s["object"][k] >= 0 and m.names["object"][s["object"][k]] in transmits]
+        scatter = sum(1 for k in rows if s["event"][k] & (BIT["reflect_diffuse"] | BIT["transmit_diffuse"] |
+                                                          BIT["scatter_volume"]))
+        met = [m.names["object"][s["object"][k]] for k in rows if s["object"][k] >= 0]
+        source, w = m.names["source"][m.ray["source"][ray]], m.ray["weight"][ray]
+        want["orders"][name, min(len(by), 9), min(scatter, 9)][ray] += w
+        want["all"][name][ray] += w
+        if by or scatter:
+            want["stray"][name][ray] += w
+        if len(by) == 2 and not scatter:
+            want["ghosts"][name, *(m.names["object"][k] for k in by)][ray] += w
+        want["last"][name, source, met[-1] if met else None][ray] += w
+        for what in set(met):
+            want["any"][name, source, what][ray] += w
+
+    def estimate(contributions):
+        flux, variance = 0.0, 0.0
+        for k, source in enumerate(m.names["source"]):
+            own = [q for ray, q in contributions.items() if m.ray["source"][ray] == k]
+            flux += judge.unit[k] * sum(own)
+            variance += judge.error(k, own) ** 2
+        return flux, math.sqrt(variance)
+
+    def check(rows, key_of, expected, whole):
+        assert {key_of(row) for row in rows} == set(expected) and len(rows) == len(expected)
+        for row in rows:
+            flux, error = estimate(expected[key_of(row)])
+            assert row["rays"] == len(expected[key_of(row)]), row
+            assert math.isclose(row["flux"], flux, rel_tol=1e-9), (row, flux)
+            assert math.isclose(row["standard_error"], error, rel_tol=1e-9), (row, error)
+            assert math.isclose(row["share"], flux / estimate(want[whole][row["detector"]])[0], rel_tol=1e-9), row
+
+    check(document["orders"], lambda r: (r["detector"], r["ghost_order"], r["scatter_order"]), want["orders"], "all")
+    check(document["ghosts"], lambda r: (r["detector"], r["first"], r["second"]), want["ghosts"], "stray")
+    for met in ("last", "any"):
+        rows = [r for r in document["contribution"] if r["met"] == met]
+        check(rows, lambda r: (r["detector"], r["source"], r["object"]), want[met], "all")
+    for row in document["ghosts"][:12]:
+        answer = json.loads(run("query", judge.file, row["criterion"], "--json"))
+        assert answer["rays"]["matched"] == row["rays"], (row, answer)
+    assert detector or (len(document["ghosts"]) >= 3 and len(document["orders"]) >= 4)
+
+
 for name in ("odd.raymap", "gauss.raymap"):
     shutil.rmtree(name, ignore_errors=True)
 with open("odd.yaml", "w") as file:
@@ -318,7 +374,10 @@ odd = Judge("odd.raymap", {"lens": "lens"})
 check_all_views(odd, ("gate", "eye", "far"))
 check_narrowed(odd)
 check_sketch(odd)
+check_matrices(odd, ("milk", "lens.1", "lens.2", "net"))
 gauss = Judge("gauss.raymap", {"lens": "lens", "cover": "cover"})
 for given in (("surface", True, False, None), ("object", True, True, "sensor"), ("group", False, False, None)):
     check_view(gauss, *given)
+check_matrices(gauss, [name for name in gauss.map.names["object"] if re.fullmatch(r"(lens|cover)\.\d+", name)],
+               "sensor")
 print("all as expected")
