@@ -48,21 +48,45 @@ static double value_of(const struct rmap_key_sum *sum, enum rmap_path_sort sort,
     return flux;
 }
 
+/* Moves the entry at `at` down to its place in a heap, whose root comes last of all. */
+static void sift(struct ranked *heap, size_t n, size_t at)
+{
+    for (size_t child = 2 * at + 1; child < n; child = 2 * at + 1) {
+        if (child + 1 < n && compare_ranked(&heap[child + 1], &heap[child]) > 0)
+            child++;
+        if (compare_ranked(&heap[at], &heap[child]) > 0)
+            return;
+        const struct ranked entry = heap[at];
+        heap[at] = heap[child];
+        heap[child] = entry;
+        at = child;
+    }
+}
+
+/* The first n_row classes: [n_row]. */
 static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
-                             struct ranked **ranked_ret, struct rmap_error *err)
+                             size_t n_row, struct ranked **ranked_ret, struct rmap_error *err)
 {
     const struct rmap_key_sums *classes = &counts->classes;
     const double *unit = rmap_map_flux_per_weight(counts->context->map);
-    struct ranked *ranked = rmap_alloc(classes->n + 1, sizeof *ranked);
+    struct ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
     size_t n = 0;
     if (!ranked)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", classes->n);
-    for (size_t i = 0; i < classes->n_slot; i++) {
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
+    for (size_t i = 0; n_row > 0 && i < classes->n_slot; i++) {
         const struct rmap_key_sum *sum = &classes->slot[i];
         if (sum->key.high == 0)
             continue;
-        double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
-        ranked[n++] = (struct ranked){sum, value_of(sum, sort, flux), flux};
+        const double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
+        const struct ranked entry = {sum, value_of(sum, sort, flux), flux};
+        if (n < n_row) {
+            ranked[n++] = entry;
+            for (size_t k = n_row / 2; n == n_row && k-- > 0;)
+                sift(ranked, n_row, k);
+        } else if (compare_ranked(&entry, &ranked[0]) < 0) {
+            ranked[0] = entry;
+            sift(ranked, n_row, 0);
+        }
     }
     qsort(ranked, n, sizeof *ranked, compare_ranked);
     *ranked_ret = ranked;
@@ -124,7 +148,7 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", report->n_row));
     RMAP_TRY(rmap_count_init(&rest, n_source, err));
     rmap_count_add(&rest, &counts->total, n_source);
-    RMAP_TRY(rank(counts, sort, &ranked, err));
+    RMAP_TRY(rank(counts, sort, report->n_row, &ranked, err));
     for (size_t k = 0; k < report->n_row; k++)
         fill_row(report, ranked[k].sum, &report->row[k], &rest);
     report->rest = total_of(map, &rest);

@@ -8,6 +8,10 @@
 #include "mpi/agree.h"
 #include "mpi/fold_run.h"
 
+/* Cells that the first pass takes along: more cost more time than another pass for the classes that
+ * are shown. */
+enum { CELLS_FIRST = 3 << 13 };
+
 /* Threads whose states fit into a GiB. */
 enum { THREADS_MOST = 6 };
 
@@ -168,6 +172,7 @@ static enum rmap_status count_cells(struct run *run, struct rmap_path_report *re
     run->counting.chosen = &chosen;
     run->counting.sketch = NULL;
     run->counting.most_classes = chosen.n;
+    run->counting.most_cells = (size_t)run->request->most_cells;
     RMAP_TRY(fold(run, &counts, err));
     if (report) {
         report->peaks_missing = chosen.n < report->n_row || counts->cells_full;
@@ -231,6 +236,8 @@ enum rmap_status rmap_path_run(const struct rmap_context *context,
                      .most_cells = (size_t)request->most_cells}};
     bool is_full = false;
     *report_ret = NULL;
+    if (request->most_cells < run.counting.most_cells)
+        run.counting.most_cells = (size_t)request->most_cells;
     if (run.context.n_thread > THREADS_MOST)
         run.context.n_thread = THREADS_MOST;
     if (rmap_map_scene(request->map)->n_source > RMAP_PATH_SOURCES_MAX)
