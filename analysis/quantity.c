@@ -310,6 +310,14 @@ enum rmap_status rmap_quantities_create(const struct rmap_map *map, const char *
                                         struct rmap_quantities **quantities_ret,
                                         struct rmap_error *err)
 {
+    return rmap_quantities_create_over(map, NULL, text, n, detector, quantities_ret, err);
+}
+
+enum rmap_status
+rmap_quantities_create_over(const struct rmap_map *map, const struct rmap_overlay *overlay,
+                            const char *const *text, size_t n, const char *detector,
+                            struct rmap_quantities **quantities_ret, struct rmap_error *err)
+{
     enum rmap_status st = RMAP_OK;
     struct rmap_names *names = NULL;
     struct rmap_quantities *self = rmap_alloc(1, sizeof *self);
@@ -324,7 +332,8 @@ enum rmap_status rmap_quantities_create(const struct rmap_map *map, const char *
         goto out;
     }
     self->map = map;
-    self->scene = self->holder->scene = rmap_map_scene(map);
+    self->overlay = overlay;
+    self->scene = self->holder->scene = rmap_scene_with(map, overlay);
     self->n = n;
     RMAP_TRY(rmap_names_create(self->scene, &names, err));
     struct making making = {.self = self, .parser = {.criterion = self->holder, .names = names}};

@@ -48,7 +48,8 @@ struct rmap_quantity {
 /* One or two numbers read at the same places: of rays, or, where one of them is a registration's or
  * a detector is given, of registrations. */
 struct rmap_quantities {
-    const struct rmap_map *map; /* borrowed, with its scene */
+    const struct rmap_map *map;         /* borrowed, with its scene */
+    const struct rmap_overlay *overlay; /* borrowed; NULL: no receivers */
     const struct rmap_scene *scene;
     size_t n;
     struct rmap_quantity of[RMAP_QUANTITIES_MAX];
@@ -62,8 +63,14 @@ struct rmap_quantities {
 };
 
 /* text: [n], 1 <= n <= RMAP_QUANTITIES_MAX. detector: its name, a group's or a pattern; NULL: not
- * given. RMAP_INPUT, "--of:1:3: error: ..." with a caret and the nearest known word. The map is
- * borrowed. */
+ * given. RMAP_INPUT, "--of:1:3: error: ..." with a caret and the nearest known word. The map and
+ * the overlay (NULL: none) are borrowed. */
+enum rmap_status rmap_quantities_create_over(const struct rmap_map *map,
+                                             const struct rmap_overlay *overlay,
+                                             const char *const *text, size_t n,
+                                             const char *detector,
+                                             struct rmap_quantities **quantities_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_quantities_create(const struct rmap_map *map, const char *const *text,
                                         size_t n, const char *detector,
                                         struct rmap_quantities **quantities_ret,

@@ -9,6 +9,7 @@
 #include "mpi/asked.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
+#include "mpi/overlay_load.h"
 #include "mpi/stats_options.h"
 #include "mpi/stats_out.h"
 #include "mpi/stats_run.h"
@@ -21,6 +22,7 @@ static const struct rmap_option options[] = {
      "twice: a histogram over both"},
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
     RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
     {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
     {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
     {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
@@ -51,14 +53,15 @@ out:
 }
 
 /* Not collective: what the options mean for this map. */
-static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_stats_options *given,
+static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_overlay *overlay,
+                                const struct rmap_stats_options *given,
                                 struct rmap_quantities **quantities_ret,
                                 struct rmap_stats_setup *setup, struct rmap_stats_request *request,
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_quantities_create(map, (const char *const *)given->of, given->n_of,
-                                    given->detector, quantities_ret, err));
+    RMAP_TRY(rmap_quantities_create_over(map, overlay, (const char *const *)given->of, given->n_of,
+                                         given->detector, quantities_ret, err));
     if (given->by == RMAP_STATS_BY_DETECTOR && !(*quantities_ret)->of_registrations) {
         st = rmap_error_set(err, RMAP_USAGE,
                             "--by detector wants a number of registrations: give --detector '*'");
@@ -79,6 +82,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_map *map = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
+    struct rmap_overlay *overlay = NULL;
     struct rmap_quantities *quantities = NULL;
     struct rmap_stats_setup setup;
     struct rmap_stats_request request = {0};
@@ -88,10 +92,11 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load_where(context, arguments, &where, &asked, err));
     RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));
+    RMAP_TRY(rmap_overlay_load(context, arguments, map, &overlay, err));
     if (asked.n > 0)
-        st = rmap_asked_compile(context, &asked, 0, rmap_map_scene(map), &criterion, err);
+        st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
     if (st == RMAP_OK)
-        st = prepare(map, &given, &quantities, &setup, &request, err);
+        st = prepare(map, overlay, &given, &quantities, &setup, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     request.criterion = criterion;
     setup.all_rays = !criterion;
@@ -113,6 +118,7 @@ out:
     rmap_stats_axes_fini(request.axis);
     rmap_quantities_destroy(quantities);
     rmap_criterion_destroy(criterion);
+    rmap_overlay_destroy(overlay);
     rmap_asked_fini(&asked);
     rmap_map_close(map);
     rmap_stats_options_fini(&given);

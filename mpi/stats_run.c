@@ -22,6 +22,7 @@ static struct rmap_fold fold_of(const struct rmap_stats_request *request,
     return (struct rmap_fold){.kind = kind,
                               .context = context,
                               .map = quantities->map,
+                              .overlay = quantities->overlay,
                               .criterion = request->criterion,
                               .columns = quantities->columns};
 }

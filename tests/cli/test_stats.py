@@ -311,6 +311,19 @@ def check_files(path):
     check("exists" in run("stats", path, "--of", "ray", "-o", "out.npz", status=2).stderr, "--force")
 
 
+def check_receivers(m, path):
+    """A receiver that lies where a detector is has its values."""
+    with open("again.yaml", "w", encoding="utf8") as file:
+        file.write("detectors:\n  - {name: again, type: plane, on: low, size: [40, 40], "
+                   "cells: [20, 20], at: [0, 0, 0], direction: [0, 0, 1]}\n")
+    both = [stats(path, "--of", f"optical_path({name})", "--receivers", "again.yaml", "--bins", 9,
+                  "--range", "0..900") for name in ("sensor", "again")]
+    check(both[0]["values"] == both[1]["values"] == int(m.registered(0).sum()), "values laid over")
+    near(both[1]["mean"]["value"], both[0]["mean"]["value"], "mean laid over", 1e-5)
+    check("did you mean 'again'" in run("stats", path, "--of", "x(agan)", "--receivers",
+                                        "again.yaml", status=3).stderr, "names of receivers")
+
+
 def check_groups(m, path):
     by = stats(path, "--of", "path_length", "--by", "source")
     check([g["name"] for g in by["groups"]] == ["lamp", "side"], "names of sources")
@@ -417,6 +430,7 @@ def main():
     check_two(m, "a.raymap")
     check_groups(m, "a.raymap")
     check_files("a.raymap")
+    check_receivers(m, "a.raymap")
     check_memory("a.raymap")
     check_refusals("a.raymap")
     check_seeds()
