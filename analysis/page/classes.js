@@ -32,7 +32,7 @@ function chooseClass(index) {
 
 byId("classes").tBodies[0].append(...classes.map(classRow));
 byId("classes-note").textContent = !classes.length ? "No ray, no class."
-  : `${whole(data.classes.count)} classes among the ${whole(ray.count)} rays of this page` +
+  : `${whole(data.classes.count)} class${data.classes.count === 1 ? "" : "es"} among the ${whole(ray.count)} rays of this page` +
     (data.classes.count > classes.length ? `; the first ${classes.length} are listed` : "") +
     `; flux in ${scene.flux_unit}, share of these rays\u2019 flux`;
 copyButton(byId("class-criterion"));

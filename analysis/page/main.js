@@ -116,7 +116,7 @@ if (detectors.length) {
 window.raymap = {
   draw: redraw,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
-    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at }),
+    frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving }),
   /* Ids of the rays that are shown, and the largest id in the page. */
   shown: () => Array.from(ray.id).filter((id, r) => shown.state[r] !== HIDDEN),
   lastRay: () => ray.id[ray.count - 1],

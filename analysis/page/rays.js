@@ -5,7 +5,7 @@
 // its ray.
 
 const HIDDEN = 0, DIM = 1, SHOWN = 2, STRONG = 3;
-const CURVE_STROKES = 4; // between two points of a curved leg
+const CURVE_STROKES = curve.leg.length > 50000 ? 1 : 4; // between two points of a curved leg
 const MOST_SWATCHES = 12; // in the legend
 const LEAVING = 0.12; // length of a leg that leaves, of the scene's size
 
@@ -110,6 +110,8 @@ const rayLines = (() => {
   return lines;
 })();
 
+if (drawnBySoftware) pace.known = lastLevel();
+
 /* Ghost order: specular reflections at surfaces that also let light through. */
 ray.order = unpack(data.order.ghost);
 ray.scatter = unpack(data.order.scatter);
@@ -158,23 +160,21 @@ function paintRays() {
 scheme.told.push(() => paintRays());
 
 /* What is shown: one class of paths or all, and which of them lie in the region of a detector. */
-const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count: 0, inRegion: 0, strokes: 0 };
+const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count: 0, inRegion: 0, legs: 0 };
 
 function refreshRays() {
-  shown.count = shown.inRegion = 0;
+  shown.count = shown.inRegion = shown.legs = 0;
   for (let r = 0; r < ray.count; r++) {
     const visible = shown.class < 0 || ray.class[r] === shown.class;
     const inside = shown.region ? shown.region[r] === 1 : false;
     shown.state[r] = !visible ? HIDDEN : !shown.region ? SHOWN : inside ? STRONG : DIM;
     shown.count += visible ? 1 : 0;
     shown.inRegion += visible && inside ? 1 : 0;
+    shown.legs += visible && (inside || !shown.region) ? ray.legs[r] : 0;
   }
   const state = rayLines.geometry.attributes.state;
-  shown.strokes = 0;
-  for (let s = 0; s < strokes.count; s++) {
+  for (let s = 0; s < strokes.count; s++)
     state.array[2 * s] = state.array[2 * s + 1] = shown.state[leg.ray[strokes.leg[s]]];
-    if (state.array[2 * s] >= (shown.inRegion ? STRONG : SHOWN)) shown.strokes++;
-  }
   state.needsUpdate = true;
   pickCache.valid = false;
   byId("shown").textContent = `${whole(shown.count)} of ${whole(ray.count)} shown`;
@@ -184,7 +184,7 @@ function refreshRays() {
 
 /* Few lines are nearly opaque, more of them fainter, as the inverse square root. */
 function setOpacity() {
-  const automatic = Math.max(0.85 * Math.sqrt(Math.min(700 / Math.max(shown.strokes, 1), 1)), 0.04);
+  const automatic = Math.max(0.85 * Math.sqrt(Math.min(700 / Math.max(shown.legs, 1), 1)), 0.04);
   rayUniforms.opacity.value = automatic * Math.pow(2, Number(byId("opacity").value));
   redraw();
 }

@@ -2,11 +2,22 @@
 //
 // What happened along a ray: of one leg beside the pointer, of a whole ray as tables.
 
-/* Length of leg l as the map has it; a leg that leaves has none. */
+/* Length of leg l as the map has it: along its points. A leg that leaves has none. */
 function legLength(l) {
   if (leg.event[l] & EVENT_LEFT) return 0;
+  const step = strokes.first[l + 1] - strokes.first[l] > 1 ? CURVE_STROKES : 1, p = strokes.position;
   let sum = 0;
-  for (let s = strokes.first[l]; s < strokes.first[l + 1]; s++) sum += strokes.path[2 * s + 1] - strokes.path[2 * s];
+  for (let s = strokes.first[l]; s < strokes.first[l + 1]; s += step) {
+    const from = 6 * s, to = 6 * (s + step - 1) + 3;
+    sum += Math.hypot(p[to] - p[from], p[to + 1] - p[from + 1], p[to + 2] - p[from + 2]);
+  }
+  return sum;
+}
+
+/* From the emission to the end of leg l. */
+function pathTo(l) {
+  let sum = 0;
+  for (let k = ray.firstLeg[leg.ray[l]]; k <= l; k++) sum += legLength(k);
   return sum;
 }
 
@@ -34,7 +45,7 @@ function showTip(l, x, y) {
       ["medium", mediumName(leg.medium[l]) || "\u2013"],
       ["position", `${placeWords(leg.position, l)} ${unit}`],
       ["length", left ? "\u2013" : `${figure(legLength(l))} ${unit}`],
-      ["path so far", `${figure(strokes.path[2 * strokes.first[l]] + legLength(l))} ${unit}`],
+      ["path so far", `${figure(pathTo(l))} ${unit}`],
       ["light", lightWords(l)],
       ["flux of the ray", `${figure(ray.flux[r])} ${scene.flux_unit}`],
     ]));
@@ -116,7 +127,7 @@ function geometryRows(r) {
   const rows = [{ cells: ["start", ...[0, 1, 2].map((k) => figure(ray.start[3 * r + k], 9)), "", "0"] }];
   for (let l = ray.firstLeg[r]; l < ray.firstLeg[r + 1]; l++)
     rows.push({ leg: l, cells: [stepOf(l), ...[0, 1, 2].map((k) => figure(leg.position[3 * l + k], 9)), figure(legLength(l)),
-      figure(strokes.path[2 * strokes.first[l]] + legLength(l))] });
+      figure(pathTo(l))] });
   return rows;
 }
 

@@ -24,9 +24,67 @@ function redraw() {
   requestAnimationFrame(drawFrame);
 }
 
+/* While something moves and frames come too slowly: level 1 has half the resolution, and each
+ * further one draws half as many rays, the first ones. What stands still is drawn in full. */
+const SLOW = 70, QUICK = 25, PAUSE = 250; // milliseconds
+const LIGHT_WORK = 10000; // strokes that are always drawn
+const pace = { level: 0, known: 0, last: 0, slow: 0, quick: 0, moving: false, timer: 0 };
+/* Whether the processor draws, not a graphics card: then motion starts at the last level. */
+const drawnBySoftware = (() => {
+  const told = renderer.getContext().getExtension("WEBGL_debug_renderer_info");
+  const name = told ? renderer.getContext().getParameter(told.UNMASKED_RENDERER_WEBGL) : "";
+  return /swiftshader|llvmpipe|software|basic render/i.test(name);
+})();
+
+const lastLevel = () => 1 + Math.max(0, Math.ceil(Math.log2(strokes.count / LIGHT_WORK)));
+
+function setLevel(level) {
+  const before = pace.level;
+  pace.level = Math.min(Math.max(level, 0), lastLevel());
+  const part = Math.pow(0.5, Math.max(pace.level - 1, 0));
+  rayLines.geometry.setDrawRange(0, 2 * strokes.first[ray.firstLeg[Math.ceil(part * ray.count)]]);
+  if ((pace.level > 0) !== (before > 0)) setResolution();
+}
+
+function setResolution() {
+  const full = Math.min(window.devicePixelRatio || 1, 2);
+  renderer.setPixelRatio(pace.level > 0 ? 0.5 * full : full);
+  renderer.setSize(canvas.clientWidth, canvas.clientHeight, false);
+}
+
+/* Something moves now; it rests when no frame was asked for in a while. */
+function stir() {
+  if (!pace.moving) {
+    pace.last = pace.slow = pace.quick = 0;
+    setLevel(pace.known);
+  }
+  pace.moving = true;
+  clearTimeout(pace.timer);
+  pace.timer = setTimeout(() => {
+    if (frames.wanted) return stir();
+    pace.moving = false;
+    setLevel(0);
+    redraw();
+  }, PAUSE);
+}
+
+function keepPace(time) {
+  const gap = pace.moving && pace.last ? time - pace.last : 0;
+  pace.last = time;
+  pace.slow = gap > SLOW ? pace.slow + 1 : 0;
+  pace.quick = gap > 0 && gap < QUICK ? pace.quick + 1 : 0;
+  const slow = pace.slow > 1 || gap > 6 * SLOW;
+  if (slow || pace.quick > 20) {
+    setLevel(pace.level + (slow ? Math.ceil(Math.log2(gap / SLOW)) : -1));
+    pace.known = pace.level; // for the next time that something moves
+    pace.slow = pace.quick = 0;
+  }
+}
+
 function drawFrame(time) {
   frames.wanted = false;
   const begin = performance.now();
+  keepPace(time);
   const moving = frames.animate ? frames.animate(time) : false;
   for (const call of frames.before) call();
   renderer.render(world, camera);
@@ -34,15 +92,19 @@ function drawFrame(time) {
   frames.drawn++;
   frames.milliseconds.push(performance.now() - begin);
   if (frames.milliseconds.length > 120) frames.milliseconds.shift();
-  if (moving) redraw();
+  if (!moving) return;
+  stir();
+  redraw();
 }
 
-controls.addEventListener("change", redraw);
-controls.addEventListener("change", () => (pickCache.valid = false));
+controls.addEventListener("change", () => {
+  pickCache.valid = false;
+  stir();
+  redraw();
+});
 
 function resize() {
-  renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
-  renderer.setSize(canvas.clientWidth, canvas.clientHeight, false);
+  setResolution();
   reshape();
   pickCache.valid = false;
   redraw();

@@ -39,11 +39,14 @@ async function open(browser, file, options) {
   return page;
 }
 
-/* Until a frame asked for now has been drawn. */
+/* Until nothing moves any more, and a frame asked for then has been drawn. */
 async function settle(page) {
   await page.evaluate(async () => {
+    const frame = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    await frame();
+    while (!raymap.statistics().resting) await new Promise((done) => setTimeout(done, 50));
     raymap.draw();
-    await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+    await frame();
   });
 }
 
@@ -154,15 +157,17 @@ async function drag(page, selector, from, to) {
 
 async function asksForRegions(page) {
   await page.locator("#image").scrollIntoViewIfNeeded();
-  for (const [kind, button] of [["rect", "#draw-rect"], ["ellipse", "#draw-ellipse"]]) {
-    await page.locator(button).click();
-    await drag(page, "#image", [0.3, 0.25], [0.55, 0.6]);
+  for (const [detector, kind, from, to] of [["sensor", "rect", [0.3, 0.25], [0.55, 0.6]],
+    ["sensor", "ellipse", [0.3, 0.25], [0.55, 0.6]], ["far", "rect", [0.2, 0.05], [0.5, 0.9]], ["far", "ellipse", [0.2, 0.05], [0.7, 0.9]]]) {
+    await page.selectOption("#detector", { label: detector });
+    await page.locator(`#draw-${kind}`).click();
+    await drag(page, "#image", from, to);
     const criterion = await page.textContent("#region-criterion code");
-    check(criterion.startsWith(`registered(sensor, ${kind}(`), `a ${kind} was drawn: ${criterion}`);
+    check(criterion.startsWith(`registered(${detector}, ${kind}(`), `a ${kind} was drawn: ${criterion}`);
     const told = Number(/^([\d,]+)/.exec(await page.textContent("#region-count"))[1].replace(/,/g, ""));
     const whole = counted("a.raymap", `(${criterion}) and ray <= ${await page.evaluate(() => raymap.lastRay())}`);
     check(told === whole && told > 0 && told < 400, `${criterion}: the page says ${told}, query ${whole}`);
-    await picture(page, `${kind}.png`);
+    await picture(page, `${detector}-${kind}.png`);
   }
   await page.locator("#draw-none").click();
   check(await page.locator("#region-criterion").isHidden(), "no region, no criterion");

@@ -19,6 +19,7 @@ fi
 
 rm -rf ./*.raymap ./*.html ./*.yaml ./*.txt
 write_scene scene.yaml
+sed -i '/name: sensor/a\  - {name: far, type: intensity, cells: [18, 36], axis: [0, 0, 1]}' scene.yaml
 expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
 expect 0 '400 of [0-9]+ matching' "$RAYMAP" draw a.raymap --limit 400 -o a.html
 expect 0 '0 of 0' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
