@@ -85,6 +85,17 @@ for name, receivers, rays, questions in CASES:
             failures += 1
             print("FAILED:", name, "np", np, "differs")
 
+# Numbers of the registrations: positions, angles, optical paths through dispersive glass and curves
+for name, of in (("double-gauss", "x(tilted)"), ("double-gauss", "angle(tilted)"), ("double-gauss", "optical_path(outside)"),
+                 ("room", "optical_path(desk)"), ("selfoc", "x(mid)"), ("selfoc", "optical_path(along)"), ("selfoc", "angle(mid)")):
+    traced = json.loads(run(RAYMAP, "stats", name + "-all.raymap", "--of", of, "--json"))
+    laid = json.loads(run(RAYMAP, "stats", name + ".raymap", "--of", of, "--receivers", name + "-receivers.yaml", "--json"))
+    for key in ("mean", "standard_deviation"):
+        a, b = traced[key]["value"], laid[key]["value"]
+        if not abs(a - b) <= 2e-4 * traced["standard_deviation"]["value"] + 1e-6 * abs(a):
+            failures += 1
+            print("FAILED:", name, of, key, "traced", a, "laid over", b)
+
 QUERY = (RAYMAP, "query", "double-gauss.raymap", "all", "--receivers")
 for text, says in (
     ("detectors:\n  - {name: sensor, type: plane, size: 1, cells: 1, at: [0, 0, 1]}\n", "bad.yaml:2:5: error: the name 'sensor' is taken by a detector of the map's scene"),
