@@ -27,7 +27,7 @@ def main():
         said = f"z = {test['z']:.2f}" if test.get("z") is not None else (
             f"chi-square = {test['chi_square']:.1f} of {test['degrees']:.0f}"
             if "chi_square" in test else "values without spread")
-        print(f"  p = {test['p']:<9.3g} {test['quantity']} {test['name']}: {said}")
+        print(f"  p = {test['p']:<9.3g} {test['quantity']} {test['name'] or 'in all'}: {said}")
     if given.plot:
         from raymap import plot
         plot.comparison(answer).figure.savefig(given.plot)

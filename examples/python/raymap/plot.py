@@ -41,13 +41,20 @@ def image(picture: Image, axes: Optional[Any] = None, **options: Any):
     return axes
 
 
+def _turns(one: Mapping[str, Any]) -> str:
+    """A class by its source and what turned the light: all steps but straight passages."""
+    steps = [step for step in one["sequence"].split() if not step.startswith("T@")]
+    text = f"{one['source']}: {' '.join(steps)}"
+    return text if len(text) <= 50 else text[:47] + "..."
+
+
 def paths(classes: Mapping[str, Any], axes: Optional[Any] = None):
     """The classes of raymap.paths: share of the flux, with standard errors."""
     axes = _axes(axes)
     rows = classes["classes"]
     flux = [row["flux"] for row in rows]
     axes.barh(range(len(rows)), flux, xerr=[row["standard_error"] or 0.0 for row in rows])
-    axes.set_yticks(range(len(rows)), [row["sequence"][:60] for row in rows], fontsize="small")
+    axes.set_yticks(range(len(rows)), [_turns(row) for row in rows], fontsize="small")
     axes.invert_yaxis()
     axes.set_xlabel("flux")
     return axes
