@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/page.h"
 
-#include <errno.h>
 #include <string.h>
 
 #include "analysis/page_asset.h"
 #include "analysis/page_pack.h"
 #include "analysis/page_parts.h"
+#include "io/whole_file.h"
 #include "version.h"
 
 static json_t *view_json(const struct rmap_page *page)
@@ -122,21 +122,15 @@ out:
 enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,
                                  struct rmap_error *err)
 {
-    FILE *out = NULL;
+    enum rmap_status st = RMAP_OK;
+    struct rmap_whole_file whole = {0};
     json_t *data = NULL;
-    enum rmap_status st = make_data(page, &data, err);
-    if (st != RMAP_OK)
-        goto done;
-    out = fopen(path, "wb");
-    if (!out) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-        goto done;
-    }
-    st = put_page(page, data, out, err);
-    int failed = ferror(out), closed = fclose(out);
-    if (st == RMAP_OK && (failed || closed != 0))
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-done:
+    RMAP_TRY(make_data(page, &data, err));
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
+    RMAP_TRY(put_page(page, data, whole.file, err));
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_whole_file_fini(&whole);
     json_decref(data);
     return st;
 }

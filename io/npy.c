@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/npy.h"
 
-#include <errno.h>
 #include <libdeflate.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+
+#include "io/whole_file.h"
 
 /* Magic, version, length and text of the header: a multiple of 64, data aligned behind it. */
 enum { HEADER_NBYTES = 256, PREFIX_NBYTES = 10 };
@@ -36,37 +37,20 @@ static void make_header(const struct rmap_npy_array *array, uint8_t header[HEADE
     header[HEADER_NBYTES - 1] = '\n';
 }
 
-static enum rmap_status close_file(FILE *file, const char *path, struct rmap_error *err)
-{
-    int failed = ferror(file);
-    if (fclose(file) == 0 && !failed)
-        return RMAP_OK;
-    enum rmap_status st =
-        rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    (void)remove(path);
-    return st;
-}
-
-static enum rmap_status open_file(const char *path, FILE **file_ret, struct rmap_error *err)
-{
-    *file_ret = fopen(path, "wb");
-    if (*file_ret)
-        return RMAP_OK;
-    return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-}
-
 enum rmap_status rmap_npy_write(const struct rmap_npy_array *array, const char *path,
                                 struct rmap_error *err)
 {
-    FILE *file = NULL;
+    struct rmap_whole_file whole = {0};
     uint8_t header[HEADER_NBYTES];
-    enum rmap_status st = open_file(path, &file, err);
-    if (st != RMAP_OK)
-        return st;
-    make_header(array, header);
-    (void)fwrite(header, 1, sizeof header, file);
-    (void)fwrite(array->data, sizeof *array->data, count_of(array), file);
-    return close_file(file, path, err);
+    enum rmap_status st = rmap_whole_file_open(&whole, path, err);
+    if (st == RMAP_OK) {
+        make_header(array, header);
+        (void)fwrite(header, 1, sizeof header, whole.file);
+        (void)fwrite(array->data, sizeof *array->data, count_of(array), whole.file);
+        st = rmap_whole_file_finish(&whole, err);
+    }
+    rmap_whole_file_fini(&whole);
+    return st;
 }
 
 /* ---- archives ---- */
@@ -134,7 +118,7 @@ enum rmap_status rmap_npz_write(const struct rmap_npy_array *array, size_t n, co
 {
     enum { MEMBERS_MAX = 32 };
     struct member member[MEMBERS_MAX];
-    FILE *file = NULL;
+    struct rmap_whole_file whole = {0};
     uint64_t nbytes = 0;
     uint32_t at = 0, directory = 0;
     uint8_t end[22] = {0};
@@ -144,18 +128,20 @@ enum rmap_status rmap_npz_write(const struct rmap_npy_array *array, size_t n, co
         return rmap_error_set(err, RMAP_USAGE,
                               "'%s': an archive holds %d arrays and 4 GB; these are %zu and %.1f",
                               path, MEMBERS_MAX, n, 1e-9 * (double)nbytes);
-    enum rmap_status st = open_file(path, &file, err);
-    if (st != RMAP_OK)
-        return st;
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
     for (size_t i = 0; i < n; i++) {
-        write_member(file, &array[i], at, &member[i]);
+        write_member(whole.file, &array[i], at, &member[i]);
         at += 30 + (uint32_t)strlen(member[i].name) + member[i].nbytes;
     }
     for (size_t i = 0; i < n; i++)
-        directory += write_entry(file, &member[i]);
+        directory += write_entry(whole.file, &member[i]);
     uint8_t *tail = put(put(end, 0x06054b50, 4), 0, 4);
     tail = put(put(tail, (uint32_t)n, 2), (uint32_t)n, 2);
     (void)put(put(tail, directory, 4), at, 4);
-    (void)fwrite(end, 1, sizeof end, file);
-    return close_file(file, path, err);
+    (void)fwrite(end, 1, sizeof end, whole.file);
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_whole_file_fini(&whole);
+    return st;
 }

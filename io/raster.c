@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/raster.h"
 
-#include <errno.h>
 #include <png.h>
 #include <stdio.h>
 #include <string.h>
@@ -10,6 +9,7 @@
 #include <librsvg/rsvg.h>
 
 #include "base/alloc.h"
+#include "io/whole_file.h"
 
 struct bytes {
     uint8_t *data;
@@ -58,29 +58,14 @@ enum rmap_picture rmap_picture_kind(const char *path)
     return RMAP_PICTURE_NONE;
 }
 
-static enum rmap_status write_file(const char *path, const void *data, size_t n,
-                                   struct rmap_error *err)
-{
-    FILE *file = fopen(path, "wb");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    size_t written = fwrite(data, 1, n, file);
-    int failed = written != n ? errno : 0;
-    if (fclose(file) != 0 && failed == 0)
-        failed = errno ? errno : EIO;
-    if (failed || written != n)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(failed));
-    return RMAP_OK;
-}
-
 enum rmap_status rmap_png_write(const uint8_t *rgb, uint32_t width, uint32_t height,
                                 const char *path, struct rmap_error *err)
 {
     uint8_t *png = NULL;
     size_t nbytes = 0;
     enum rmap_status st = rmap_png_encode(rgb, width, height, &png, &nbytes, err);
-    if (st == RMAP_OK && (st = write_file(path, png, nbytes, err)) != RMAP_OK)
-        (void)remove(path);
+    if (st == RMAP_OK)
+        st = rmap_whole_file_put_bytes(path, png, nbytes, err);
     rmap_free(png);
     return st;
 }
@@ -131,12 +116,12 @@ enum rmap_status rmap_picture_write(struct rmap_svg *svg, const char *path, doub
         return rmap_error_set(err, RMAP_USAGE, "'%s': a picture's name ends in .svg or .png", path);
     RMAP_TRY(rmap_svg_finish(svg, &text, &nbytes, err));
     if (kind == RMAP_PICTURE_SVG) {
-        st = write_file(path, text, nbytes, err);
+        st = rmap_whole_file_put_bytes(path, text, nbytes, err);
         goto out;
     }
     RMAP_TRY(rasterise(text, nbytes, (int)(rmap_svg_width(svg) * scale + 0.5),
                        (int)(rmap_svg_height(svg) * scale + 0.5), &png, err));
-    st = write_file(path, png.data, png.n, err);
+    st = rmap_whole_file_put_bytes(path, png.data, png.n, err);
 out:
     rmap_free(png.data);
     return st;

@@ -49,3 +49,37 @@ void rmap_whole_file_fini(struct rmap_whole_file *self)
     rmap_free(self->directory);
     *self = (struct rmap_whole_file){0};
 }
+
+enum rmap_status rmap_whole_file_put(const char *path,
+                                     enum rmap_status (*put)(const void *context, FILE *file,
+                                                             struct rmap_error *err),
+                                     const void *context, struct rmap_error *err)
+{
+    struct rmap_whole_file whole = {0};
+    enum rmap_status st = rmap_whole_file_open(&whole, path, err);
+    if (st == RMAP_OK)
+        st = put(context, whole.file, err);
+    if (st == RMAP_OK)
+        st = rmap_whole_file_finish(&whole, err);
+    rmap_whole_file_fini(&whole);
+    return st;
+}
+
+struct bytes {
+    const void *data;
+    size_t n;
+};
+
+static enum rmap_status put_bytes(const void *context, FILE *file, struct rmap_error *err)
+{
+    const struct bytes *bytes = context;
+    (void)err; /* the file keeps its errors */
+    (void)fwrite(bytes->data, 1, bytes->n, file);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_whole_file_put_bytes(const char *path, const void *bytes, size_t nbytes,
+                                           struct rmap_error *err)
+{
+    return rmap_whole_file_put(path, put_bytes, &(struct bytes){bytes, nbytes}, err);
+}

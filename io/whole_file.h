@@ -24,6 +24,14 @@ enum rmap_status rmap_whole_file_open(struct rmap_whole_file *whole, const char 
 enum rmap_status rmap_whole_file_finish(struct rmap_whole_file *whole,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
+/* All of it in one go, from what `put` writes; its status, and the file's. */
+enum rmap_status rmap_whole_file_put(const char *path,
+                                     enum rmap_status (*put)(const void *context, FILE *file,
+                                                             struct rmap_error *err),
+                                     const void *context, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_whole_file_put_bytes(const char *path, const void *bytes, size_t nbytes,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
 /* Releases; a file that was not finished is removed. Zeroed: fine. */
 void rmap_whole_file_fini(struct rmap_whole_file *whole);
 

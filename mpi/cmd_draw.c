@@ -18,6 +18,7 @@
 #include "mpi/draw_request.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
+#include "mpi/map_name.h"
 #include "mpi/page_run.h"
 #include "mpi/scan.h"
 
@@ -60,26 +61,14 @@ struct drawing {
     struct rmap_ray_paint *paint;
 };
 
-/* "lens.raymap" of "out/lens.raymap/". */
-static void title_of(const char *path, char *title, size_t size)
-{
-    size_t end = strlen(path);
-    while (end > 1 && path[end - 1] == '/')
-        end--;
-    size_t begin = end;
-    while (begin > 0 && path[begin - 1] != '/')
-        begin--;
-    (void)snprintf(title, size, "%.*s", (int)(end - begin), path + begin);
-}
-
 /* On rank 0. */
 static enum rmap_status draw_picture(const struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_draw_request *request = &self->request;
     struct rmap_svg *svg = NULL;
-    char title[256];
-    title_of(request->map_path, title, sizeof title);
+    char title[RMAP_MAP_NAME_LEN];
+    rmap_map_name(request->map_path, title);
     struct rmap_figure_draw given = {.title = title,
                                      .criterion = self->where,
                                      .n_matched = self->all.rays,
@@ -163,9 +152,9 @@ static enum rmap_status draw(struct drawing *self, struct rmap_error *err)
 /* Collective. */
 static enum rmap_status write_page(const struct drawing *self, struct rmap_error *err)
 {
-    char title[256];
+    char title[RMAP_MAP_NAME_LEN];
     double error;
-    title_of(self->request.map_path, title, sizeof title);
+    rmap_map_name(self->request.map_path, title);
     struct rmap_page page = {.title = title,
                              .criterion = self->where,
                              .map = self->map,

@@ -2,7 +2,6 @@
  *
  * raymap paths: which ways the light took, and how much of it took each.
  */
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -12,6 +11,7 @@
 #include "analysis/path_matrix.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
+#include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/find_detector.h"
@@ -178,16 +178,16 @@ static enum rmap_status write_file(const struct request *request, const struct a
 {
     const char *path = request->output_path;
     const char *suffix = strrchr(path, '.');
+    struct rmap_whole_file whole = {0};
     enum rmap_status st = RMAP_OK;
-    FILE *file = fopen(path, "w");
-    if (file && suffix && strcasecmp(suffix, ".json") == 0)
-        st = print_json(request, answer, file, err);
-    else if (file)
-        rmap_path_report_csv(answer->report, file);
-    bool failed = !file || ferror(file);
-    failed |= file && fclose(file) != 0;
-    if (st == RMAP_OK && failed)
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
+    if (suffix && strcasecmp(suffix, ".json") == 0)
+        RMAP_TRY(print_json(request, answer, whole.file, err));
+    else
+        rmap_path_report_csv(answer->report, whole.file);
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_whole_file_fini(&whole);
     return st;
 }
 

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/detector_out.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -12,6 +11,7 @@
 #include "io/grid_h5.h"
 #include "io/npy.h"
 #include "io/raster.h"
+#include "io/whole_file.h"
 
 const char *const rmap_detector_suffixes[] = {".png", ".svg", ".csv", ".h5",
                                               ".npy", ".npz", ".exr", NULL};
@@ -22,31 +22,17 @@ static bool ends_in(const char *path, const char *suffix)
     return len > n && strcasecmp(path + len - n, suffix) == 0;
 }
 
-static enum rmap_status open_text(const char *path, FILE **file_ret, struct rmap_error *err)
-{
-    *file_ret = fopen(path, "w");
-    if (*file_ret)
-        return RMAP_OK;
-    return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-}
-
-static enum rmap_status close_text(FILE *file, const char *path, struct rmap_error *err)
-{
-    int failed = ferror(file);
-    if (fclose(file) != 0 || failed)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    return RMAP_OK;
-}
-
 static enum rmap_status write_csv(const struct rmap_detector_image *image, const char *criterion,
                                   const char *path, struct rmap_error *err)
 {
-    FILE *file = NULL;
-    enum rmap_status st = open_text(path, &file, err);
-    if (st != RMAP_OK)
-        return st;
-    rmap_detector_image_csv(image, criterion, file);
-    return close_text(file, path, err);
+    struct rmap_whole_file whole = {0};
+    enum rmap_status st = rmap_whole_file_open(&whole, path, err);
+    if (st == RMAP_OK) {
+        rmap_detector_image_csv(image, criterion, whole.file);
+        st = rmap_whole_file_finish(&whole, err);
+    }
+    rmap_whole_file_fini(&whole);
+    return st;
 }
 
 /* Upper row first, as pictures have them. */
@@ -197,15 +183,17 @@ enum rmap_status rmap_spot_write(const struct rmap_spot *spot, const char *detec
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_svg *svg = NULL;
+    struct rmap_whole_file whole = {0};
     if (ends_in(path, ".csv")) {
-        FILE *file = NULL;
-        RMAP_TRY(open_text(path, &file, err));
-        rmap_spot_csv(spot, detector, criterion, file);
-        return close_text(file, path, err);
+        RMAP_TRY(rmap_whole_file_open(&whole, path, err));
+        rmap_spot_csv(spot, detector, criterion, whole.file);
+        st = rmap_whole_file_finish(&whole, err);
+    } else {
+        RMAP_TRY(rmap_figure_spot(spot, detector, criterion, &svg, err));
+        st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
     }
-    RMAP_TRY(rmap_figure_spot(spot, detector, criterion, &svg, err));
-    st = rmap_picture_write(svg, path, RMAP_FIGURE_SCALE, err);
 out:
+    rmap_whole_file_fini(&whole);
     rmap_svg_destroy(svg);
     return st;
 }

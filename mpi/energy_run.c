@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/energy_run.h"
 
-#include <errno.h>
 #include <string.h>
 #include <strings.h>
 
 #include "analysis/figure_detector.h"
 #include "analysis/figure_energy.h"
 #include "io/raster.h"
+#include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/fold_run.h"
@@ -50,16 +50,15 @@ static enum rmap_status write_file(const struct rmap_energy *energy, const char 
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    struct rmap_whole_file whole = {0};
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
     if (strcasecmp(strrchr(path, '.'), ".csv") == 0)
-        rmap_energy_csv(energy, file);
+        rmap_energy_csv(energy, whole.file);
     else
-        st = rmap_json_print(rmap_energy_json(energy), file, err);
-    int failed = ferror(file);
-    if ((fclose(file) != 0 || failed) && st == RMAP_OK)
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+        RMAP_TRY(rmap_json_print(rmap_energy_json(energy), whole.file, err));
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_whole_file_fini(&whole);
     return st;
 }
 

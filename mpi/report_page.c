@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/report_page.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "analysis/run_report.h"
+#include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/energy_run.h"
 #include "mpi/json_out.h"
@@ -119,20 +119,6 @@ out:
     return st;
 }
 
-static enum rmap_status put_file(const char *path, const char *text, size_t nbytes,
-                                 struct rmap_error *err)
-{
-    FILE *file = fopen(path, "wb");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    size_t written = fwrite(text, 1, nbytes, file);
-    if (fclose(file) != 0 || written != nbytes) {
-        (void)remove(path);
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
-    }
-    return RMAP_OK;
-}
-
 /* On rank 0. In memory first: there is a whole page or none. */
 static enum rmap_status write_page(const struct rmap_context *context,
                                    const struct rmap_run_report *report, const char *path,
@@ -149,7 +135,7 @@ static enum rmap_status write_page(const struct rmap_context *context,
     if ((fclose(page) != 0 || failed) && st == RMAP_OK)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page");
     if (st == RMAP_OK && path)
-        st = put_file(path, text, nbytes, err);
+        st = rmap_whole_file_put_bytes(path, text, nbytes, err);
     else if (st == RMAP_OK)
         (void)fwrite(text, 1, nbytes, stdout); /* main sees to its errors */
     if (st == RMAP_OK && context->json)

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/stats_out.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -12,6 +11,7 @@
 #include "io/grid_h5.h"
 #include "io/npy.h"
 #include "io/raster.h"
+#include "io/whole_file.h"
 #include "mpi/json_out.h"
 
 const char *const rmap_stats_suffixes[] = {".csv", ".json", ".h5",  ".npz",
@@ -28,16 +28,15 @@ static enum rmap_status write_text(const struct rmap_stats *stats,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+    struct rmap_whole_file whole = {0};
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
     if (ends_in(path, ".csv"))
-        rmap_stats_csv(stats, labels, file);
+        rmap_stats_csv(stats, labels, whole.file);
     else
-        st = rmap_json_print(rmap_stats_json(stats, labels), file, err);
-    int failed = ferror(file);
-    if ((fclose(file) != 0 || failed) && st == RMAP_OK)
-        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path, strerror(errno));
+        RMAP_TRY(rmap_json_print(rmap_stats_json(stats, labels), whole.file, err));
+    st = rmap_whole_file_finish(&whole, err);
+out:
+    rmap_whole_file_fini(&whole);
     return st;
 }
 
