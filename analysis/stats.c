@@ -76,7 +76,7 @@ static double spread(const struct rmap_map *map, size_t source, double q, double
     return n < 2.0 ? (double)NAN : f * f * n / (n - 1.0) * (qr - q * r / n);
 }
 
-static void estimate_group(struct rmap_stats *stats, size_t g, struct rmap_stats_sums *sums)
+static void estimate_group(struct rmap_stats *stats, size_t g, const struct rmap_stats_sums *sums)
 {
     const struct rmap_stats_setup *setup = stats->setup;
     const struct rmap_map *map = setup->quantities->map;
@@ -153,8 +153,9 @@ static enum rmap_status prepare_group(struct rmap_stats *stats, size_t g,
 
 enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
                                    const struct rmap_stats_gathered *gathered,
-                                   struct rmap_stats_sums *sums, const double *p, size_t n_quantile,
-                                   struct rmap_stats **stats_ret, struct rmap_error *err)
+                                   const struct rmap_stats_sums *sums, const double *p,
+                                   size_t n_quantile, struct rmap_stats **stats_ret,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_group = plan->setup->n_group;

@@ -72,11 +72,11 @@ struct rmap_stats {
     struct rmap_stats_group *group;
 };
 
-/* sums: not changed but for batches that are flushed. All but the result is borrowed. */
+/* All but the result is borrowed. */
 enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
                                    const struct rmap_stats_gathered *gathered,
-                                   struct rmap_stats_sums *sums, const double *p, size_t n_quantile,
-                                   struct rmap_stats **stats_ret,
+                                   const struct rmap_stats_sums *sums, const double *p,
+                                   size_t n_quantile, struct rmap_stats **stats_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_stats_destroy(struct rmap_stats *stats); /* NULL is fine */
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/stats_block.h"
 
+#include <string.h>
+
 #include "base/alloc.h"
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
@@ -23,17 +25,30 @@ void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
     rmap_readings_fini(&reader->readings);
     rmap_free(reader->tag);
     rmap_free(reader->weight);
+    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
+        rmap_free(reader->arranged.value[i]);
+    rmap_free(reader->arranged.weight);
+    rmap_free(reader->arranged.tag);
+    rmap_free(reader->arranged.place);
     *reader = (struct rmap_stats_reader){0};
+}
+
+/* Makes the array at `address` hold n elements. */
+static enum rmap_status hold(void *address, size_t *cap, size_t n, size_t size,
+                             struct rmap_error *err)
+{
+    void *memory;
+    memcpy(&memory, address, sizeof memory);
+    enum rmap_status st = rmap_reserve(&memory, cap, n, size, err);
+    memcpy(address, &memory, sizeof memory);
+    return st;
 }
 
 static enum rmap_status reserve(struct rmap_stats_reader *reader, size_t n, struct rmap_error *err)
 {
-    void *tag = reader->tag, *weight = reader->weight;
-    enum rmap_status st = rmap_reserve(&tag, &reader->tag_cap, n, sizeof *reader->tag, err);
-    reader->tag = tag;
+    enum rmap_status st = hold(&reader->tag, &reader->tag_cap, n, sizeof *reader->tag, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&weight, &reader->weight_cap, n, sizeof *reader->weight, err);
-    reader->weight = weight;
+        st = hold(&reader->weight, &reader->weight_cap, n, sizeof *reader->weight, err);
     return st;
 }
 
@@ -95,6 +110,68 @@ static void tag_ray(struct rmap_stats_reader *reader, const struct rmap_stats_se
     }
 }
 
+static enum rmap_status reserve_arranged(struct rmap_stats_arranged *arranged, size_t n,
+                                         const struct rmap_stats_setup *setup,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < setup->quantities->n; i++)
+        RMAP_TRY(
+            hold(&arranged->value[i], &arranged->value_cap[i], n, sizeof *arranged->value[i], err));
+    RMAP_TRY(hold(&arranged->weight, &arranged->weight_cap, n, sizeof *arranged->weight, err));
+    RMAP_TRY(hold(&arranged->tag, &arranged->tag_cap, n, sizeof *arranged->tag, err));
+    st = hold(&arranged->place, &arranged->place_cap, setup->n_class + 1, sizeof *arranged->place,
+              err);
+out:
+    return st;
+}
+
+static bool is_arranged(const struct rmap_stats_block *block)
+{
+    uint32_t turned_back = 0;
+    for (size_t k = 1; k < block->n; k++)
+        turned_back |= rmap_stats_class(block->tag[k]) < rmap_stats_class(block->tag[k - 1]);
+    return !turned_back;
+}
+
+/* Puts readings in the order of their classes, those of a class keeping theirs; marks the portion.
+ */
+static enum rmap_status arrange(struct rmap_stats_reader *reader,
+                                const struct rmap_stats_setup *setup,
+                                struct rmap_stats_block *block, struct rmap_error *err)
+{
+    const struct rmap_stats_block from = *block;
+    const size_t n_quantity = setup->quantities->n;
+    struct rmap_stats_arranged *to = &reader->arranged;
+    if (setup->n_class == 1 || is_arranged(block)) {
+        reader->tag[0] |= RMAP_STATS_PORTION;
+        return RMAP_OK;
+    }
+    enum rmap_status st = reserve_arranged(to, from.n, setup, err);
+    if (st != RMAP_OK)
+        return st;
+    memset(to->place, 0, (setup->n_class + 1) * sizeof *to->place);
+    for (size_t k = 0; k < from.n; k++)
+        to->place[rmap_stats_class(from.tag[k]) + 1]++;
+    for (size_t class = 1; class <= setup->n_class; class ++)
+        to->place[class] += to->place[class - 1];
+    for (size_t k = 0; k < from.n; k++) {
+        const size_t at = to->place[rmap_stats_class(from.tag[k])]++;
+        to->tag[at] = from.tag[k];
+        to->value[0][at] = from.value[0][k];
+        if (n_quantity > 1)
+            to->value[1][at] = from.value[1][k];
+        if (from.weight)
+            to->weight[at] = from.weight[k];
+    }
+    *block = (struct rmap_stats_block){.n = from.n,
+                                       .value = {to->value[0], to->value[1]},
+                                       .tag = to->tag,
+                                       .weight = from.weight ? to->weight : NULL};
+    to->tag[0] |= RMAP_STATS_PORTION;
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
                                         const struct rmap_stats_setup *setup,
                                         const struct rmap_matched *rays,
@@ -122,6 +199,8 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
                                        .value = {readings->value[0], readings->value[1]},
                                        .tag = reader->tag,
                                        .weight = all_one ? NULL : reader->weight};
+    if (readings->n > 0)
+        st = arrange(reader, setup, block, err);
 out:
     return st;
 }

@@ -26,16 +26,31 @@ void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_qua
 struct rmap_stats_block {
     size_t n;
     const double *value[RMAP_QUANTITIES_MAX];
-    const uint32_t *tag;  /* class, and the bit below where a cluster begins */
+    const uint32_t *tag;  /* class, and the bits below where a cluster or a portion begins */
     const double *weight; /* NULL: all 1 */
 };
-#define RMAP_STATS_FIRST 0x80000000u
+#define RMAP_STATS_FIRST   0x80000000u
+#define RMAP_STATS_PORTION 0x40000000u
+
+static inline uint32_t rmap_stats_class(uint32_t tag)
+{
+    return tag & ~(RMAP_STATS_FIRST | RMAP_STATS_PORTION);
+}
 
 /* Behind the last reading of the cluster that begins at `first`. */
 static inline size_t rmap_stats_cluster_end(const struct rmap_stats_block *block, size_t first)
 {
     size_t end = first + 1;
     while (end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
+        end++;
+    return end;
+}
+
+/* Behind the last reading of the portion that begins at `first`. */
+static inline size_t rmap_stats_portion_end(const struct rmap_stats_block *block, size_t first)
+{
+    size_t end = first + 1;
+    while (end < block->n && !(block->tag[end] & RMAP_STATS_PORTION))
         end++;
     return end;
 }
@@ -53,16 +68,26 @@ static inline double rmap_stats_weight(const struct rmap_stats_block *block, siz
     return block->weight ? rmap_stats_rounded(block->weight[k]) : 1.0;
 }
 
+/* Readings in the order of their classes. */
+struct rmap_stats_arranged {
+    double *value[RMAP_QUANTITIES_MAX], *weight;
+    uint32_t *tag;
+    size_t *place; /* [n_class + 1] where the next of each class goes */
+    size_t value_cap[RMAP_QUANTITIES_MAX], weight_cap, tag_cap, place_cap;
+};
+
 /* Memory of a portion's block. All zero at first. */
 struct rmap_stats_reader {
     struct rmap_readings readings;
     uint32_t *tag;
     double *weight;
     size_t tag_cap, weight_cap;
+    struct rmap_stats_arranged arranged;
 };
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader);
 
-/* The block is the reader's until the next call. */
+/* Clusters stand by class, so that sums have long runs of one; those of a class in the order of the
+ * portion's rays. The block is the reader's until the next call. */
 enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
                                         const struct rmap_stats_setup *setup,
                                         const struct rmap_matched *rays,

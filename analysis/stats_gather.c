@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/wide.h"
 
 static void destroy(void *state)
 {
@@ -130,48 +131,96 @@ static void merge_range(struct rmap_stats_range *into, const struct rmap_stats_r
     into->n_cluster += from->n_cluster;
 }
 
+enum { LANES = 8 };
+
+/* What there is to know of numbers, each lane of every LANES-th of them. */
+struct measured {
+    double low[LANES], high[LANES], least_positive[LANES], sum[LANES], squared[LANES];
+};
+
+RMAP_WIDE static void measure(const double *value, size_t n, struct measured *measured)
+{
+    struct measured m = *measured;
+    for (size_t k = 0; k + LANES <= n; k += LANES)
+        for (size_t lane = 0; lane < LANES; lane++) {
+            const double v = value[k + lane];
+            const double positive = v > 0.0 ? v : m.least_positive[lane];
+            m.low[lane] = v < m.low[lane] ? v : m.low[lane];
+            m.high[lane] = v > m.high[lane] ? v : m.high[lane];
+            m.least_positive[lane] =
+                positive < m.least_positive[lane] ? positive : m.least_positive[lane];
+            m.sum[lane] += v;
+            m.squared[lane] += v * v;
+        }
+    *measured = m;
+}
+
+RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)
+{
+    uint32_t count = 0;
+    for (size_t k = 0; k < n; k++)
+        count += tag[k] >> 31;
+    return count;
+}
+
 /* Readings [first, end) of a portion, all of one group. A portion comes as a whole, whoever adds
  * it: sums over its readings, in their order, may be rounded. */
 static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_block *block,
                     size_t quantity, size_t first, size_t end, struct rmap_stats_range *range)
 {
     const double infinity = (double)INFINITY;
-    double low = infinity, high = -infinity, least_positive = infinity;
-    double sum = 0.0, squared = 0.0;
-    for (size_t k = first; k < end; k++) {
-        const double v = block->value[quantity][k];
-        low = v < low ? v : low;
-        high = v > high ? v : high;
-        least_positive = v > 0.0 && v < least_positive ? v : least_positive;
-        sum += v;
-        squared += v * v;
-        range->n_cluster += block->tag[k] >> 31;
+    const double *value = block->value[quantity] + first;
+    const size_t n = end - first, n_wide = n / LANES * LANES;
+    struct measured m = {.sum = {0.0}};
+    for (size_t lane = 0; lane < LANES; lane++) {
+        m.low[lane] = m.least_positive[lane] = infinity;
+        m.high[lane] = -infinity;
     }
-    rmap_exact_sum_add(&self->known.sum[quantity], sum);
-    rmap_exact_sum_add(&self->known.squared[quantity], squared);
-    widen(range, low, high, least_positive);
-    range->n_reading += end - first;
+    if (n_wide > 0)
+        measure(value, n_wide, &m);
+    for (size_t k = n_wide; k < n; k++) {
+        const double v = value[k];
+        widen(range, v, v, v > 0.0 ? v : infinity);
+        m.sum[0] += v;
+        m.squared[0] += v * v;
+    }
+    for (size_t lane = 0; lane < LANES; lane++) {
+        widen(range, m.low[lane], m.high[lane], m.least_positive[lane]);
+        m.sum[0] += lane > 0 ? m.sum[lane] : 0.0;
+        m.squared[0] += lane > 0 ? m.squared[lane] : 0.0;
+    }
+    rmap_exact_sum_add(&self->known.sum[quantity], m.sum[0]);
+    rmap_exact_sum_add(&self->known.squared[quantity], m.squared[0]);
+    range->n_cluster += count_clusters(block->tag + first, n);
+    range->n_reading += n;
+}
+
+/* Readings that are the only one of their cluster. */
+RMAP_WIDE static uint32_t count_alone(const uint32_t *tag, size_t n)
+{
+    uint32_t count = n > 0 ? tag[n - 1] >> 31 : 0;
+    for (size_t k = 0; k + 1 < n; k++)
+        count += (tag[k] & tag[k + 1]) >> 31;
+    return count;
 }
 
 static void look(struct rmap_stats_gathered *self, const struct rmap_stats_block *block)
 {
     const size_t n_quantity = self->setup->quantities->n;
-    const uint32_t n_source = (uint32_t)self->setup->n_source;
+    const size_t n_source = self->setup->n_source;
     for (size_t first = 0, end = 0; first < block->n; first = end) {
-        uint32_t group = 0;
+        size_t group = 0;
         end = block->n;
         if (self->setup->n_group > 1) {
-            group = (block->tag[first] & ~RMAP_STATS_FIRST) / n_source;
-            end = rmap_stats_cluster_end(block, first);
+            group = rmap_stats_class(block->tag[first]) / n_source;
+            for (end = first + 1;
+                 end < block->n && rmap_stats_class(block->tag[end]) / n_source == group;)
+                end++;
         }
         for (size_t i = 0; i < n_quantity; i++)
             look_at(self, block, i, first, end, &self->range[group * n_quantity + i]);
     }
-    for (size_t k = 0; k < block->n; k++) {
-        bool alone = block->tag[k] & RMAP_STATS_FIRST &&
-                     (k + 1 == block->n || block->tag[k + 1] & RMAP_STATS_FIRST);
-        self->known.n_several += !alone;
-    }
+    self->known.n_several += block->n - count_alone(block->tag, block->n);
     self->known.n_reading += block->n;
     self->known.any_weight |= block->weight != NULL;
 }

@@ -1,63 +1,96 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/stats_moments.h"
 
+#include <string.h>
+
 #include "base/wide.h"
 
-/* A batch's powers are added without rounding, in any order: each term of [-1, 1] is split into a
- * multiple of 2^-43 and one of 2^-86 (what is left below is cut off, term by term), and 1024 of
- * either fit into 53 bits. Adding and subtracting 1.5 2^(52 - 43) rounds to such multiples. */
-enum { LANES = 8, N_SUM = RMAP_MOMENT_POWERS - 1 };
+/* Lanes keep sums apart that a vector adds at once; how many is part of the result. */
+enum { LANES = 16 };
 
-RMAP_WIDE static void sum_power(const double *restrict u, double *restrict power,
-                                double *restrict high, double *restrict low)
+RMAP_WIDE static void centred(const double *restrict value, size_t n, double centre,
+                              double per_scale, double *restrict u)
 {
-    const double high_shift = 0x1.8p9, low_shift = 0x1.8p-34;
-    for (size_t i = 0; i < RMAP_MOMENT_BATCH; i += LANES)
-        for (size_t lane = 0; lane < LANES; lane++) {
-            const double own = power[i + lane] * u[i + lane];
-            const double upper = (own + high_shift) - high_shift;
-            power[i + lane] = own;
-            high[lane] += upper;
-            low[lane] += ((own - upper) + low_shift) - low_shift;
-        }
+    for (size_t k = 0; k < n; k++)
+        u[k] = (value[k] - centre) * per_scale;
 }
 
-void rmap_stats_moments_flush(struct rmap_stats_moments *moments)
+/* n: whole vectors. Makes u^j of u^(j-1) and sums it. */
+RMAP_WIDE static void sum_power(const double *restrict u, size_t n, double *restrict power,
+                                double *restrict sum)
+{
+    double own[LANES] = {0.0};
+    for (size_t i = 0; i < n; i += LANES)
+        for (size_t lane = 0; lane < LANES; lane++) {
+            power[i + lane] *= u[i + lane];
+            own[lane] += power[i + lane];
+        }
+    memcpy(sum, own, sizeof own);
+}
+
+static void flush_ones(struct rmap_stats_moments *moments)
 {
     double power[RMAP_MOMENT_BATCH];
-    if (moments->n_waiting == 0)
-        return;
-    for (size_t i = moments->n_waiting; i < RMAP_MOMENT_BATCH; i++)
+    const size_t n = (moments->n_waiting + LANES - 1) / LANES * LANES;
+    for (size_t i = moments->n_waiting; i < n; i++)
         moments->waiting[i] = 0.0;
-    for (size_t i = 0; i < RMAP_MOMENT_BATCH; i++)
+    for (size_t i = 0; i < n; i++)
         power[i] = 1.0;
     rmap_exact_sum_add(&moments->power[0], (double)moments->n_waiting);
-    for (size_t k = 1; k <= N_SUM; k++) {
-        double high[LANES] = {0.0}, low[LANES] = {0.0};
-        sum_power(moments->waiting, power, high, low);
-        for (size_t lane = 0; lane < LANES; lane++) {
-            rmap_exact_sum_add(&moments->power[k], high[lane]);
-            rmap_exact_sum_add(&moments->power[k], low[lane]);
-        }
+    for (size_t k = 1; k < RMAP_MOMENT_POWERS; k++) {
+        double lane[LANES];
+        sum_power(moments->waiting, n, power, lane);
+        for (size_t half = LANES / 2; half > 0; half /= 2)
+            for (size_t i = 0; i < half; i++)
+                lane[i] += lane[i + half];
+        rmap_exact_sum_add(&moments->power[k], lane[0]);
     }
     moments->n_waiting = 0;
 }
 
+void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments, const double *value, size_t n,
+                                 double centre, double per_scale)
+{
+    while (n > 0) {
+        const size_t room = RMAP_MOMENT_BATCH - moments->n_waiting, some = n < room ? n : room;
+        centred(value, some, centre, per_scale, moments->waiting + moments->n_waiting);
+        moments->n_waiting += some;
+        value += some;
+        n -= some;
+        if (moments->n_waiting == RMAP_MOMENT_BATCH)
+            flush_ones(moments);
+    }
+}
+
+void rmap_stats_moments_flush(struct rmap_stats_moments *moments)
+{
+    if (moments->n_waiting > 0)
+        flush_ones(moments);
+    if (moments->n_cluster == 0)
+        return;
+    for (size_t k = 0; k < RMAP_MOMENTS; k++)
+        rmap_exact_sum_add(&moments->total[k], moments->its_total[k]);
+    for (size_t k = 0; k < RMAP_MOMENT_PRODUCTS; k++)
+        rmap_exact_sum_add(&moments->product[k], moments->its_product[k]);
+    memset(moments->its_total, 0, sizeof moments->its_total);
+    memset(moments->its_product, 0, sizeof moments->its_product);
+    moments->n_cluster = 0;
+}
+
 void rmap_stats_moments_add(struct rmap_stats_moments *moments, const double q[RMAP_MOMENTS])
 {
-    struct rmap_exact_sum *product = moments->product;
+    double *product = moments->its_product;
     for (size_t j = 0; j < RMAP_MOMENTS; j++) {
-        rmap_exact_sum_add(&moments->total[j], q[j]);
+        moments->its_total[j] += q[j];
         for (size_t k = j; k < RMAP_MOMENTS; k++)
-            rmap_exact_sum_add(product++, q[j] * q[k]);
+            *product++ += q[j] * q[k];
     }
+    moments->n_cluster++;
 }
 
 void rmap_stats_moments_merge(struct rmap_stats_moments *into,
                               const struct rmap_stats_moments *from)
 {
-    for (size_t i = 0; i < from->n_waiting; i++)
-        rmap_stats_moments_add_one(into, from->waiting[i]);
     for (size_t k = 0; k < RMAP_MOMENT_POWERS; k++)
         rmap_exact_sum_merge(&into->power[k], &from->power[k]);
     for (size_t k = 0; k < RMAP_MOMENTS; k++)
@@ -73,11 +106,10 @@ static double both(const struct rmap_exact_sum *a, const struct rmap_exact_sum *
     return rmap_exact_sum_value(&sum);
 }
 
-void rmap_stats_moments_value(struct rmap_stats_moments *moments, double total[RMAP_MOMENTS],
+void rmap_stats_moments_value(const struct rmap_stats_moments *moments, double total[RMAP_MOMENTS],
                               double product[RMAP_MOMENTS][RMAP_MOMENTS])
 {
     const struct rmap_exact_sum *one = moments->product;
-    rmap_stats_moments_flush(moments);
     for (size_t j = 0; j < RMAP_MOMENTS; j++) {
         total[j] = both(&moments->power[j], &moments->total[j]);
         for (size_t k = j; k < RMAP_MOMENTS; k++)

@@ -130,7 +130,7 @@ static struct list *list_of(const struct search *search, size_t k)
     const struct rmap_stats_plan *plan = search->stats->plan;
     size_t g = 0;
     if (plan->setup->n_group > 1)
-        g = (search->block.tag[k] & ~RMAP_STATS_FIRST) / (uint32_t)plan->setup->n_source;
+        g = rmap_stats_class(search->block.tag[k]) / (uint32_t)plan->setup->n_source;
     double value = search->block.value[search->quantity][k];
     int32_t list =
         search->of_bin[g * plan->n_fine + rmap_stats_fine(plan, search->quantity, value)];
@@ -174,7 +174,7 @@ static enum rmap_status fill_lists(struct search *search, struct rmap_error *err
         search->item[search->n_item++] =
             (struct item){.value = search->block.value[search->quantity][k],
                           .weight = rmap_stats_weight(&search->block, k),
-                          .source = (search->block.tag[k] & ~RMAP_STATS_FIRST) %
+                          .source = rmap_stats_class(search->block.tag[k]) %
                                     (uint32_t)search->stats->setup->n_source,
                           .list = (uint32_t)(list - search->list)};
     }
@@ -362,7 +362,7 @@ static enum rmap_status find_ends(const struct search *search, const double *qua
     const struct rmap_stats_block *block = &search->block;
     for (size_t first = 0, end = 0; !counted && first < block->n; first = end) {
         end = rmap_stats_cluster_end(block, first);
-        size_t class = block->tag[first] & ~RMAP_STATS_FIRST;
+        size_t class = rmap_stats_class(block->tag[first]);
         add_below(block, first, end, block->value[search->quantity],
                   quantile + class / setup->n_source * n, n, sums + class * n);
     }

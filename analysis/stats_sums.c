@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/wide.h"
 
 /* A reading of a cluster in its cell. */
 struct rmap_stats_place {
@@ -130,21 +131,86 @@ static void add_to_moments(const struct rmap_stats_plan *plan, const struct rmap
     rmap_stats_moments_add(moments, q);
 }
 
-/* A cluster of one reading of weight 1. */
-static inline void add_single(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
-                              size_t k)
+/* Readings taken at once. */
+enum { CHUNK = 1024 };
+
+/* A run of clusters of one reading of weight 1 each, all of one class. */
+struct run {
+    size_t class, first, n; /* n <= CHUNK */
+};
+
+RMAP_WIDE static void places(const double *restrict value, size_t n, double low, double per,
+                             size_t n_bin, int32_t *restrict place)
+{
+    const double last = (double)(n_bin - 1);
+    for (size_t k = 0; k < n; k++) {
+        double at = (value[k] - low) * per;
+        at = at > 0.0 ? at : 0.0;
+        place[k] = (int32_t)(at < last ? at : last);
+    }
+}
+
+void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
+                            const double *value, size_t n, int32_t *place)
+{
+    places(value, n, plan->fine_low[quantity], plan->fine_per[quantity], plan->n_fine, place);
+}
+
+static void add_run_to_cells(const struct rmap_stats_plan *plan,
+                             const struct rmap_stats_block *block, const struct run *run,
+                             double *cell)
+{
+    const struct rmap_bins *bins = &plan->bins[0];
+    const double *value = block->value[0] + run->first, *edge = bins->edge;
+    int32_t place[CHUNK];
+    if (plan->setup->quantities->n > 1 || !bins->uniform || bins->n > INT32_MAX) {
+        for (size_t k = run->first; k < run->first + run->n; k++)
+            cell[cell_of(plan, block, k)] += 1.0;
+        return;
+    }
+    places(value, run->n, edge[0], bins->per, bins->n, place);
+    for (size_t k = 0; k < run->n; k++) {
+        const size_t guess = (size_t)place[k];
+        const bool right = value[k] >= edge[guess] && value[k] < edge[guess + 1];
+        cell[right ? guess : cell_of(plan, block, run->first + k)] += 1.0;
+    }
+}
+
+static void add_run(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
+                    const struct run *run)
 {
     const struct rmap_stats_plan *plan = self->plan;
     const size_t n_quantity = plan->setup->quantities->n;
-    const size_t class = block->tag[k] & ~RMAP_STATS_FIRST;
-    const size_t row = class * n_quantity;
+    int32_t place[CHUNK];
     for (size_t i = 0; i < n_quantity; i++) {
-        const double value = block->value[i][k];
-        rmap_stats_moments_add_one(&self->moments[row + i],
-                                   (value - plan->centre[i]) * plan->per_scale[i]);
-        self->fine[(row + i) * plan->n_fine + rmap_stats_fine(plan, i, value)] += 1.0;
+        const double *value = block->value[i] + run->first;
+        const size_t row = run->class * n_quantity + i;
+        double *fine = self->fine + row * plan->n_fine;
+        rmap_stats_moments_add_ones(&self->moments[row], value, run->n, plan->centre[i],
+                                    plan->per_scale[i]);
+        rmap_stats_fine_places(plan, i, value, run->n, place);
+        for (size_t k = 0; k < run->n; k++)
+            fine[place[k]] += 1.0;
     }
-    self->single[class * (plan->n_cell + RMAP_STATS_BEYOND) + cell_of(plan, block, k)] += 1.0;
+    add_run_to_cells(plan, block, run,
+                     self->single + run->class * (plan->n_cell + RMAP_STATS_BEYOND));
+}
+
+/* The run that begins at `first`, before `last`; of none where that cluster is another one. */
+static struct run run_at(const struct rmap_stats_block *block, size_t first, size_t last)
+{
+    const uint32_t class = rmap_stats_class(block->tag[first]), own = class | RMAP_STATS_FIRST;
+    const double *weight = block->weight;
+    size_t end = first;
+    last = last < first + CHUNK ? last : first + CHUNK;
+    if (!weight || weight[first] == 1.0)
+        for (end = first + 1; end < last && block->tag[end] == own;)
+            end++;
+    for (size_t k = first; weight && k < end; k++)
+        end = weight[k] == 1.0 ? end : k;
+    if (end > first && end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
+        end--; /* its last one goes on */
+    return (struct run){class, first, end - first};
 }
 
 static enum rmap_status add_cluster(struct rmap_stats_sums *self,
@@ -153,7 +219,7 @@ static enum rmap_status add_cluster(struct rmap_stats_sums *self,
 {
     const struct rmap_stats_plan *plan = self->plan;
     const size_t n_quantity = plan->setup->quantities->n;
-    const size_t class = block->tag[first] & ~RMAP_STATS_FIRST;
+    const size_t class = rmap_stats_class(block->tag[first]);
     double *fine = self->fine + class * n_quantity * plan->n_fine;
     for (size_t i = 0; i < n_quantity; i++, fine += plan->n_fine) {
         add_to_moments(plan, block, i, first, end, &self->moments[class * n_quantity + i]);
@@ -164,16 +230,35 @@ static enum rmap_status add_cluster(struct rmap_stats_sums *self,
                         self->cell + class * (plan->n_cell + RMAP_STATS_BEYOND), err);
 }
 
+static enum rmap_status add_portion(struct rmap_stats_sums *self,
+                                    const struct rmap_stats_block *block, size_t first, size_t last,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_moments = self->plan->setup->n_class * self->plan->setup->quantities->n;
+    for (size_t end = 0; first < last; first = end) {
+        const struct run run = run_at(block, first, last);
+        end = first + run.n;
+        if (run.n > 0) {
+            add_run(self, block, &run);
+            continue;
+        }
+        end = rmap_stats_cluster_end(block, first);
+        RMAP_TRY(add_cluster(self, block, first, end, err));
+    }
+    for (size_t i = 0; i < n_moments; i++)
+        rmap_stats_moments_flush(&self->moments[i]);
+out:
+    return st;
+}
+
 enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *self,
                                      const struct rmap_stats_block *block, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t first = 0, end = 0; first < block->n && st == RMAP_OK; first = end) {
-        end = rmap_stats_cluster_end(block, first);
-        if (end - first == 1 && !block->weight)
-            add_single(self, block, first);
-        else
-            st = add_cluster(self, block, first, end, err);
+        end = rmap_stats_portion_end(block, first);
+        st = add_portion(self, block, first, end, err);
     }
     return st;
 }

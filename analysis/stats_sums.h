@@ -28,6 +28,10 @@ static inline size_t rmap_stats_fine(const struct rmap_stats_plan *plan, size_t 
     return k < plan->n_fine ? k : plan->n_fine - 1;
 }
 
+/* The same of n values at once. */
+void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
+                            const double *value, size_t n, int32_t *place);
+
 /* Of a cell and class: clusters with readings there, sum of their weights and of its square. */
 struct rmap_stats_cell {
     double rays, weight, squared;
@@ -50,7 +54,7 @@ struct rmap_stats_sums {
 /* Context: the plan. State: struct rmap_stats_sums. */
 extern const struct rmap_fold_kind rmap_stats_sums_kind;
 
-/* Adds clusters; the block begins with one. */
+/* Adds whole portions. */
 enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *sums,
                                      const struct rmap_stats_block *block,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -34,10 +34,10 @@ struct sharing {
     void **state; /* [n_thread] */
 };
 
-/* Where the first cluster at or behind reading k begins. */
-static size_t cluster_at(const struct rmap_stats_block *block, size_t k)
+/* Where the first portion at or behind reading k begins. */
+static size_t portion_at(const struct rmap_stats_block *block, size_t k)
 {
-    while (k < block->n && !(block->tag[k] & RMAP_STATS_FIRST))
+    while (k < block->n && !(block->tag[k] & RMAP_STATS_PORTION))
         k++;
     return k;
 }
@@ -48,8 +48,8 @@ static enum rmap_status add_share(void *context, int thread, size_t first, size_
     const struct sharing *sharing = context;
     const struct rmap_stats_block *whole = &sharing->block;
     struct rmap_stats_block own = *whole;
-    const size_t begin = cluster_at(whole, first);
-    own.n = cluster_at(whole, last) - begin;
+    const size_t begin = portion_at(whole, first);
+    own.n = portion_at(whole, last) - begin;
     for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
         own.value[i] = whole->value[i] ? whole->value[i] + begin : NULL;
     own.tag = whole->tag + begin;
