@@ -1,24 +1,49 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/path_order.h"
 
+#include <math.h>
+
 #include "base/alloc.h"
+
+/* Of what a mirror is meant to reflect. */
+static const double MIRRORS = 0.5;
+
+/* At normal incidence from air; of a metal by Fresnel's equation, ((n-1)^2 + k^2)/((n+1)^2 + k^2).
+ */
+static double specular_reflectance(const struct rmap_surface *surface, int channel)
+{
+    const double n = surface->metal_n[channel],
+                 kk = surface->metal_k[channel] * surface->metal_k[channel];
+    return surface->is_metal ? ((n - 1.0) * (n - 1.0) + kk) / ((n + 1.0) * (n + 1.0) + kk)
+                             : surface->reflect_specular[channel];
+}
+
+static bool makes_ghosts(const struct rmap_scene *scene, int32_t surface)
+{
+    if (surface < 0 || rmap_scene_transmits(scene, surface))
+        return surface >= 0;
+    double greatest = 0.0;
+    for (int c = 0; c < scene->channels.n; c++)
+        greatest = fmax(greatest, specular_reflectance(&scene->surface[surface], c));
+    return greatest > 0.0 && greatest < MIRRORS;
+}
 
 enum rmap_status rmap_path_order_init(struct rmap_path_order *order, const struct rmap_scene *scene,
                                       struct rmap_error *err)
 {
     *order = (struct rmap_path_order){.n_object = scene->n_object};
-    order->transmits = rmap_alloc(scene->n_object + 1, 1);
-    if (!order->transmits)
+    order->makes_ghosts = rmap_alloc(scene->n_object + 1, 1);
+    if (!order->makes_ghosts)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu objects", scene->n_object);
     for (size_t o = 0; o < scene->n_object; o++)
-        order->transmits[o] = rmap_scene_transmits(scene, scene->object[o].surface_front) ||
-                              rmap_scene_transmits(scene, scene->object[o].surface_back);
+        order->makes_ghosts[o] = makes_ghosts(scene, scene->object[o].surface_front) ||
+                                 makes_ghosts(scene, scene->object[o].surface_back);
     return RMAP_OK;
 }
 
 void rmap_path_order_fini(struct rmap_path_order *order)
 {
-    rmap_free(order->transmits);
+    rmap_free(order->makes_ghosts);
     *order = (struct rmap_path_order){0};
 }
 

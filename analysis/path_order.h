@@ -2,10 +2,11 @@
  *
  * How often light was turned out of its way: the two orders by which stray light is told.
  *
- * GHOST ORDER: number of specular reflections at surfaces that can also let light through
- * (dielectric interfaces, bare or coated; mixtures with a share of transmission). Neither a
- * mirror's reflection nor a total internal one counts: those surfaces are meant to reflect. An
- * object counts as transmitting when either of its sides does.
+ * GHOST ORDER: number of specular reflections at surfaces that are not meant to reflect: those that
+ * can let light through (dielectric interfaces, bare or coated; mixtures with a share of
+ * transmission), and opaque ones that reflect less than half of it at every wavelength, at normal
+ * incidence (a sensor). Neither a mirror's reflection nor a total internal one counts. An object
+ * makes ghosts when either of its sides does.
  * SCATTER ORDER: number of diffuse reflections, diffuse transmissions and volume scatterings.
  *
  * Of a ray: over its whole history. Of a registration: over the steps before the leg on which the
@@ -19,7 +20,7 @@
 #include "trace/portion.h"
 
 struct rmap_path_order {
-    uint8_t *transmits; /* [n_object] 1: a specular reflection there makes a ghost */
+    uint8_t *makes_ghosts; /* [n_object] 1: a specular reflection there does */
     size_t n_object;
 };
 
@@ -32,7 +33,7 @@ static inline uint32_t rmap_path_ghost_step(const struct rmap_path_order *order,
                                             uint32_t events)
 {
     return events & RMAP_EVENT_REFLECT_SPECULAR && (size_t)(uint32_t)object < order->n_object
-               ? order->transmits[object]
+               ? order->makes_ghosts[object]
                : 0;
 }
 

@@ -303,15 +303,15 @@ static bool can_reflect(const struct rmap_scene *scene, int32_t surface)
 }
 
 /* Steps that change neither order: no scatter, and no specular reflection but at objects that
- * cannot transmit. */
+ * make no ghosts. */
 static void add_plain_steps(struct text *text, const struct rmap_path_keys *keys,
                             const struct rmap_path_order *order)
 {
     const struct rmap_object *object = keys->scene->object;
     add_text(text, "([^RDdS]");
     for (size_t o = 0; o < order->n_object; o++)
-        if (!order->transmits[o] && (can_reflect(keys->scene, object[o].surface_front) ||
-                                     can_reflect(keys->scene, object[o].surface_back))) {
+        if (!order->makes_ghosts[o] && (can_reflect(keys->scene, object[o].surface_front) ||
+                                        can_reflect(keys->scene, object[o].surface_back))) {
             add_text(text, "|R@");
             add_name(text, object[o].name);
         }

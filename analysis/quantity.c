@@ -338,7 +338,7 @@ rmap_quantities_create_over(const struct rmap_map *map, const struct rmap_overla
     RMAP_TRY(rmap_names_create(self->scene, &names, err));
     struct making making = {.self = self, .parser = {.criterion = self->holder, .names = names}};
     RMAP_TRY(parse_all(&making, text, detector, err));
-    for (size_t i = 0; i < n && !self->order.transmits; i++)
+    for (size_t i = 0; i < n && !self->order.makes_ghosts; i++)
         if (is_order(self->of[i].kind))
             RMAP_TRY(rmap_path_order_init(&self->order, self->scene, err));
     *quantities_ret = self;

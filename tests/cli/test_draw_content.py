@@ -113,10 +113,9 @@ def test_colours():
         rays = json.load(file)
     assert len(rays) == n
     own = {}
-    for ray in rays: # the chip absorbs or reflects, and the black paint scatters
+    for ray in rays: # the black paint scatters, all else makes ghosts
         scattered = any("reflect_diffuse" in step["events"] for step in ray["steps"])
-        ghost = sum("reflect_specular" in step["events"] and step.get("object") != "sensor_surface"
-                    for step in ray["steps"])
+        ghost = sum("reflect_specular" in step["events"] for step in ray["steps"])
         name = "scattered" if scattered else (f"ghost order {min(ghost, 4)}" + (
             ", direct light" if ghost == 0 else " and above" if ghost >= 4 else ""))
         own[name] = own.get(name, 0) + 1
@@ -266,14 +265,14 @@ def test_polydata():
 
 
 def test_ranks():
-    for name in ("a.svg", "a.png", "a.glb", "a.vtp"):
+    for name in ("a.svg", "a.glb", "a.vtp"):
         told = []
-        for ranks in (1, 2, 4):
+        for ranks in (1, 3):
             run("draw", "lens.raymap", "--where", "registered(sensor)", "--color", "path",
                 "--view", "3d", "-o", name, "--force", ranks=ranks)
             with open(name, "rb") as file:
                 told.append(file.read())
-        assert told[0] == told[1] == told[2], name
+        assert told[0] == told[1], name
 
 
 def test_mistakes():

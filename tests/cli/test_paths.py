@@ -378,6 +378,6 @@ check_matrices(odd, ("milk", "lens.1", "lens.2", "net"))
 gauss = Judge("gauss.raymap", {"lens": "lens", "cover": "cover"})
 for given in (("surface", True, False, None), ("object", True, True, "sensor"), ("group", False, False, None)):
     check_view(gauss, *given)
-check_matrices(gauss, [name for name in gauss.map.names["object"] if re.fullmatch(r"(lens|cover)\.\d+", name)],
+check_matrices(gauss, [name for name in gauss.map.names["object"] if re.fullmatch(r"(lens|cover)\.\d+|sensor_surface", name)],
                "sensor")
 print("all as expected")
