@@ -7,9 +7,9 @@
 struct rmap_fold_scanner {
     const struct rmap_fold *fold;
     struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
-    struct rmap_cursor *cursor;
-    struct rmap_overlay_view *view; /* NULL: no receivers */
-    uint8_t *match;                 /* [n_match] */
+    struct rmap_cursor *cursor;       /* NULL: the marker reads */
+    struct rmap_overlay_view *view;   /* NULL: no receivers */
+    uint8_t *match;                   /* [n_match] */
     size_t n_match;
 };
 
@@ -40,9 +40,12 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
     if (fold->overlay) {
         RMAP_TRY(lay_over(self, err));
     } else {
-        RMAP_TRY(rmap_cursor_create(fold->map, fold->columns, &self->cursor, err));
         if (fold->criterion)
-            RMAP_TRY(rmap_query_marker_create(fold->map, fold->criterion, &self->marker, err));
+            st = rmap_query_marker_create(fold->map, fold->criterion, fold->columns, &self->marker,
+                                          err);
+        else
+            st = rmap_cursor_create(fold->map, fold->columns, &self->cursor, err);
+        RMAP_TRY(st);
     }
     *scanner_ret = self;
     self = NULL;
@@ -104,7 +107,9 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
     if (self->marker)
         RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
     rays->match = match;
-    if (rays->n_match > 0)
+    if (rays->n_match > 0 && self->marker)
+        st = rmap_query_marker_read(self->marker, self->fold->columns, &rays->portion, err);
+    else if (rays->n_match > 0)
         st = rmap_cursor_read(self->cursor, rays->index, &rays->portion, err);
 out:
     return st;

@@ -165,7 +165,7 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
     if (!may_pick(self, info))
         return RMAP_OK;
     if (criterion && !self->marker)
-        RMAP_TRY(rmap_query_marker_create(self->map, criterion, &self->marker, err));
+        RMAP_TRY(rmap_query_marker_create(self->map, criterion, 0, &self->marker, err));
     if (criterion)
         RMAP_TRY(rmap_query_marker_mark(self->marker, portion, &match, n_ret, err));
     else

@@ -15,6 +15,7 @@ struct rmap_query_marker {
 
 enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           const struct rmap_criterion *criterion,
+                                          rmap_column_set more,
                                           struct rmap_query_marker **marker_ret,
                                           struct rmap_error *err)
 {
@@ -24,7 +25,7 @@ enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     self->map = map;
     self->criterion = criterion;
-    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, 1, &self->verdicts, err));
+    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, 1, more, &self->verdicts, err));
     *marker_ret = self;
     self = NULL;
 out:
@@ -65,4 +66,11 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, size_t p
     *n_ret = n;
 out:
     return st;
+}
+
+enum rmap_status rmap_query_marker_read(struct rmap_query_marker *self, rmap_column_set columns,
+                                        const struct rmap_portion **portion_ret,
+                                        struct rmap_error *err)
+{
+    return rmap_query_verdicts_read(self->verdicts, columns, portion_ret, err);
 }

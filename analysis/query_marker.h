@@ -8,10 +8,12 @@
 #include "analysis/criterion.h"
 #include "io/map_reader.h"
 
-/* One thread. Both are borrowed. */
+/* One thread. Map and criterion are borrowed. more: columns that rmap_query_marker_read may ask
+ * for. */
 struct rmap_query_marker;
 enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           const struct rmap_criterion *criterion,
+                                          rmap_column_set more,
                                           struct rmap_query_marker **marker_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fine */
@@ -22,6 +24,12 @@ void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fin
  * rows do not fit together. */
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, size_t portion,
                                         uint8_t **match_ret, size_t *n_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Columns of the portion that was marked last, where it has a match: what deciding took is not
+ * decoded again. Borrowed until the next is marked. */
+enum rmap_status rmap_query_marker_read(struct rmap_query_marker *marker, rmap_column_set columns,
+                                        const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

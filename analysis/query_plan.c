@@ -55,7 +55,7 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
     struct rmap_query_verdicts *verdicts = NULL;
     const bool wanted = true;
     *plan = (struct rmap_query_plan){0};
-    RMAP_TRY(rmap_query_verdicts_create(map, &criterion, 1, &verdicts, err));
+    RMAP_TRY(rmap_query_verdicts_create(map, &criterion, 1, 0, &verdicts, err));
     for (size_t p = 0; p < rmap_map_n_portion(map); p++) {
         const struct rmap_portion_info *info = rmap_map_portion(map, p);
         struct rmap_query_outlook outlook;

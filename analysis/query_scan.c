@@ -96,7 +96,8 @@ enum rmap_status rmap_query_scanner_create(const struct rmap_map *map,
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", n_criterion));
     for (size_t c = 0; c < n_criterion; c++)
         self->criterion[c] = criterion[c];
-    RMAP_TRY(rmap_query_verdicts_create(map, self->criterion, n_criterion, &self->verdicts, err));
+    RMAP_TRY(
+        rmap_query_verdicts_create(map, self->criterion, n_criterion, 0, &self->verdicts, err));
     *scanner_ret = self;
     self = NULL;
 out:

@@ -45,7 +45,7 @@ rmap_column_set rmap_query_columns(const struct rmap_criterion *const *criterion
 
 enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
                                             const struct rmap_criterion *const *criterion,
-                                            size_t n_criterion,
+                                            size_t n_criterion, rmap_column_set more,
                                             struct rmap_query_verdicts **verdicts_ret,
                                             struct rmap_error *err)
 {
@@ -63,8 +63,8 @@ enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
     RMAP_TRY(rmap_shared_tests_init(&self->shared, criterion, n_criterion, err));
     RMAP_TRY(
         rmap_query_history_create(map, criterion, n_criterion, &self->shared, &self->history, err));
-    RMAP_TRY(
-        rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion), &self->cursor, err));
+    RMAP_TRY(rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion) | more,
+                                &self->cursor, err));
     *verdicts_ret = self;
     self = NULL;
 out:
@@ -106,6 +106,15 @@ static enum rmap_status fetch(void *context, rmap_column_set columns, struct rma
 {
     struct rmap_query_verdicts *self = context;
     return rmap_cursor_fetch(self->cursor, columns, err);
+}
+
+enum rmap_status rmap_query_verdicts_read(struct rmap_query_verdicts *self, rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = enter_columns(self, err);
+    *portion_ret = self->portion;
+    return st == RMAP_OK ? fetch(self, columns, err) : st;
 }
 
 /* Rows that the history decides: paths, or rays. */

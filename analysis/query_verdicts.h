@@ -12,10 +12,11 @@
 
 struct rmap_query_verdicts;
 
-/* The map, the criteria and their array are borrowed. One thread. */
+/* The map, the criteria and their array are borrowed. One thread. more: columns that
+ * rmap_query_verdicts_read may ask for beside those of the criteria. */
 enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
                                             const struct rmap_criterion *const *criterion,
-                                            size_t n_criterion,
+                                            size_t n_criterion, rmap_column_set more,
                                             struct rmap_query_verdicts **verdicts_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_verdicts_destroy(struct rmap_query_verdicts *verdicts);
@@ -33,6 +34,13 @@ enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *verdicts, s
 /* Marks them: match[i] = 1 or 0 for row i of /ray. */
 enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *verdicts, size_t c,
                                           uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Columns of the portion in hand, of those of the criteria and of `more`. Borrowed until the next
+ * enter. */
+enum rmap_status rmap_query_verdicts_read(struct rmap_query_verdicts *verdicts,
+                                          rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
  * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */

@@ -229,7 +229,7 @@ static void compare_marks(struct rmap_criterion *criterion)
     size_t n[2];
     const struct rmap_map *map[] = {plain, indexed};
     for (int m = 0; m < 2; m++)
-        assert_int_equal(rmap_query_marker_create(map[m], criterion, &marker[m], NULL), RMAP_OK);
+        assert_int_equal(rmap_query_marker_create(map[m], criterion, 0, &marker[m], NULL), RMAP_OK);
     for (size_t p = 0; p < N_BLOCK; p++) {
         for (int m = 0; m < 2; m++)
             assert_int_equal(rmap_query_marker_mark(marker[m], p, &match[m], &n[m], NULL), RMAP_OK);
