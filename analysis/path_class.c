@@ -8,7 +8,7 @@
 
 /* A ray that has a path. */
 struct member {
-    XXH128_hash_t hash;
+    struct rmap_path_hash hash;
     int32_t source;
     uint64_t id;
     size_t row, segment, registration;
@@ -17,14 +17,15 @@ struct member {
 static int compare_members(const void *a_, const void *b_)
 {
     const struct member *a = a_, *b = b_;
-    int order = XXH128_cmp(&a->hash, &b->hash);
+    int order = (a->hash.low > b->hash.low) - (a->hash.low < b->hash.low);
+    order = order != 0 ? order : (a->hash.high > b->hash.high) - (a->hash.high < b->hash.high);
     order = order != 0 ? order : (a->source > b->source) - (a->source < b->source);
     return order != 0 ? order : (a->id > b->id) - (a->id < b->id);
 }
 
 static bool is_same(const struct member *a, const struct member *b)
 {
-    return a->source == b->source && XXH128_isEqual(a->hash, b->hash);
+    return a->source == b->source && a->hash.low == b->hash.low && a->hash.high == b->hash.high;
 }
 
 static int compare_classes(const void *a_, const void *b_)
@@ -68,9 +69,9 @@ static void find_members(const struct rmap_path_classes *classes, struct work *w
     const struct rmap_portion *portion = work->portion;
     struct rmap_path_place_of_ray place = {0};
     for (; place.ray < portion->n_row[RMAP_TABLE_RAY]; place.ray++) {
-        size_t n = 0;
-        if (rmap_path_key_of(classes->keys, portion, &place, work->symbol, &n))
-            work->member[work->n_member++] = (struct member){rmap_path_key_hash(work->symbol, n),
+        struct rmap_path_hash hash;
+        if (rmap_path_key_hash(classes->keys, portion, &place, &hash))
+            work->member[work->n_member++] = (struct member){hash,
                                                              portion->ray.source[place.ray],
                                                              portion->ray.id[place.ray],
                                                              place.ray,

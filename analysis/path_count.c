@@ -15,18 +15,17 @@ struct entry {
 
 struct rmap_path_buffers {
     struct entry *entry;
-    rmap_path_step *symbol;
-    size_t n_entry, entry_cap, symbol_cap;
+    size_t n_entry, entry_cap;
 };
 
 /* As many entries ahead as memory takes to answer. */
 enum { AHEAD = 12, SOURCE_BITS = 20 };
 
-struct rmap_key rmap_path_class_key(int32_t source, XXH128_hash_t hash)
+struct rmap_key rmap_path_class_key(int32_t source, struct rmap_path_hash hash)
 {
     /* Sources are told apart in either half: the sketch takes bits of both. */
-    uint64_t low = hash.low64 + ((uint64_t)(uint32_t)source + 1) * UINT64_C(0x9e3779b97f4a7c15);
-    return (struct rmap_key){low, UINT64_C(1) << 63 | hash.high64 << SOURCE_BITS |
+    uint64_t low = hash.low + ((uint64_t)(uint32_t)source + 1) * UINT64_C(0x9e3779b97f4a7c15);
+    return (struct rmap_key){low, UINT64_C(1) << 63 | hash.high << SOURCE_BITS |
                                       (uint64_t)(uint32_t)source};
 }
 
@@ -59,10 +58,8 @@ static void destroy(void *state)
     struct rmap_path_counts *self = state;
     if (!self)
         return;
-    if (self->buffers) {
+    if (self->buffers)
         rmap_free(self->buffers->entry);
-        rmap_free(self->buffers->symbol);
-    }
     rmap_free(self->buffers);
     rmap_key_sums_fini(&self->classes);
     rmap_key_sums_fini(&self->cells);
@@ -246,18 +243,10 @@ static void expect(const struct rmap_path_counts *self, struct rmap_key key)
 static enum rmap_status reserve(struct rmap_path_buffers *buffers,
                                 const struct rmap_portion *portion, struct rmap_error *err)
 {
-    size_t longest = 0;
-    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
-        size_t n = (size_t)portion->ray.segment_count[i] + portion->ray.registration_count[i];
-        longest = n > longest ? n : longest;
-    }
-    void *entry = buffers->entry, *symbol = buffers->symbol;
+    void *entry = buffers->entry;
     enum rmap_status st =
-        rmap_reserve(&symbol, &buffers->symbol_cap, longest + 1, sizeof *buffers->symbol, err);
-    buffers->symbol = symbol;
-    if (st == RMAP_OK)
-        st = rmap_reserve(&entry, &buffers->entry_cap, portion->n_row[RMAP_TABLE_RAY] + 1,
-                          sizeof *buffers->entry, err);
+        rmap_reserve(&entry, &buffers->entry_cap, portion->n_row[RMAP_TABLE_RAY] + 1,
+                     sizeof *buffers->entry, err);
     buffers->entry = entry;
     return st;
 }
@@ -270,13 +259,11 @@ static void find_entries(const struct rmap_path_counting *context,
     struct rmap_path_place_of_ray place = {0};
     buffers->n_entry = 0;
     for (; place.ray < portion->n_row[RMAP_TABLE_RAY]; place.ray++) {
-        size_t n = 0;
+        struct rmap_path_hash hash;
         if ((!rays->match || rays->match[place.ray]) &&
-            rmap_path_key_of(context->keys, portion, &place, buffers->symbol, &n)) {
-            int32_t source = portion->ray.source[place.ray];
-            buffers->entry[buffers->n_entry++] = (struct entry){
-                rmap_path_class_key(source, rmap_path_key_hash(buffers->symbol, n)), place};
-        }
+            rmap_path_key_hash(context->keys, portion, &place, &hash))
+            buffers->entry[buffers->n_entry++] =
+                (struct entry){rmap_path_class_key(portion->ray.source[place.ray], hash), place};
         place.segment += portion->ray.segment_count[place.ray];
         place.registration += portion->ray.registration_count[place.ray];
     }

@@ -17,7 +17,7 @@
 #define RMAP_PATH_SOURCES_MAX ((size_t)1 << 20)
 
 /* Key of a class. */
-struct rmap_key rmap_path_class_key(int32_t source, XXH128_hash_t hash);
+struct rmap_key rmap_path_class_key(int32_t source, struct rmap_path_hash hash);
 int32_t rmap_path_source_of(struct rmap_key key);
 
 /* Numbers of a class's entry. */

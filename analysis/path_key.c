@@ -110,22 +110,74 @@ static rmap_path_step hit_symbol(const struct rmap_path_keys *keys, int32_t dete
     return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | RMAP_PATH_LETTER_V;
 }
 
-/* Where symbols go. */
+/* Where symbols go: into a row, or without one into a hash. */
 struct writer {
-    rmap_path_step *symbol;
+    rmap_path_step *symbol; /* NULL: hashed */
     size_t n;
     bool collapsed;
+    rmap_path_step last;
+    struct rmap_path_hash hash;
 };
+
+static inline uint64_t rotate(uint64_t x, int k)
+{
+    return x << k | x >> (64 - k);
+}
+
+/* Two chains that nothing joins before the end, each of steps that lose nothing: paths that differ
+ * in one step differ in both. */
+static inline void mix(struct rmap_path_hash *hash, rmap_path_step symbol)
+{
+    hash->low = (rotate(hash->low, 27) ^ symbol) * UINT64_C(0x9e3779b97f4a7c15);
+    hash->high = (rotate(hash->high, 41) ^ symbol) * UINT64_C(0xc2b2ae3d27d4eb4f);
+}
+
+/* The finaliser of MurmurHash3 (Appleby 2011). */
+static inline uint64_t finish(uint64_t x)
+{
+    x = (x ^ x >> 33) * UINT64_C(0xff51afd7ed558ccd);
+    x = (x ^ x >> 33) * UINT64_C(0xc4ceb9fe1a85ec53);
+    return x ^ x >> 33;
+}
+
+static inline struct rmap_path_hash finish_hash(struct rmap_path_hash hash, size_t n)
+{
+    hash.low = finish(hash.low + n);
+    hash.high = finish(hash.high ^ hash.low);
+    hash.low += hash.high;
+    return hash;
+}
 
 static inline void write_symbol(struct writer *writer, rmap_path_step symbol)
 {
-    writer->symbol[writer->n] = symbol;
-    writer->n += !writer->collapsed || writer->n == 0 || writer->symbol[writer->n - 1] != symbol;
+    if (writer->collapsed && writer->n > 0 && writer->last == symbol)
+        return;
+    writer->last = symbol;
+    if (writer->symbol)
+        writer->symbol[writer->n] = symbol;
+    else
+        mix(&writer->hash, symbol);
+    writer->n++;
+}
+
+/* Steps in a row, nothing of which goes through memory. */
+static void hash_steps(const struct rmap_path_keys *keys, const struct rmap_segment_columns *rows,
+                       size_t first, size_t last, struct writer *writer)
+{
+    struct rmap_path_hash hash = writer->hash;
+    for (size_t i = first; i < last; i++)
+        mix(&hash, step_symbol(keys, rows, i));
+    writer->hash = hash;
+    writer->n += last - first;
 }
 
 static void write_steps(const struct rmap_path_keys *keys, const struct rmap_segment_columns *rows,
                         size_t first, size_t last, struct writer *writer)
 {
+    if (!writer->symbol && !writer->collapsed) {
+        hash_steps(keys, rows, first, last, writer);
+        return;
+    }
     for (size_t i = first; i < last; i++)
         write_symbol(writer, step_symbol(keys, rows, i));
 }
@@ -150,34 +202,44 @@ static void write_before(const struct rmap_path_keys *keys, const struct rmap_po
     *at = place > *at ? place : *at;
 }
 
-bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
-                      const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
-                      size_t *n_ret)
+/* The whole path. False: the ray has none. */
+static inline bool walk(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                        const struct rmap_path_place_of_ray *place, struct writer *writer)
 {
     const size_t n_leg = portion->ray.segment_count[place->ray];
     const size_t n_hit = portion->ray.registration_count[place->ray];
-    struct writer writer = {.symbol = symbol, .collapsed = keys->view.collapsed};
     size_t at = 0;
     for (size_t i = place->registration; i < place->registration + n_hit; i++) {
         if (!portion->registration.registered[i])
             continue;
         int32_t detector = portion->registration.detector[i];
         bool last = keys->view.until_detector && detector == keys->view.detector;
-        write_before(keys, portion, place->segment, i, n_leg, last, &at, &writer);
-        write_symbol(&writer, hit_symbol(keys, detector));
-        if (last) {
-            *n_ret = writer.n;
+        write_before(keys, portion, place->segment, i, n_leg, last, &at, writer);
+        write_symbol(writer, hit_symbol(keys, detector));
+        if (last)
             return true;
-        }
     }
-    write_steps(keys, &portion->segment, place->segment + at, place->segment + n_leg, &writer);
-    *n_ret = writer.n;
+    write_steps(keys, &portion->segment, place->segment + at, place->segment + n_leg, writer);
     return !keys->view.until_detector;
 }
 
-XXH128_hash_t rmap_path_key_hash(const rmap_path_step *symbol, size_t n)
+bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                      const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
+                      size_t *n_ret)
 {
-    return XXH3_128bits(symbol, n * sizeof *symbol);
+    struct writer writer = {.symbol = symbol, .collapsed = keys->view.collapsed};
+    bool has_path = walk(keys, portion, place, &writer);
+    *n_ret = writer.n;
+    return has_path;
+}
+
+bool rmap_path_key_hash(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                        const struct rmap_path_place_of_ray *place, struct rmap_path_hash *hash_ret)
+{
+    struct writer writer = {.collapsed = keys->view.collapsed};
+    bool has_path = walk(keys, portion, place, &writer);
+    *hash_ret = finish_hash(writer.hash, writer.n);
+    return has_path;
 }
 
 size_t rmap_path_n_label(const struct rmap_path_keys *keys)

@@ -7,7 +7,7 @@
 #define RMAP_PATH_KEY_H
 
 #include <stdbool.h>
-#include <xxhash.h>
+#include <stdint.h>
 
 #include "scene/scene.h"
 #include "trace/portion.h"
@@ -58,8 +58,13 @@ bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_porti
                       const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
                       size_t *n_ret);
 
-/* Of the steps alone: classes are told apart by their source, too. */
-XXH128_hash_t rmap_path_key_hash(const rmap_path_step *symbol, size_t n);
+/* Hash of the same steps, which are not stored: classes are told apart by their source, too. */
+struct rmap_path_hash {
+    uint64_t low, high;
+};
+bool rmap_path_key_hash(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                        const struct rmap_path_place_of_ray *place,
+                        struct rmap_path_hash *hash_ret);
 
 /* "T@lens.1 R@lens.3{2} V@sensor", rmap_free; a medium that shares its name with an object is
  * "A@milk[medium]". Longer than most_nbytes (0: no matter): the middle is
