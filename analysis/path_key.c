@@ -12,9 +12,11 @@ static enum rmap_status allocate(struct rmap_path_keys *keys, struct rmap_error 
 {
     const struct rmap_scene *scene = keys->scene;
     keys->letter = rmap_alloc(EVENT_CODES, 1);
+    keys->met = rmap_alloc(EVENT_CODES, 1);
+    keys->place = rmap_alloc(scene->n_object + 1, sizeof *keys->place);
     keys->follows = rmap_alloc(scene->n_detector + 1, 1);
     keys->clashes = rmap_alloc(scene->n_medium + 1, 1);
-    if (keys->letter && keys->follows && keys->clashes)
+    if (keys->letter && keys->met && keys->place && keys->follows && keys->clashes)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of paths");
 }
@@ -48,6 +50,10 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
         keys->letter[events] =
             c ? (uint8_t)(strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS) : RMAP_PATH_LETTER_ANY;
     }
+    for (uint32_t events = 0; events < EVENT_CODES; events++)
+        keys->met[events] = view->without_events ? RMAP_PATH_LETTER_ANY : keys->letter[events];
+    for (size_t o = 0; o < scene->n_object; o++)
+        keys->place[o] = (uint32_t)(1 + keys->labels.of_object[o]) << RMAP_PATH_LETTER_BITS;
     for (size_t d = 0; d < scene->n_detector; d++)
         keys->follows[d] = scene->detector[d].on_object >= 0 || scene->detector[d].on_group >= 0;
     for (size_t m = 0; m < scene->n_medium; m++)
@@ -66,6 +72,8 @@ void rmap_path_keys_destroy(struct rmap_path_keys *keys)
         return;
     rmap_path_labels_fini(&keys->labels);
     rmap_free(keys->letter);
+    rmap_free(keys->met);
+    rmap_free(keys->place);
     rmap_free(keys->follows);
     rmap_free(keys->clashes);
     rmap_free(keys);
@@ -96,12 +104,11 @@ static rmap_path_step inside_symbol(const struct rmap_path_keys *keys,
 static inline rmap_path_step step_symbol(const struct rmap_path_keys *keys,
                                          const struct rmap_segment_columns *rows, size_t row)
 {
-    uint32_t letter = keys->letter[rows->event[row] % EVENT_CODES];
-    int32_t object = rows->object[row];
+    const uint32_t events = rows->event[row] % EVENT_CODES;
+    const int32_t object = rows->object[row];
     if (object < 0)
-        return inside_symbol(keys, rows, row, letter);
-    letter = keys->view.without_events ? RMAP_PATH_LETTER_ANY : letter;
-    return (rmap_path_step)(1 + keys->labels.of_object[object]) << RMAP_PATH_LETTER_BITS | letter;
+        return inside_symbol(keys, rows, row, keys->letter[events]);
+    return keys->place[object] | keys->met[events];
 }
 
 static rmap_path_step hit_symbol(const struct rmap_path_keys *keys, int32_t detector)
