@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "analysis/fold_blocks.h"
 #include "base/alloc.h"
 #include "trace/tally.h"
 
@@ -21,19 +22,14 @@ enum rmap_status rmap_detector_sums_init(struct rmap_detector_sums *sums,
 
 /* The arrays of sums, for those who copy them as bytes. */
 enum { BLOCKS = 5 };
-struct block {
-    void *data;
-    size_t nbytes;
-};
-
-static void blocks_of(const struct rmap_detector_sums *sums, struct block block[BLOCKS])
+static void blocks_of(const struct rmap_detector_sums *sums, struct rmap_fold_block block[BLOCKS])
 {
-    block[0] = (struct block){sums->weight, sums->n_weight * sizeof *sums->weight};
-    block[1] = (struct block){sums->total, 2 * sums->n_source * sizeof *sums->total};
-    block[2] = (struct block){sums->colour, sums->n_colour * sizeof *sums->colour};
-    block[3] = (struct block){sums->share, sums->n_share * sizeof *sums->share};
-    block[4] =
-        (struct block){sums->centre, sums->centre ? 4 * sums->n_source * sizeof *sums->centre : 0};
+    block[0] = (struct rmap_fold_block){sums->weight, sums->n_weight * sizeof *sums->weight};
+    block[1] = (struct rmap_fold_block){sums->total, 2 * sums->n_source * sizeof *sums->total};
+    block[2] = (struct rmap_fold_block){sums->colour, sums->n_colour * sizeof *sums->colour};
+    block[3] = (struct rmap_fold_block){sums->share, sums->n_share * sizeof *sums->share};
+    block[4] = (struct rmap_fold_block){
+        sums->centre, sums->centre ? 4 * sums->n_source * sizeof *sums->centre : 0};
 }
 
 static enum rmap_status check_size(const struct rmap_detector_sums *sums, struct rmap_error *err)
@@ -154,41 +150,20 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
 static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
                              struct rmap_error *err)
 {
-    struct block block[BLOCKS];
-    size_t nbytes = 0;
+    struct rmap_fold_block block[BLOCKS];
     blocks_of(state, block);
-    for (int i = 0; i < BLOCKS; i++)
-        nbytes += block[i].nbytes;
-    uint8_t *bytes = rmap_alloc(nbytes, 1);
-    if (!bytes)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a detector");
-    *bytes_ret = bytes;
-    *nbytes_ret = nbytes;
-    for (int i = 0; i < BLOCKS; i++)
-        if (block[i].nbytes) {
-            memcpy(bytes, block[i].data, block[i].nbytes);
-            bytes += block[i].nbytes;
-        }
-    return RMAP_OK;
+    return rmap_fold_pack(block, BLOCKS, bytes_ret, nbytes_ret, err);
 }
 
 static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
                                void **state_ret, struct rmap_error *err)
 {
-    struct block block[BLOCKS];
+    struct rmap_fold_block block[BLOCKS];
     enum rmap_status st = create(context, state_ret, err);
     if (st != RMAP_OK)
         return st;
     blocks_of(*state_ret, block);
-    for (int i = 0; i < BLOCKS; i++) {
-        if (block[i].nbytes > nbytes)
-            return rmap_error_set(err, RMAP_INTERNAL, "a detector's sums of another length");
-        if (block[i].nbytes)
-            memcpy(block[i].data, bytes, block[i].nbytes);
-        bytes += block[i].nbytes;
-        nbytes -= block[i].nbytes;
-    }
-    return RMAP_OK;
+    return rmap_fold_unpack(block, BLOCKS, bytes, nbytes, err);
 }
 
 static bool may_count(const void *context, const struct rmap_portion_info *portion)

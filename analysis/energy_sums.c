@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/fold_blocks.h"
 #include "base/alloc.h"
 #include "trace/event.h"
 
@@ -187,14 +188,8 @@ static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nby
                              struct rmap_error *err)
 {
     const struct rmap_energy_sums *sums = state;
-    const size_t nbytes = sums->n_value * sizeof *sums->value;
-    uint8_t *bytes = rmap_alloc(nbytes + 1, 1);
-    if (!bytes)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for sums to send");
-    memcpy(bytes, sums->value, nbytes);
-    *bytes_ret = bytes;
-    *nbytes_ret = nbytes;
-    return RMAP_OK;
+    const struct rmap_fold_block block = {sums->value, sums->n_value * sizeof *sums->value};
+    return rmap_fold_pack(&block, 1, bytes_ret, nbytes_ret, err);
 }
 
 static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
@@ -204,13 +199,9 @@ static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t
     enum rmap_status st = rmap_energy_sums_create(context, &sums, err);
     if (st != RMAP_OK)
         return st;
-    if (nbytes != sums->n_value * sizeof *sums->value) {
-        rmap_energy_sums_destroy(sums);
-        return rmap_error_set(err, RMAP_INTERNAL, "sums of another rank have another size");
-    }
-    memcpy(sums->value, bytes, nbytes);
+    const struct rmap_fold_block block = {sums->value, sums->n_value * sizeof *sums->value};
     *state_ret = sums;
-    return RMAP_OK;
+    return rmap_fold_unpack(&block, 1, bytes, nbytes, err);
 }
 
 /* Without ends a portion counts where a detector saw something. */

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/fold_blocks.h"
 #include "base/alloc.h"
 
 struct rmap_spot_point {
@@ -237,46 +238,31 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
 
 /* ---- as bytes ---- */
 
-struct block {
-    void *data;
-    size_t nbytes;
-};
-
-static void blocks_of(const struct rmap_spot_sums *self, struct block block[BLOCKS])
+static void blocks_of(const struct rmap_spot_sums *self, struct rmap_fold_block block[BLOCKS])
 {
-    block[0] = (struct block){self->sum, self->n_source * SUMS * sizeof *self->sum};
-    block[1] =
-        (struct block){self->ring, 3 * self->n_source * RMAP_SPOT_RINGS * sizeof *self->ring};
-    block[2] = (struct block){self->wave, n_wave(self) * sizeof *self->wave};
+    block[0] = (struct rmap_fold_block){self->sum, self->n_source * SUMS * sizeof *self->sum};
+    block[1] = (struct rmap_fold_block){self->ring,
+                                        3 * self->n_source * RMAP_SPOT_RINGS * sizeof *self->ring};
+    block[2] = (struct rmap_fold_block){self->wave, n_wave(self) * sizeof *self->wave};
 }
 
 static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
                              struct rmap_error *err)
 {
-    struct block block[BLOCKS];
+    struct rmap_fold_block block[BLOCKS];
     blocks_of(state, block);
-    *nbytes_ret = block[0].nbytes + block[1].nbytes + block[2].nbytes;
-    uint8_t *at = *bytes_ret = rmap_alloc(*nbytes_ret, 1);
-    if (!at)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a spot");
-    for (int i = 0; i < BLOCKS; at += block[i++].nbytes)
-        memcpy(at, block[i].data, block[i].nbytes);
-    return RMAP_OK;
+    return rmap_fold_pack(block, BLOCKS, bytes_ret, nbytes_ret, err);
 }
 
 static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
                                void **state_ret, struct rmap_error *err)
 {
-    struct block block[BLOCKS];
+    struct rmap_fold_block block[BLOCKS];
     enum rmap_status st = create(context, state_ret, err);
     if (st != RMAP_OK)
         return st;
     blocks_of(*state_ret, block);
-    if (nbytes != block[0].nbytes + block[1].nbytes + block[2].nbytes)
-        return rmap_error_set(err, RMAP_INTERNAL, "a spot's sums of another length");
-    for (int i = 0; i < BLOCKS; bytes += block[i++].nbytes)
-        memcpy(block[i].data, bytes, block[i].nbytes);
-    return RMAP_OK;
+    return rmap_fold_unpack(block, BLOCKS, bytes, nbytes, err);
 }
 
 static bool may_count(const void *context, const struct rmap_portion_info *portion)

@@ -16,6 +16,7 @@
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/detector_out.h"
+#include "mpi/find_detector.h"
 #include "mpi/fold_run.h"
 #include "mpi/image_scan.h"
 #include "mpi/json_out.h"
@@ -167,31 +168,6 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     return rmap_output_check(request->output_path, rmap_detector_suffixes, request->force, err);
 }
 
-static enum rmap_status find_detector(const struct rmap_scene *scene, const char *name,
-                                      int32_t *found, struct rmap_error *err)
-{
-    const char **known = rmap_alloc(scene->n_detector + 1, sizeof *known);
-    if (!known)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the detectors' names");
-    enum rmap_status st = RMAP_INPUT;
-    for (size_t d = 0; d < scene->n_detector; d++) {
-        known[d] = scene->detector[d].name;
-        if (strcmp(known[d], name) == 0) {
-            *found = (int32_t)d;
-            st = RMAP_OK;
-        }
-    }
-    const char *nearest = rmap_nearest_word(name, known, scene->n_detector);
-    if (st != RMAP_OK && nearest)
-        (void)rmap_error_set(err, st, "no detector named '%s' in this map (did you mean '%s'?)",
-                             name, nearest);
-    else if (st != RMAP_OK)
-        (void)rmap_error_set(err, st, "no detector named '%s' in this map; it has %zu", name,
-                             scene->n_detector);
-    rmap_free(known);
-    return st;
-}
-
 /* What was found; on rank 0. */
 struct answer {
     struct rmap_detector_image *image;
@@ -287,7 +263,7 @@ static enum rmap_status choose(const struct request *request, const struct rmap_
                                       .centre = request->spot,
                                       .colour = request->figure.true_colour &&
                                                 request->output_path != NULL};
-    RMAP_TRY(find_detector(scene, request->detector, &ask->detector, err));
+    RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
     if (request->spot && scene->detector[ask->detector].type != RMAP_DETECTOR_PLANE)
         st = rmap_error_set(err, RMAP_USAGE, "'%s' is an intensity grid: a spot lies on a plane",

@@ -3,7 +3,6 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <strings.h>
 
 #include "analysis/figure_spot.h"
 #include "base/alloc.h"
@@ -12,15 +11,10 @@
 #include "io/npy.h"
 #include "io/raster.h"
 #include "io/whole_file.h"
+#include "mpi/output.h"
 
 const char *const rmap_detector_suffixes[] = {".png", ".svg", ".csv", ".h5",
                                               ".npy", ".npz", ".exr", NULL};
-
-static bool ends_in(const char *path, const char *suffix)
-{
-    const size_t len = strlen(path), n = strlen(suffix);
-    return len > n && strcasecmp(path + len - n, suffix) == 0;
-}
 
 static enum rmap_status write_csv(const struct rmap_detector_image *image, const char *criterion,
                                   const char *path, struct rmap_error *err)
@@ -135,8 +129,8 @@ static enum rmap_status write_numpy(const struct rmap_detector_image *image,
         if (image->cube && from->data == image->cube)
             value = i;
     }
-    return ends_in(path, ".npy") ? rmap_npy_write(&npy[value], path, err)
-                                 : rmap_npz_write(npy, arrays->n, path, err);
+    return rmap_output_is(path, ".npy") ? rmap_npy_write(&npy[value], path, err)
+                                        : rmap_npz_write(npy, arrays->n, path, err);
 }
 
 static enum rmap_status write_arrays(const struct rmap_detector_image *image, const char *criterion,
@@ -148,7 +142,7 @@ static enum rmap_status write_arrays(const struct rmap_detector_image *image, co
                                           {"quantity", image->quantity},
                                           {"criterion", criterion ? criterion : "all"}};
     RMAP_TRY(list_arrays(image, &arrays, err));
-    if (ends_in(path, ".h5"))
+    if (rmap_output_is(path, ".h5"))
         st = rmap_grid_h5_write(path, arrays.array, arrays.n, text, 3, err);
     else
         st = write_numpy(image, &arrays, path, err);
@@ -165,9 +159,9 @@ enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_svg *svg = NULL;
-    if (ends_in(path, ".csv"))
+    if (rmap_output_is(path, ".csv"))
         return write_csv(image, figure->criterion, path, err);
-    if (ends_in(path, ".exr"))
+    if (rmap_output_is(path, ".exr"))
         return write_exr(image, figure->criterion, path, err);
     if (rmap_picture_kind(path) == RMAP_PICTURE_NONE)
         return write_arrays(image, figure->criterion, path, err);
@@ -184,7 +178,7 @@ enum rmap_status rmap_spot_write(const struct rmap_spot *spot, const char *detec
     enum rmap_status st = RMAP_OK;
     struct rmap_svg *svg = NULL;
     struct rmap_whole_file whole = {0};
-    if (ends_in(path, ".csv")) {
+    if (rmap_output_is(path, ".csv")) {
         RMAP_TRY(rmap_whole_file_open(&whole, path, err));
         rmap_spot_csv(spot, detector, criterion, whole.file);
         st = rmap_whole_file_finish(&whole, err);

@@ -6,16 +6,21 @@
 #include <strings.h>
 #include <sys/stat.h>
 
+bool rmap_output_is(const char *path, const char *suffix)
+{
+    size_t len = strlen(path), n = strlen(suffix);
+    return len > n && strcasecmp(path + len - n, suffix) == 0;
+}
+
 enum rmap_status rmap_output_check(const char *path, const char *const *suffix, bool force,
                                    struct rmap_error *err)
 {
     struct stat status;
     char list[128] = "";
-    size_t len = strlen(path);
     bool known = false;
     for (size_t i = 0; suffix[i]; i++) {
-        size_t n = strlen(suffix[i]), at = strlen(list);
-        known = known || (len > n && strcasecmp(path + len - n, suffix[i]) == 0);
+        size_t at = strlen(list);
+        known = known || rmap_output_is(path, suffix[i]);
         const char *between = i == 0 ? "" : suffix[i + 1] ? ", " : " or ";
         (void)snprintf(list + at, sizeof list - at, "%s%s", between, suffix[i]);
     }

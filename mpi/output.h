@@ -15,6 +15,9 @@
 enum rmap_status rmap_output_check(const char *path, const char *const *suffix, bool force,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* Whether a name ends in a suffix such as ".csv", in any case, and is more than that. */
+bool rmap_output_is(const char *path, const char *suffix);
+
 /* "plain" or "compact"; word NULL: RMAP_ENCODING_COUNT. RMAP_USAGE. */
 enum rmap_status rmap_output_encoding(const char *word, enum rmap_encoding *encoding,
                                       struct rmap_error *err) RMAP_MUST_USE;

@@ -9,6 +9,7 @@
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
+#include "mpi/map_name.h"
 #include "mpi/output.h"
 #include "mpi/progress.h"
 
@@ -35,28 +36,15 @@ bool rmap_map_answer_is(const char *path)
            (stat(path, &info) == 0 && S_ISDIR(info.st_mode));
 }
 
-/* "lens.raymap" of "out/lens.raymap/"; rmap_free. */
-static char *name_of(const char *path)
-{
-    size_t end = strlen(path);
-    while (end > 1 && path[end - 1] == '/')
-        end--;
-    size_t begin = end;
-    while (begin > 0 && path[begin - 1] != '/')
-        begin--;
-    char *name = rmap_strdup(path + begin);
-    if (name)
-        name[end - begin] = 0;
-    return name;
-}
-
 /* What the new map says of its rays: the questions before, and this one. */
 static enum rmap_status describe(struct writing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map_answer *answer = self->answer;
     const struct rmap_selection *before = rmap_map_selection(answer->map);
-    struct rmap_selection_step step = {.map = name_of(answer->from),
+    char name[RMAP_MAP_NAME_LEN];
+    rmap_map_name(answer->from, name);
+    struct rmap_selection_step step = {.map = rmap_strdup(name),
                                        .criterion = rmap_strdup(answer->criterion),
                                        .answer = rmap_strdup(answer->answer)};
     struct rmap_map_summary summary;

@@ -3,7 +3,6 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <strings.h>
 
 #include "analysis/figure_detector.h"
 #include "analysis/figure_stats.h"
@@ -13,15 +12,10 @@
 #include "io/raster.h"
 #include "io/whole_file.h"
 #include "mpi/json_out.h"
+#include "mpi/output.h"
 
 const char *const rmap_stats_suffixes[] = {".csv", ".json", ".h5",  ".npz",
                                            ".npy", ".png",  ".svg", NULL};
-
-static bool ends_in(const char *path, const char *suffix)
-{
-    size_t len = strlen(path), n = strlen(suffix);
-    return len > n && strcasecmp(path + len - n, suffix) == 0;
-}
 
 static enum rmap_status write_text(const struct rmap_stats *stats,
                                    const struct rmap_stats_labels *labels, const char *path,
@@ -30,7 +24,7 @@ static enum rmap_status write_text(const struct rmap_stats *stats,
     enum rmap_status st = RMAP_OK;
     struct rmap_whole_file whole = {0};
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));
-    if (ends_in(path, ".csv"))
+    if (rmap_output_is(path, ".csv"))
         rmap_stats_csv(stats, labels, whole.file);
     else
         RMAP_TRY(rmap_json_print(rmap_stats_json(stats, labels), whole.file, err));
@@ -163,8 +157,8 @@ static enum rmap_status write_numpy(const struct arrays *arrays, const char *pat
         for (int k = 0; k < from->rank; k++)
             npy[i].dims[k] = from->dims[k];
     }
-    return ends_in(path, ".npy") ? rmap_npy_write(&npy[0], path, err)
-                                 : rmap_npz_write(npy, arrays->n, path, err);
+    return rmap_output_is(path, ".npy") ? rmap_npy_write(&npy[0], path, err)
+                                        : rmap_npz_write(npy, arrays->n, path, err);
 }
 
 static enum rmap_status write_h5(const struct rmap_stats *stats,
@@ -209,7 +203,7 @@ static enum rmap_status write_arrays(const struct rmap_stats *stats,
     RMAP_TRY(add_cells(stats, &arrays, err));
     for (size_t i = 0; i < stats->setup->quantities->n; i++)
         RMAP_TRY(add_quantity(stats, i, &arrays, err));
-    if (ends_in(path, ".h5"))
+    if (rmap_output_is(path, ".h5"))
         st = write_h5(stats, labels, &arrays, path, err);
     else
         st = write_numpy(&arrays, path, err);
@@ -224,7 +218,7 @@ enum rmap_status rmap_stats_write(const struct rmap_stats *stats,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_svg *svg = NULL;
-    if (ends_in(path, ".csv") || ends_in(path, ".json"))
+    if (rmap_output_is(path, ".csv") || rmap_output_is(path, ".json"))
         return write_text(stats, labels, path, err);
     if (rmap_picture_kind(path) == RMAP_PICTURE_NONE)
         return write_arrays(stats, labels, path, err);
