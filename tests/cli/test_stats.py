@@ -16,7 +16,7 @@ import numpy as np
 
 sys.dont_write_bytecode = True
 PROGRAM = os.environ["RAYMAP"]
-RAYS = 20000
+RAYS = 12000
 failures = 0
 
 # Light goes to and fro between two white walls, through a glass plate: rays are registered several
@@ -106,9 +106,8 @@ def error(columns, source, per_weight, emitted):
 
 def per_ray(m, ray, weight):
     """Sums over each ray of the rows of weight [reading][column]."""
-    out = np.zeros((len(m.ray["id"]), weight.shape[1]))
-    np.add.at(out, ray, weight)
-    return out
+    n = len(m.ray["id"])
+    return np.stack([np.bincount(ray, column, n) for column in weight.T], 1)
 
 
 def expected(m, ray, value, share, edges, ps):

@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/stats_search.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+/* Shares within this of each other are equal: sums of fluxes of several sources are rounded. */
+static const double SHARE_SLACK = 1e-12;
+
+/* Readings looked at at once. */
+enum { CHUNK = 1024 };
+
+void rmap_stats_search_fini(struct rmap_stats_search *search)
+{
+    rmap_free(search->below);
+    rmap_free(search->before);
+    rmap_free(search->of_bin);
+    rmap_free(search->wanted);
+    rmap_free(search->list);
+    rmap_free(search->item);
+}
+
+static const double *before_of(const struct rmap_stats_search *search, size_t class)
+{
+    return search->before + class * (search->stats->plan->n_fine + 1);
+}
+
+static void sum_up(struct rmap_stats_search *search, size_t class)
+{
+    const struct rmap_stats_setup *setup = search->stats->setup;
+    const size_t n_fine = search->stats->plan->n_fine;
+    const double *fine =
+        search->sums->fine + (class * setup->quantities->n + search->quantity) * n_fine;
+    const double flux = rmap_map_flux_per_weight(setup->quantities->map)[class % setup->n_source];
+    double *before = search->before + class * (n_fine + 1);
+    double *below = search->below + class / setup->n_source * (n_fine + 1);
+    for (size_t k = 0; k < n_fine; k++) {
+        before[k + 1] = before[k] + fine[k]; /* exact, so that a bin without light adds none */
+        below[k + 1] += flux * before[k + 1];
+    }
+}
+
+enum rmap_status rmap_stats_search_init(struct rmap_stats_search *search, struct rmap_error *err)
+{
+    const struct rmap_stats_setup *setup = search->stats->setup;
+    const size_t n_fine = search->stats->plan->n_fine, n_bin = setup->n_group * n_fine;
+    search->below = rmap_alloc(setup->n_group * (n_fine + 1), sizeof *search->below);
+    search->before = rmap_alloc(setup->n_class * (n_fine + 1), sizeof *search->before);
+    search->of_bin = rmap_alloc(n_bin, sizeof *search->of_bin);
+    search->wanted = rmap_alloc(n_bin, sizeof *search->wanted);
+    if (!search->below || !search->before || !search->of_bin || !search->wanted)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles");
+    for (size_t k = 0; k < n_bin; k++)
+        search->of_bin[k] = -1;
+    for (size_t class = 0; class < setup->n_class; class ++)
+        sum_up(search, class);
+    return RMAP_OK;
+}
+
+bool rmap_stats_search_is_whole(const struct rmap_stats_search *search)
+{
+    const struct rmap_stats_plan *plan = search->stats->plan;
+    return plan->setup->quantities->of[search->quantity].is_whole &&
+           plan->fine_per[search->quantity] == 1.0;
+}
+
+/* Fine bin in which a share p of the group's flux is reached; n_fine when it has none. */
+static size_t bin_at(const struct rmap_stats_search *search, size_t g, double p, double *target_ret)
+{
+    const size_t n_fine = search->stats->plan->n_fine;
+    const double *below = search->below + g * (n_fine + 1);
+    const double target = (p - SHARE_SLACK) * below[n_fine];
+    size_t low = 0, high = n_fine;
+    *target_ret = target;
+    if (!(below[n_fine] > 0.0))
+        return n_fine;
+    while (low < high) { /* first bin whose end reaches it and that has light */
+        size_t middle = (low + high) / 2;
+        if (below[middle + 1] >= target && below[middle + 1] > 0.0)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return low < n_fine ? low : n_fine - 1;
+}
+
+static enum rmap_status want_one(struct rmap_stats_search *search, size_t g, double p,
+                                 struct rmap_error *err)
+{
+    double target;
+    size_t n_fine = search->stats->plan->n_fine, k = bin_at(search, g, p, &target);
+    if (isnan(p) || k == n_fine || search->of_bin[g * n_fine + k] >= 0)
+        return RMAP_OK;
+    void *memory = search->list;
+    enum rmap_status st =
+        rmap_reserve(&memory, &search->list_cap, search->n_list + 1, sizeof *search->list, err);
+    search->list = memory;
+    if (st != RMAP_OK)
+        return st;
+    search->wanted[g * n_fine + k] = 1;
+    search->of_bin[g * n_fine + k] = (int32_t)search->n_list;
+    search->list[search->n_list++] =
+        (struct rmap_stats_list){.least = (double)INFINITY, .greatest = -(double)INFINITY};
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_stats_search_want(struct rmap_stats_search *search, const double *p, size_t n,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!search->in_memory || rmap_stats_search_is_whole(search))
+        return RMAP_OK;
+    for (size_t k = 0; k < search->stats->n_group * n; k++)
+        RMAP_TRY(want_one(search, k / n, p[k], err));
+out:
+    return st;
+}
+
+/* Readings [first, first + n) that belong to a list, and to which. Returns how many. */
+static size_t pick(const struct rmap_stats_search *search, size_t first, size_t n, uint32_t *picked,
+                   int32_t *list)
+{
+    const struct rmap_stats_plan *plan = search->stats->plan;
+    const uint32_t *tag = search->block.tag + first, n_source = (uint32_t)plan->setup->n_source;
+    int32_t place[CHUNK];
+    size_t n_picked = 0;
+    rmap_stats_fine_places(plan, search->quantity, search->block.value[search->quantity] + first, n,
+                           place);
+    for (size_t k = 0; plan->setup->n_group > 1 && k < n; k++)
+        place[k] += (int32_t)(rmap_stats_class(tag[k]) / n_source * (uint32_t)plan->n_fine);
+    for (size_t k = 0; k < n; k++) {
+        picked[n_picked] = (uint32_t)k;
+        n_picked += search->wanted[place[k]];
+    }
+    for (size_t i = 0; i < n_picked; i++)
+        list[i] = search->of_bin[place[picked[i]]];
+    return n_picked;
+}
+
+/* The least and greatest of every list: where they are equal, nothing need be sorted. */
+static void measure_lists(struct rmap_stats_search *search)
+{
+    uint32_t picked[CHUNK];
+    int32_t of[CHUNK];
+    for (size_t first = 0; first < search->block.n; first += CHUNK) {
+        const size_t rest = search->block.n - first, n = rest < CHUNK ? rest : CHUNK;
+        const size_t n_picked = pick(search, first, n, picked, of);
+        for (size_t i = 0; i < n_picked; i++) {
+            struct rmap_stats_list *list = &search->list[of[i]];
+            double value = search->block.value[search->quantity][first + picked[i]];
+            list->least = value < list->least ? value : list->least;
+            list->greatest = value > list->greatest ? value : list->greatest;
+        }
+    }
+}
+
+static int compare_items(const void *a, const void *b)
+{
+    const struct rmap_stats_item *x = a, *y = b;
+    if (x->list != y->list)
+        return x->list < y->list ? -1 : 1;
+    return (x->value > y->value) - (x->value < y->value);
+}
+
+/* Adds the readings [first, first + n) of lists, but of those known to hold one value only. */
+static enum rmap_status add_items(struct rmap_stats_search *search, size_t first, size_t n,
+                                  struct rmap_error *err)
+{
+    uint32_t picked[CHUNK];
+    int32_t of[CHUNK];
+    const size_t n_picked = pick(search, first, n, picked, of);
+    void *memory = search->item;
+    enum rmap_status st = rmap_reserve(&memory, &search->item_cap, search->n_item + n_picked + 1,
+                                       sizeof *search->item, err);
+    search->item = memory;
+    for (size_t i = 0; st == RMAP_OK && i < n_picked; i++) {
+        const size_t k = first + picked[i];
+        if (search->list[of[i]].least == search->list[of[i]].greatest)
+            continue;
+        search->item[search->n_item++] =
+            (struct rmap_stats_item){.value = search->block.value[search->quantity][k],
+                                     .weight = rmap_stats_weight(&search->block, k),
+                                     .source = rmap_stats_class(search->block.tag[k]) %
+                                               (uint32_t)search->stats->setup->n_source,
+                                     .list = (uint32_t)of[i]};
+    }
+    return st;
+}
+
+static void divide_items(struct rmap_stats_search *search)
+{
+    qsort(search->item, search->n_item, sizeof *search->item, compare_items);
+    for (size_t first = 0, end; first < search->n_item; first = end) {
+        struct rmap_stats_list *list = &search->list[search->item[first].list];
+        for (end = first;
+             end < search->n_item && search->item[end].list == search->item[first].list;)
+            end++;
+        list->first = first;
+        list->n = end - first;
+        list->least = search->item[first].value;
+        list->greatest = search->item[end - 1].value;
+    }
+}
+
+enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_stats_setup *setup = search->stats->setup;
+    if (search->n_filled == search->n_list)
+        return RMAP_OK;
+    for (size_t i = 0; i < search->n_list; i++)
+        search->list[i] =
+            (struct rmap_stats_list){.least = (double)INFINITY, .greatest = -(double)INFINITY};
+    if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
+        measure_lists(search); /* few values, which many rays share */
+    search->n_item = 0;
+    for (size_t first = 0; first < search->block.n; first += CHUNK) {
+        const size_t rest = search->block.n - first;
+        RMAP_TRY(add_items(search, first, rest < CHUNK ? rest : CHUNK, err));
+    }
+    divide_items(search);
+    search->n_filled = search->n_list;
+out:
+    return st;
+}
+
+/* In a list whose readings are sorted: the first value at which the flux, `below` before the list,
+ * reaches the target. Flux sums up per source, then over sources: the order of equal values does
+ * not matter. weight: [n_source] scratch. */
+static double value_in_list(const struct rmap_stats_search *search,
+                            const struct rmap_stats_list *list, double below, double target,
+                            double *weight)
+{
+    const struct rmap_stats_setup *setup = search->stats->setup;
+    const double *flux_per_weight = rmap_map_flux_per_weight(setup->quantities->map);
+    for (size_t s = 0; s < setup->n_source; s++)
+        weight[s] = 0.0;
+    for (size_t k = list->first; k < list->first + list->n; k++) {
+        const struct rmap_stats_item *item = &search->item[k];
+        weight[item->source] += item->weight;
+        if (k + 1 < list->first + list->n && search->item[k + 1].value == item->value)
+            continue;
+        double flux = below;
+        for (size_t s = 0; s < setup->n_source; s++)
+            flux += flux_per_weight[s] * weight[s];
+        if (flux >= target)
+            return item->value;
+    }
+    return list->greatest;
+}
+
+double rmap_stats_search_at(const struct rmap_stats_search *search, size_t g, double p,
+                            double *weight)
+{
+    const struct rmap_stats_plan *plan = search->stats->plan;
+    const size_t n_fine = plan->n_fine, i = search->quantity;
+    double target;
+    const size_t k = bin_at(search, g, p, &target);
+    if (k == n_fine)
+        return (double)NAN;
+    const double *below = search->below + g * (n_fine + 1);
+    const int32_t index = search->of_bin[g * n_fine + k];
+    if (index >= 0 && (size_t)index < search->n_filled) {
+        const struct rmap_stats_list *list = &search->list[index];
+        return list->least < list->greatest ? value_in_list(search, list, below[k], target, weight)
+                                            : list->least;
+    }
+    if (rmap_stats_search_is_whole(search))
+        return plan->fine_low[i] + 0.5 + (double)k;
+    if (plan->fine_per[i] == 0.0)
+        return plan->fine_low[i];
+    double part = (target - below[k]) / (below[k + 1] - below[k]);
+    return plan->fine_low[i] + ((double)k + fmin(fmax(part, 0.0), 1.0)) / plan->fine_per[i];
+}
+
+double rmap_stats_search_below(const struct rmap_stats_search *search, size_t class, double value)
+{
+    const struct rmap_stats_plan *plan = search->stats->plan;
+    const size_t g = class / plan->setup->n_source, s = class % plan->setup->n_source;
+    const size_t bin = rmap_stats_fine(plan, search->quantity, value);
+    const double *before = before_of(search, class);
+    const int32_t index = search->of_bin[g * plan->n_fine + bin];
+    if (index < 0 || (size_t)index >= search->n_filled)
+        return before[bin + 1];
+    const struct rmap_stats_list *list = &search->list[index];
+    if (!(list->least < list->greatest))
+        return before[bin + 1];
+    double weight = before[bin];
+    for (size_t k = list->first; k < list->first + list->n && search->item[k].value <= value; k++)
+        weight += search->item[k].source == s ? search->item[k].weight : 0.0;
+    return weight;
+}

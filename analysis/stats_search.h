@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Where shares of the flux are reached. The fine histogram says in which of its bins; with the
+ * readings in memory, those of the few bins of interest are listed and sorted and tell it exactly;
+ * without, it is interpolated in the bin.
+ */
+#ifndef RMAP_STATS_SEARCH_H
+#define RMAP_STATS_SEARCH_H
+
+#include "analysis/stats.h"
+
+struct rmap_stats_item {
+    double value, weight;
+    uint32_t source;
+    uint32_t list;
+};
+
+/* A fine bin that is of interest: what is in it. */
+struct rmap_stats_list {
+    double least, greatest;
+    size_t first, n; /* of the items */
+};
+
+/* One quantity of all groups. All but what it allocates is borrowed. */
+struct rmap_stats_search {
+    const struct rmap_stats *stats;
+    const struct rmap_stats_sums *sums;
+    struct rmap_stats_block block; /* no readings: not in memory */
+    bool in_memory;
+    size_t quantity;
+    double *below;   /* [n_group][n_fine + 1] flux in the bins before */
+    double *before;  /* [n_class][n_fine + 1] weight in the bins before */
+    int32_t *of_bin; /* [n_group][n_fine] list, -1: of no interest */
+    uint8_t *wanted; /* same layout: 1 where there is a list */
+    struct rmap_stats_list *list;
+    size_t n_list, list_cap, n_filled;
+    struct rmap_stats_item *item;
+    size_t n_item, item_cap;
+};
+
+/* The caller has set what is borrowed. */
+enum rmap_status rmap_stats_search_init(struct rmap_stats_search *search,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_stats_search_fini(struct rmap_stats_search *search);
+
+/* Every fine bin is that of one whole number. */
+bool rmap_stats_search_is_whole(const struct rmap_stats_search *search);
+
+/* Says that shares p [n_group][n] will be looked for; NaN is none. */
+enum rmap_status rmap_stats_search_want(struct rmap_stats_search *search, const double *p, size_t n,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Lists the readings wanted, unless they are. */
+enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Least value with a share p of the group's flux at or below it; interpolated where its bin is not
+ * listed. weight: [n_source] scratch. */
+double rmap_stats_search_at(const struct rmap_stats_search *search, size_t g, double p,
+                            double *weight);
+
+/* Weight of a class at or below a value: of its bin, all where that is not listed. */
+double rmap_stats_search_below(const struct rmap_stats_search *search, size_t class, double value);
+
+#endif
