@@ -10,6 +10,7 @@ import json
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 
 import h5py
 import numpy as np
@@ -388,9 +389,10 @@ def check_refusals(path):
         ("--of", "path_length", "--quantiles", "nan"): (2, "from 0 to 100"),
         ("--of", "path_length", "-o", "x.doc"): (2, ".csv"),
     }
-    for arguments, (status, text) in wrong.items():
-        message = run("stats", path, *arguments, status=status).stderr
-        check(text in message, f"{arguments}: {message}")
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        done = pool.map(lambda one: run("stats", path, *one[0], status=one[1][0]), wrong.items())
+    for (arguments, (_, text)), refused in zip(wrong.items(), done):
+        check(text in refused.stderr, f"{arguments}: {refused.stderr}")
     run("stats", path, "--of", "path_length", "--log", "-o", "log.json", "--force")
     with open("log.json", encoding="utf8") as file:
         edges = json.load(file)["histogram"]["edges"]
@@ -401,10 +403,17 @@ def check_seeds():
     """Variance over seeds against the errors reported: each ratio within the law of chi-square
     with 19 degrees of freedom, 99.8 % of which lie in [0.29, 2.3]."""
     seen = {}
-    for seed in range(20):
-        run("trace", "scene.yaml", "-o", "seed.raymap", "-n", 1500, "--seed", 100 + seed,
+
+    def of_seed(seed):
+        name = f"seed-{seed}.raymap"
+        run("trace", "scene.yaml", "-o", name, "-n", 1500, "--seed", 100 + seed, "--threads", 1,
             "--force", "--quiet")
-        got = stats("seed.raymap", "--of", "optical_path(sensor)", "--bins", "0,20,60,400 m")
+        return stats(name, "--of", "optical_path(sensor)", "--bins", "0,20,60,400 m",
+                     "--threads", 1)
+
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        results = list(pool.map(of_seed, range(20)))
+    for got in results:
         figures = {k: got[k] for k in ("flux", "mean", "standard_deviation")}
         figures["median"] = got["quantiles"][2]
         for b in range(3):
