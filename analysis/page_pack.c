@@ -5,28 +5,17 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/base64.h"
 
-/* Bytes in base64 (RFC 4648), as a JSON string. */
+/* As a JSON string. */
 static json_t *base64(const uint8_t *byte, size_t n)
 {
-    static const char letter[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    size_t length = (n + 2) / 3 * 4, at = 0;
+    const size_t length = (n + 2) / 3 * 4;
     char *text = rmap_alloc(length + 1, 1);
     if (!text)
         return NULL;
-    for (size_t i = 0; i < n; i += 3) {
-        size_t left = n - i;
-        uint32_t word = (uint32_t)byte[i] << 16 | (left > 1 ? (uint32_t)byte[i + 1] << 8 : 0) |
-                        (left > 2 ? byte[i + 2] : 0);
-        text[at++] = letter[word >> 18];
-        text[at++] = letter[word >> 12 & 63];
-        text[at++] = '=';
-        text[at++] = '=';
-        if (left > 1)
-            text[at - 2] = letter[word >> 6 & 63];
-        if (left > 2)
-            text[at - 1] = letter[word & 63];
-    }
+    for (size_t i = 0; i < n; i += 3)
+        rmap_base64_four(byte + i, n - i, text + i / 3 * 4);
     json_t *string = json_stringn_nocheck(text, length);
     rmap_free(text);
     return string;

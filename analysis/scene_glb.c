@@ -4,6 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 #include "analysis/figure_rays.h"
 #include "analysis/scene_mesh.h"
@@ -275,7 +276,10 @@ enum rmap_status rmap_scene_glb_write(const struct rmap_map *map, const struct r
     if (paint->n_group == 0)
         RMAP_TRY(add_rays(&self, 0, "rays", err));
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));
-    RMAP_TRY(rmap_glb_write(self.glb, whole.file, err));
+    const char *suffix = strrchr(path, '.');
+    RMAP_TRY(suffix && strcasecmp(suffix, ".gltf") == 0
+                 ? rmap_gltf_write(self.glb, whole.file, err)
+                 : rmap_glb_write(self.glb, whole.file, err));
     st = rmap_whole_file_finish(&whole, err);
 out:
     rmap_whole_file_fini(&whole);

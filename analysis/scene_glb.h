@@ -9,7 +9,8 @@
 #include "analysis/ray_paint.h"
 #include "io/map_reader.h"
 
-/* rays: all columns. path: replaced when the whole is written. Points of curved legs are those that
+/* rays: all columns. path: binary, or JSON where it ends in .gltf; replaced when
+ * the whole is written. Points of curved legs are those that
  * were recorded. RMAP_SYSTEM. */
 enum rmap_status rmap_scene_glb_write(const struct rmap_map *map, const struct rmap_portion *rays,
                                       const struct rmap_ray_paint *paint, const char *path,

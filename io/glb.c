@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/base64.h"
 
 /* The specification's numbers (section 5). */
 enum { FLOAT = 5126, UNSIGNED_INT = 5125, UNSIGNED_BYTE = 5121 };
@@ -208,8 +209,9 @@ enum rmap_status rmap_glb_place(struct rmap_glb *self, const char *name, size_t 
                          : append(self->placed, json_integer((json_int_t)index + 1), &same, err);
 }
 
-/* Node 0 brings everything to metres and upright; the others follow it. */
-static json_t *document(const struct rmap_glb *self)
+/* Node 0 brings everything to metres and upright; the others follow it. uri: of the buffer; NULL:
+ * it is the chunk behind the document. */
+static json_t *document(const struct rmap_glb *self, const char *uri)
 {
     const double half = self->z_upright ? -sqrt(0.5) : 0.0, whole = self->z_upright ? sqrt(0.5) : 1;
     json_t *root = json_pack("{s:s, s:[f,f,f], s:[f,f,f,f], s:O}", "name", "raymap", "scale",
@@ -237,9 +239,12 @@ static json_t *document(const struct rmap_glb *self)
     for (size_t i = 0; i < sizeof part / sizeof *part && !failed; i++)
         if (json_array_size(part[i].value) > 0) /* the specification wants no empty arrays */
             failed = json_object_set(all, part[i].key, part[i].value);
+    json_t *buffer = json_pack("[{s:I}]", "byteLength", (json_int_t)self->nbytes);
     if (!failed && self->nbytes > 0)
-        failed = json_object_set_new(all, "buffers",
-                                     json_pack("[{s:I}]", "byteLength", (json_int_t)self->nbytes));
+        failed = !buffer || json_object_set(all, "buffers", buffer);
+    if (!failed && uri)
+        failed = json_object_set_new(json_array_get(buffer, 0), "uri", json_string_nocheck(uri));
+    json_decref(buffer);
     if (failed) {
         json_decref(all);
         return NULL;
@@ -257,7 +262,7 @@ static void put_u32(uint64_t value, FILE *out)
 enum rmap_status rmap_glb_write(const struct rmap_glb *self, FILE *out, struct rmap_error *err)
 {
     enum { HEAD = 12, CHUNK_HEAD = 8 };
-    json_t *all = document(self);
+    json_t *all = document(self, NULL);
     char *text = all ? json_dumps(all, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
     json_decref(all);
     if (!text)
@@ -287,4 +292,20 @@ enum rmap_status rmap_glb_write(const struct rmap_glb *self, FILE *out, struct r
 out:
     free(text);
     return st;
+}
+
+enum rmap_status rmap_gltf_write(const struct rmap_glb *self, FILE *out, struct rmap_error *err)
+{
+    static const char head[] = "data:application/octet-stream;base64,";
+    char *uri = rmap_alloc(sizeof head + self->nbytes / 3 * 4 + 4, 1);
+    if (!uri)
+        return no_memory(err);
+    memcpy(uri, head, sizeof head);
+    for (size_t i = 0; i < self->nbytes; i += 3)
+        rmap_base64_four(self->bytes + i, self->nbytes - i, uri + sizeof head - 1 + i / 3 * 4);
+    json_t *all = document(self, self->nbytes > 0 ? uri : NULL);
+    const int failed = !all || json_dumpf(all, out, JSON_COMPACT | JSON_REAL_PRECISION(9)) != 0;
+    json_decref(all);
+    rmap_free(uri);
+    return failed && !ferror(out) ? no_memory(err) : RMAP_OK;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * A writer of glTF 2.0 scenes in one binary file (.glb; Khronos Group, "glTF 2.0 Specification",
- * 2021): materials, triangle meshes, lines with a colour per point, and named nodes that place
- * them. The same calls give the same bytes.
+ * A writer of glTF 2.0 scenes in one file (Khronos Group, "glTF 2.0 Specification", 2021):
+ * materials, triangle meshes, lines with a colour per point, and named nodes that place them. The
+ * same calls give the same bytes.
  */
 #ifndef RMAP_GLB_H
 #define RMAP_GLB_H
@@ -51,8 +51,12 @@ enum rmap_status rmap_glb_add_lines(struct rmap_glb *glb, const char *name, cons
 enum rmap_status rmap_glb_place(struct rmap_glb *glb, const char *name, size_t mesh,
                                 const double matrix[16], struct rmap_error *err) RMAP_MUST_USE;
 
-/* Writes the whole; the file's errors are left to the caller's ferror. */
+/* Writes the whole, as a binary file (.glb), or as JSON with the numbers in base64 (.gltf). The
+ * file's errors are left to the caller's ferror. RMAP_USAGE beyond what a binary one holds. */
 enum rmap_status rmap_glb_write(const struct rmap_glb *glb, FILE *out,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+enum rmap_status rmap_gltf_write(const struct rmap_glb *glb, FILE *out,
+                                 struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/base64.h"
 #include "trace/event.h"
 
 /* A piece ends with the ray that makes it as long as this. */
@@ -67,14 +68,9 @@ enum { LENGTH_NBYTES = 8 };
 
 static void write_base64(const uint8_t *bytes, size_t n, FILE *file)
 {
-    static const char digit[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    char four[4];
     for (size_t i = 0; i < n; i += 3) {
-        uint32_t left = n - i < 3 ? (uint32_t)(n - i) : 3;
-        uint32_t bits = (uint32_t)bytes[i] << 16 | (left > 1 ? (uint32_t)bytes[i + 1] << 8 : 0) |
-                        (left > 2 ? bytes[i + 2] : 0);
-        const char four[4] = {digit[bits >> 18], digit[bits >> 12 & 63],
-                              left > 1 ? digit[bits >> 6 & 63] : '=',
-                              left > 2 ? digit[bits & 63] : '='};
+        rmap_base64_four(bytes + i, n - i, four);
         (void)fwrite(four, 1, sizeof four, file);
     }
 }

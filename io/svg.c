@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/base64.h"
 #include "io/xml_text.h"
 
 #define FONT "DejaVu Sans, Verdana, Helvetica, Arial, sans-serif"
@@ -272,13 +273,9 @@ double rmap_svg_string_width(const char *string, double size)
 
 static void put_base64(struct rmap_svg *svg, const uint8_t *bytes, size_t n)
 {
-    static const char digit[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    char four[4];
     for (size_t i = 0; i < n; i += 3) {
-        size_t left = n - i;
-        uint32_t word = (uint32_t)bytes[i] << 16 | (left > 1 ? (uint32_t)bytes[i + 1] << 8 : 0) |
-                        (left > 2 ? (uint32_t)bytes[i + 2] : 0);
-        char four[4] = {digit[word >> 18], digit[word >> 12 & 63],
-                        left > 1 ? digit[word >> 6 & 63] : '=', left > 2 ? digit[word & 63] : '='};
+        rmap_base64_four(bytes + i, n - i, four);
         put_bytes(svg, four, 4);
     }
 }

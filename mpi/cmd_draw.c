@@ -29,7 +29,7 @@ static const struct rmap_option options[] = {
     RMAP_ASKED_OPTIONS,
     {"output", 'o', "OUT",
      "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
-     "ParaView; OUT.glb: a glTF scene"},
+     "ParaView; OUT.glb, OUT.gltf: a glTF scene"},
     {"limit", 'l', "N",
      "draw the N matching rays with the smallest ids (default 300; in a page 2000)"},
     {"view", 'v', "VIEW",

@@ -42,11 +42,9 @@ static enum rmap_status read_format(const char *path, enum rmap_draw_format *for
     static const struct {
         const char *suffix;
         enum rmap_draw_format format;
-    } known[] = {{".svg", RMAP_DRAW_PICTURE},
-                 {".png", RMAP_DRAW_PICTURE},
-                 {".html", RMAP_DRAW_PAGE},
-                 {".vtp", RMAP_DRAW_POLYDATA},
-                 {".glb", RMAP_DRAW_GLTF}};
+    } known[] = {{".svg", RMAP_DRAW_PICTURE}, {".png", RMAP_DRAW_PICTURE},
+                 {".html", RMAP_DRAW_PAGE},   {".vtp", RMAP_DRAW_POLYDATA},
+                 {".glb", RMAP_DRAW_GLTF},    {".gltf", RMAP_DRAW_GLTF}};
     const char *suffix = path ? strrchr(path, '.') : NULL;
     if (!path)
         return rmap_error_set(err, RMAP_USAGE,
@@ -109,7 +107,7 @@ out:
 enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                         struct rmap_draw_request *request, struct rmap_error *err)
 {
-    static const char *const suffixes[] = {".svg", ".png", ".html", ".vtp", ".glb", NULL};
+    static const char *const suffixes[] = {".svg", ".png", ".html", ".vtp", ".glb", ".gltf", NULL};
     enum rmap_status st = RMAP_OK;
     *request = (struct rmap_draw_request){.map_path = given->operand[0],
                                           .output_path = rmap_argument(given, "output")};

@@ -13,7 +13,7 @@ enum rmap_draw_format {
     RMAP_DRAW_PICTURE,  /* .svg, .png */
     RMAP_DRAW_PAGE,     /* .html */
     RMAP_DRAW_POLYDATA, /* .vtp */
-    RMAP_DRAW_GLTF      /* .glb */
+    RMAP_DRAW_GLTF      /* .glb, .gltf */
 };
 
 struct rmap_draw_request {

@@ -27,7 +27,7 @@ for np in 1 3; do
 done
 
 expect 2 '\-o OUT.svg' "$RAYMAP" draw a.raymap
-expect 2 '\.svg, \.png, \.html, \.vtp or \.glb' "$RAYMAP" draw a.raymap -o a.pdf
+expect 2 '\.svg, \.png, \.html, \.vtp, \.glb or \.gltf' "$RAYMAP" draw a.raymap -o a.pdf
 expect 2 'exists' "$RAYMAP" draw a.raymap -o yz.svg
 expect 2 'yz, xz, xy or 3d' "$RAYMAP" draw a.raymap -o b.svg --view zz
 expect 2 'limit' "$RAYMAP" draw a.raymap -o b.svg --limit 0

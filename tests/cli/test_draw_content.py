@@ -3,6 +3,7 @@
 """The promise: pictures show what is in the map. Colours of paths, criteria and orders are those of
 the legend and count the rays that `query` counts; bodies hide rays; a lens's section is its profile;
 glTF and VTK files hold the rays; the same bytes for any number of ranks."""
+import base64
 import json
 import math
 import os
@@ -251,6 +252,13 @@ def test_gltf():
     with open("rays.json", encoding="utf8") as file:
         rays = json.load(file)
     assert lines == sum(len(ray["steps"]) for ray in rays), lines
+    run("draw", "lens.raymap", "--where", "registered(sensor)", "--limit", n, "--color", "order",
+        "-o", "lens.gltf", "--force")
+    with open("lens.gltf", encoding="utf8") as file:
+        text = json.load(file)
+    head, packed = text["buffers"][0].pop("uri").split(",")
+    assert head == "data:application/octet-stream;base64" and text == scene
+    assert base64.b64decode(packed, validate=True) == data
 
 
 def test_polydata():
