@@ -50,6 +50,7 @@ struct rmap_shard_writer {
     pthread_mutex_t lock;
     /* Under the lock. */
     enum rmap_status failed; /* RMAP_OK, or why the shard is unusable */
+    struct rmap_error cause; /* told to all who come later */
     int next_number;
     struct rmap_shard_piece *piece; /* being filled, or NULL */
     struct rmap_chunk *open[RMAP_STREAM_MAX];

@@ -174,10 +174,14 @@ out:
 }
 
 /* Runs under the lock unless the shard failed already; its failure is the shard's. */
-static enum rmap_status leave(struct rmap_shard_writer *self, enum rmap_status st)
+static enum rmap_status leave(struct rmap_shard_writer *self, enum rmap_status st,
+                              const struct rmap_error *err)
 {
-    if (st != RMAP_OK && self->failed == RMAP_OK)
+    if (st != RMAP_OK && self->failed == RMAP_OK) {
         self->failed = st;
+        if (err)
+            self->cause = *err;
+    }
     atomic_store_explicit(&self->backlog, self->queue.nbytes, memory_order_relaxed);
     (void)pthread_mutex_unlock(&self->lock);
     return st;
@@ -188,9 +192,11 @@ static enum rmap_status enter(struct rmap_shard_writer *self, struct rmap_error 
     (void)pthread_mutex_lock(&self->lock);
     if (self->failed == RMAP_OK)
         return RMAP_OK;
+    const struct rmap_error cause = self->cause;
     enum rmap_status st = self->failed;
     (void)pthread_mutex_unlock(&self->lock);
-    return rmap_error_set(err, st, "%s: the shard failed earlier", self->path);
+    return rmap_error_set(err, st, "%s",
+                          cause.text[0] ? cause.text : "a shard could not be written");
 }
 
 enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
@@ -217,7 +223,7 @@ enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
         return st;
     st = enter(self, err);
     if (st == RMAP_OK)
-        st = leave(self, append_locked(self, slot, &info, err));
+        st = leave(self, append_locked(self, slot, &info, err), err);
     rmap_row_slot_give_back(slot);
     return st;
 }
@@ -270,7 +276,7 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
         st = take_encoder(self, &slot, err);
     if (slot)
         chunk = rmap_chunk_queue_next(&self->queue);
-    st = leave(self, st);
+    st = leave(self, st, err);
     if (!slot)
         return st;
 
@@ -281,7 +287,7 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
     self->idle = slot;
     rmap_chunk_queue_encoded(&self->queue, chunk);
     *did_ret = st == RMAP_OK;
-    return leave(self, st);
+    return leave(self, st, err);
 }
 
 static enum rmap_status finish_piece(struct rmap_shard_writer *self,
@@ -342,7 +348,7 @@ enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct 
         (void)pthread_mutex_lock(&self->lock);
         release_chunk(self, chunk);
     }
-    return leave(self, st);
+    return leave(self, st, err);
 }
 
 /* Asks for a flush unless one is pending, whose rows are older than the call; *asked_ret is true
@@ -356,7 +362,7 @@ static enum rmap_status ask_flush(struct rmap_shard_writer *self, bool *asked_re
     *asked_ret = !self->flush.pending;
     if (*asked_ret)
         st = rmap_shard_flush_begin(self, err);
-    return leave(self, st);
+    return leave(self, st, err);
 }
 
 /* A flush, or a piece that is to be published. */
@@ -399,7 +405,7 @@ enum rmap_status rmap_shard_writer_end(struct rmap_shard_writer *self, struct rm
         return st;
     if (self->piece)
         st = end_piece(self, err);
-    return leave(self, st);
+    return leave(self, st, err);
 }
 
 enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct rmap_error *err)
