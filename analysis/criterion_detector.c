@@ -3,6 +3,7 @@
  * Tests of a ray's registrations: registered, crossed, angle, x, y, time, optical_path, where.
  */
 #include <math.h>
+#include <string.h>
 
 #include "analysis/criterion_parser.h"
 
@@ -16,6 +17,12 @@ static const struct its_number {
     {"time", RMAP_REGISTRATION_TIME},
     {"optical_path", RMAP_REGISTRATION_OPTICAL_PATH},
 };
+
+/* Tests of the steps before a registration, which stand in `where`, too (criterion_word.c). */
+static const char *const step_words[] = {"hit",     "surface",     "event",         "medium",
+                                         "bounces", "ghost_order", "scatter_order", "after"};
+enum { N_STEP_WORD = sizeof step_words / sizeof *step_words };
+
 enum { N_ITS_NUMBER = sizeof its_number_table / sizeof *its_number_table };
 
 bool rmap_parser_at_its_number(const struct rmap_parser *parser,
@@ -76,18 +83,20 @@ out:
 
 enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node_ret)
 {
-    const char *candidate[N_ITS_NUMBER];
+    const char *candidate[N_ITS_NUMBER + N_STEP_WORD];
     struct rmap_token word = parser->token;
     size_t row = 0;
     while (row < N_ITS_NUMBER && !rmap_parser_at_word(parser, its_number_table[row].word))
         row++;
     for (size_t i = 0; i < N_ITS_NUMBER; i++)
         candidate[i] = its_number_table[i].word;
+    memcpy(candidate + N_ITS_NUMBER, step_words, sizeof step_words);
     if (word.kind != RMAP_TOKEN_WORD)
-        return rmap_parser_expected(parser, "angle, x, y, time or optical_path");
+        return rmap_parser_expected(parser, "angle, x, y, time, optical_path, or a test of the "
+                                            "steps before such as hit(NAME)");
     if (row == N_ITS_NUMBER)
         return rmap_parser_fail_word(parser, &word, "number of a registration", candidate,
-                                     N_ITS_NUMBER);
+                                     N_ITS_NUMBER + N_STEP_WORD);
     enum rmap_status st = rmap_parser_advance(parser);
     if (st == RMAP_OK)
         st =

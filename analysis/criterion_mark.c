@@ -177,20 +177,71 @@ double rmap_registration_number(const struct rmap_scene *scene, const struct rma
     return (double)NAN;
 }
 
-static bool where_holds(const struct rmap_criterion *criterion, int32_t index,
-                        const struct rmap_portion *portion, size_t row)
+/* A registration, and the legs before that on which the detector was reached. */
+struct seen {
+    const struct rmap_criterion *criterion;
+    const struct rmap_portion *portion;
+    size_t row;
+    struct rmap_strip before; /* of one ray */
+};
+
+/* Goes on to registration `row`, further on in the portion. ray_row: where the rays' rows of
+ * /registration begin. */
+static void see_next(struct seen *seen, size_t row, size_t *ray_row)
 {
+    const struct rmap_ray_columns *ray = &seen->portion->ray;
+    size_t at = seen->before.ray, first = seen->before.first;
+    for (; row >= *ray_row + ray->registration_count[at]; at++) {
+        *ray_row += ray->registration_count[at];
+        first += ray->segment_count[at];
+    }
+    size_t leg = seen->portion->registration.segment[row];
+    seen->before =
+        (struct rmap_strip){.first = first,
+                            .n = leg < ray->segment_count[at] ? leg : ray->segment_count[at],
+                            .ray = at,
+                            .ray_row = first};
+    seen->row = row;
+}
+
+/* Steps that count, of all before or of the last one at an object. */
+static uint32_t count_before(const struct seen *seen, const struct rmap_step_test *test)
+{
+    enum { N = 256 };
+    uint8_t flag[N];
+    uint32_t sum = 0;
+    struct rmap_strip part = seen->before;
+    size_t end = part.first + part.n;
+    if (test->of_last) {
+        while (end > part.first && seen->portion->segment.object[end - 1] < 0)
+            end--;
+        part.first = end > part.first ? end - 1 : end;
+    }
+    for (; part.first < end; part.first += N) {
+        part.n = end - part.first < N ? end - part.first : N;
+        rmap_steps_mark(seen->criterion, test, seen->portion, &part, flag);
+        for (size_t i = 0; i < part.n; i++)
+            sum += flag[i];
+    }
+    return sum;
+}
+
+static bool where_holds(const struct seen *seen, int32_t index)
+{
+    const struct rmap_criterion *criterion = seen->criterion;
     const struct rmap_criterion_node *node = &criterion->node[index];
     if (node->kind == RMAP_CRITERION_ITS_NUMBER)
         return rmap_interval_holds(
             &node->interval,
-            rmap_registration_number(criterion->scene, portion, row, node->its_number));
+            rmap_registration_number(criterion->scene, seen->portion, seen->row, node->its_number));
+    if (node->kind == RMAP_CRITERION_STEPS)
+        return rmap_interval_holds(&node->interval, count_before(seen, &node->steps));
     if (node->kind == RMAP_CRITERION_NOT)
-        return !where_holds(criterion, node->first, portion, row);
+        return !where_holds(seen, node->first);
     bool is_and = node->kind == RMAP_CRITERION_AND, own = is_and;
     for (int32_t child = node->first; child >= 0 && own == is_and;
          child = criterion->node[child].next)
-        own = where_holds(criterion, child, portion, row);
+        own = where_holds(seen, child);
     return own;
 }
 
@@ -248,6 +299,27 @@ RMAP_WIDE static void keep_one_box(const struct rmap_box *box, const uint16_t *r
         flag[i] &= (at[2 * i] - x <= width) & (at[2 * i + 1] - y <= height) & !empty;
 }
 
+static void keep_where(const struct rmap_criterion *criterion, int32_t where,
+                       const struct rmap_portion *portion, const struct rmap_strip *strip,
+                       uint8_t *flag)
+{
+    const bool of_steps =
+        (criterion->node[where].columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
+    struct seen seen = {criterion, portion, strip->first, {.ray = strip->ray}};
+    size_t ray_row = strip->ray_row;
+    for (size_t i = 0; of_steps && i < strip->ray; i++)
+        seen.before.first += portion->ray.segment_count[i];
+    for (size_t i = 0; i < strip->n; i++) {
+        if (!flag[i])
+            continue;
+        if (of_steps)
+            see_next(&seen, strip->first + i, &ray_row);
+        else
+            seen.row = strip->first + i;
+        flag[i] = where_holds(&seen, where);
+    }
+}
+
 void rmap_registrations_mark(const struct rmap_criterion *criterion,
                              const struct rmap_registration_test *test,
                              const struct rmap_portion *portion, const struct rmap_strip *strip,
@@ -265,13 +337,12 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
         keep_one_box(&test->box[test->detector.low], at + 2 * first, n, flag);
     else if (test->box)
         keep_box(test->box, registration->detector + first, at + 2 * first, n, flag);
-    if (is_curved(test->region) || test->where >= 0)
+    if (is_curved(test->region))
         for (size_t i = 0; i < n; i++)
             if (flag[i])
                 flag[i] =
-                    (!is_curved(test->region) ||
-                     region_has(test,
-                                &criterion->scene->detector[registration->detector[first + i]],
-                                registration->relative + 2 * (first + i))) &&
-                    (test->where < 0 || where_holds(criterion, test->where, portion, first + i));
+                    region_has(test, &criterion->scene->detector[registration->detector[first + i]],
+                               registration->relative + 2 * (first + i));
+    if (test->where >= 0)
+        keep_where(criterion, test->where, portion, strip, flag);
 }

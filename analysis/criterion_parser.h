@@ -107,6 +107,16 @@ enum rmap_status rmap_parse_crossed(struct rmap_parser *parser,
 enum rmap_status rmap_parse_path(struct rmap_parser *parser,
                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
 
+/* As hit, of the last object met before a registration; numbers that count steps. */
+enum rmap_status rmap_parse_after(struct rmap_parser *parser,
+                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
+enum rmap_status rmap_parse_bounces(struct rmap_parser *parser,
+                                    struct rmap_criterion_node *node) RMAP_MUST_USE;
+enum rmap_status rmap_parse_ghost_order(struct rmap_parser *parser,
+                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
+enum rmap_status rmap_parse_scatter_order(struct rmap_parser *parser,
+                                          struct rmap_criterion_node *node) RMAP_MUST_USE;
+
 /* angle(detector) < ... and its like: any registration there satisfies the comparison. */
 enum rmap_status rmap_parse_any_number(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;

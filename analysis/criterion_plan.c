@@ -185,6 +185,8 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
         if (node->registrations.where >= 0) {
             (void)plan_node(criterion, node->registrations.where, &(int){0});
             node->columns |= criterion->node[node->registrations.where].columns;
+            if (node->columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count))
+                node->columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment);
         }
         return COST_REGISTRATION;
     case RMAP_CRITERION_PATH:

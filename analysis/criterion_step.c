@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "analysis/criterion_parser.h"
+#include "analysis/path_order.h"
 #include "base/alloc.h"
 #include "trace/event.h"
 
@@ -271,4 +272,46 @@ enum rmap_status rmap_parse_surface(struct rmap_parser *parser, struct rmap_crit
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
 out:
     return st;
+}
+
+enum rmap_status rmap_parse_after(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    node->steps.of_last = true;
+    return rmap_parse_hit(parser, node);
+}
+
+/* Steps lettered O F S I R T D d: a limit or an error takes the letter. */
+enum rmap_status rmap_parse_bounces(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    (void)parser;
+    node->kind = RMAP_CRITERION_STEPS;
+    node->steps.events = RMAP_EVENT_ELEMENT | RMAP_EVENT_FLUORESCE | RMAP_EVENT_SCATTER_VOLUME |
+                         RMAP_EVENT_TOTAL_REFLECTION | RMAP_EVENT_REFLECT_SPECULAR |
+                         RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE |
+                         RMAP_EVENT_TRANSMIT_DIFFUSE;
+    node->steps.events_not = RMAP_EVENT_LIMIT | RMAP_EVENT_ERROR;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_parse_ghost_order(struct rmap_parser *parser,
+                                        struct rmap_criterion_node *node)
+{
+    struct rmap_path_order order = {0};
+    enum rmap_status st = rmap_path_order_init(&order, parser->criterion->scene, parser->err);
+    node->kind = RMAP_CRITERION_STEPS;
+    node->steps.of_object = true;
+    node->steps.events = RMAP_PATH_GHOST_EVENTS;
+    if (st == RMAP_OK)
+        st = rmap_parser_pack_set(parser, order.makes_ghosts, order.n_object, &node->steps.object);
+    rmap_path_order_fini(&order);
+    return st;
+}
+
+enum rmap_status rmap_parse_scatter_order(struct rmap_parser *parser,
+                                          struct rmap_criterion_node *node)
+{
+    (void)parser;
+    node->kind = RMAP_CRITERION_STEPS;
+    node->steps.events = RMAP_PATH_SCATTER_EVENTS;
+    return RMAP_OK;
 }

@@ -49,7 +49,8 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_SOURCE,        /* a count, 0 or 1 */
     RMAP_CRITERION_ENDED,         /* a count, 0 or 1 */
     RMAP_CRITERION_NUMBER,        /* of the ray */
-    RMAP_CRITERION_STEPS,         /* a count of rows of /segment */
+    RMAP_CRITERION_STEPS,         /* a count of rows of /segment; below `where` of those before the
+                                     leg on which the detector was reached */
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
     RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence */
     RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
@@ -78,6 +79,7 @@ enum rmap_part { RMAP_PART_ALL, RMAP_PART_FACE, RMAP_PART_TRIANGLE };
 /* Which rows of /segment count. What is not given holds for every row. */
 struct rmap_step_test {
     bool of_object, of_medium;
+    bool of_last; /* only the last row at an object; below `where` only */
     struct rmap_index_set object, medium;
     uint64_t object_bits[4]; /* as in struct rmap_portion_summary */
     uint32_t events;         /* any of these bits; 0: not given */

@@ -193,18 +193,9 @@ out:
     return st;
 }
 
-/* Steps lettered O F S I R T D d: a limit or an error takes the letter. */
-static enum rmap_status parse_bounces(struct rmap_parser *parser, struct rmap_criterion_node *node)
-{
-    (void)parser;
-    node->kind = RMAP_CRITERION_STEPS;
-    node->steps.events = RMAP_EVENT_ELEMENT | RMAP_EVENT_FLUORESCE | RMAP_EVENT_SCATTER_VOLUME |
-                         RMAP_EVENT_TOTAL_REFLECTION | RMAP_EVENT_REFLECT_SPECULAR |
-                         RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE |
-                         RMAP_EVENT_TRANSMIT_DIFFUSE;
-    node->steps.events_not = RMAP_EVENT_LIMIT | RMAP_EVENT_ERROR;
-    return RMAP_OK;
-}
+/* What a test is of decides where it may stand: STEPS, those of the ray, or inside `where` those
+ * before the registration. */
+enum scope { OF_RAY, OF_STEPS, OF_STEPS_BEFORE };
 
 /* Every word that begins a test. A number must be compared; a count need not. */
 static const struct word {
@@ -213,19 +204,23 @@ static const struct word {
     bool is_number;
     enum rmap_ray_number ray_number; /* where parse is NULL */
     enum rmap_dimension dimension;
+    enum scope scope;
 } word_table[] = {
     {"all", parse_all},
     {"source", parse_source},
-    {"hit", rmap_parse_hit},
-    {"surface", rmap_parse_surface},
-    {"event", rmap_parse_event_test},
-    {"medium", rmap_parse_medium},
+    {"hit", rmap_parse_hit, .scope = OF_STEPS},
+    {"surface", rmap_parse_surface, .scope = OF_STEPS},
+    {"event", rmap_parse_event_test, .scope = OF_STEPS},
+    {"medium", rmap_parse_medium, .scope = OF_STEPS},
+    {"after", rmap_parse_after, .scope = OF_STEPS_BEFORE},
     {"registered", rmap_parse_registered},
     {"crossed", rmap_parse_crossed},
     {"ended", parse_ended},
     {"path", rmap_parse_path},
     {"segments", NULL, true, RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE},
-    {"bounces", parse_bounces, true},
+    {"bounces", rmap_parse_bounces, true, .scope = OF_STEPS},
+    {"ghost_order", rmap_parse_ghost_order, true, .scope = OF_STEPS},
+    {"scatter_order", rmap_parse_scatter_order, true, .scope = OF_STEPS},
     {"wavelength", NULL, true, RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH},
     {"flux", NULL, true, RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX},
     {"path_length", NULL, true, RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH},
@@ -329,25 +324,36 @@ out:
     return st;
 }
 
+/* NULL: none is next. */
+static const struct word *find_word(const struct rmap_parser *parser)
+{
+    for (size_t i = 0; i < N_WORD; i++)
+        if (rmap_parser_at_word(parser, word_table[i].word))
+            return &word_table[i];
+    return NULL;
+}
+
 enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_token token = parser->token;
-    const struct word *word = word_table;
-    if (parser->detector)
+    const struct word *word = find_word(parser);
+    if (parser->detector && (!word || word->scope == OF_RAY))
         return rmap_parse_where_test(parser, node_ret);
     if (token.kind == RMAP_TOKEN_AT)
         return rmap_parse_reference(parser, node_ret);
-    while (word < word_table + N_WORD && !rmap_parser_at_word(parser, word->word))
-        word++;
-    if (word == word_table + N_WORD)
+    if (!word)
         return fail_unknown(parser);
+    if (!parser->detector && word->scope == OF_STEPS_BEFORE)
+        return RMAP_PARSER_FAIL(parser, &token,
+                                "'%s' is of a registration: registered(NAME where %s(OBJECT))",
+                                word->word, word->word);
     struct rmap_criterion_node node = {.first = -1, .next = -1, .begin = token.begin};
     parser->word = token;
     enum rmap_registration_number its_number;
     const bool may_be_its = rmap_parser_at_its_number(parser, &its_number);
     RMAP_TRY(rmap_parser_advance(parser));
-    if (may_be_its && parser->token.kind == RMAP_TOKEN_OPEN)
+    if (may_be_its && !parser->detector && parser->token.kind == RMAP_TOKEN_OPEN)
         word = &its_word; /* optical_path(sensor) */
     if (word->parse) {
         RMAP_TRY(word->parse(parser, &node));

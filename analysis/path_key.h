@@ -90,7 +90,7 @@ enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32
                                         char **text_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Rays registered on the detector after two reflections that make ghosts, at these labels, and no
- * scatter; rmap_free. NULL: such a criterion needs the level SURFACE. */
+ * scatter; rmap_free. */
 struct rmap_path_order; /* path_order.h */
 enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
                                            const struct rmap_path_order *order, size_t first,

@@ -28,19 +28,24 @@ enum rmap_status rmap_path_order_init(struct rmap_path_order *order, const struc
                                       struct rmap_error *err) RMAP_MUST_USE;
 void rmap_path_order_fini(struct rmap_path_order *order);
 
+/* Events that count, the former at objects that make ghosts. */
+#define RMAP_PATH_GHOST_EVENTS ((uint32_t)RMAP_EVENT_REFLECT_SPECULAR)
+#define RMAP_PATH_SCATTER_EVENTS                                                                   \
+    ((uint32_t)(RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE |                         \
+                RMAP_EVENT_SCATTER_VOLUME))
+
 /* What one step adds, 0 or 1. object: -1 for none. */
 static inline uint32_t rmap_path_ghost_step(const struct rmap_path_order *order, int32_t object,
                                             uint32_t events)
 {
-    return events & RMAP_EVENT_REFLECT_SPECULAR && (size_t)(uint32_t)object < order->n_object
+    return events & RMAP_PATH_GHOST_EVENTS && (size_t)(uint32_t)object < order->n_object
                ? order->makes_ghosts[object]
                : 0;
 }
 
 static inline uint32_t rmap_path_scatter_step(uint32_t events)
 {
-    return (events & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE |
-                      RMAP_EVENT_SCATTER_VOLUME)) != 0;
+    return (events & RMAP_PATH_SCATTER_EVENTS) != 0;
 }
 
 /* Columns that the functions below read. */

@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/csv_field.h"
 #include "analysis/path_report.h"
 #include "analysis/text_table.h"
 #include "base/alloc.h"
@@ -178,43 +179,29 @@ json_t *rmap_path_report_json(const struct rmap_path_report *report)
         report->exact ? json_null() : json_real(report->bound));
 }
 
-/* As RFC 4180 has it. */
-static void put_text(const char *text, FILE *out)
-{
-    fputs(",\"", out);
-    for (; text && *text; text++)
-        fprintf(out, *text == '"' ? "\"\"" : "%c", *text);
-    fputc('"', out);
-}
-
-static void put_number(double value, FILE *out)
-{
-    fprintf(out, isfinite(value) ? ",%.17g" : ",", value);
-}
-
 static void put_row(const struct rmap_path_report *report, size_t k, FILE *out)
 {
     const struct rmap_path_row *row = &report->row[k];
     const struct rmap_scene *scene = report->scene;
     fprintf(out, "%zu", k + 1);
-    put_text(scene->source[row->source].name, out);
-    put_text(row->sequence, out);
-    put_text(row->criterion, out);
+    rmap_csv_put_text(scene->source[row->source].name, out);
+    rmap_csv_put_text(row->sequence, out);
+    rmap_csv_put_text(row->criterion, out);
     fprintf(out, ",%" PRIu64 ",%" PRIu64, row->rays, row->segments);
-    put_number(row->flux, out);
-    put_number(row->share, out);
-    put_number(row->standard_error, out);
+    rmap_csv_put_number(row->flux, out);
+    rmap_csv_put_number(row->share, out);
+    rmap_csv_put_number(row->standard_error, out);
     fprintf(out, ",%" PRIu64 ",%" PRIu64, row->first_ray, row->registrations);
     if (row->peak.detector < 0) {
         fputs(",,,,,,\n", out);
         return;
     }
-    put_text(scene->detector[row->peak.detector].name, out);
-    put_number(row->peak.value, out);
-    put_number(row->peak.standard_error, out);
-    put_number(row->peak.x, out);
-    put_number(row->peak.y, out);
-    put_text(peak_unit(scene, row->peak.detector), out);
+    rmap_csv_put_text(scene->detector[row->peak.detector].name, out);
+    rmap_csv_put_number(row->peak.value, out);
+    rmap_csv_put_number(row->peak.standard_error, out);
+    rmap_csv_put_number(row->peak.x, out);
+    rmap_csv_put_number(row->peak.y, out);
+    rmap_csv_put_text(peak_unit(scene, row->peak.detector), out);
     fputc('\n', out);
 }
 

@@ -318,6 +318,21 @@ static void add_plain_steps(struct text *text, const struct rmap_path_keys *keys
     add_text(text, ")*");
 }
 
+/* A reflection that makes a ghost at an object of this label. */
+static void add_ghost(struct text *text, const struct rmap_path_keys *keys,
+                      const struct rmap_path_order *order, size_t label)
+{
+    const struct rmap_object *object = keys->scene->object;
+    const char *joint = "(";
+    for (size_t o = 0; o < order->n_object; o++)
+        if (order->makes_ghosts[o] && (size_t)keys->labels.of_object[o] == label) {
+            add_text(text, "%sR@", joint);
+            add_name(text, object[o].name);
+            joint = "|";
+        }
+    add_text(text, ")");
+}
+
 enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
                                            const struct rmap_path_order *order, size_t first,
                                            size_t second, int32_t detector, char **text_ret,
@@ -325,14 +340,11 @@ enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
 {
     struct text text = {.err = err};
     const size_t pair[2] = {first, second};
-    *text_ret = NULL;
-    if (keys->view.level != RMAP_PATH_SURFACE)
-        return RMAP_OK;
     add_text(&text, "path(\"");
     for (int k = 0; k < 2; k++) {
         add_plain_steps(&text, keys, order);
-        add_text(&text, " R@");
-        add_name(&text, keys->labels.name[pair[k]]);
+        add_text(&text, " ");
+        add_ghost(&text, keys, order, pair[k]);
         add_text(&text, " ");
     }
     add_plain_steps(&text, keys, order);

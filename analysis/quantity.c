@@ -184,7 +184,7 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
     } else if (own && is_order(own->kind)) {
         quantity->kind = own->kind;
         quantity->is_whole = true;
-        st = rmap_parser_advance(parser);
+        st = is_called(parser) ? parse_its(making, quantity) : rmap_parser_advance(parser);
     } else if (own && own->kind != RMAP_QUANTITY_COUNT) {
         quantity->kind = own->kind;
         quantity->is_whole = true;

@@ -8,6 +8,7 @@
  *                       and every test that counts: hit(lens.*, reflect), event(scatter_volume) ...
  *   of a registration:  x(detector) y(detector) angle(detector) time(detector)
  *                       optical_path(detector) cell(detector) cell_i(detector) cell_j(detector)
+ *                       ghost_order(detector)  scatter_order(detector)
  *
  * A ray with several wavelengths left has a reading of `wavelength` per channel, each with its
  * share of the ray's flux.

@@ -228,7 +228,10 @@ static enum rmap_status count(void *context, int32_t index, const struct rmap_cr
     struct rmap_query_rows *self = context;
     const bool is_ending = node->kind == RMAP_CRITERION_ENDED;
     const void *of_class = NULL;
-    *counted_ret = true;
+    /* what went before a registration is told by the ray's rows, in their order */
+    *counted_ret = node->kind != RMAP_CRITERION_REGISTRATIONS || node->registrations.where < 0;
+    if (!*counted_ret)
+        return RMAP_OK;
     if (node->kind == RMAP_CRITERION_SOURCE || is_ending)
         RMAP_TRY(count_kinds(self, node, number, err));
     if (node->kind == RMAP_CRITERION_SOURCE || (is_ending && !node->ending.somewhere))

@@ -38,7 +38,7 @@ static const struct rmap_option options[] = {
     {"no-peaks", 0, NULL, "without the brightest cells of the classes"},
     {"matrix", 0, "LIST",
      "what detectors saw, by orders, ghosts or contribution; all: these three"},
-    {"output", 'o', "OUT", "OUT.csv or OUT.json: the whole table"},
+    {"output", 'o', "OUT", "OUT.csv or OUT.json: the whole table; CSV with --matrix: that matrix"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
 
@@ -67,9 +67,14 @@ static enum rmap_status find_word(const char *option, const char *text, const ch
             return RMAP_OK;
         }
     const char *nearest = rmap_nearest_word(text, word, n);
-    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none (%s%s%s)", option, text,
-                          nearest ? "did you mean '" : "see: raymap paths --help",
-                          nearest ? nearest : "", nearest ? "'?" : "");
+    char choices[96] = "";
+    for (size_t i = 0, at = 0; i < n && at < sizeof choices; i++) {
+        const char *joint = i == 0 ? "" : i + 1 == n ? " or " : ", ";
+        at += (size_t)snprintf(choices + at, sizeof choices - at, "%s%s", joint, word[i]);
+    }
+    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none of: %s%s%s%s", option, text, choices,
+                          nearest ? " (did you mean '" : "", nearest ? nearest : "",
+                          nearest ? "'?)" : "");
 }
 
 static enum rmap_status read_word(const struct rmap_arguments *given, const char *option,
@@ -147,9 +152,15 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
                                 .collapsed = rmap_argument(given, "collapse") != NULL,
                                 .until_detector = request->detector != NULL,
                                 .detector = -1};
-    if (request->output_path)
-        st = rmap_output_check(request->output_path, suffixes,
-                               rmap_argument(given, "force") != NULL, err);
+    if (!request->output_path)
+        goto out;
+    RMAP_TRY(rmap_output_check(request->output_path, suffixes,
+                               rmap_argument(given, "force") != NULL, err));
+    if ((request->matrix.parts & (request->matrix.parts - 1)) != 0 &&
+        rmap_output_is(request->output_path, ".csv"))
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "a CSV holds one matrix: --matrix orders, ghosts or contribution, or "
+                            "-o OUT.json for several");
 out:
     return st;
 }
@@ -177,12 +188,14 @@ static enum rmap_status write_file(const struct request *request, const struct a
                                    struct rmap_error *err)
 {
     const char *path = request->output_path;
-    const char *suffix = strrchr(path, '.');
     struct rmap_whole_file whole = {0};
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_whole_file_open(&whole, path, err));
-    if (suffix && strcasecmp(suffix, ".json") == 0)
+    if (rmap_output_is(path, ".json"))
         RMAP_TRY(print_json(request, answer, whole.file, err));
+    else if (request->matrix.parts)
+        RMAP_TRY(
+            rmap_path_matrix_csv(&request->matrix, answer->sum, answer->n_sum, whole.file, err));
     else
         rmap_path_report_csv(answer->report, whole.file);
     st = rmap_whole_file_finish(&whole, err);

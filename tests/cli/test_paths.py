@@ -284,6 +284,8 @@ def check_narrowed(judge):
         assert row["criterion"] in text
     assert "did you mean 'gate'" in run("paths", judge.file, "--detector", "gat", status=3)
     assert "did you mean 'group'" in run("paths", judge.file, "--by", "groupe", status=2)
+    assert "surface, object or group" in run("paths", judge.file, "--by", "colour", status=2)
+    assert "flux, rays, length or share" in run("paths", judge.file, "--sort", "size", status=2)
     run("paths", judge.file, "--exact", "3", status=2)
     run("paths", judge.file, "-o", "x.png", status=2)
 
@@ -306,6 +308,44 @@ def check_sketch(judge):
         rays = sum(row["rays"] for row in some["classes"])
         assert some["remainder"]["rays"] == whole["rays"]["matched"] - rays
     run("paths", judge.file, "--exact", "16", "--quiet")
+
+
+def check_selected(judge, rows, where=()):
+    """Each row's criterion counts its rays."""
+    answers = json.loads(run("query", judge.file, *where, *[row["criterion"] for row in rows], "--json"))
+    for row, answer in zip(rows, answers if len(rows) > 1 else [answers]):
+        assert answer["rays"]["matched"] == row["rays"], (row, answer)
+
+
+def check_matrix_files(judge, document, options):
+    """-o OUT.csv --matrix KIND is that matrix, as JSON has it."""
+    for kind in ("orders", "ghosts", "contribution"):
+        run("paths", judge.file, *options, "--matrix", kind, "-o", "m.csv", "--force", "--quiet")
+        with open("m.csv") as file:
+            table = list(csv.DictReader(line for line in file if not line.startswith("#")))
+        assert len(table) == len(document[kind]) > 0
+        for i, (line, row) in enumerate(zip(table, document[kind])):
+            assert line.pop("row") == str(i + 1) and list(line) == list(row), (line, row)
+            for name, value in row.items():
+                if isinstance(value, float):
+                    assert float(line[name]) == value
+                else:
+                    assert line[name] == str("" if value is None else value), (line, row)
+    assert "one matrix" in run("paths", judge.file, "--matrix", "all", "-o", "m.csv", "--force", status=2)
+    text = run("paths", judge.file, *options, "--matrix", "all", "--top", "3")
+    for row in document["orders"] + document["ghosts"][:1]:
+        assert row["criterion"] in text, row
+    assert "orders, ghosts, contribution or all" in run("paths", judge.file, "--matrix", "order", status=2)
+
+
+def check_grouped_matrices(judge, options):
+    """Criteria of a matrix by larger parts, of rays that a criterion picked already."""
+    for level in ("object", "group"):
+        document = json.loads(run("paths", judge.file, *options, "--by", level, "--matrix", "all", "--where",
+                                  "segments > 3 or not hit(*)", "--json"))
+        assert document["ghosts"] and document["contribution"]
+        for kind in ("orders", "ghosts", "contribution"):
+            check_selected(judge, document[kind])
 
 
 def check_matrices(judge, transmits, detector=None):
@@ -358,13 +398,45 @@ def check_matrices(judge, transmits, detector=None):
     for met in ("last", "any"):
         rows = [r for r in document["contribution"] if r["met"] == met]
         check(rows, lambda r: (r["detector"], r["source"], r["object"]), want[met], "all")
-    for row in document["ghosts"][:12]:
-        answer = json.loads(run("query", judge.file, row["criterion"], "--json"))
-        assert answer["rays"]["matched"] == row["rays"], (row, answer)
+    for kind in ("orders", "ghosts", "contribution"):
+        check_selected(judge, document[kind])
+    check_matrix_files(judge, document, options)
+    check_grouped_matrices(judge, options)
     assert detector or (len(document["ghosts"]) >= 3 and len(document["orders"]) >= 4)
 
 
-for name in ("odd.raymap", "gauss.raymap"):
+RECEIVERS = """
+detectors:
+  - {name: added, type: plane, at: [0, 0, 25], size: [30, 20], cells: [3, 4], direction: [0, 0, -1]}
+  - {name: on_net, type: plane, on: net, size: [60, 60], cells: [6, 6], at: [0, 0, 60], direction: [0, 0, -1]}
+"""
+
+
+def check_receivers():
+    """What receivers laid over a map saw is what a run with them as detectors saw."""
+    with open("receivers.yaml", "w") as file:
+        file.write(RECEIVERS)
+    with open("more.yaml", "w") as file:
+        file.write(SCENE + RECEIVERS.split("detectors:")[1])
+    run("trace", "more.yaml", "-o", "more.raymap", "-n", "6000", "--encoding", "plain", "--quiet")
+    over = ["--receivers", "receivers.yaml"]
+    for detector in ("added", "on_net", "gate"):
+        options = ["--detector", detector, "--matrix", "all", "--top", "all", "--json"]
+        real = json.loads(run("paths", "more.raymap", *options))
+        laid = json.loads(run("paths", "odd.raymap", *over, *options))
+        for kind in ("orders", "ghosts", "contribution"):
+            assert len(real[kind]) == len(laid[kind]) and real[kind]
+            for a, b in zip(real[kind], laid[kind]):
+                assert {k: v for k, v in a.items() if k != "share"} == {k: v for k, v in b.items() if k != "share"}, (a, b)
+            answers = json.loads(run("query", "odd.raymap", *over, *[row["criterion"] for row in laid[kind]], "--json"))
+            for row, answer in zip(laid[kind], answers if len(laid[kind]) > 1 else [answers]):
+                assert answer["rays"]["matched"] == row["rays"], (row, answer)
+        drop = ("share", "peak")
+        assert [{k: v for k, v in row.items() if k not in drop} for row in real["classes"]] == \
+            [{k: v for k, v in row.items() if k not in drop} for row in laid["classes"]]
+
+
+for name in ("odd.raymap", "gauss.raymap", "more.raymap"):
     shutil.rmtree(name, ignore_errors=True)
 with open("odd.yaml", "w") as file:
     file.write(SCENE)
@@ -375,6 +447,7 @@ check_all_views(odd, ("gate", "eye", "far"))
 check_narrowed(odd)
 check_sketch(odd)
 check_matrices(odd, ("milk", "lens.1", "lens.2", "net"))
+check_receivers()
 gauss = Judge("gauss.raymap", {"lens": "lens", "cover": "cover"})
 for given in (("surface", True, False, None), ("object", True, True, "sensor"), ("group", False, False, None)):
     check_view(gauss, *given)

@@ -92,12 +92,12 @@ static const struct {
     int ray;
     struct test_registration registration;
 } registration_table[] = {
-    {0, {SENSOR, {1, 2}, {32768, 32768}, 1, {0, 0, 1}, 130.0}},
-    {1, {SENSOR, {3, 2}, {65535, 0}, 1, {0.5f, 0, 0.8660254f}, 260.0}},
+    {0, {SENSOR, {1, 2}, {32768, 32768}, 1, {0, 0, 1}, 130.0, 2}},
+    {1, {SENSOR, {3, 2}, {65535, 0}, 1, {0.5f, 0, 0.8660254f}, 260.0, 4}},
     {8, {SENSOR, {0, 0}, {0, 0}, 0, {0, 0, -1}, 10.0}},
     {9, {SCREEN, {0, 0}, {0, 65535}, 1, {-1, 0, 0}, 299.792458}},
-    {9, {SCREEN, {9, 9}, {65535, 0}, 1, {-0.8660254f, 0.5f, 0}, 599.584916}},
-    {9, {FAR_GRID, {0, 0}, {16384, 32768}, 1, {0, 0.7071068f, 0.7071068f}, 700.0}},
+    {9, {SCREEN, {9, 9}, {65535, 0}, 1, {-0.8660254f, 0.5f, 0}, 599.584916, 1}},
+    {9, {FAR_GRID, {0, 0}, {16384, 32768}, 1, {0, 0.7071068f, 0.7071068f}, 700.0, 1}},
 };
 
 static struct rmap_portion *make_portion(void)
@@ -291,6 +291,35 @@ static const struct {
     {"registered(screen, rect(-1, -1, 0, 1) where time > 1.5 ns)", 0},
     {"registered(screen, rect(0, -1, 1, 1) where time > 1.5 ns)", RAY(9)},
     {"registered(screen, rect(0, -1, 1, 1), where time > 1.5 ns)", RAY(9)},
+    /* orders, of the ray and of what came before a registration */
+    {"ghost_order == 2", RAY(1)},
+    {"ghost_order == 1", RAY(9)},
+    {"ghost_order == 0", ALL & ~(RAY(1) | RAY(9))},
+    {"scatter_order == 2", RAY(3) | RAY(11)},
+    {"scatter_order in 1..9", RAY(3) | RAY(11)},
+    {"registered(sensor where ghost_order == 2)", RAY(1)},
+    {"registered(sensor where ghost_order == 0)", RAY(0)},
+    {"registered(sensor where ghost_order == 2 and angle > 20)", RAY(1)},
+    {"registered(sensor where ghost_order == 2 and angle < 20)", 0},
+    {"registered(screen where ghost_order == 0)", RAY(9)},
+    {"registered(screen where ghost_order >= 0) == 2", RAY(9)},
+    {"registered(screen where ghost_order == 1 and x < 0)", 0},
+    {"registered(screen where ghost_order == 1 and x > 0)", RAY(9)},
+    {"registered(* where scatter_order > 0)", 0},
+    {"registered(screen where hit(mirror)) == 1", RAY(9)},
+    {"registered(sensor where hit(lens.1) == 2)", RAY(1)},
+    {"registered(sensor where hit(lens) in 2..3)", RAY(0)},
+    {"registered(sensor where hit(tube))", 0},
+    {"registered(sensor where not hit(tube) or bounces == 9)", RAY(0) | RAY(1)},
+    {"registered(sensor where surface(coated, reflect))", RAY(1)},
+    {"registered(sensor where event(transmit) == 2 and medium(glass) >= 2)", RAY(1)},
+    {"registered(sensor where bounces in 3..4)", RAY(1)},
+    {"registered(sensor where after(lens.2))", RAY(0) | RAY(1)},
+    {"registered(sensor where after(lens))", RAY(0) | RAY(1)},
+    {"registered(sensor where after(lens.1))", 0},
+    {"registered(sensor where after(lens.2, reflect))", 0},
+    {"crossed(sensor where not hit(*))", RAY(8)},
+    {"crossed(sensor where not after(*))", RAY(8)},
     /* logic */
     {"hit(lens.1) and not registered(sensor)", RAY(2)},
     {"source(lamp) & segments == 3 | event(limit)", RAY(0) | RAY(6)},
