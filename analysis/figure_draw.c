@@ -42,6 +42,23 @@ static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
     return size;
 }
 
+/* What the camera sees, as large as there is room; narrow pictures show more at their sides. */
+static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
+                         struct rmap_view_frame *frame)
+{
+    const double height = fmin(HIGHEST, WIDEST * view->slope[1] / view->slope[0]);
+    *frame = (struct rmap_view_frame){
+        .view = view,
+        .x = MARGIN,
+        .y = TOP,
+        .width = fmax(rint(height * view->slope[0] / view->slope[1]), NARROWEST),
+        .height = fmax(rint(height), LOWEST),
+        .scale = 0.5 * height / view->slope[1]};
+    view->slope[0] = 0.5 * frame->width / frame->scale;
+    view->slope[1] = 0.5 * frame->height / frame->scale;
+    return 2.0 * scene->radius;
+}
+
 static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
                           const struct rmap_view *view, struct rmap_svg *svg)
 {
@@ -70,6 +87,10 @@ static void draw_captions(const struct rmap_portion *rays, const struct rmap_fig
 static void choose_view(const struct rmap_scene *scene, const struct rmap_portion *rays,
                         const struct rmap_figure_draw *options, struct rmap_view *view)
 {
+    if (options->camera) {
+        rmap_view_camera(scene, options->camera, view);
+        return;
+    }
     rmap_view_choose(scene, options->kind, rays, view);
     if (options->eye && !view->section)
         rmap_view_turn(scene, options->eye[0], options->eye[1], view);
@@ -120,7 +141,8 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     const bool mixed = options->map && rmap_map_n_space(options->map) > 1;
     choose_view(scene, rays, options, &view);
     struct rmap_ray_lines lines = {.frame = &frame};
-    lines.leaving = LEAVING * fit(scene, &view, &frame);
+    lines.leaving =
+        LEAVING * (view.perspective ? fit_camera(scene, &view, &frame) : fit(scene, &view, &frame));
     const double legend = rmap_legend_draw(scene, rays, &frame, options->paint, mixed, NULL);
     RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN,
                              TOP + frame.height + fmax(legend, SCALE_BAR) + BELOW, options->title,
@@ -130,7 +152,8 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
     (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, svg);
-    rmap_scale_bar_draw(scene, &frame, svg);
+    if (!view.perspective)
+        rmap_scale_bar_draw(scene, &frame, svg);
     draw_captions(rays, options, &view, svg);
     *svg_ret = svg;
     svg = NULL;

@@ -17,6 +17,7 @@ struct rmap_figure_draw {
     enum rmap_view_kind kind;
     const double *eye;                  /* [2] azimuth and elevation of a view of solids, degrees;
                                            NULL: as suits */
+    const struct rmap_camera *camera;   /* that sees the scene, in perspective; NULL: none */
     const double *cut;                  /* place of a section along its axis; NULL: as suits */
     const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
     double opacity;                     /* of the strongest ray; 0: by their number */

@@ -176,7 +176,7 @@ void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_
 void rmap_axis_cross_draw(const struct rmap_view_frame *frame, struct rmap_svg *svg)
 {
     static const char *const name[] = {"x", "y", "z"};
-    const double length = 32.0, x = frame->x + 34, y = frame->y + frame->height - 34;
+    const double length = 32.0, x = frame->x + 46, y = frame->y + frame->height - 34;
     for (int k = 0; k < 3; k++) {
         struct rmap_vec3 axis = rmap_vec3(k == 0, k == 1, k == 2);
         double dx = rmap_dot(axis, frame->view->right), dy = -rmap_dot(axis, frame->view->up);

@@ -59,8 +59,9 @@ struct pen {
     struct rmap_svg_style style;
     char ink[8];
     struct stroke seen, hidden;
-    struct rmap_vec3 last; /* pixel and depth of the point before */
-    bool down;             /* there is one */
+    struct rmap_vec3 last;  /* pixel and depth of the point before */
+    struct rmap_vec3 place; /* of it, for a camera */
+    bool down;              /* there is one */
     enum rmap_status status;
     struct rmap_error *err;
 };
@@ -102,12 +103,35 @@ static void put_parts(struct pen *pen, struct rmap_vec3 to)
     stroke_add(pen, before, to.x, to.y);
 }
 
-static void put_point(struct pen *pen, struct rmap_vec3 point)
+/* Pixel and depth. */
+static struct rmap_vec3 projected(const struct pen *pen, struct rmap_vec3 point)
 {
     struct rmap_vec3 p = rmap_view_project(pen->lines->frame->view, point);
     double pixel[2];
     rmap_view_pixel(pen->lines->frame, (const double[2]){p.x, p.y}, pixel);
-    const struct rmap_vec3 to = rmap_vec3(pixel[0], pixel[1], p.z);
+    return rmap_vec3(pixel[0], pixel[1], p.z);
+}
+
+/* The part of a line that a camera sees. */
+static void put_seen(struct pen *pen, struct rmap_vec3 point)
+{
+    struct rmap_vec3 from = pen->place, to = point;
+    const bool draws = pen->down && rmap_view_clip(pen->lines->frame->view, &from, &to);
+    pen->place = point;
+    pen->down = true;
+    if (!draws)
+        return;
+    pen->last = projected(pen, from);
+    put_parts(pen, projected(pen, to));
+}
+
+static void put_point(struct pen *pen, struct rmap_vec3 point)
+{
+    if (pen->lines->frame->view->perspective) {
+        put_seen(pen, point);
+        return;
+    }
+    const struct rmap_vec3 to = projected(pen, point);
     if (!pen->lines->solid)
         stroke_add(pen, &pen->seen, to.x, to.y);
     else if (pen->down)

@@ -40,8 +40,16 @@ struct rmap_solid {
     int width, height;                /* pixels of the layers */
     double scale;                     /* of them per picture pixel */
     struct pixel *pixel[LAYER_COUNT]; /* the nearest faces; glass: NULL without any */
-    float nearest, farthest;
+    float nearest, farthest;          /* depths */
 };
+
+/* Distance between the nearest and the farthest that is seen. */
+static double range_of(const struct rmap_solid *canvas)
+{
+    const struct rmap_view *view = canvas->frame->view;
+    return rmap_view_distance(view, (double)canvas->farthest) -
+           rmap_view_distance(view, (double)canvas->nearest);
+}
 
 static bool is_glass(const struct rmap_scene *scene, size_t object)
 {
@@ -67,6 +75,11 @@ static double edge(struct rmap_vec3 a, struct rmap_vec3 b, double x, double y)
     return (b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x);
 }
 
+static int within(double pixel, int most)
+{
+    return (int)fmin(fmax(pixel, -1.0), most);
+}
+
 static void fill_triangle(struct rmap_solid *canvas, const struct rmap_vec3 c[3],
                           const struct pixel *kind)
 {
@@ -74,12 +87,12 @@ static void fill_triangle(struct rmap_solid *canvas, const struct rmap_vec3 c[3]
     double area = edge(c[0], c[1], c[2].x, c[2].y);
     if (!(fabs(area) > 0.0) || !isfinite(area))
         return;
-    int x0 = (int)fmax(floor(fmin(c[0].x, fmin(c[1].x, c[2].x))), 0.0);
-    int x1 = (int)fmin(ceil(fmax(c[0].x, fmax(c[1].x, c[2].x))), canvas->width - 1.0);
-    int y0 = (int)fmax(floor(fmin(c[0].y, fmin(c[1].y, c[2].y))), 0.0);
-    int y1 = (int)fmin(ceil(fmax(c[0].y, fmax(c[1].y, c[2].y))), canvas->height - 1.0);
-    for (int y = y0; y <= y1; y++)
-        for (int x = x0; x <= x1; x++) {
+    int x0 = within(floor(fmin(c[0].x, fmin(c[1].x, c[2].x))), canvas->width);
+    int x1 = within(ceil(fmax(c[0].x, fmax(c[1].x, c[2].x))), canvas->width - 1);
+    int y0 = within(floor(fmin(c[0].y, fmin(c[1].y, c[2].y))), canvas->height);
+    int y1 = within(ceil(fmax(c[0].y, fmax(c[1].y, c[2].y))), canvas->height - 1);
+    for (int y = y0 < 0 ? 0 : y0; y <= y1; y++)
+        for (int x = x0 < 0 ? 0 : x0; x <= x1; x++) {
             double u = edge(c[1], c[2], x + 0.5, y + 0.5) / area;
             double v = edge(c[2], c[0], x + 0.5, y + 0.5) / area;
             if (u < 0.0 || v < 0.0 || u + v > 1.0)
@@ -93,11 +106,68 @@ static void fill_triangle(struct rmap_solid *canvas, const struct rmap_vec3 c[3]
         }
 }
 
-/* Is this face of an enclosing body between the eye and the scene? */
-static bool hides_scene(const struct body *body, const uint32_t *t, struct rmap_vec3 normal)
+/* Is this face of an enclosing body between the eye and the scene? facing: cosine of the angle
+ * between its normal and the line to the eye. */
+static bool hides_scene(const struct body *body, const uint32_t *t, struct rmap_vec3 normal,
+                        double facing)
 {
     struct rmap_vec3 out = rmap_sub(body->place[t[0]], body->centre);
-    return rmap_dot(out, normal) > 0.0 ? normal.z > 0.02 : normal.z < -0.02;
+    return rmap_dot(out, normal) > 0.0 ? facing > 0.02 : facing < -0.02;
+}
+
+/* Pixel of the layers and depth of a place in front of the eye. */
+static struct rmap_vec3 corner_of(const struct rmap_solid *canvas, struct rmap_vec3 place)
+{
+    const struct rmap_view_frame *frame = canvas->frame;
+    const struct rmap_vec3 p = rmap_view_flatten(frame->view, place);
+    double pixel[2];
+    rmap_view_pixel(frame, (const double[2]){p.x, p.y}, pixel);
+    return rmap_vec3((pixel[0] - frame->x) * canvas->scale, (pixel[1] - frame->y) * canvas->scale,
+                     p.z);
+}
+
+/* What lies in front of the eye of a triangle that does so in part: one or two triangles. */
+static void fill_cut(struct rmap_solid *canvas, const struct rmap_vec3 place[3],
+                     const struct pixel *kind)
+{
+    const double nearest = canvas->frame->view->nearest;
+    struct rmap_vec3 c[4];
+    size_t n = 0;
+    for (int k = 0; k < 3; k++) {
+        const struct rmap_vec3 p = place[k], q = place[(k + 1) % 3];
+        const double u = -p.z - nearest, v = -q.z - nearest;
+        if (u >= 0.0)
+            c[n++] = corner_of(canvas, p);
+        if ((u >= 0.0) != (v >= 0.0))
+            c[n++] = corner_of(canvas, rmap_axpy(u / (u - v), rmap_sub(q, p), p));
+    }
+    for (size_t k = 2; k < n; k++)
+        fill_triangle(canvas, (const struct rmap_vec3[3]){c[0], c[k - 1], c[k]}, kind);
+}
+
+static void draw_face(struct rmap_solid *canvas, const struct body *body, const uint32_t *t,
+                      const struct pixel *kind)
+{
+    const struct rmap_view *view = canvas->frame->view;
+    const struct rmap_vec3 place[3] = {body->place[t[0]], body->place[t[1]], body->place[t[2]]};
+    const struct rmap_vec3 c[3] = {body->corner[t[0]], body->corner[t[1]], body->corner[t[2]]};
+    bool whole = true;
+    for (int k = 0; view->perspective && k < 3; k++)
+        whole = whole && -place[k].z >= view->nearest;
+    if (whole)
+        fill_triangle(canvas, c, kind);
+    else
+        fill_cut(canvas, place, kind);
+}
+
+/* Of the face's first corner. */
+static double cosine_to_eye(const struct rmap_view *view, struct rmap_vec3 normal,
+                            struct rmap_vec3 place)
+{
+    if (!view->perspective)
+        return normal.z;
+    const double distance = rmap_length(place);
+    return distance > 0.0 ? -rmap_dot(normal, place) / distance : normal.z;
 }
 
 static void draw_body(struct rmap_solid *canvas, const struct body *body)
@@ -111,16 +181,16 @@ static void draw_body(struct rmap_solid *canvas, const struct body *body)
         if (!(length > 0.0))
             continue;
         normal = rmap_scale(normal, 1.0 / length);
-        if (body->encloses && hides_scene(body, t, normal))
+        const double facing = cosine_to_eye(canvas->frame->view, normal, body->place[t[0]]);
+        if (body->encloses && hides_scene(body, t, normal, facing))
             continue;
-        if (normal.z < 0.0) /* the side that is seen */
+        if (facing < 0.0) /* the side that is seen */
             normal = rmap_scale(normal, -1.0);
         struct pixel kind = {.object = body->object,
                              .normal = {(int8_t)(127 * normal.x), (int8_t)(127 * normal.y),
                                         (int8_t)(127 * normal.z)},
                              .shade = (uint8_t)(255 * fmax(rmap_dot(normal, light), 0.0))};
-        const struct rmap_vec3 c[3] = {body->corner[t[0]], body->corner[t[1]], body->corner[t[2]]};
-        fill_triangle(canvas, c, &kind);
+        draw_face(canvas, body, t, &kind);
     }
 }
 
@@ -163,25 +233,21 @@ static enum rmap_status draw_object(const struct rmap_scene *scene, size_t objec
                                     struct rmap_error *err)
 {
     struct extent own = empty;
-    struct body body = {.mesh = mesh,
-                        .object = (uint32_t)object,
-                        .corner = rmap_alloc(mesh->n_vertex + 1, sizeof *body.corner),
-                        .place = rmap_alloc(mesh->n_vertex + 1, sizeof *body.place),
-                        .centre = rmap_view_project(
-                            frame->view, rmap_scale(rmap_add(whole->low, whole->high), 0.5))};
+    struct body body = {
+        .mesh = mesh,
+        .object = (uint32_t)object,
+        .corner = rmap_alloc(mesh->n_vertex + 1, sizeof *body.corner),
+        .place = rmap_alloc(mesh->n_vertex + 1, sizeof *body.place),
+        .centre = rmap_view_place(frame->view, rmap_scale(rmap_add(whole->low, whole->high), 0.5))};
     enum rmap_status st = RMAP_OK;
     if (!body.corner || !body.place)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a drawing"));
     object_extent(scene, object, mesh, &own);
     body.encloses = encloses(&own, whole);
     for (size_t i = 0; i < mesh->n_vertex; i++) {
-        struct rmap_vec3 p =
-            rmap_view_project(frame->view, vertex_of(mesh, i, &scene->object[object].to_world));
-        double pixel[2];
-        rmap_view_pixel(frame, (const double[2]){p.x, p.y}, pixel);
-        body.place[i] = p;
-        body.corner[i] = rmap_vec3((pixel[0] - frame->x) * canvas->scale,
-                                   (pixel[1] - frame->y) * canvas->scale, p.z);
+        body.place[i] =
+            rmap_view_place(frame->view, vertex_of(mesh, i, &scene->object[object].to_world));
+        body.corner[i] = corner_of(canvas, body.place[i]);
     }
     draw_body(canvas, &body);
 out:
@@ -223,8 +289,12 @@ static void cover(const struct rmap_solid *canvas, enum layer layer, size_t x, s
     if (layer == LAYER_GLASS && wall->object != NOTHING && wall->depth > front->depth)
         return;
     if (parted(at, right) || parted(at, below)) {
-        double range = (double)(canvas->nearest - canvas->farthest);
-        double far = range > 0.0 ? (double)(canvas->nearest - front->depth) / range : 0.0;
+        const struct rmap_view *view = canvas->frame->view;
+        double range = range_of(canvas);
+        double far = range > 0.0 ? (rmap_view_distance(view, (double)front->depth) -
+                                    rmap_view_distance(view, (double)canvas->nearest)) /
+                                       range
+                                 : 0.0;
         for (int k = 0; k < 3; k++)
             rgb[k] = 0.35 + 0.33 * fmin(fmax(far, 0.0), 1.0);
         return;
@@ -310,6 +380,7 @@ static void find_depths(struct rmap_solid *canvas)
 
 bool rmap_solid_hides(const struct rmap_solid *canvas, double x, double y, double depth)
 {
+    const struct rmap_view *view = canvas->frame->view;
     const double i = floor((x - canvas->frame->x) * canvas->scale);
     const double j = floor((y - canvas->frame->y) * canvas->scale);
     if (!(i >= 0.0 && i < canvas->width && j >= 0.0 && j < canvas->height))
@@ -317,7 +388,8 @@ bool rmap_solid_hides(const struct rmap_solid *canvas, double x, double y, doubl
     const struct pixel *at =
         &canvas->pixel[LAYER_BODY][(size_t)j * (size_t)canvas->width + (size_t)i];
     return at->object != NOTHING &&
-           (double)at->depth > depth + BEHIND * (double)(canvas->nearest - canvas->farthest);
+           rmap_view_distance(view, depth) >
+               rmap_view_distance(view, (double)at->depth) + BEHIND * range_of(canvas);
 }
 
 enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,

@@ -12,12 +12,6 @@ static const double AZIMUTH_DEG = -62.0, ELEVATION_DEG = 28.0;
 /* A source further from the objects than this part of their size is left out. */
 static const double NEAR_SOURCE = 1.5;
 
-struct rmap_vec3 rmap_view_project(const struct rmap_view *view, struct rmap_vec3 point)
-{
-    return rmap_vec3(rmap_dot(point, view->right), rmap_dot(point, view->up),
-                     rmap_dot(point, view->toward) - view->offset);
-}
-
 void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinates[2],
                      double pixel[2])
 {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * How a scene is looked at: along an axis, cut by a plane, or from above at an angle. Parallel
- * projection, so lengths can be measured.
+ * How a scene is looked at: along an axis, cut by a plane, or from above at an angle, by parallel
+ * projection, so that lengths can be measured; or by a camera, in perspective.
  */
 #ifndef RMAP_FIGURE_VIEW_H
 #define RMAP_FIGURE_VIEW_H
@@ -26,7 +26,15 @@ struct rmap_view {
     struct rmap_vec3 right, up, toward; /* orthonormal; toward the eye */
     double offset;                      /* of the plane, along `toward` */
     char description[96];               /* "section at y = 0 mm" */
+    bool perspective;                   /* then: */
+    struct rmap_vec3 eye;
+    double slope[2]; /* half the picture's width and height at distance 1 */
+    double nearest;  /* distance from the eye that anything seen has at least */
 };
+
+/* What a camera sees, without what its lens blurs. */
+void rmap_view_camera(const struct rmap_scene *scene, const struct rmap_camera *camera,
+                      struct rmap_view *view);
 
 /* rays may be NULL; their mean direction helps to choose a section. */
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
@@ -43,8 +51,22 @@ void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_vi
 /* Whether z points upwards in views of solids: scenes of bodies; else y, optics along z. */
 bool rmap_view_has_z_upright(const struct rmap_scene *scene);
 
-/* Coordinates to the right and upwards, and height above the plane towards the eye. */
+/* Coordinates to the right and upwards, and height above the plane towards the eye. In perspective
+ * slopes, and 1 / distance instead of the height: of points before the eye. */
 struct rmap_vec3 rmap_view_project(const struct rmap_view *view, struct rmap_vec3 point);
+
+/* The same in two steps: lengths along right, up and toward (from the eye in perspective), and what
+ * becomes of them. */
+struct rmap_vec3 rmap_view_place(const struct rmap_view *view, struct rmap_vec3 point);
+struct rmap_vec3 rmap_view_flatten(const struct rmap_view *view, struct rmap_vec3 place);
+
+/* Grows away from the eye: a distance for what project gives as height. */
+double rmap_view_distance(const struct rmap_view *view, double height);
+
+/* The part of a line that a camera sees, and a little around it. False: nothing. Without a camera
+ * all is seen. */
+bool rmap_view_clip(const struct rmap_view *view, struct rmap_vec3 *from, struct rmap_vec3 *to);
+bool rmap_view_sees(const struct rmap_view *view, struct rmap_vec3 point);
 
 /* What of the scene a picture shows, in view coordinates: objects, detectors, and sources near
  * them. */

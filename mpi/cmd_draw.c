@@ -16,6 +16,7 @@
 #include "mpi/asked.h"
 #include "mpi/balance.h"
 #include "mpi/draw_request.h"
+#include "mpi/find_camera.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/map_name.h"
@@ -39,6 +40,7 @@ static const struct rmap_option options[] = {
      "where the section's plane lies along its axis (default: the axis of most "
      "surfaces)"},
     {"eye", 0, "AZIMUTH,ELEVATION", "where a 3d view is seen from, degrees (default -62,28)"},
+    {"camera", 0, "NAME", "as this camera of the scene sees it, in perspective"},
     {"color", 0, "MODE",
      "natural: the colour of the light (default); path: classes of paths; criterion: several "
      "--where, or all of --criteria; order: of ghosts and scatter"},
@@ -69,11 +71,16 @@ static enum rmap_status draw_picture(const struct drawing *self, struct rmap_err
     struct rmap_svg *svg = NULL;
     char title[RMAP_MAP_NAME_LEN];
     rmap_map_name(request->map_path, title);
+    const struct rmap_camera *camera = NULL;
+    if (request->camera)
+        RMAP_TRY(rmap_find_camera(rmap_map_scene(self->map), request->map_path, request->camera,
+                                  &camera, err));
     struct rmap_figure_draw given = {.title = title,
                                      .criterion = self->where,
                                      .n_matched = self->all.rays,
                                      .kind = request->kind,
                                      .eye = request->has_eye ? request->eye : NULL,
+                                     .camera = camera,
                                      .cut = request->has_cut ? &request->cut : NULL,
                                      .paint = self->paint,
                                      .opacity = request->opacity,

@@ -94,6 +94,12 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given,
     RMAP_TRY(rmap_argument_number(given, "cut", &request->cut, err));
     if (!isfinite(request->cut))
         return rmap_error_set(err, RMAP_USAGE, "--cut must be a length");
+    if (request->camera && (request->has_eye || request->has_cut || rmap_argument(given, "view")))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--camera says where the scene is seen from: leave out --view, --eye "
+                              "and --cut");
+    if (request->camera && request->format != RMAP_DRAW_PICTURE)
+        return rmap_error_set(err, RMAP_USAGE, "--camera is for pictures: OUT.svg or OUT.png");
     if (request->has_eye && request->kind == RMAP_VIEW_AUTO)
         request->kind = RMAP_VIEW_3D;
     if (request->has_cut && request->kind == RMAP_VIEW_3D)
@@ -110,7 +116,8 @@ enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
     static const char *const suffixes[] = {".svg", ".png", ".html", ".vtp", ".glb", ".gltf", NULL};
     enum rmap_status st = RMAP_OK;
     *request = (struct rmap_draw_request){.map_path = given->operand[0],
-                                          .output_path = rmap_argument(given, "output")};
+                                          .output_path = rmap_argument(given, "output"),
+                                          .camera = rmap_argument(given, "camera")};
     RMAP_TRY(read_format(request->output_path, &request->format, err));
     RMAP_TRY(read_paint(rmap_argument(given, "color"), &request->paint, err));
     RMAP_TRY(read_view(rmap_argument(given, "view"), &request->kind, err));

@@ -36,6 +36,10 @@ objects:
 sources:
   - {name: near, type: rays, flux: 1 W, medium: air, rays: [{origin: [-60, 0, -30], direction: [1, 0, 0]}]}
   - {name: far, type: rays, flux: 3 W, medium: air, rays: [{origin: [-60, 0, 30], direction: [1, 0, 0]}]}
+cameras:
+  - {name: front, at: [10, 5, -100], look_at: [0, 0, 0], up: [0, 1, 0], fov: 80, resolution: [800, 600]}
+  - {name: between, at: [0, 3, -20], direction: [0, 0, 1], fov: 90, resolution: [600, 600]}
+  - {name: along, at: [-20, 4, -30], direction: [1, 0, 0], up: [0, 1, 0], fov: 40, resolution: [800, 400]}
 """
 
 
@@ -211,6 +215,73 @@ def scale_of(svg):
     raise AssertionError("no scale bar")
 
 
+def points_of(d):
+    return [(float(x), float(y)) for x, y in re.findall(r"(-?[0-9.]+)[ ,](-?[0-9.]+)", d)]
+
+
+def seen_from(at, ahead, up, fov, resolution, point):
+    """Pixel of the picture that `draw --camera` makes, where the camera sees the point."""
+    def normal(v):
+        return [c / math.hypot(*v) for c in v]
+
+    def cross(a, b):
+        return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+
+    def dot(a, b):
+        return sum(x * y for x, y in zip(a, b))
+    ahead = normal(ahead)
+    right = normal(cross(ahead, up))
+    above = cross(right, ahead)
+    height = min(660, 1040 * resolution[1] / resolution[0])
+    width, slope = max(round(height * resolution[0] / resolution[1]), 620), math.tan(math.radians(fov / 2))
+    away = [p - a for p, a in zip(point, at)]
+    scale = height / 2 / slope / dot(away, ahead)
+    return 24 + width / 2 + scale * dot(away, right), 84 + height / 2 - scale * dot(away, above)
+
+
+def test_camera():
+    """A camera's picture is in perspective, with what is behind it cut off and what bodies hide
+    faint."""
+    ends = {z: [(-60, 0, z), (60, 0, z)] for z in (-30, 30)}
+
+    def drawn(name):
+        run("draw", "hiding.raymap", "--camera", name, "-o", "seen.svg", "--force")
+        assert not any(re.fullmatch(r"[0-9.e+-]+ mm", word) for word in words("seen.svg")), "a scale"
+        assert any(f"seen by camera {name}" in word for word in words("seen.svg"))
+        return [(opacity, points_of(d)) for stroke, opacity, d in paths("seen.svg")
+                if stroke not in ("#c2410c", "#e3b7a4", "#0f766e", "#333333") and opacity < 1]
+
+    def has(lines, point, within=0.2):
+        return any(math.dist(p, point) < within for _, line in lines for p in line)
+
+    lines = drawn("front")
+    camera = ([10, 5, -100], [-10, -5, 100], [0, 1, 0], 80, [800, 600])
+    for z in (-30, 30):
+        for end in ends[z]:
+            assert has(lines, seen_from(*camera, end)), (z, end, lines)
+    faint = min(opacity for opacity, _ in lines)
+    hidden = [p for opacity, line in lines if opacity == faint for p in line]
+    assert faint < 0.3 * max(opacity for opacity, _ in lines)
+    for x in (-20, 20): # edges of the wall at z = 0 over the ray at z = 30
+        edge = seen_from(*camera, (x, 5 - 5 / 1.3, 0))
+        assert any(abs(p[0] - edge[0]) < 2.5 for p in hidden), (edge, hidden)
+
+    lines = drawn("between")
+    camera = ([0, 3, -20], [0, 0, 1], [0, 1, 0], 90, [600, 600])
+    height = seen_from(*camera, (20, 0, 30))[1]
+    assert lines and all(abs(p[1] - height) < 0.2 for _, line in lines for p in line), "one behind is drawn"
+
+    lines = drawn("along")
+    camera = ([-20, 4, -30], [1, 0, 0], [0, 1, 0], 40, [800, 400])
+    assert has(lines, seen_from(*camera, (60, 0, -30))), lines
+    x, y = zip(*[p for opacity, line in lines for p in line])
+    assert max(x) < 24 + 1040 * 1.06 and max(y) > 84 + 500 and max(y) < 84 + 520 * 1.06, (max(x), max(y))
+
+    assert "no camera named 'frnt' in hiding.raymap; did you mean 'front'?" in run(
+        "draw", "hiding.raymap", "--camera", "frnt", "-o", "x.svg", status=3)
+    assert "lens.raymap has no camera" in run("draw", "lens.raymap", "--camera", "a", "-o", "x.svg", status=3)
+
+
 def glb(path):
     with open(path, "rb") as file:
         data = file.read()
@@ -273,6 +344,12 @@ def test_polydata():
 
 
 def test_ranks():
+    told = []
+    for ranks in (1, 4):
+        run("draw", "hiding.raymap", "--camera", "front", "-o", "a.png", "--force", ranks=ranks)
+        with open("a.png", "rb") as file:
+            told.append(file.read())
+    assert told[0] == told[1]
     for name in ("a.svg", "a.glb", "a.vtp"):
         told = []
         for ranks in (1, 3):
@@ -291,6 +368,7 @@ def test_mistakes():
             (["--eye", "north"], "AZIMUTH,ELEVATION"),
             (["--eye", "1,2", "--view", "xy"], "3d"),
             (["--cut", "3", "--view", "3d"], "section"),
+            (["--camera", "front", "--view", "3d"], "leave out --view"),
             (["--color", "path", "--where", "all", "--where", "all"], "several --where")):
         assert word in run("draw", "lens.raymap", "-o", "bad.svg", *options, status=2), options
     assert not os.path.exists("bad.svg")
@@ -308,6 +386,7 @@ test_opacity()
 test_depth()
 test_pixels()
 test_profile()
+test_camera()
 test_gltf()
 test_polydata()
 test_ranks()
