@@ -19,7 +19,7 @@ enum rmap_draw_format {
 struct rmap_draw_request {
     const char *map_path, *output_path;
     const char *camera; /* NULL: none */
-    char **where; /* [n_where] */
+    char **where;       /* [n_where] */
     size_t n_where;
     enum rmap_draw_format format;
     uint64_t limit;
