@@ -99,6 +99,14 @@ out:
     return st;
 }
 
+/* Columns of the stored portion in hand. */
+static enum rmap_status fetch(struct rmap_fold_scanner *self, rmap_column_set columns,
+                              const struct rmap_portion **portion, struct rmap_error *err)
+{
+    return self->marker ? rmap_query_marker_read(self->marker, columns, portion, err)
+                        : rmap_cursor_fetch(self->cursor, columns, err);
+}
+
 static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                                     struct rmap_error *err)
 {
@@ -107,12 +115,22 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
     if (self->marker)
         RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
     rays->match = match;
-    if (rays->n_match > 0 && self->marker)
-        st = rmap_query_marker_read(self->marker, self->fold->columns, &rays->portion, err);
-    else if (rays->n_match > 0)
-        st = rmap_cursor_read(self->cursor, rays->index, &rays->portion, err);
+    if (rays->n_match == 0)
+        return RMAP_OK;
+    if (!self->marker)
+        RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err));
+    st = fetch(self, self->fold->columns & ~self->fold->deferred, &rays->portion, err);
 out:
     return st;
+}
+
+enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_set columns,
+                                 struct rmap_error *err)
+{
+    const struct rmap_portion *portion;
+    if (!rays->scanner || rays->scanner->fold->overlay)
+        return RMAP_OK;
+    return fetch(rays->scanner, columns, &portion, err);
 }
 
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,
@@ -124,7 +142,8 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     struct rmap_portion_info extended;
     struct rmap_matched rays = {.index = index,
                                 .space = (size_t)info->space,
-                                .n_match = (size_t)info->n_row[RMAP_TABLE_RAY]};
+                                .n_match = (size_t)info->n_row[RMAP_TABLE_RAY],
+                                .scanner = self};
     if (fold->overlay) {
         rmap_overlay_info(fold->overlay, info, &extended);
         info = &extended;

@@ -15,14 +15,21 @@
 #include "analysis/overlay.h"
 #include "io/map_reader.h"
 
+struct rmap_fold_scanner;
+
 /* The matching rays of a portion. */
 struct rmap_matched {
     const struct rmap_portion *portion; /* has the fold's columns */
     const uint8_t *match;               /* [rays of the portion] 1 or 0; NULL: all match */
     size_t n_match;
-    size_t index; /* portion of the map */
-    size_t space; /* colour space: the portion has its channels */
+    size_t index;                      /* portion of the map */
+    size_t space;                      /* colour space: the portion has its channels */
+    struct rmap_fold_scanner *scanner; /* that reads the portion; NULL: it has all it may have */
 };
+
+/* Makes sure that the portion has deferred columns of the fold, too. */
+enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_set columns,
+                                 struct rmap_error *err) RMAP_MUST_USE;
 
 /* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
 struct rmap_fold_kind {
@@ -47,13 +54,13 @@ struct rmap_fold {
     const struct rmap_map *map;
     const struct rmap_criterion *criterion; /* NULL: all rays */
     rmap_column_set columns;                /* that the kind reads */
+    rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
     const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the
                                            criterion is compiled against its scene. NULL: none */
 };
 
 /* Adds portions [first, last) to one state, on one thread; threads may scan ranges of their own at
  * the same time. RMAP_FORMAT when stored rows do not fit together. */
-struct rmap_fold_scanner;
 enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
                                           struct rmap_fold_scanner **scanner_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;

@@ -4,28 +4,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/path_hash.h"
 #include "base/alloc.h"
-
-/* A ray that has a path. */
-struct member {
-    struct rmap_path_hash hash;
-    int32_t source;
-    uint64_t id;
-    size_t row, segment, registration;
-};
 
 static int compare_members(const void *a_, const void *b_)
 {
-    const struct member *a = a_, *b = b_;
-    int order = (a->hash.low > b->hash.low) - (a->hash.low < b->hash.low);
-    order = order != 0 ? order : (a->hash.high > b->hash.high) - (a->hash.high < b->hash.high);
-    order = order != 0 ? order : (a->source > b->source) - (a->source < b->source);
-    return order != 0 ? order : (a->id > b->id) - (a->id < b->id);
+    const struct rmap_path_of_ray *a = a_, *b = b_;
+    int order = (a->key.low > b->key.low) - (a->key.low < b->key.low);
+    order = order != 0 ? order : (a->key.high > b->key.high) - (a->key.high < b->key.high);
+    return order != 0 ? order : (a->place.ray > b->place.ray) - (a->place.ray < b->place.ray);
 }
 
-static bool is_same(const struct member *a, const struct member *b)
+static bool is_same(const struct rmap_path_of_ray *a, const struct rmap_path_of_ray *b)
 {
-    return a->source == b->source && a->hash.low == b->hash.low && a->hash.high == b->hash.high;
+    return a->key.low == b->key.low && a->key.high == b->key.high;
 }
 
 static int compare_classes(const void *a_, const void *b_)
@@ -38,7 +30,7 @@ static int compare_classes(const void *a_, const void *b_)
 struct work {
     const struct rmap_portion *portion;
     const double *flux_per_weight;
-    struct member *member; /* [n_ray] */
+    struct rmap_path_of_ray *member; /* [n_ray] those that have a path */
     size_t n_member;
     uint32_t *number;       /* [n_ray] a class's number before ranking, by its first row */
     rmap_path_step *symbol; /* of one ray */
@@ -64,22 +56,28 @@ static enum rmap_status allocate(struct rmap_path_classes *classes, struct work 
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of %zu rays", n_ray);
 }
 
-static void find_members(const struct rmap_path_classes *classes, struct work *work)
+static enum rmap_status find_members(const struct rmap_path_classes *classes, struct work *work,
+                                     struct rmap_error *err)
 {
     const struct rmap_portion *portion = work->portion;
-    struct rmap_path_place_of_ray place = {0};
-    for (; place.ray < portion->n_row[RMAP_TABLE_RAY]; place.ray++) {
-        struct rmap_path_hash hash;
-        if (rmap_path_key_hash(classes->keys, portion, &place, &hash))
-            work->member[work->n_member++] = (struct member){hash,
-                                                             portion->ray.source[place.ray],
-                                                             portion->ray.id[place.ray],
-                                                             place.ray,
-                                                             place.segment,
-                                                             place.registration};
-        place.segment += portion->ray.segment_count[place.ray];
-        place.registration += portion->ray.registration_count[place.ray];
-    }
+    const struct rmap_matched all = {.portion = portion, .n_match = portion->n_row[RMAP_TABLE_RAY]};
+    struct rmap_path_hasher hasher = {0};
+    enum rmap_status st = rmap_path_hasher_enter(&hasher, classes->keys, &all, err);
+    if (st == RMAP_OK)
+        work->n_member = rmap_path_hasher_list(&hasher, &all, work->member);
+    rmap_path_hasher_fini(&hasher);
+    return st;
+}
+
+/* The member in [first, last) with the smallest id. */
+static const struct rmap_path_of_ray *first_ray(const struct work *work, size_t first, size_t last)
+{
+    const uint64_t *id = work->portion->ray.id;
+    const struct rmap_path_of_ray *least = &work->member[first];
+    for (size_t i = first + 1; i < last; i++)
+        if (id[work->member[i].place.ray] < id[least->place.ray])
+            least = &work->member[i];
+    return least;
 }
 
 /* Sums over members [first, last), which are those of one class. */
@@ -88,15 +86,13 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = work->portion;
-    const struct member *example = &work->member[first];
-    const struct rmap_path_place_of_ray place = {example->row, example->segment,
-                                                 example->registration};
+    const struct rmap_path_place_of_ray place = first_ray(work, first, last)->place;
     struct rmap_path_class *path = &classes->path[classes->n];
     const struct rmap_path_class *before = classes->n > 0 ? path - 1 : NULL;
     void *block = classes->symbol;
-    *path = (struct rmap_path_class){.source = portion->ray.source[example->row],
-                                     .first_ray = example->id,
-                                     .first_row = example->row,
+    *path = (struct rmap_path_class){.source = portion->ray.source[place.ray],
+                                     .first_ray = portion->ray.id[place.ray],
+                                     .first_row = place.ray,
                                      .rays = last - first,
                                      .first_symbol =
                                          before ? before->first_symbol + before->n_symbol : 0};
@@ -107,10 +103,10 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
     memcpy(classes->symbol + path->first_symbol, work->symbol,
            path->n_symbol * sizeof *work->symbol);
     for (size_t i = first; i < last; i++) {
-        size_t row = work->member[i].row;
+        size_t row = work->member[i].place.ray;
         path->segments += portion->ray.segment_count[row];
         path->flux += portion->ray.weight[row];
-        classes->of_ray[row] = (uint32_t)example->row;
+        classes->of_ray[row] = (uint32_t)place.ray;
     }
     path->flux *= work->flux_per_weight[path->source];
     classes->n++;
@@ -144,7 +140,7 @@ rmap_path_classes_create(const struct rmap_scene *scene, const struct rmap_path_
     RMAP_TRY(allocate(classes, &work, err));
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
         classes->of_ray[i] = RMAP_PATH_NO_CLASS;
-    find_members(classes, &work);
+    RMAP_TRY(find_members(classes, &work, err));
     qsort(work.member, work.n_member, sizeof *work.member, compare_members);
     for (size_t i = 0; i < work.n_member;) {
         size_t first = i++;

@@ -9,16 +9,9 @@
 #define RMAP_PATH_COUNT_H
 
 #include "analysis/fold.h"
-#include "analysis/path_key.h"
+#include "analysis/path_hash.h"
 #include "analysis/path_sketch.h"
 #include "analysis/query.h"
-
-/* Scenes with more sources are refused: a key has the source in it. */
-#define RMAP_PATH_SOURCES_MAX ((size_t)1 << 20)
-
-/* Key of a class. */
-struct rmap_key rmap_path_class_key(int32_t source, struct rmap_path_hash hash);
-int32_t rmap_path_source_of(struct rmap_key key);
 
 /* Numbers of a class's entry. */
 enum { RMAP_PATH_RAYS, RMAP_PATH_SEGMENTS, RMAP_PATH_REGISTRATIONS, RMAP_PATH_FIRST_RAY };

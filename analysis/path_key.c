@@ -2,17 +2,14 @@
 #include "analysis/path_key.h"
 
 #include "analysis/path_key_internal.h"
-#include "analysis/path_regex.h"
 #include "base/alloc.h"
 #include "trace/event.h"
-
-enum { EVENT_CODES = 1 << 13 };
 
 static enum rmap_status allocate(struct rmap_path_keys *keys, struct rmap_error *err)
 {
     const struct rmap_scene *scene = keys->scene;
-    keys->letter = rmap_alloc(EVENT_CODES, 1);
-    keys->met = rmap_alloc(EVENT_CODES, 1);
+    keys->letter = rmap_alloc(RMAP_PATH_EVENT_CODES, 1);
+    keys->met = rmap_alloc(RMAP_PATH_EVENT_CODES, sizeof *keys->met);
     keys->place = rmap_alloc(scene->n_object + 1, sizeof *keys->place);
     keys->follows = rmap_alloc(scene->n_detector + 1, 1);
     keys->clashes = rmap_alloc(scene->n_medium + 1, 1);
@@ -34,6 +31,19 @@ static void find_clashes(struct rmap_path_keys *keys)
     }
 }
 
+static void fill_letters(struct rmap_path_keys *keys)
+{
+    for (uint32_t events = 0; events < RMAP_PATH_EVENT_CODES; events++) {
+        const char c = rmap_event_letter(events);
+        const uint32_t letter =
+            c ? (uint32_t)(strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS) : RMAP_PATH_LETTER_ANY;
+        const uint32_t met = keys->view.without_events ? RMAP_PATH_LETTER_ANY : letter;
+        const bool is_other = met != letter || RMAP_PATH_INSIDE >> letter & 1;
+        keys->letter[events] = (uint8_t)letter;
+        keys->met[events] = met | (is_other ? RMAP_PATH_LOOK_TWICE : 0);
+    }
+}
+
 enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
                                        const struct rmap_path_view *view,
                                        struct rmap_path_keys **keys_ret, struct rmap_error *err)
@@ -45,15 +55,9 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
     *keys = (struct rmap_path_keys){.scene = scene, .view = *view};
     RMAP_TRY(rmap_path_labels_init(&keys->labels, scene, view->level, err));
     RMAP_TRY(allocate(keys, err));
-    for (uint32_t events = 0; events < EVENT_CODES; events++) {
-        char c = rmap_event_letter(events);
-        keys->letter[events] =
-            c ? (uint8_t)(strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS) : RMAP_PATH_LETTER_ANY;
-    }
-    for (uint32_t events = 0; events < EVENT_CODES; events++)
-        keys->met[events] = view->without_events ? RMAP_PATH_LETTER_ANY : keys->letter[events];
+    fill_letters(keys);
     for (size_t o = 0; o < scene->n_object; o++)
-        keys->place[o] = (uint32_t)(1 + keys->labels.of_object[o]) << RMAP_PATH_LETTER_BITS;
+        keys->place[o + 1] = (uint32_t)(1 + keys->labels.of_object[o]) << RMAP_PATH_LETTER_BITS;
     for (size_t d = 0; d < scene->n_detector; d++)
         keys->follows[d] = scene->detector[d].on_object >= 0 || scene->detector[d].on_group >= 0;
     for (size_t m = 0; m < scene->n_medium; m++)
@@ -90,103 +94,24 @@ rmap_column_set rmap_path_keys_columns(const struct rmap_path_keys *keys)
     return keys->reads_media ? columns | RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) : columns;
 }
 
-/* Absorption and scattering without an object are told by their medium. */
-static rmap_path_step inside_symbol(const struct rmap_path_keys *keys,
-                                    const struct rmap_segment_columns *rows, size_t row,
-                                    uint32_t letter)
-{
-    if (!(RMAP_PATH_INSIDE >> letter & 1) || !rows->medium || rows->medium[row] < 0)
-        return letter;
-    size_t place = 1 + keys->labels.n + (size_t)rows->medium[row];
-    return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | letter;
-}
-
-static inline rmap_path_step step_symbol(const struct rmap_path_keys *keys,
-                                         const struct rmap_segment_columns *rows, size_t row)
-{
-    const uint32_t events = rows->event[row] % EVENT_CODES;
-    const int32_t object = rows->object[row];
-    if (object < 0)
-        return inside_symbol(keys, rows, row, keys->letter[events]);
-    return keys->place[object] | keys->met[events];
-}
-
-static rmap_path_step hit_symbol(const struct rmap_path_keys *keys, int32_t detector)
-{
-    size_t place = 1 + keys->labels.n + keys->scene->n_medium + (size_t)detector;
-    return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | RMAP_PATH_LETTER_V;
-}
-
-/* Where symbols go: into a row, or without one into a hash. */
+/* Where symbols go. */
 struct writer {
-    rmap_path_step *symbol; /* NULL: hashed */
+    rmap_path_step *symbol;
     size_t n;
     bool collapsed;
-    rmap_path_step last;
-    struct rmap_path_hash hash;
 };
-
-static inline uint64_t rotate(uint64_t x, int k)
-{
-    return x << k | x >> (64 - k);
-}
-
-/* Two chains that nothing joins before the end, each of steps that lose nothing: paths that differ
- * in one step differ in both. */
-static inline void mix(struct rmap_path_hash *hash, rmap_path_step symbol)
-{
-    hash->low = (rotate(hash->low, 27) ^ symbol) * UINT64_C(0x9e3779b97f4a7c15);
-    hash->high = (rotate(hash->high, 41) ^ symbol) * UINT64_C(0xc2b2ae3d27d4eb4f);
-}
-
-/* The finaliser of MurmurHash3 (Appleby 2011). */
-static inline uint64_t finish(uint64_t x)
-{
-    x = (x ^ x >> 33) * UINT64_C(0xff51afd7ed558ccd);
-    x = (x ^ x >> 33) * UINT64_C(0xc4ceb9fe1a85ec53);
-    return x ^ x >> 33;
-}
-
-static inline struct rmap_path_hash finish_hash(struct rmap_path_hash hash, size_t n)
-{
-    hash.low = finish(hash.low + n);
-    hash.high = finish(hash.high ^ hash.low);
-    hash.low += hash.high;
-    return hash;
-}
 
 static inline void write_symbol(struct writer *writer, rmap_path_step symbol)
 {
-    if (writer->collapsed && writer->n > 0 && writer->last == symbol)
-        return;
-    writer->last = symbol;
-    if (writer->symbol)
-        writer->symbol[writer->n] = symbol;
-    else
-        mix(&writer->hash, symbol);
-    writer->n++;
-}
-
-/* Steps in a row, nothing of which goes through memory. */
-static void hash_steps(const struct rmap_path_keys *keys, const struct rmap_segment_columns *rows,
-                       size_t first, size_t last, struct writer *writer)
-{
-    struct rmap_path_hash hash = writer->hash;
-    for (size_t i = first; i < last; i++)
-        mix(&hash, step_symbol(keys, rows, i));
-    writer->hash = hash;
-    writer->n += last - first;
+    if (!writer->collapsed || writer->n == 0 || writer->symbol[writer->n - 1] != symbol)
+        writer->symbol[writer->n++] = symbol;
 }
 
 static void write_steps(const struct rmap_path_keys *keys, const struct rmap_segment_columns *rows,
                         size_t first, size_t last, struct writer *writer)
 {
-    if (!writer->symbol && !writer->collapsed) {
-        hash_steps(keys, rows, first, last, writer);
-        return;
-    }
     for (size_t i = first; i < last; i++)
-        write_symbol(writer, step_symbol(keys, rows, i));
+        write_symbol(writer, rmap_path_step_of(keys, rows, i));
 }
 
 /* Steps up to where a registration stands; *at is moved there. With `last` the step at the object
@@ -202,7 +127,7 @@ static void write_before(const struct rmap_path_keys *keys, const struct rmap_po
     if (place > *at)
         write_steps(keys, &portion->segment, first + *at, first + place - opens, writer);
     if (opens) {
-        rmap_path_step symbol = step_symbol(keys, &portion->segment, first + place - 1);
+        rmap_path_step symbol = rmap_path_step_of(keys, &portion->segment, first + place - 1);
         write_symbol(writer, (symbol >> RMAP_PATH_LETTER_BITS << RMAP_PATH_LETTER_BITS) |
                                  RMAP_PATH_LETTER_ANY);
     }
@@ -222,7 +147,7 @@ static inline bool walk(const struct rmap_path_keys *keys, const struct rmap_por
         int32_t detector = portion->registration.detector[i];
         bool last = keys->view.until_detector && detector == keys->view.detector;
         write_before(keys, portion, place->segment, i, n_leg, last, &at, writer);
-        write_symbol(writer, hit_symbol(keys, detector));
+        write_symbol(writer, rmap_path_hit_step(keys, detector));
         if (last)
             return true;
     }
@@ -237,15 +162,6 @@ bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_porti
     struct writer writer = {.symbol = symbol, .collapsed = keys->view.collapsed};
     bool has_path = walk(keys, portion, place, &writer);
     *n_ret = writer.n;
-    return has_path;
-}
-
-bool rmap_path_key_hash(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
-                        const struct rmap_path_place_of_ray *place, struct rmap_path_hash *hash_ret)
-{
-    struct writer writer = {.collapsed = keys->view.collapsed};
-    bool has_path = walk(keys, portion, place, &writer);
-    *hash_ret = finish_hash(writer.hash, writer.n);
     return has_path;
 }
 

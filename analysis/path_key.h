@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What tells the paths of rays apart: a path as a row of symbols, hashed, written for people, and
- * written as the criterion that selects exactly the rays with that path.
+ * What tells the paths of rays apart: a path as a row of symbols, written for people, and written
+ * as the criterion that selects exactly the rays with that path.
  */
 #ifndef RMAP_PATH_KEY_H
 #define RMAP_PATH_KEY_H
@@ -57,14 +57,6 @@ struct rmap_path_place_of_ray {
 bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
                       const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
                       size_t *n_ret);
-
-/* Hash of the same steps, which are not stored: classes are told apart by their source, too. */
-struct rmap_path_hash {
-    uint64_t low, high;
-};
-bool rmap_path_key_hash(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
-                        const struct rmap_path_place_of_ray *place,
-                        struct rmap_path_hash *hash_ret);
 
 /* "T@lens.1 R@lens.3{2} V@sensor", rmap_free; a medium that shares its name with an object is
  * "A@milk[medium]". Longer than most_nbytes (0: no matter): the middle is

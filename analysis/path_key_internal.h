@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What path_key.c and path_text.c share.
+ * What path_key.c, path_hash.c and path_text.c share.
  */
 #ifndef RMAP_PATH_KEY_INTERNAL_H
 #define RMAP_PATH_KEY_INTERNAL_H
@@ -8,8 +8,12 @@
 #include <string.h>
 
 #include "analysis/path_label.h"
+#include "analysis/path_regex.h"
 
-enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4 };
+enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4, RMAP_PATH_EVENT_CODES = 1 << 13 };
+
+/* In `met`: without an object, the step is another than the table says. */
+#define RMAP_PATH_LOOK_TWICE 0x80000000u
 
 /* Places of symbols: 0 none, 1 + label, then media, then detectors. */
 struct rmap_path_keys {
@@ -17,11 +21,33 @@ struct rmap_path_keys {
     struct rmap_path_view view;
     struct rmap_path_labels labels;
     uint8_t *letter;  /* [2^13] of sets of events */
-    uint8_t *met;     /* [2^13] the same at an object: ANY without events */
-    uint32_t *place;  /* [n_object] of its label, above the letter */
+    uint32_t *met;    /* [2^13] the same at an object, ANY without events; LOOK_TWICE above it */
+    uint32_t *place;  /* [1 + n_object] of no object, then of each one's label, above the letter */
     uint8_t *follows; /* [n_detector] registers behind the step that ends the leg */
     uint8_t *clashes; /* [n_medium] an object or a group has the name, too */
     bool reads_media; /* something can happen inside one */
 };
+
+/* The step that ends the leg in this row. */
+static inline rmap_path_step rmap_path_step_of(const struct rmap_path_keys *keys,
+                                               const struct rmap_segment_columns *rows, size_t row)
+{
+    const uint32_t events = rows->event[row] % RMAP_PATH_EVENT_CODES;
+    if (rows->object[row] >= 0)
+        return keys->place[rows->object[row] + 1] | (keys->met[events] & ~RMAP_PATH_LOOK_TWICE);
+    const uint32_t letter = keys->letter[events];
+    if (!(RMAP_PATH_INSIDE >> letter & 1) || !rows->medium || rows->medium[row] < 0)
+        return letter;
+    /* Absorption and scattering without an object are told by their medium. */
+    return (rmap_path_step)((1 + keys->labels.n + (size_t)rows->medium[row])
+                            << RMAP_PATH_LETTER_BITS) |
+           letter;
+}
+
+static inline rmap_path_step rmap_path_hit_step(const struct rmap_path_keys *keys, int32_t detector)
+{
+    const size_t place = 1 + keys->labels.n + keys->scene->n_medium + (size_t)detector;
+    return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | RMAP_PATH_LETTER_V;
+}
 
 #endif

@@ -40,7 +40,8 @@ static enum rmap_status fold(struct run *run, struct rmap_path_counts **counts_r
                                    .map = request->map,
                                    .overlay = request->overlay,
                                    .criterion = request->criterion,
-                                   .columns = rmap_path_count_columns(&run->counting)};
+                                   .columns = rmap_path_count_columns(&run->counting),
+                                   .deferred = RMAP_PATH_HASH_DEFERRED};
     void *state = NULL;
     enum rmap_status st = rmap_fold_run(&run->context, &fold, &state, err);
     *counts_ret = state;

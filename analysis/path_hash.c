@@ -1,0 +1,242 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/path_hash.h"
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "analysis/path_key_internal.h"
+#include "base/alloc.h"
+
+void rmap_path_hasher_fini(struct rmap_path_hasher *hasher)
+{
+    rmap_free(hasher->few);
+    rmap_free(hasher->many);
+    rmap_free(hasher->scratch);
+    *hasher = (struct rmap_path_hasher){0};
+}
+
+enum { SOURCE_BITS = 20 };
+
+static bool has_few_places(const struct rmap_path_keys *keys)
+{
+    return 1 + keys->labels.n + keys->scene->n_medium + keys->scene->n_detector <
+           (size_t)1 << (16 - RMAP_PATH_LETTER_BITS);
+}
+
+static enum rmap_status reserve_steps(struct rmap_path_hasher *hasher, bool few,
+                                      struct rmap_error *err)
+{
+    const size_t n = hasher->portion->n_row[RMAP_TABLE_SEGMENT] + 1;
+    void *block = few ? (void *)hasher->few : (void *)hasher->many;
+    enum rmap_status st = rmap_reserve(&block, few ? &hasher->few_cap : &hasher->many_cap, n,
+                                       few ? sizeof *hasher->few : sizeof *hasher->many, err);
+    if (few)
+        hasher->few = block;
+    else
+        hasher->many = block;
+    return st;
+}
+
+static enum rmap_status reserve_scratch(struct rmap_path_hasher *hasher, struct rmap_error *err)
+{
+    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    size_t longest = 0;
+    for (size_t i = 0; i < hasher->portion->n_row[RMAP_TABLE_RAY]; i++) {
+        const size_t n = (size_t)ray->segment_count[i] + ray->registration_count[i];
+        longest = n > longest ? n : longest;
+    }
+    void *block = hasher->scratch;
+    enum rmap_status st =
+        rmap_reserve(&block, &hasher->scratch_cap, longest + 1, sizeof *hasher->scratch, err);
+    hasher->scratch = block;
+    return st;
+}
+
+/* Steps of legs [first, last) by table. False: some without an object need another look. */
+static inline bool translate(const struct rmap_path_hasher *hasher, size_t first, size_t last,
+                             bool few)
+{
+    const uint32_t *met = hasher->keys->met, *place = hasher->keys->place + 1;
+    const int32_t *object = hasher->portion->segment.object;
+    const uint32_t *event = hasher->portion->segment.event;
+    uint32_t seen = 0;
+    for (size_t i = first; i < last; i++) {
+        const uint32_t letter = met[event[i] % RMAP_PATH_EVENT_CODES];
+        const uint32_t step = place[object[i]] | letter;
+        seen |= letter & (uint32_t)object[i];
+        if (few)
+            hasher->few[i] = (uint16_t)step;
+        else
+            hasher->many[i] = step & ~RMAP_PATH_LOOK_TWICE;
+    }
+    return !(seen & RMAP_PATH_LOOK_TWICE);
+}
+
+static void look_twice(const struct rmap_path_hasher *hasher, size_t first, size_t last, bool few)
+{
+    const struct rmap_segment_columns *segment = &hasher->portion->segment;
+    for (size_t i = first; i < last; i++) {
+        if (segment->object[i] >= 0)
+            continue;
+        const rmap_path_step step = rmap_path_step_of(hasher->keys, segment, i);
+        if (few)
+            hasher->few[i] = (uint16_t)step;
+        else
+            hasher->many[i] = step;
+    }
+}
+
+static enum rmap_status read_steps(struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                                   size_t first, size_t last, struct rmap_error *err)
+{
+    const bool few = hasher->is_narrow;
+    enum rmap_status st = RMAP_OK;
+    if (few ? translate(hasher, first, last, true) : translate(hasher, first, last, false))
+        return RMAP_OK;
+    if (hasher->keys->reads_media)
+        st = rmap_fold_fetch(rays, RMAP_PATH_HASH_DEFERRED, err);
+    look_twice(hasher, first, last, few);
+    return st;
+}
+
+/* Where less than a quarter of the rays match, theirs alone. */
+enum { FEW_RAYS = 4 };
+
+enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
+                                        const struct rmap_path_keys *keys,
+                                        const struct rmap_matched *rays, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    hasher->keys = keys;
+    hasher->portion = portion;
+    hasher->is_simple = !keys->view.collapsed && !keys->view.until_detector;
+    hasher->is_narrow = has_few_places(keys);
+    if (!hasher->is_simple) {
+        if (keys->reads_media)
+            RMAP_TRY(rmap_fold_fetch(rays, RMAP_PATH_HASH_DEFERRED, err));
+        return reserve_scratch(hasher, err);
+    }
+    RMAP_TRY(reserve_steps(hasher, hasher->is_narrow, err));
+    if (!rays->match || rays->n_match * FEW_RAYS >= n_ray)
+        return read_steps(hasher, rays, 0, portion->n_row[RMAP_TABLE_SEGMENT], err);
+    for (size_t i = 0, first = 0; i < n_ray; i++) {
+        const size_t last = first + portion->ray.segment_count[i];
+        if (rays->match[i])
+            RMAP_TRY(read_steps(hasher, rays, first, last, err));
+        first = last;
+    }
+out:
+    return st;
+}
+
+/* Of a ray's steps, without its source. */
+struct hash {
+    uint64_t low, high;
+};
+
+static inline struct hash hash_of(const void *steps, size_t nbytes)
+{
+    const XXH128_hash_t hash = XXH3_128bits(steps, nbytes);
+    return (struct hash){hash.low64, hash.high64};
+}
+
+static inline uint64_t rotate(uint64_t x, int k)
+{
+    return x << k | x >> (64 - k);
+}
+
+/* Two chains of steps that lose nothing, and nothing joins them before the end. */
+static inline void mix(struct hash *hash, uint64_t word)
+{
+    hash->low = (rotate(hash->low, 27) ^ word) * UINT64_C(0x9e3779b97f4a7c15);
+    hash->high = (rotate(hash->high, 41) ^ word) * UINT64_C(0xc2b2ae3d27d4eb4f);
+}
+
+/* The finaliser of MurmurHash3 (Appleby 2011). */
+static inline uint64_t finish(uint64_t x)
+{
+    x = (x ^ x >> 33) * UINT64_C(0xff51afd7ed558ccd);
+    x = (x ^ x >> 33) * UINT64_C(0xc4ceb9fe1a85ec53);
+    return x ^ x >> 33;
+}
+
+/* Registrations stand among the legs: each with its place there. */
+static inline void mix_hits(const struct rmap_path_hasher *hasher,
+                            const struct rmap_path_place_of_ray *place, size_t n_leg, size_t n_hit,
+                            struct hash *hash)
+{
+    const struct rmap_path_keys *keys = hasher->keys;
+    const struct rmap_registration_columns *hit = &hasher->portion->registration;
+    size_t at = 0;
+    bool any = false;
+    for (size_t i = place->registration; i < place->registration + n_hit; i++) {
+        if (!hit->registered[i])
+            continue;
+        size_t leg = (size_t)hit->segment[i] + keys->follows[hit->detector[i]];
+        leg = leg < n_leg ? leg : n_leg;
+        at = leg > at ? leg : at;
+        mix(hash, (uint64_t)at << 32 | rmap_path_hit_step(keys, hit->detector[i]));
+        any = true;
+    }
+    if (!any)
+        return;
+    hash->low = finish(hash->low);
+    hash->high = finish(hash->high ^ hash->low);
+    hash->low += hash->high;
+}
+
+static inline struct hash hash_simple(const struct rmap_path_hasher *hasher,
+                                      const struct rmap_path_place_of_ray *place, size_t n_leg,
+                                      size_t n_hit)
+{
+    struct hash hash = hasher->is_narrow
+                           ? hash_of(hasher->few + place->segment, n_leg * sizeof *hasher->few)
+                           : hash_of(hasher->many + place->segment, n_leg * sizeof *hasher->many);
+    if (n_hit > 0)
+        mix_hits(hasher, place, n_leg, n_hit, &hash);
+    return hash;
+}
+
+static bool hash_walked(const struct rmap_path_hasher *hasher,
+                        const struct rmap_path_place_of_ray *place, struct hash *hash_ret)
+{
+    size_t n;
+    const bool has_path =
+        rmap_path_key_of(hasher->keys, hasher->portion, place, hasher->scratch, &n);
+    *hash_ret = hash_of(hasher->scratch, n * sizeof *hasher->scratch);
+    return has_path;
+}
+
+/* Sources are told apart in either half: the sketch takes bits of both. */
+static inline struct rmap_key key_of(int32_t source, struct hash hash)
+{
+    const uint64_t its = (uint64_t)(uint32_t)source;
+    return (struct rmap_key){hash.low + (its + 1) * UINT64_C(0x9e3779b97f4a7c15),
+                             UINT64_C(1) << 63 | hash.high << SOURCE_BITS | its};
+}
+
+size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                             struct rmap_path_of_ray *list)
+{
+    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    const size_t n_ray = hasher->portion->n_row[RMAP_TABLE_RAY];
+    struct rmap_path_place_of_ray place = {0};
+    size_t n = 0;
+    for (; place.ray < n_ray; place.ray++) {
+        const size_t n_leg = ray->segment_count[place.ray];
+        const size_t n_hit = ray->registration_count[place.ray];
+        bool has_path = !rays->match || rays->match[place.ray];
+        struct hash hash;
+        if (has_path && hasher->is_simple)
+            hash = hash_simple(hasher, &place, n_leg, n_hit);
+        else if (has_path)
+            has_path = hash_walked(hasher, &place, &hash);
+        if (has_path)
+            list[n++] = (struct rmap_path_of_ray){key_of(ray->source[place.ray], hash), place};
+        place.segment += n_leg;
+        place.registration += n_hit;
+    }
+    return n;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The paths of a portion's rays as hashes: legs become steps table by table, a ray's are hashed in
+ * one call.
+ */
+#ifndef RMAP_PATH_HASH_H
+#define RMAP_PATH_HASH_H
+
+#include "analysis/fold.h"
+#include "analysis/key_sums.h"
+#include "analysis/path_key.h"
+
+/* Scenes with more sources are refused: a key has the source in it. */
+#define RMAP_PATH_SOURCES_MAX ((size_t)1 << 20)
+
+/* Of the path and the source of a ray: rays of a map have equal keys where both are equal. */
+static inline int32_t rmap_path_source_of(struct rmap_key key)
+{
+    return (int32_t)(key.high & (RMAP_PATH_SOURCES_MAX - 1));
+}
+
+/* A ray that has a path. */
+struct rmap_path_of_ray {
+    struct rmap_key key;
+    struct rmap_path_place_of_ray place;
+};
+
+/* One thread's; all zero at first. */
+struct rmap_path_hasher {
+    const struct rmap_path_keys *keys;  /* borrowed, as is the portion */
+    const struct rmap_portion *portion; /* in hand */
+    bool is_simple;                     /* a path is its legs and where registrations stand */
+    bool is_narrow;                     /* steps have 16 bits */
+    /* [n_segment] steps, in one of these. */
+    uint16_t *few;
+    uint32_t *many;
+    size_t few_cap, many_cap;
+    rmap_path_step *scratch; /* of a ray whose path is not simply all its legs */
+    size_t scratch_cap;
+};
+void rmap_path_hasher_fini(struct rmap_path_hasher *hasher);
+
+/* Columns of rmap_path_keys_columns that need not be there: they are fetched where they matter. */
+#define RMAP_PATH_HASH_DEFERRED RMAP_COLUMN_BIT(RMAP_SEGMENT_medium)
+
+/* Takes the rays that match in hand. */
+enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
+                                        const struct rmap_path_keys *keys,
+                                        const struct rmap_matched *rays,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Those that have a path, in their order. list: room for all that match; returns how many. */
+size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                             struct rmap_path_of_ray *list);
+
+#endif

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/path_pack.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+
+/* What a state is as bytes: this, weights [2][n_source], classes, cells, and the sketch. */
+struct head {
+    uint64_t rays, segments, n_class, n_cell;
+    double most_weight;
+    uint64_t is_full, cells_full, has_sketch;
+};
+
+static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
+{
+    if (nbytes > 0)
+        memcpy(to, from, nbytes);
+    return to + nbytes;
+}
+
+static uint8_t *put_sums(uint8_t *to, const struct rmap_key_sums *sums)
+{
+    for (size_t i = 0; i < sums->n_slot; i++)
+        if (sums->slot[i].key.high != 0)
+            to = put(to, &sums->slot[i], sizeof sums->slot[i]);
+    return to;
+}
+
+static size_t state_nbytes(const struct head *head, size_t n_source)
+{
+    return sizeof *head + 2 * n_source * sizeof(double) +
+           (size_t)(head->n_class + head->n_cell) * sizeof(struct rmap_key_sum) +
+           (head->has_sketch ? RMAP_PATH_SKETCH_NBYTES : 0);
+}
+
+enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                                       struct rmap_error *err)
+{
+    const struct rmap_path_counts *self = state;
+    const size_t n_source = rmap_map_scene(self->context->map)->n_source;
+    const struct head head = {self->total.rays, self->total.segments,     self->classes.n,
+                              self->cells.n,    self->most_weight,        self->is_full,
+                              self->cells_full, self->sketch.rays != NULL};
+    const size_t nbytes = state_nbytes(&head, n_source);
+    uint8_t *bytes = rmap_alloc(nbytes, 1), *at = bytes;
+    if (!bytes)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a rank");
+    at = put(at, &head, sizeof head);
+    at = put(at, self->total.source_weight, n_source * sizeof(double));
+    at = put(at, self->total.source_weight_squared, n_source * sizeof(double));
+    at = put_sums(at, &self->classes);
+    at = put_sums(at, &self->cells);
+    if (head.has_sketch)
+        (void)put(at, self->sketch.rays, RMAP_PATH_SKETCH_NBYTES);
+    *bytes_ret = bytes;
+    *nbytes_ret = nbytes;
+    return RMAP_OK;
+}
+
+static enum rmap_status take_sums(struct rmap_key_sums *sums, const uint8_t **at, uint64_t n,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (uint64_t i = 0; i < n; i++) {
+        struct rmap_key_sum sum, *entry = NULL;
+        memcpy(&sum, *at, sizeof sum);
+        *at += sizeof sum;
+        RMAP_TRY(rmap_key_sums_enter(sums, sum.key, &entry, err));
+        if (entry)
+            *entry = sum;
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_path_counts_unpack(const void *context_, const uint8_t *bytes, size_t nbytes,
+                                         void **state_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_counting *context = context_;
+    const size_t n_source = rmap_map_scene(context->map)->n_source;
+    struct head head = {0};
+    struct rmap_path_counts *self = NULL;
+    void *state = NULL;
+    if (nbytes >= sizeof head)
+        memcpy(&head, bytes, sizeof head);
+    if (nbytes < sizeof head || nbytes != state_nbytes(&head, n_source))
+        return rmap_error_set(err, RMAP_INTERNAL, "paths of a rank: %zu bytes came", nbytes);
+    RMAP_TRY(rmap_path_count_kind.create(context, &state, err));
+    self = state;
+    self->total.rays = head.rays;
+    self->total.segments = head.segments;
+    self->most_weight = head.most_weight;
+    self->is_full = head.is_full != 0;
+    self->cells_full = head.cells_full != 0;
+    const uint8_t *at = bytes + sizeof head;
+    memcpy(self->total.source_weight, at, n_source * sizeof(double));
+    at += n_source * sizeof(double);
+    memcpy(self->total.source_weight_squared, at, n_source * sizeof(double));
+    at += n_source * sizeof(double);
+    RMAP_TRY(take_sums(&self->classes, &at, head.n_class, err));
+    RMAP_TRY(take_sums(&self->cells, &at, head.n_cell, err));
+    if (head.has_sketch) {
+        RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
+        memcpy(self->sketch.rays, at, RMAP_PATH_SKETCH_NBYTES);
+    }
+    *state_ret = self;
+    self = NULL;
+out:
+    rmap_path_count_kind.destroy(self);
+    return st;
+}
