@@ -60,8 +60,8 @@ void rmap_compare_bounds(const uint32_t *count, size_t n, const struct rmap_inte
         choose(count, n, 0, range.span, own, RMAP_VERDICT_OPEN, verdict);
 }
 
-void rmap_compare_numbers(const double *restrict number, size_t n,
-                          const struct rmap_interval *interval, uint8_t *restrict verdict)
+RMAP_WIDE void rmap_compare_numbers(const double *restrict number, size_t n,
+                                    const struct rmap_interval *interval, uint8_t *restrict verdict)
 {
     double low = interval->low, high = interval->high;
     if (interval->outside)

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Evaluation: every test becomes a byte per ray; and, or, not combine bytes. Tests that count
- * rows mark them strip by strip and take each ray's share from a running sum, so that the inner
+ * rows mark them strip by strip, and each ray counts its own marks as bits, so that the inner
  * loops have no branch per ray's end. A test whose columns may not all be fetched counts the rows
  * that could count: more it cannot be.
  */
@@ -12,6 +12,7 @@
 
 #include "analysis/criterion_compare.h"
 #include "base/alloc.h"
+#include "base/byte_set.h"
 #include "base/wide.h"
 
 /* Rows marked at a time: marks and sums stay in the first-level cache. */
@@ -42,30 +43,42 @@ static void mark(const struct evaluation *ev, const struct rmap_criterion_node *
         rmap_registrations_mark(ev->criterion, &node->registrations, ev->portion, strip, flag);
 }
 
-/* Counts marked rows of each ray; rows [n_ray]: rows per ray, which sum to n_row. */
-static void count_rows(const struct evaluation *ev, const struct rmap_criterion_node *node,
-                       const uint32_t *rows, size_t n_row)
+/* Of a ray of more rows than a strip has. */
+static uint32_t count_long(const struct evaluation *ev, const struct rmap_criterion_node *node,
+                           size_t ray, size_t ray_row, size_t n_row)
 {
     uint8_t flag[STRIP_ROWS];
-    uint32_t sum[STRIP_ROWS + 1];
-    size_t ray = 0, ray_row = 0;
-    uint32_t carry = 0; /* of the ray that began in an earlier strip */
-    sum[0] = 0;
-    for (size_t first = 0; ray < ev->n_ray; first += STRIP_ROWS) {
-        size_t n = n_row - first < STRIP_ROWS ? n_row - first : STRIP_ROWS;
-        struct rmap_strip strip = {first, n, ray, ray_row};
-        if (n > 0)
-            mark(ev, node, &strip, flag);
+    uint32_t sum = 0;
+    for (size_t at = 0; at < n_row; at += STRIP_ROWS) {
+        size_t n = n_row - at < STRIP_ROWS ? n_row - at : STRIP_ROWS;
+        mark(ev, node, &(struct rmap_strip){ray_row + at, n, ray, ray_row}, flag);
         for (size_t i = 0; i < n; i++)
-            sum[i + 1] = sum[i] + flag[i];
-        size_t at = ray_row > first ? ray_row - first : 0;
-        for (; ray < ev->n_ray && ray_row + rows[ray] <= first + n; ray++) {
-            ray_row += rows[ray];
-            ev->count[ray] = carry + sum[ray_row - first] - sum[at];
-            at = ray_row - first;
-            carry = 0;
+            sum += flag[i];
+    }
+    return sum;
+}
+
+/* Counts marked rows of each ray; rows [n_ray]: rows per ray. */
+static void count_rows(const struct evaluation *ev, const struct rmap_criterion_node *node,
+                       const uint32_t *rows)
+{
+    static const uint8_t is_marked[256] = {0, 1};
+    uint8_t flag[STRIP_ROWS];
+    uint64_t bits[STRIP_ROWS / 64 + 1] = {0};
+    for (size_t ray = 0, row = 0, end; ray < ev->n_ray; ray = end) {
+        struct rmap_strip strip = {row, 0, ray, row};
+        for (end = ray; end < ev->n_ray && rows[end] <= STRIP_ROWS - strip.n;)
+            strip.n += rows[end++];
+        if (end == ray) {
+            ev->count[ray] = count_long(ev, node, ray, row, rows[ray]);
+            row += rows[end++];
+            continue;
         }
-        carry += sum[n] - sum[at];
+        if (strip.n > 0)
+            mark(ev, node, &strip, flag);
+        rmap_byte_set_bits(flag, strip.n, is_marked, bits);
+        rmap_bits_count_groups(bits, rows + ray, end - ray, ev->count + ray);
+        row += strip.n;
     }
 }
 
@@ -162,10 +175,9 @@ static enum rmap_status count_test(const struct evaluation *ev, int32_t index,
     else if (node->kind == RMAP_CRITERION_PATH)
         st = count_path(ev, node, err);
     else if (node->kind == RMAP_CRITERION_STEPS)
-        count_rows(ev, node, portion->ray.segment_count, portion->n_row[RMAP_TABLE_SEGMENT]);
+        count_rows(ev, node, portion->ray.segment_count);
     else
-        count_rows(ev, node, portion->ray.registration_count,
-                   portion->n_row[RMAP_TABLE_REGISTRATION]);
+        count_rows(ev, node, portion->ray.registration_count);
 out:
     return st;
 }

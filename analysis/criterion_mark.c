@@ -7,23 +7,46 @@
 #include <string.h>
 
 #include "analysis/criterion_tree.h"
+#include "base/byte_set.h"
 #include "base/wide.h"
 #include "trace/event.h"
+
+/* Indices from low on as bytes; CODES - 1: beyond the set. */
+enum { CODES = 256 };
+RMAP_WIDE static void narrow(const int32_t *restrict index, size_t n, uint32_t low, uint32_t span,
+                             uint8_t *restrict code)
+{
+    for (size_t i = 0; i < n; i++) {
+        uint32_t at = (uint32_t)index[i] - low;
+        code[i] = (uint8_t)(at < span ? at : CODES - 1);
+    }
+}
+
+RMAP_WIDE static void mark_range(const int32_t *restrict index, size_t n, uint32_t low,
+                                 uint32_t span, uint8_t *restrict flag)
+{
+    for (size_t i = 0; i < n; i++)
+        flag[i] = (uint32_t)index[i] - low < span;
+}
 
 static void mark_set(const struct rmap_index_set *set, const int32_t *index, size_t n,
                      uint8_t *flag)
 {
-    uint32_t low = (uint32_t)set->low, span = set->span;
-    if (!set->member)
-        for (size_t i = 0; i < n; i++)
-            flag[i] = (uint32_t)index[i] - low < span;
-    else
+    if (!set->member) {
+        mark_range(index, n, (uint32_t)set->low, set->span, flag);
+    } else if (set->span < CODES) {
+        uint8_t member[CODES] = {0};
+        memcpy(member, set->member, set->span);
+        narrow(index, n, (uint32_t)set->low, set->span, flag);
+        rmap_byte_set_flags(flag, n, member, flag);
+    } else {
         for (size_t i = 0; i < n; i++)
             flag[i] = rmap_index_set_member(set, index[i]);
+    }
 }
 
-static void keep_events(uint32_t events, uint32_t events_not, const uint32_t *event, size_t n,
-                        uint8_t *flag)
+RMAP_WIDE static void keep_events(uint32_t events, uint32_t events_not,
+                                  const uint32_t *restrict event, size_t n, uint8_t *restrict flag)
 {
     if (events)
         for (size_t i = 0; i < n; i++)
@@ -33,16 +56,28 @@ static void keep_events(uint32_t events, uint32_t events_not, const uint32_t *ev
             flag[i] &= (event[i] & events_not) == 0;
 }
 
+RMAP_WIDE static void keep_media_range(const int16_t *restrict medium, size_t n, uint32_t low,
+                                       uint32_t span, uint8_t *restrict flag)
+{
+    for (size_t i = 0; i < n; i++)
+        flag[i] &= (uint32_t)medium[i] - low < span;
+}
+
 static void keep_media(const struct rmap_index_set *set, const int16_t *medium, size_t n,
                        uint8_t *flag)
 {
-    uint32_t low = (uint32_t)set->low, span = set->span;
     if (!set->member)
-        for (size_t i = 0; i < n; i++)
-            flag[i] &= (uint32_t)medium[i] - low < span;
+        keep_media_range(medium, n, (uint32_t)set->low, set->span, flag);
     else
         for (size_t i = 0; i < n; i++)
             flag[i] &= rmap_index_set_member(set, medium[i]);
+}
+
+RMAP_WIDE static void keep_registered(const uint8_t *restrict registered, size_t n,
+                                      uint8_t *restrict flag)
+{
+    for (size_t i = 0; i < n; i++)
+        flag[i] &= registered[i] != 0;
 }
 
 static bool has_part(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
@@ -329,8 +364,7 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
     size_t first = strip->first, n = strip->n;
     mark_set(&test->detector, registration->detector + first, n, flag);
     if (!test->crossed)
-        for (size_t i = 0; i < n; i++)
-            flag[i] &= registration->registered[first + i] != 0;
+        keep_registered(registration->registered + first, n, flag);
     const uint16_t *at =
         test->region == RMAP_REGION_CELLS ? registration->cell : registration->relative;
     if (test->box && test->detector.span == 1)

@@ -5,12 +5,13 @@
 
 #include "analysis/path_table.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 void rmap_query_path_fini(struct rmap_query_path *self)
 {
     rmap_free(self->ray);
     rmap_free(self->row_class);
-    rmap_free(self->first_class);
+    rmap_free(self->begins);
     rmap_free(self->match);
     rmap_free(self->wanted);
     rmap_portion_destroy(self->rays);
@@ -23,14 +24,13 @@ static enum rmap_status reserve(struct rmap_query_path *self, const struct rmap_
     enum rmap_status st = RMAP_OK;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     size_t n_class = rmap_history_n_class(view->index), n_hit = rmap_history_n_hit(view->index);
-    void *first = self->first_class, *ray = self->ray, *match = self->match, *wanted = self->wanted;
+    void *begins = self->begins, *ray = self->ray, *match = self->match, *wanted = self->wanted;
     if (!self->rays && !(self->rays = rmap_alloc(1, sizeof *self->rays)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     RMAP_TRY(rmap_reserve(&ray, &self->ray_cap, n_ray + 1, sizeof *self->ray, err));
     self->ray = ray;
-    RMAP_TRY(
-        rmap_reserve(&first, &self->first_class_cap, n_ray + 1, sizeof *self->first_class, err));
-    self->first_class = first;
+    RMAP_TRY(rmap_reserve(&begins, &self->begins_cap, n_ray + 1, 1, err));
+    self->begins = begins;
     RMAP_TRY(rmap_reserve(&match, &self->match_cap, n_ray + 1, 1, err));
     self->match = match;
     RMAP_TRY(
@@ -80,20 +80,26 @@ static bool has_free_hits(const struct rmap_history_view *view, const struct rma
     return free;
 }
 
-/* Of all rays, which are listed, those that begin as a match may. */
-static size_t keep_beginnings(struct rmap_query_path *self, const struct rmap_history_view *view,
+RMAP_WIDE static void add_empty(const uint32_t *restrict count, size_t n, bool is_empty,
+                                uint8_t *restrict begins)
+{
+    for (size_t i = 0; i < n; i++)
+        begins[i] |= (count[i] == 0) == is_empty;
+}
+
+/* Lists the rays that begin as a match may; those without legs, and those that may begin with a
+ * registration, are not told by a leg. */
+static size_t list_beginnings(struct rmap_query_path *self, const struct rmap_history_view *view,
                               const struct rmap_path_table *table, const uint16_t *symbol)
 {
-    const uint32_t *n_hit = has_free_hits(view, table) ? view->registration_count : NULL;
-    size_t n = 0;
-    rmap_history_first_classes(view, self->first_class);
-    for (size_t i = 0; i < view->n_row[RMAP_TABLE_RAY]; i++) {
-        bool may = view->segment_count[i] == 0 || (n_hit && n_hit[i] > 0) ||
-                   table->first[symbol[self->first_class[i]]];
-        self->ray[n] = self->ray[i];
-        n += may;
-    }
-    return n;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    for (size_t k = 0; k < rmap_history_n_class(view->index); k++)
+        self->wanted[k] = table->first[symbol[k]];
+    rmap_history_test_first(view, self->wanted, self->begins);
+    add_empty(view->segment_count, n_ray, true, self->begins);
+    if (view->registration_count && has_free_hits(view, table))
+        add_empty(view->registration_count, n_ray, false, self->begins);
+    return rmap_history_place_rays(view, self->begins, self->ray);
 }
 
 /* Lists the rays that begin so, and have all that is needed; count [n_ray] is used on the way. */
@@ -101,10 +107,8 @@ static size_t list_rays(struct rmap_query_path *self, const struct rmap_history_
                         const struct rmap_path_table *table, const uint16_t *symbol,
                         uint32_t *count)
 {
-    size_t n = view->n_row[RMAP_TABLE_RAY];
-    rmap_history_place_rays(view, self->ray);
-    if (table->first)
-        n = keep_beginnings(self, view, table, symbol);
+    size_t n = table->first ? list_beginnings(self, view, table, symbol)
+                            : rmap_history_place_rays(view, NULL, self->ray);
     for (int k = 0; k < table->n_need && n > 0; k++)
         n = table->need[k].is_hit ? keep_hits(self, view, table, &table->need[k], n, count)
                                   : keep_steps(self, view, &table->need[k], symbol, n);

@@ -11,12 +11,12 @@
 
 /* Memory to be used again. All zero at first. */
 struct rmap_query_path {
-    uint16_t *first_class;                 /* [n_ray] of the first leg */
+    uint8_t *begins;                       /* [n_ray] 1: as a match may */
     struct rmap_history_place_of_ray *ray; /* [n] that may match */
     uint16_t *row_class;                   /* of their legs */
     uint8_t *match;                        /* [n] that do */
     uint8_t *wanted;                       /* per class of legs, or of registrations */
-    size_t first_class_cap, ray_cap, row_class_cap, match_cap, wanted_cap;
+    size_t begins_cap, ray_cap, row_class_cap, match_cap, wanted_cap;
     struct rmap_portion *rays; /* these, side by side */
 };
 void rmap_query_path_fini(struct rmap_query_path *self);

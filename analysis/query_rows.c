@@ -34,8 +34,8 @@ struct rmap_query_rows {
     const struct rmap_portion *rays;
     enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
     void *context;
-    uint16_t *last_class; /* [n_ray] */
-    size_t last_class_cap;
+    uint8_t *is_there; /* [n_ray] */
+    size_t is_there_cap;
     struct rmap_query_path path;
 };
 
@@ -74,7 +74,7 @@ void rmap_query_rows_destroy(struct rmap_query_rows *self)
     rmap_free(self->medium);
     rmap_free(self->detector);
     rmap_free(self->registered);
-    rmap_free(self->last_class);
+    rmap_free(self->is_there);
     rmap_query_path_fini(&self->path);
     rmap_free(self);
 }
@@ -206,17 +206,15 @@ static enum rmap_status count_kinds(const struct rmap_query_rows *self,
 static enum rmap_status count_places(struct rmap_query_rows *self, const uint8_t *pass,
                                      uint32_t *count, struct rmap_error *err)
 {
-    const uint32_t *n_leg = self->view->segment_count;
     size_t n_ray = self->view->n_row[RMAP_TABLE_RAY];
-    void *block = self->last_class;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->last_class_cap, n_ray, sizeof *self->last_class, err);
-    self->last_class = block;
+    void *block = self->is_there;
+    enum rmap_status st = rmap_reserve(&block, &self->is_there_cap, n_ray, 1, err);
+    self->is_there = block;
     if (st != RMAP_OK)
         return st;
-    rmap_history_last_classes(self->view, self->last_class);
+    rmap_history_test_last(self->view, pass, self->is_there);
     for (size_t i = 0; i < n_ray; i++)
-        count[i] = n_leg[i] > 0 && count[i] && pass[self->last_class[i]];
+        count[i] &= self->is_there[i];
     return RMAP_OK;
 }
 

@@ -38,15 +38,29 @@ RMAP_WIDE static bool all_are_one(const double *weight, size_t n)
     return !other;
 }
 
-/* Weights of 1 are counted, which is the same sum. Sources are below SOURCE_MAX. */
-enum { SOURCE_MAX = 256 };
+/* Weights of 1 are counted, which is the same sum. Sources are below SOURCE_MAX; of few, each is
+ * looked for in all rays at once. */
+enum { SOURCE_MAX = 256, SOURCE_FEW = 4 };
+
+RMAP_WIDE static uint32_t count_source(const int32_t *restrict source,
+                                       const uint8_t *restrict verdict, size_t n, int32_t which)
+{
+    uint32_t rays = 0;
+    for (size_t i = 0; i < n; i++)
+        rays += (verdict[i] >> 1) & (uint32_t)(source[i] == which);
+    return rays;
+}
 
 static void count_sources(struct rmap_count *count, const int32_t *source, const uint8_t *verdict,
                           size_t n, size_t n_source)
 {
     uint32_t rays[SOURCE_MAX] = {0};
-    for (size_t i = 0; i < n; i++)
-        rays[source[i]] += verdict[i] >> 1;
+    if (n_source <= SOURCE_FEW)
+        for (size_t s = 0; s < n_source; s++)
+            rays[s] = count_source(source, verdict, n, (int32_t)s);
+    else
+        for (size_t i = 0; i < n; i++)
+            rays[source[i]] += verdict[i] >> 1;
     for (size_t s = 0; s < n_source; s++)
         add_source(count, s, rays[s]);
 }

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/wide.h"
 #include "io/chunk_reader.h"
 #include "io/column_store.h"
 #include "io/map_internal.h"
@@ -111,22 +112,42 @@ static bool column_limits(const struct rmap_scene *scene, enum rmap_column colum
     }
 }
 
-/* Written so that compilers make vectors of it: a mask, no branch. */
+RMAP_WIDE static bool bytes_within(const uint8_t *value, size_t n, int32_t end)
+{
+    int32_t outside = 0;
+    for (size_t i = 0; i < n; i++)
+        outside |= value[i] >= end;
+    return !outside;
+}
+
+RMAP_WIDE static bool shorts_within(const int16_t *value, size_t n, int32_t low, int32_t end)
+{
+    int16_t least = INT16_MAX, most = INT16_MIN;
+    for (size_t i = 0; i < n; i++) {
+        least = value[i] < least ? value[i] : least;
+        most = value[i] > most ? value[i] : most;
+    }
+    return n == 0 || (least >= low && most < end);
+}
+
+RMAP_WIDE static bool longs_within(const int32_t *value, size_t n, int32_t low, int32_t end)
+{
+    int32_t least = INT32_MAX, most = INT32_MIN;
+    for (size_t i = 0; i < n; i++) {
+        least = value[i] < least ? value[i] : least;
+        most = value[i] > most ? value[i] : most;
+    }
+    return n == 0 || (least >= low && most < end);
+}
+
+/* All of [low, high). */
 static bool all_within(enum rmap_element element, const void *data, size_t n, int64_t low,
                        int64_t high)
 {
-    const uint8_t *u8 = data;
-    const int16_t *i16 = data;
-    const int32_t *i32 = data;
     const int32_t least = (int32_t)low, end = (int32_t)high;
-    int32_t outside = 0;
-    for (size_t i = 0; element == RMAP_U8 && i < n; i++)
-        outside |= u8[i] >= end;
-    for (size_t i = 0; element == RMAP_I16 && i < n; i++)
-        outside |= (i16[i] < least) | (i16[i] >= end);
-    for (size_t i = 0; element == RMAP_I32 && i < n; i++)
-        outside |= (i32[i] < least) | (i32[i] >= end);
-    return !outside;
+    return element == RMAP_U8    ? bytes_within(data, n, end)
+           : element == RMAP_I16 ? shorts_within(data, n, least, end)
+                                 : longs_within(data, n, least, end);
 }
 
 static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_column column,

@@ -111,18 +111,21 @@ void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t
 /* ROWS: number of the class of each leg, in order. row_class: [n_segment], set. */
 void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class);
 
-/* ROWS: number of the class of each ray's first or last leg: [n_ray], set where a ray has legs. */
-void rmap_history_first_classes(const struct rmap_history_view *view, uint16_t *first_class);
-void rmap_history_last_classes(const struct rmap_history_view *view, uint16_t *last_class);
+/* ROWS: whether the class of each ray's first or last leg is wanted: is [n_ray] set to 1 or 0; 0 of
+ * a ray without legs. wanted: as above. */
+void rmap_history_test_first(const struct rmap_history_view *view, const uint8_t *wanted,
+                             uint8_t *is);
+void rmap_history_test_last(const struct rmap_history_view *view, const uint8_t *wanted,
+                            uint8_t *is);
 
 /* A ray of a portion: its row, and where its legs and registrations begin. */
 struct rmap_history_place_of_ray {
     uint32_t ray, leg, registration;
 };
 
-/* ROWS: all rays: [n_ray]. */
-void rmap_history_place_rays(const struct rmap_history_view *view,
-                             struct rmap_history_place_of_ray *ray);
+/* ROWS: the rays where `is` [n_ray] is 1 (NULL: all); how many. ray has room for one more. */
+size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint8_t *is,
+                               struct rmap_history_place_of_ray *ray);
 
 /* ROWS: of rays, those with a leg whose class is wanted stay, in their order; how many. wanted: as
  * above. */

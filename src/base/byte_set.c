@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT */
+#include "base/byte_set.h"
+
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#include <immintrin.h>
+#define RMAP_BYTE_SET_AVX2 1
+#endif
+
+static inline uint64_t pack_bits(const uint8_t *byte, size_t n, const uint8_t member[256])
+{
+    uint64_t bits = 0;
+    for (size_t i = 0; i < n; i++)
+        bits |= (uint64_t)member[byte[i]] << i;
+    return bits;
+}
+
+static void plain_bits(const uint8_t *byte, size_t first, size_t n, const uint8_t member[256],
+                       uint64_t *bits)
+{
+    for (size_t i = first; i < n; i += 64)
+        bits[i / 64] = pack_bits(byte + i, n - i < 64 ? n - i : 64, member);
+}
+
+static void plain_flags(const uint8_t *byte, size_t first, size_t n, const uint8_t member[256],
+                        uint8_t *flag)
+{
+    for (size_t i = first; i < n; i++)
+        flag[i] = member[byte[i]];
+}
+
+#ifdef RMAP_BYTE_SET_AVX2
+/* A set of bytes as two tables by the low half of the byte: bit h of an entry stands for the high
+ * half h (and h + 8). */
+struct nibbles {
+    __m256i low, high;
+};
+
+__attribute__((target("avx2"))) static struct nibbles nibbles_of(const uint8_t member[256])
+{
+    uint8_t table[2][32] = {{0}};
+    for (unsigned c = 0; c < 256; c++)
+        if (member[c])
+            table[c >> 7][c & 15] |= (uint8_t)(1u << (c >> 4 & 7));
+    memcpy(table[0] + 16, table[0], 16);
+    memcpy(table[1] + 16, table[1], 16);
+    return (struct nibbles){_mm256_loadu_si256((const void *)table[0]),
+                            _mm256_loadu_si256((const void *)table[1])};
+}
+
+/* All ones where a byte is of the set. */
+__attribute__((target("avx2"))) static inline __m256i test_32(const uint8_t *byte,
+                                                              const struct nibbles *set)
+{
+    const __m256i power = _mm256_set1_epi64x((long long)UINT64_C(0x8040201008040201));
+    const __m256i half = _mm256_set1_epi8(15);
+    __m256i c = _mm256_loadu_si256((const void *)byte), low = _mm256_and_si256(c, half);
+    __m256i high = _mm256_and_si256(_mm256_srli_epi16(c, 4), half);
+    __m256i bit = _mm256_shuffle_epi8(power, high);
+    __m256i row = _mm256_blendv_epi8(_mm256_shuffle_epi8(set->low, low),
+                                     _mm256_shuffle_epi8(set->high, low), c);
+    return _mm256_cmpeq_epi8(_mm256_and_si256(row, bit), bit);
+}
+
+__attribute__((target("avx2"))) static void wide_bits(const uint8_t *byte, size_t n,
+                                                      const uint8_t member[256], uint64_t *bits)
+{
+    const struct nibbles set = nibbles_of(member);
+    size_t i = 0;
+    for (; i + 64 <= n; i += 64)
+        bits[i / 64] = (uint32_t)_mm256_movemask_epi8(test_32(byte + i, &set)) |
+                       (uint64_t)(uint32_t)_mm256_movemask_epi8(test_32(byte + i + 32, &set)) << 32;
+    plain_bits(byte, i, n, member, bits);
+}
+
+__attribute__((target("avx2"))) static void wide_flags(const uint8_t *byte, size_t n,
+                                                       const uint8_t member[256], uint8_t *flag)
+{
+    const struct nibbles set = nibbles_of(member);
+    const __m256i one = _mm256_set1_epi8(1);
+    size_t i = 0;
+    for (; i + 32 <= n; i += 32)
+        _mm256_storeu_si256((void *)(flag + i), _mm256_and_si256(test_32(byte + i, &set), one));
+    plain_flags(byte, i, n, member, flag);
+}
+
+__attribute__((target("avx2,bmi,bmi2,popcnt"))) static void
+wide_count(const uint64_t *restrict bits, const uint32_t *restrict size, size_t n_group,
+           uint32_t *restrict count)
+{
+    uint64_t first = 0;
+    for (size_t i = 0; i < n_group; i++) {
+        count[i] = rmap_bits_count(bits, first, size[i]);
+        first += size[i];
+    }
+}
+
+static int is_wide(void)
+{
+    return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("bmi2") &&
+           __builtin_cpu_supports("popcnt");
+}
+#else
+static void wide_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits)
+{
+    plain_bits(byte, 0, n, member, bits);
+}
+
+static void wide_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag)
+{
+    plain_flags(byte, 0, n, member, flag);
+}
+
+static void wide_count(const uint64_t *bits, const uint32_t *size, size_t n_group, uint32_t *count)
+{
+    (void)bits;
+    (void)size;
+    (void)n_group;
+    (void)count;
+}
+
+static int is_wide(void)
+{
+    return 0;
+}
+#endif
+
+void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits)
+{
+    if (is_wide())
+        wide_bits(byte, n, member, bits);
+    else
+        plain_bits(byte, 0, n, member, bits);
+}
+
+void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag)
+{
+    if (is_wide())
+        wide_flags(byte, n, member, flag);
+    else
+        plain_flags(byte, 0, n, member, flag);
+}
+
+void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
+                            uint32_t *count)
+{
+    uint64_t first = 0;
+    if (is_wide()) {
+        wide_count(bits, size, n_group, count);
+        return;
+    }
+    for (size_t i = 0; i < n_group; i++) {
+        count[i] = rmap_bits_count(bits, first, size[i]);
+        first += size[i];
+    }
+}

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Bytes tested against a set, 32 at a time where the machine can, and what passed counted in groups
+ * of consecutive bytes.
+ */
+#ifndef RMAP_BYTE_SET_H
+#define RMAP_BYTE_SET_H
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+/* member[b]: 1 for the bytes b of the set, or 0. Bit i % 64 of bits[i / 64] says whether byte i is
+ * one; the last word has 0 behind it. */
+void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits);
+
+/* The same as bytes 1 and 0; flag may be `byte`. */
+void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag);
+
+/* Eight bytes from any byte on hold so many bits from any bit of it on. */
+enum { RMAP_BITS_READ = 57 };
+
+/* How many of n <= RMAP_BITS_READ bits from `first` on are 1. One word more is read. */
+static inline uint32_t rmap_bits_count_few(const uint64_t *bits, uint64_t first, uint32_t n)
+{
+    uint64_t word;
+    memcpy(&word, (const char *)bits + first / 8, sizeof word);
+    return (uint32_t)__builtin_popcountll(word >> first % 8 & ((UINT64_C(1) << n) - 1));
+}
+
+/* Of any n bits. */
+static inline uint32_t rmap_bits_count(const uint64_t *bits, uint64_t first, uint32_t n)
+{
+    uint32_t sum = 0;
+    for (; __builtin_expect(n > RMAP_BITS_READ, 0); n -= RMAP_BITS_READ, first += RMAP_BITS_READ)
+        sum += rmap_bits_count_few(bits, first, RMAP_BITS_READ);
+    return sum + rmap_bits_count_few(bits, first, n);
+}
+
+/* Of groups that follow each other from bit 0 on: count [n_group], of size [n_group] bits each. */
+void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
+                            uint32_t *count);
+
+#endif

@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Bytes against sets, and bits counted in groups: as a byte at a time says it.
+ */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/byte_set.h"
+
+enum { N = 1000 };
+
+static uint32_t next(uint32_t *state)
+{
+    *state = *state * 1664525u + 1013904223u;
+    return *state >> 8;
+}
+
+static void test_members(void **state)
+{
+    (void)state;
+    uint32_t random = 7;
+    for (int round = 0; round < 200; round++) {
+        uint8_t byte[N], flag[N], member[256];
+        uint64_t bits[N / 64 + 1];
+        size_t n = next(&random) % (N + 1);
+        for (size_t i = 0; i < n; i++)
+            byte[i] = (uint8_t)next(&random);
+        for (int b = 0; b < 256; b++)
+            member[b] = next(&random) % 3 == 0;
+        rmap_byte_set_bits(byte, n, member, bits);
+        rmap_byte_set_flags(byte, n, member, flag);
+        for (size_t i = 0; i < n; i++) {
+            assert_int_equal(flag[i], member[byte[i]]);
+            assert_int_equal(bits[i / 64] >> i % 64 & 1, member[byte[i]]);
+        }
+        if (n % 64 > 0)
+            assert_int_equal(bits[n / 64] >> n % 64, 0);
+        rmap_byte_set_flags(byte, n, member, byte); /* in place */
+        assert_memory_equal(byte, flag, n);
+    }
+}
+
+/* Groups of no bits, of some, and of more than are read at once. */
+static void test_groups(void **state)
+{
+    (void)state;
+    uint32_t random = 11;
+    for (int round = 0; round < 200; round++) {
+        uint64_t bits[N / 64 + 2] = {0};
+        uint32_t size[N], count[N];
+        size_t n_group = 0, first = 0;
+        for (size_t w = 0; w < N / 64 + 1; w++)
+            bits[w] = (uint64_t)next(&random) << 40 ^ (uint64_t)next(&random) << 20 ^ next(&random);
+        for (size_t at = 0; at < N && n_group < N; at += size[n_group++]) {
+            uint32_t own = next(&random) % 8 == 0 ? next(&random) % 200 : next(&random) % 20;
+            size[n_group] = own < N - at ? own : (uint32_t)(N - at);
+        }
+        rmap_bits_count_groups(bits, size, n_group, count);
+        for (size_t g = 0; g < n_group; first += size[g++]) {
+            uint32_t sum = 0;
+            for (size_t i = first; i < first + size[g]; i++)
+                sum += bits[i / 64] >> i % 64 & 1;
+            assert_int_equal(count[g], sum);
+            assert_int_equal(rmap_bits_count(bits, first, size[g]), sum);
+        }
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_members),
+        cmocka_unit_test(test_groups),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
