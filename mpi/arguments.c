@@ -118,6 +118,25 @@ static enum rmap_status append_value(struct rmap_arguments *arguments,
     return RMAP_OK;
 }
 
+/* What a second value would make forgotten without a word: a file, a question. Of numbers the last
+ * one counts, as in other programs. */
+static enum rmap_status check_repeats(const struct rmap_arguments *arguments,
+                                      struct rmap_error *err)
+{
+    static const char *const once[] = {"output", "where", "criteria", "zemax", "receivers", NULL};
+    for (size_t i = 1; i < arguments->n_value; i++) {
+        const struct rmap_option *option = arguments->value[i].option;
+        bool asked = false, before = false;
+        for (size_t k = 0; once[k]; k++)
+            asked |= strcmp(once[k], option->name) == 0;
+        for (size_t k = 0; k < i; k++)
+            before |= arguments->value[k].option == option;
+        if (asked && before && !strstr(option->argument, RMAP_ARGUMENT_AGAIN))
+            return rmap_error_set(err, RMAP_USAGE, "option '--%s' is given twice", option->name);
+    }
+    return RMAP_OK;
+}
+
 static enum rmap_status check_operands(const struct rmap_arguments *arguments,
                                        struct rmap_error *err)
 {
@@ -154,6 +173,8 @@ enum rmap_status rmap_arguments_parse(const struct rmap_command *command, int ar
     arguments->n_operand = argc - optind;
     arguments->operand = argv + optind;
     RMAP_TRY(check_operands(arguments, err));
+    if (!rmap_argument(arguments, "help"))
+        RMAP_TRY(check_repeats(arguments, err));
 out:
     if (st != RMAP_OK)
         rmap_arguments_fini(arguments);

@@ -15,6 +15,9 @@
 
 struct rmap_command;
 
+/* Ends the `argument` of a file or criterion that may be given again. */
+#define RMAP_ARGUMENT_AGAIN "..."
+
 struct rmap_option {
     const char *name;     /* without the dashes */
     char letter;          /* 0: none */

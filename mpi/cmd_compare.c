@@ -16,7 +16,7 @@
 #include "mpi/load.h"
 
 static const struct rmap_option options[] = {
-    {"where", 'w', "CRITERION",
+    {"where", 'w', "CRITERION...",
      "of the rays that match only; twice: of the first sample, and of the second"},
     {"criteria", 0, "FILE", "named criteria: let NAME = CRITERION ..., used as @NAME"},
     {"test", 't', "KINDS",

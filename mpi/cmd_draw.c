@@ -24,7 +24,7 @@
 #include "mpi/scan.h"
 
 static const struct rmap_option options[] = {
-    {"where", 'w', "CRITERION",
+    {"where", 'w', "CRITERION...",
      "rays that match, such as 'registered(sensor)' (default: all); given again, rays that match "
      "any, each in its colour"},
     RMAP_ASKED_OPTIONS,

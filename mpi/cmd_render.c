@@ -20,7 +20,7 @@
 #include "mpi/render_run.h"
 
 static const struct rmap_option options[] = {
-    {"output", 'o', "OUT", "OUT.png: as a screen shows it; OUT.exr: linear values; or both"},
+    {"output", 'o', "OUT...", "OUT.png: as a screen shows it; OUT.exr: linear values; or both"},
     {"camera", 'c', "NAME", "which of the scene's cameras (default: the first)"},
     {"samples", 'n', "N",
      "paths per pixel (default 64; with --time-limit as many as there is time "

@@ -30,7 +30,7 @@ static const struct rmap_option options[] = {
     {"by", 0, "WHAT", "source or detector: each by itself"},
     {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
     {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
-    {"output", 'o', "OUT",
+    {"output", 'o', "OUT...",
      "OUT.csv, .json, .h5, .npz, .npy: numbers; .png, .svg: a picture; may be given again"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
