@@ -6,6 +6,7 @@
 #include "analysis/page_asset.h"
 #include "analysis/page_pack.h"
 #include "analysis/page_parts.h"
+#include "io/json_memory.h"
 #include "io/whole_file.h"
 #include "version.h"
 
@@ -95,7 +96,8 @@ static enum rmap_status put_part(const char *name, size_t n, const struct rmap_p
         fputs(rmap_page_asset_script, out);
     else if (!is_part(name, n, "data"))
         return rmap_error_set(err, RMAP_INTERNAL, "no part '%.*s' of a page", (int)n, name);
-    else if (json_dump_callback(data, put_json, out, JSON_COMPACT | JSON_ENSURE_ASCII) != 0)
+    else if (json_dump_callback(data, put_json, out, JSON_COMPACT | JSON_ENSURE_ASCII) != 0 ||
+             rmap_json_memory_failed())
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page");
     return RMAP_OK;
 }

@@ -6,6 +6,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "io/whole_file.h"
+
 struct writer {
     const struct rmap_exr *image;
     exr_context_t file;
@@ -83,27 +85,37 @@ static exr_result_t write_rows(struct writer *writer)
     return EXR_ERR_SUCCESS;
 }
 
+/* The whole picture into a new file. */
+static exr_result_t write_file(struct writer *writer, const char *path)
+{
+    exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    options.error_handler_fn = keep_reason;
+    options.user_data = writer;
+    exr_result_t code = exr_start_write(&writer->file, path, EXR_WRITE_FILE_DIRECTLY, &options);
+    if (code != EXR_ERR_SUCCESS)
+        return code;
+    code = write_head(writer);
+    if (code == EXR_ERR_SUCCESS)
+        code = write_rows(writer);
+    (void)exr_encoding_destroy(writer->file, &writer->encoder);
+    exr_result_t closed = exr_finish(&writer->file);
+    return code == EXR_ERR_SUCCESS ? closed : code;
+}
+
 enum rmap_status rmap_exr_write(const struct rmap_exr *image, const char *path,
                                 struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    struct rmap_whole_file whole = {0};
     struct writer writer = {.image = image, .encoder = EXR_ENCODE_PIPELINE_INITIALIZER};
-    exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    options.error_handler_fn = keep_reason;
-    options.user_data = &writer;
-    exr_result_t code = exr_start_write(&writer.file, path, EXR_WRITE_FILE_DIRECTLY, &options);
-    bool open = code == EXR_ERR_SUCCESS;
-    if (open)
-        code = write_head(&writer);
+    RMAP_TRY(rmap_whole_file_name(&whole, path, err));
+    exr_result_t code = write_file(&writer, whole.temporary);
     if (code == EXR_ERR_SUCCESS)
-        code = write_rows(&writer);
-    if (open)
-        (void)exr_encoding_destroy(writer.file, &writer.encoder);
-    exr_result_t closed = open ? exr_finish(&writer.file) : EXR_ERR_SUCCESS;
-    if (code == EXR_ERR_SUCCESS)
-        code = closed;
-    if (code == EXR_ERR_SUCCESS)
-        return RMAP_OK;
-    (void)remove(path);
-    return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path,
-                          writer.reason[0] ? writer.reason : exr_get_default_error_message(code));
+        st = rmap_whole_file_finish(&whole, err);
+    else
+        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path,
+                            writer.reason[0] ? writer.reason : exr_get_default_error_message(code));
+out:
+    rmap_whole_file_fini(&whole);
+    return st;
 }

@@ -3,11 +3,12 @@
 
 #include <jansson.h>
 #include <math.h>
-#include <stdlib.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "io/base64.h"
+#include "io/json_memory.h"
 
 /* The specification's numbers (section 5). */
 enum { FLOAT = 5126, UNSIGNED_INT = 5125, UNSIGNED_BYTE = 5121 };
@@ -259,15 +260,21 @@ static void put_u32(uint64_t value, FILE *out)
     (void)fwrite(byte, 1, sizeof byte, out);
 }
 
+#define FORMAT (JSON_COMPACT | JSON_REAL_PRECISION(9))
+
 enum rmap_status rmap_glb_write(const struct rmap_glb *self, FILE *out, struct rmap_error *err)
 {
     enum { HEAD = 12, CHUNK_HEAD = 8 };
     json_t *all = document(self, NULL);
-    char *text = all ? json_dumps(all, JSON_COMPACT | JSON_REAL_PRECISION(9)) : NULL;
+    const size_t text_nbytes = all ? json_dumpb(all, NULL, 0, FORMAT) : 0;
+    char *text = text_nbytes > 0 ? rmap_alloc(text_nbytes, 1) : NULL;
+    const bool whole = text && json_dumpb(all, text, text_nbytes, FORMAT) == text_nbytes;
     json_decref(all);
-    if (!text)
+    if (!whole || rmap_json_memory_failed()) {
+        rmap_free(text);
         return no_memory(err);
-    const size_t text_nbytes = strlen(text), padded = (text_nbytes + 3) / 4 * 4;
+    }
+    const size_t padded = (text_nbytes + 3) / 4 * 4;
     const uint64_t binary = self->nbytes > 0 ? CHUNK_HEAD + self->nbytes : 0;
     const uint64_t total = HEAD + CHUNK_HEAD + padded + binary;
     enum rmap_status st = RMAP_OK;
@@ -290,7 +297,7 @@ enum rmap_status rmap_glb_write(const struct rmap_glb *self, FILE *out, struct r
         (void)fwrite(self->bytes, 1, self->nbytes, out);
     }
 out:
-    free(text);
+    rmap_free(text);
     return st;
 }
 
@@ -304,8 +311,8 @@ enum rmap_status rmap_gltf_write(const struct rmap_glb *self, FILE *out, struct 
     for (size_t i = 0; i < self->nbytes; i += 3)
         rmap_base64_four(self->bytes + i, self->nbytes - i, uri + sizeof head - 1 + i / 3 * 4);
     json_t *all = document(self, self->nbytes > 0 ? uri : NULL);
-    const int failed = !all || json_dumpf(all, out, JSON_COMPACT | JSON_REAL_PRECISION(9)) != 0;
+    const int failed = !all || json_dumpf(all, out, FORMAT) != 0;
     json_decref(all);
     rmap_free(uri);
-    return failed && !ferror(out) ? no_memory(err) : RMAP_OK;
+    return rmap_json_memory_failed() || (failed && !ferror(out)) ? no_memory(err) : RMAP_OK;
 }

@@ -4,6 +4,7 @@
 #include <stdio.h>
 
 #include "io/h5.h"
+#include "io/whole_file.h"
 
 static enum rmap_status write_array(struct rmap_h5 *h5, const struct rmap_grid_array *array,
                                     struct rmap_error *err)
@@ -25,18 +26,21 @@ enum rmap_status rmap_grid_h5_write(const char *path, const struct rmap_grid_arr
                                     size_t n_text, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_whole_file whole = {0};
     struct rmap_h5 h5 = {0};
-    (void)remove(path);
-    RMAP_TRY(rmap_h5_create(&h5, path, err));
+    RMAP_TRY(rmap_whole_file_name(&whole, path, err));
+    RMAP_TRY(rmap_h5_create(&h5, whole.temporary, err));
     for (size_t i = 0; i < n_text; i++)
         if (text[i].text)
             RMAP_TRY(rmap_h5_put_text(&h5, "/", text[i].name, text[i].text, err));
     for (size_t i = 0; i < n_array; i++)
         RMAP_TRY(write_array(&h5, &array[i], err));
-    st = rmap_h5_close(&h5, err);
+    RMAP_TRY(rmap_h5_close(&h5, err));
+    st = rmap_whole_file_finish(&whole, err);
 out:
-    rmap_h5_drop(&h5);
     if (st != RMAP_OK)
-        (void)remove(path);
+        rmap_error_context(err, "cannot write '%s'", path);
+    rmap_h5_drop(&h5);
+    rmap_whole_file_fini(&whole);
     return st;
 }

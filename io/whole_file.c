@@ -12,7 +12,7 @@ static enum rmap_status cannot_write(const struct rmap_whole_file *self, struct 
     return rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", self->path, strerror(errno));
 }
 
-enum rmap_status rmap_whole_file_open(struct rmap_whole_file *self, const char *path,
+enum rmap_status rmap_whole_file_name(struct rmap_whole_file *self, const char *path,
                                       struct rmap_error *err)
 {
     const char *slash = strrchr(path, '/');
@@ -22,29 +22,43 @@ enum rmap_status rmap_whole_file_open(struct rmap_whole_file *self, const char *
                                       : rmap_path_format("%.*s", (int)(slash - path), path);
     self->temporary =
         self->directory ? rmap_temporary_path(self->directory, slash ? slash + 1 : path) : NULL;
-    if (!self->temporary)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for '%s'", path);
+    return self->temporary ? RMAP_OK
+                           : rmap_error_set(err, RMAP_SYSTEM, "out of memory for '%s'", path);
+}
+
+enum rmap_status rmap_whole_file_open(struct rmap_whole_file *self, const char *path,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = rmap_whole_file_name(self, path, err);
+    if (st != RMAP_OK)
+        return st;
     self->file = fopen(self->temporary, "wb");
     return self->file ? RMAP_OK : cannot_write(self, err);
 }
 
 enum rmap_status rmap_whole_file_finish(struct rmap_whole_file *self, struct rmap_error *err)
 {
-    const int failed = ferror(self->file), closed = fclose(self->file);
+    const int failed = self->file && ferror(self->file);
+    const int closed = self->file ? fclose(self->file) : 0;
+    enum rmap_status st = RMAP_OK;
     self->file = NULL;
-    if (!failed && closed == 0)
-        return rmap_publish_over(self->directory, self->temporary, self->path, err);
-    enum rmap_status st = cannot_write(self, err);
-    (void)remove(self->temporary);
+    if (failed || closed != 0) {
+        st = cannot_write(self, err);
+        (void)remove(self->temporary);
+    } else {
+        st = rmap_publish_over(self->directory, self->temporary, self->path, err);
+    }
+    rmap_free(self->temporary);
+    self->temporary = NULL;
     return st;
 }
 
 void rmap_whole_file_fini(struct rmap_whole_file *self)
 {
-    if (self->file) {
+    if (self->file)
         (void)fclose(self->file);
+    if (self->temporary)
         (void)remove(self->temporary);
-    }
     rmap_free(self->temporary);
     rmap_free(self->directory);
     *self = (struct rmap_whole_file){0};

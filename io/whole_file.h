@@ -11,10 +11,15 @@
 #include "base/status.h"
 
 struct rmap_whole_file {
-    const char *path; /* borrowed */
-    char *directory, *temporary;
-    FILE *file; /* to write to; its errors are found at the end */
+    const char *path;            /* borrowed */
+    char *directory, *temporary; /* the latter until it has its name */
+    FILE *file;                  /* to write to; its errors are found at the end */
 };
+
+/* For who writes a file by its name, whole->temporary, and closes it; `file` stays NULL.
+ * RMAP_SYSTEM. */
+enum rmap_status rmap_whole_file_name(struct rmap_whole_file *whole, const char *path,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* RMAP_SYSTEM when it cannot be written there. */
 enum rmap_status rmap_whole_file_open(struct rmap_whole_file *whole, const char *path,

@@ -6,7 +6,8 @@
 
 static const int watched[] = {SIGTERM, SIGINT, SIGUSR1};
 
-/* A signal handler can tell nobody but a static: the one piece of global state in the program. */
+/* A signal handler can tell nobody but a static: with the flag of
+ * io/json_memory.c the one piece of global state in the program. */
 static volatile sig_atomic_t caught;
 
 static void remember(int number)

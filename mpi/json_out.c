@@ -2,14 +2,18 @@
 #include "mpi/json_out.h"
 
 #include <math.h>
+#include <stdbool.h>
+
+#include "io/json_memory.h"
 
 static enum rmap_status write_document(json_t *document, size_t flags, FILE *out,
                                        struct rmap_error *err)
 {
-    if (!document)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON document");
-    int failed = json_dumpf(document, out, flags | JSON_REAL_PRECISION(17));
+    bool whole = document && !rmap_json_memory_failed();
+    int failed = whole ? json_dumpf(document, out, flags | JSON_REAL_PRECISION(17)) : 0;
     json_decref(document);
+    if (!whole || rmap_json_memory_failed())
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON document");
     if (failed || fputc('\n', out) == EOF)
         return rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON document");
     return RMAP_OK;

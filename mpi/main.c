@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "io/diagnostics.h"
+#include "io/json_memory.h"
 #include "mpi/agree.h"
 #include "mpi/command.h"
 #include "mpi/manual.h"
@@ -144,6 +145,7 @@ int main(int argc, char **argv)
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE;
     prepare_alone(argc > 1 ? argv[1] : "");
+    rmap_json_memory_watch();
     if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS) {
         fputs("raymap: MPI cannot be started\n", stderr);
         return RMAP_SYSTEM;

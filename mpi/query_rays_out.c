@@ -8,6 +8,7 @@
 
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
+#include "io/json_memory.h"
 #include "io/polydata.h"
 #include "io/whole_file.h"
 #include "mpi/balance.h"
@@ -26,10 +27,10 @@ static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *o
                                    struct rmap_error *err)
 {
     json_t *ray = rmap_ray_report_json(report);
-    if (!ray)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON of a ray");
-    int failed = json_dumpf(ray, out, JSON_COMPACT | JSON_REAL_PRECISION(17));
+    int failed = ray ? json_dumpf(ray, out, JSON_COMPACT | JSON_REAL_PRECISION(17)) : 0;
     json_decref(ray);
+    if (!ray || rmap_json_memory_failed())
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON of a ray");
     return failed ? rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON of a ray") : RMAP_OK;
 }
 

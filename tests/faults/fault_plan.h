@@ -20,6 +20,8 @@
  *                  stop: SIGSTOP before the call, which is made once somebody sends SIGCONT;
  *                  SIGUSR1: the signal before the call, which is made
  *   FAULTS_STICKY  1: every later call that counts fails too
+ *   FAULTS_LEAKS   file of how many blocks of memory the program itself asked for and never gave
+ *                  back, ".RANK" appended, and where it had some of them from
  *   FAULTS_LOG     file of a line "NUMBER CALL PATH" per counted call, ".RANK" appended
  *   FAULTS_RECORD  file of all changes with their bytes (fault_record.h), ".RANK" appended
  */
@@ -51,7 +53,7 @@ _Noreturn void fault_die(void);
 /* Whether an address lies in the program itself, not in a library. */
 bool fault_in_program(const void *address);
 
-/* Opens FAULTS_LOG or FAULTS_RECORD for this rank; -1 where it is not asked for. */
+/* Opens FAULTS_LOG, FAULTS_RECORD or FAULTS_LEAKS for this rank; -1 where it is not asked for. */
 int fault_open_output(const char *variable);
 
 #endif

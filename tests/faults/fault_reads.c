@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The calls that read files, and those that ask for memory.
+ * The calls that read files.
  */
 #include <dirent.h>
 #include <dlfcn.h>
@@ -75,34 +75,4 @@ struct dirent *readdir(DIR *directory)
         fault_judge("read:readdir", path) != FAULT_NONE)
         return NULL;
     return real(directory);
-}
-
-/* Memory: dlsym itself asks for some, so glibc's own names are used. Only what the program asks
- * for counts; libraries that cannot bear a failure are their own makers' concern. */
-void *__libc_malloc(size_t nbytes);
-void *__libc_calloc(size_t n, size_t size);
-void *__libc_realloc(void *block, size_t nbytes);
-
-static bool memory_fails(const char *call, const void *caller)
-{
-    return fault_in_program(caller) && fault_judge(call, "") != FAULT_NONE;
-}
-
-void *malloc(size_t nbytes)
-{
-    return memory_fails("memory:malloc", __builtin_return_address(0)) ? NULL
-                                                                      : __libc_malloc(nbytes);
-}
-
-void *calloc(size_t n, size_t size)
-{
-    return memory_fails("memory:calloc", __builtin_return_address(0)) ? NULL
-                                                                      : __libc_calloc(n, size);
-}
-
-void *realloc(void *block, size_t nbytes)
-{
-    return memory_fails("memory:realloc", __builtin_return_address(0))
-               ? NULL
-               : __libc_realloc(block, nbytes);
 }
