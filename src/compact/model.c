@@ -144,36 +144,6 @@ static enum rmap_status set_corners(struct rmap_compact_model *model, struct rma
     return RMAP_OK;
 }
 
-static bool alike(const double *value, int n)
-{
-    for (int i = 1; i < n; i++)
-        if (value[i] != value[0])
-            return false;
-    return true;
-}
-
-/* Events at a side of a surface that weigh all channels alike (retrace_colour.c). */
-static uint32_t grey_events(const struct rmap_scene *scene, const struct rmap_surface *surface)
-{
-    bool dispersive = false;
-    int n = scene->channels.n;
-    uint32_t grey = 0;
-    for (size_t i = 0; i < scene->n_medium; i++)
-        dispersive = dispersive || scene->medium[i].dispersive;
-    if (surface->type == RMAP_SURFACE_FRESNEL)
-        return dispersive || surface->coat == RMAP_COAT_REFLECTANCE ? 0 : UINT32_MAX;
-    if (!(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal) &&
-        alike(surface->reflect_specular, n))
-        grey |= RMAP_EVENT_REFLECT_SPECULAR;
-    if (alike(surface->reflect_diffuse, n))
-        grey |= RMAP_EVENT_REFLECT_DIFFUSE;
-    if (alike(surface->transmit_diffuse, n))
-        grey |= RMAP_EVENT_TRANSMIT_DIFFUSE;
-    if (!dispersive && alike(surface->transmit_specular, n))
-        grey |= RMAP_EVENT_TRANSMIT_SPECULAR;
-    return grey;
-}
-
 static void set_body(const struct rmap_scene *scene, const struct rmap_object *from,
                      struct rmap_compact_body *body)
 {
@@ -223,6 +193,19 @@ static void set_source(const struct rmap_compact_model *model, const struct rmap
     rmap_colour_quantise(from->colour, model->n_channel, source->colour);
 }
 
+static void set_media(struct rmap_compact_model *model)
+{
+    double *index = model->index;
+    const struct rmap_medium *medium = model->scene->medium;
+    for (int c = 0; c < model->n_channel; c++) {
+        for (size_t i = 0; i < model->n_medium; i++)
+            *index++ = medium[i].n[c];
+        *index++ = 1.0;
+    }
+    for (size_t i = 0; i < model->n_medium; i++)
+        model->tint[i] = medium[i].dispersive || medium[i].absorbing;
+}
+
 static void set_quadric(const struct rmap_compact_object *o, double quadric[12])
 {
     double inner2 = -1.0, outer2 = INFINITY, sheet = 0.0, low = -INFINITY, high = INFINITY;
@@ -247,35 +230,6 @@ static void set_quadric(const struct rmap_compact_object *o, double quadric[12])
                             o->conic ? -1.0 : 1.0,
                             o->rigid ? 1.0 : 0.0};
     memcpy(quadric, all, sizeof all);
-}
-
-static void set_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
-                      struct rmap_compact_guide *guide)
-{
-    guide->grey[0] = grey_events(scene, object->back);
-    guide->grey[1] = grey_events(scene, object->front);
-    guide->n_primitive = SIZE_MAX;
-    guide->corner = (const float *)(const void *)&object->to_local;
-    switch (object->kind) {
-    case RMAP_FACING_FLAT:
-        guide->wave = RMAP_WAVE_FLAT;
-        break;
-    case RMAP_FACING_QUADRIC:
-        guide->wave = RMAP_WAVE_QUADRIC;
-        guide->quadric = 1;
-        break;
-    case RMAP_FACING_ASPHERE:
-        guide->wave = RMAP_WAVE_ALONE;
-        break;
-    case RMAP_FACING_MESH:
-        guide->wave = object->corner ? RMAP_WAVE_MESH : RMAP_WAVE_ALONE;
-        guide->n_primitive = object->mesh->n_triangle;
-        if (object->corner) {
-            guide->corner = (const float *)object->corner;
-            guide->stride = LINE;
-        }
-        break;
-    }
 }
 
 enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
@@ -304,12 +258,11 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         rmap_alloc((scene->n_source + 1) * (size_t)model->n_channel, sizeof *model->source_colour);
     model->index =
         rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
+    model->tint = rmap_alloc(scene->n_medium + 1, sizeof *model->tint);
     if (!model->object || !model->body || !model->sign || !model->guide || !model->source ||
-        !model->source_colour || !model->index)
+        !model->source_colour || !model->index || !model->tint)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
-    for (size_t c = 0; c < (size_t)model->n_channel; c++)
-        for (size_t i = 0; i < scene->n_medium; i++)
-            model->index[c * scene->n_medium + i] = scene->medium[i].n[c];
+    set_media(model);
     for (size_t i = 0; i < scene->n_object; i++) {
         set_object(scene, &scene->object[i], &model->object[i]);
         set_body(scene, &scene->object[i], &model->body[i]);
@@ -318,11 +271,9 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++) {
         set_quadric(&model->object[i], model->object[i].quadric);
-        set_guide(scene, &model->object[i], &model->guide[i]);
+        rmap_wave_guide(scene, &model->object[i], &model->guide[i]);
     }
-    model->guide[scene->n_object].wave = model->absorbing ? RMAP_WAVE_ALONE : RMAP_WAVE_NOTHING;
-    model->guide[scene->n_object].n_primitive = SIZE_MAX;
-    model->guide[scene->n_object].corner = (const float *)(const void *)model->object;
+    rmap_wave_guide_out(model, &model->guide[scene->n_object]);
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);
@@ -345,6 +296,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
     rmap_free(model->source);
     rmap_free(model->source_colour);
     rmap_free(model->index);
+    rmap_free(model->tint);
     rmap_free(model->corner);
     rmap_free(model);
 }

@@ -58,13 +58,15 @@ enum {
 };
 
 /* What waves need of it beforehand. */
+#define RMAP_GUIDE_STEPS 14 /* event bits, and none of them */
 struct rmap_compact_guide {
-    uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
-    uint32_t wave;       /* kind of its legs, as wave.h has them */
-    uint32_t stride;     /* floats from the corners of one triangle to those of the next */
-    uint32_t quadric;    /* 1: legs that start on it are of the next kind; or else 0 */
-    size_t n_primitive;  /* of others, legs go alone */
     const float *corner; /* of a triangle; of other objects, what is read first */
+    size_t n_primitive;  /* of others, legs go alone */
+    uint32_t grey[2];    /* events that leave any colour alone, at the back and at the front */
+    uint8_t wave;        /* kind of its legs, as wave.h has them */
+    uint8_t stride;      /* floats from the corners of one triangle to those of the next */
+    uint16_t quadric;    /* legs that start on it go so many queues farther on */
+    uint16_t step[RMAP_GUIDE_STEPS]; /* of a leg with this one event: flags << 8 | queue */
 };
 
 struct rmap_compact_source {
@@ -87,7 +89,8 @@ struct rmap_compact_model {
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
-    double *index;           /* [n_channel][n_medium] */
+    double *index;           /* [n_channel][n_medium + 1]: the last is that of no medium */
+    uint8_t *tint;           /* [n_medium + 1]: 1: legs through it may change colours */
     float *corner;           /* of all triangles, each in a cache line of its own */
 };
 

@@ -53,40 +53,86 @@ out:
  */
 #if defined(__GNUC__)
 #define soon(address) __builtin_prefetch(address)
+static inline uint32_t first_bit(uint32_t x) /* x > 0 */
+{
+    return (uint32_t)__builtin_ctz(x);
+}
 #else
 #define soon(address) ((void)(address))
+static inline uint32_t first_bit(uint32_t x)
+{
+    uint32_t k = 0;
+    while (!(x >> k & 1))
+        k++;
+    return k;
+}
 #endif
 
-/* As rmap_step_turn, without branches: what comes next is anybody's guess. */
-static uint32_t turn_of(uint32_t event)
+/* What legs follow from, in registers. */
+struct legs {
+    const int32_t *object, *primitive;
+    const uint32_t *event;
+    const int16_t *medium;
+    const struct rmap_compact_guide *guide;
+    const uint8_t *tint;
+    size_t n_object, n_medium;
+};
+
+/* The leg of a row that starts on the object `from`, and is not the last. No branches: what a ray
+ * meets is anybody's guess. Not 0: it is of a kind that set_odd_leg tells. */
+static inline uint32_t set_leg(const struct legs *l, size_t row, int32_t from,
+                               struct rmap_wave_leg *leg)
 {
-    uint32_t turn = event & RMAP_EVENT_TRANSMIT_SPECULAR ? RMAP_TURN_REFRACT : RMAP_TURN_NONE;
-    turn = event & (RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_TOTAL_REFLECTION) ? RMAP_TURN_REFLECT
-                                                                               : turn;
-    return event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE) ? RMAP_TURN_DIFFUSE
-                                                                              : turn;
+    size_t object = (uint32_t)l->object[row], primitive = (uint32_t)l->primitive[row];
+    size_t medium = (uint16_t)l->medium[row];
+    uint32_t event = l->event[row], same = (uint32_t)0 - (l->object[row] == from);
+    object = object < l->n_object ? object : l->n_object;
+    medium = medium < l->n_medium ? medium : l->n_medium;
+    const struct rmap_compact_guide *guide = &l->guide[object];
+    uint32_t step = guide->step[first_bit(event | 1u << (RMAP_GUIDE_STEPS - 1))];
+    leg->corner = guide->corner + guide->stride * primitive;
+    leg->object = (uint32_t)object;
+    leg->medium = (uint16_t)medium;
+    leg->queue = (uint8_t)(step + (guide->quadric & same));
+    leg->flags = (uint8_t)(step >> 8 | (uint32_t)RMAP_WAVE_TINTS * l->tint[medium]);
+    return (event & (event - 1)) | event >> (RMAP_GUIDE_STEPS - 1) |
+           (primitive >= guide->n_primitive);
 }
 
-/* A leg that starts on the object `from`, and is not the last. No branches: what a ray meets is
- * anybody's guess. */
-static inline void set_leg(const struct rmap_retrace *r, size_t row, int32_t from,
-                           struct rmap_wave_leg *leg)
+/* With several events, or a triangle that is not there. */
+static void set_odd_leg(const struct legs *l, size_t row, int32_t from, struct rmap_wave_leg *leg)
 {
-    const struct rmap_compact_model *model = r->model;
-    size_t object = (uint32_t)r->object[row], primitive = (uint32_t)r->primitive[row];
-    object = object < model->n_object ? object : model->n_object;
-    const struct rmap_compact_guide *guide = &model->guide[object];
-    uint32_t event = r->event[row], turn = turn_of(event);
-    uint32_t there = (uint32_t)0 - (primitive < guide->n_primitive);
-    uint32_t kind = (guide->wave + (guide->quadric & (r->object[row] == from))) & there;
-    uint32_t turns = (uint32_t)0 - (kind > RMAP_WAVE_NOTHING);
-    leg->corner = guide->corner + (size_t)(guide->stride & there) * primitive;
-    leg->object = (uint32_t)object;
-    leg->medium = r->medium[row];
-    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + (turn & turns));
-    leg->flags = (uint8_t)((event & RMAP_EVENT_LEFT ? RMAP_WAVE_LEFT : 0) |
-                           (event & guide->grey[0] ? RMAP_WAVE_GREY_BACK : 0) |
-                           (event & guide->grey[1] ? RMAP_WAVE_GREY_FRONT : 0));
+    const struct rmap_compact_guide *guide = &l->guide[leg->object];
+    bool there = (uint32_t)l->primitive[row] < guide->n_primitive;
+    uint32_t own = there && l->object[row] == from ? guide->quadric : 0;
+    uint32_t step =
+        own + rmap_wave_step(guide, there ? guide->wave : RMAP_WAVE_ALONE, l->event[row]);
+    leg->corner = there ? leg->corner : guide->corner;
+    leg->queue = (uint8_t)step;
+    leg->flags = (uint8_t)(step >> 8 | (leg->flags & RMAP_WAVE_TINTS));
+}
+
+/* Legs of rows [first, end). */
+static void set_legs(const struct rmap_retrace *r, size_t first, size_t end,
+                     struct rmap_wave_leg *leg)
+{
+    const struct legs l = {.object = r->object,
+                           .primitive = r->primitive,
+                           .event = r->event,
+                           .medium = r->medium,
+                           .guide = r->model->guide,
+                           .tint = r->model->tint,
+                           .n_object = r->model->n_object,
+                           .n_medium = r->model->n_medium};
+    int32_t from = -1;
+    uint32_t odd = 0;
+    for (size_t k = first; k < end; k++) {
+        odd |= set_leg(&l, k, from, &leg[k]);
+        from = l.object[k];
+    }
+    for (size_t k = first; odd && k < end; k++)
+        if (set_leg(&l, k, k > first ? l.object[k - 1] : -1, &leg[k]))
+            set_odd_leg(&l, k, k > first ? l.object[k - 1] : -1, &leg[k]);
 }
 
 /* Of the ray that is made ready next. */
@@ -120,11 +166,7 @@ static void make_ready(struct rmap_wave_run *run)
     rmap_wave_depart(r, run->ready, last, run->departure);
     for (size_t i = run->ready; i < last; i++)
         end += r->segment_count[i];
-    int32_t from = -1;
-    for (size_t k = row; k < end; k++) {
-        set_leg(r, k, from, &run->wave->leg[k]);
-        from = r->object[k];
-    }
+    set_legs(r, row, end, run->wave->leg);
     for (; run->ready < last; run->ready++) {
         size_t n = r->segment_count[run->ready];
         if (n > 0)
@@ -161,10 +203,13 @@ static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
         rmap_step_float3(departure->position, run->out->ray.start + 3 * i);
     if (run->out->ray.start_normal)
         rmap_step_normal(departure->normal, run->out->ray.start_normal + 3 * i);
-    const double state[6] = {departure->position.x,  departure->position.y,
-                             departure->position.z,  departure->direction.x,
-                             departure->direction.y, departure->direction.z};
-    memcpy(ray->state, state, sizeof state);
+    /* written one by one: read in pairs, they would wait for one another */
+    ray->state[0] = departure->position.x;
+    ray->state[1] = departure->position.y;
+    ray->state[2] = departure->position.z;
+    ray->state[3] = departure->direction.x;
+    ray->state[4] = departure->direction.y;
+    ray->state[5] = departure->direction.z;
     ray->leg = run->wave->leg + run->row;
     ray->row = run->row;
     ray->end = run->row + r->segment_count[i];
@@ -211,9 +256,9 @@ static void load_turns(const struct rmap_retrace *r, enum rmap_turn turn,
     size_t n = r->model->n_medium;
     for (int i = 0; i < RMAP_WAVE_WIDTH && turn == RMAP_TURN_REFRACT; i++) {
         const struct rmap_wave_ray *ray = pack->ray[i];
-        const double *by_channel = r->model->index + (size_t)ray->channel * n;
-        int16_t near = ray->leg[0].medium, far = ray->leg[1].medium;
-        bool known = near >= 0 && (size_t)near < n && far >= 0 && (size_t)far < n;
+        const double *by_channel = r->model->index + (size_t)ray->channel * (n + 1);
+        size_t near = ray->leg[0].medium, far = ray->leg[1].medium;
+        bool known = near < n && far < n;
         pack->n1[i] = known ? by_channel[near] : 1.0;
         pack->n2[i] = known ? by_channel[far] : 1.0;
     }

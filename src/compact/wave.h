@@ -82,12 +82,14 @@ void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);
 
 /* Flags of a leg: it is not part of the ray's length; what happens at its end leaves any colour
- * alone, if it comes from the back or from the front; a registration may lie on it. */
+ * alone, if it comes from the back or from the front; a registration may lie on it; its medium may
+ * change colours. */
 enum {
     RMAP_WAVE_LEFT = 1,
     RMAP_WAVE_GREY_BACK = 2,
     RMAP_WAVE_GREY_FRONT = 4,
-    RMAP_WAVE_CROSSES = 8
+    RMAP_WAVE_CROSSES = 8,
+    RMAP_WAVE_TINTS = 16
 };
 
 /* A leg: where it goes by the path, and how it went. */
@@ -95,10 +97,18 @@ struct rmap_wave_leg {
     double length, cosine; /* as in rmap_wave_ray */
     const float *corner;   /* MESH: of its triangle, [3][4]; of others, what is read first */
     uint32_t object;       /* at most n_object, which is none */
-    int16_t medium;
-    uint8_t queue; /* RMAP_WAVE_TURNS x kind + turn */
+    uint16_t medium;       /* at most n_medium, which is none */
+    uint8_t queue;         /* RMAP_WAVE_TURNS x kind + turn */
     uint8_t flags;
 };
+
+/* wave_guide.c: what is known of an object's legs beforehand; of those that meet none. */
+void rmap_wave_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
+                     struct rmap_compact_guide *guide);
+void rmap_wave_guide_out(const struct rmap_compact_model *model, struct rmap_compact_guide *guide);
+
+/* Queue and flags, as rmap_compact_guide has them, of a leg of this kind. */
+uint32_t rmap_wave_step(const struct rmap_compact_guide *guide, uint32_t kind, uint32_t event);
 
 /* Rays that wait for a leg of one kind: a ring. */
 struct rmap_wave_queue {

@@ -32,11 +32,11 @@ static inline void flat(struct local *l, struct rmap_wave_pack *p)
         p->t[i] = t;
         l->x[i] = l->ox[i] + t * l->dx[i];
         l->y[i] = l->oy[i] + t * l->dy[i];
-        l->z[i] = 0.0;
-        l->nx[i] = 0.0;
-        l->ny[i] = 0.0;
-        l->nz[i] = 1.0;
     }
+    fill(l->z, 0.0);
+    fill(l->nx, 0.0);
+    fill(l->ny, 0.0);
+    fill(l->nz, 1.0);
 }
 
 static inline void cross_quadric(const struct quadrics *q, struct local *l,
@@ -152,8 +152,8 @@ WIDE void rmap_wave_meet_flats(struct rmap_wave_pack *p)
     EACH
     {
         rigid[i] = p->object[i]->quadric[11];
-        p->odd[i] = 0.0;
     }
+    fill(p->odd, 0.0);
     normalise_some(rigid, p);
     conclude(p);
 }
@@ -166,10 +166,7 @@ WIDE void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack
     gather_quadrics(p, &q);
     gather_maps(p, &local, &world);
     to_local(&local, p, &l);
-    EACH
-    {
-        p->odd[i] = 0.0;
-    }
+    fill(p->odd, 0.0);
     if (own)
         cross_quadric(&q, &l, p);
     else
@@ -196,9 +193,11 @@ WIDE void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wav
         p->px[i] = p->px[i] + p->t[i] * p->dx[i];
         p->py[i] = p->py[i] + p->t[i] * p->dy[i];
         p->pz[i] = p->pz[i] + p->t[i] * p->dz[i];
-        p->nx[i] = p->ny[i] = p->nz[i] = 0.0;
-        p->odd[i] = 0.0;
-        p->cosine[i] = (double)NAN;
     }
+    fill(p->nx, 0.0);
+    fill(p->ny, 0.0);
+    fill(p->nz, 0.0);
+    fill(p->cosine, (double)NAN);
+    fill(p->odd, 0.0);
     record_end(p);
 }

@@ -58,6 +58,15 @@ static inline void across(const double *a, const double *b, const double *c, con
     turn_quads(row, o0, o1, o2, o3);
 }
 
+/* As vectors: of a loop over zeros compilers make a string instruction, which is slow for so few.
+ */
+static inline void fill(double to[W], double x)
+{
+    const quad all = {x, x, x, x};
+    for (int i = 0; i < W; i += 4)
+        memcpy(to + i, &all, sizeof all);
+}
+
 static inline void normalise(double x[W], double y[W], double z[W])
 {
     EACH

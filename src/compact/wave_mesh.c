@@ -135,9 +135,6 @@ WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
     meet_triangles(&c, &l, p);
     to_world(&local, &world, &l, p);
     normalise(p->nx, p->ny, p->nz);
-    EACH
-    {
-        p->odd[i] = 0.0;
-    }
+    fill(p->odd, 0.0);
     conclude(p);
 }

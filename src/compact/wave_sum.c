@@ -88,34 +88,48 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
         weigh_leg(sum, row, leg, light);
 }
 
+/* The same colour in rows [row, end) of n channels each. */
+static void fill_colour(const struct rmap_compact_light *light, size_t n, size_t row, size_t end,
+                        uint16_t *colour)
+{
+    uint64_t three;
+    uint16_t *out = colour + n * row;
+    memcpy(&three, light->quantised, sizeof three);
+    if (n == 3) /* eight bytes each, of which the next row takes two */
+        for (; row + 1 < end; row++, out += 3)
+            memcpy(out, &three, sizeof three);
+    for (; row < end; row++, out += n)
+        note_colour(light, n, out);
+}
+
 /* Legs from `row` on up to the first at which the light may change; which one that is. */
 static size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_light *light)
 {
-    const struct rmap_retrace *r = sum->run->r;
-    uint16_t *colour = r->colour ? sum->run->out->colour : NULL;
+    const struct rmap_compact_model *model = sum->run->r->model;
+    size_t first = row, end = sum->end;
     bool single = light->end - light->begin == 1;
-    size_t n = (size_t)r->model->n_channel, end = sum->end, channel = (size_t)light->begin;
+    uint32_t any = single ? RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT : 0;
+    uint32_t tints = single ? 0 : RMAP_WAVE_TINTS;
+    const double *index = model->index + (model->n_medium + 1) * (size_t)light->begin;
     double path_length = sum->path_length, optical_path = sum->optical_path;
     const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
     for (; row < end; row++, leg++) {
-        const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
-        bool front = leg->cosine < 0.0;
-        if (!single && ((medium && (medium->dispersive || medium->absorbing)) ||
-                        !(leg->flags & (front ? RMAP_WAVE_GREY_FRONT : RMAP_WAVE_GREY_BACK))))
+        uint32_t flags = leg->flags;
+        uint32_t grey = RMAP_WAVE_GREY_BACK << (leg->cosine < 0.0);
+        if ((flags & tints) || !((flags | any) & grey))
             break;
-        double index = r->colour && medium ? medium->n[channel] : 1.0;
-        if (colour)
-            note_colour(light, n, colour + n * row);
-        if (leg->flags & RMAP_WAVE_CROSSES) {
+        double n = index[leg->medium], length = flags & RMAP_WAVE_LEFT ? 0.0 : leg->length;
+        if (flags & RMAP_WAVE_CROSSES) {
             sum->optical_path = optical_path;
-            sum_crossings(sum, row, index);
+            sum_crossings(sum, row, n);
         }
-        double length = leg->flags & RMAP_WAVE_LEFT ? 0.0 : leg->length;
         path_length += length;
-        optical_path += index * length;
+        optical_path += n * length;
     }
     sum->path_length = path_length;
     sum->optical_path = optical_path;
+    if (sum->run->r->colour && sum->run->out->colour)
+        fill_colour(light, (size_t)model->n_channel, first, row, sum->run->out->colour);
     return row;
 }
 
