@@ -92,12 +92,11 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
 static void fill_colour(const struct rmap_compact_light *light, size_t n, size_t row, size_t end,
                         uint16_t *colour)
 {
-    uint64_t three;
+    uint64_t four;
     uint16_t *out = colour + n * row;
-    memcpy(&three, light->quantised, sizeof three);
-    if (n == 3) /* eight bytes each, of which the next row takes two */
-        for (; row + 1 < end; row++, out += 3)
-            memcpy(out, &three, sizeof three);
+    memcpy(&four, light->quantised, sizeof four);
+    for (; n == 3 && row + 1 < end; row++, out += 3) /* of which the next row takes one back */
+        memcpy(out, &four, sizeof four);
     for (; row < end; row++, out += n)
         note_colour(light, n, out);
 }
