@@ -96,7 +96,10 @@ struct rmap_readings {
     double *share;                      /* [n] of the ray's weight; 1 unless it spreads */
     double *value[RMAP_QUANTITIES_MAX]; /* [n], finite */
     uint64_t n_undefined;               /* readings of the portion that are no number: left out */
-    uint32_t *count;                    /* for counting */
+    /* Set by who reads: he needs neither ray nor place nor share where each matching ray, in their
+     * order, is one reading. Still set then; otherwise not, and they are there. */
+    bool lean;
+    uint32_t *count; /* for counting */
     size_t cap, count_cap;
 };
 void rmap_readings_fini(struct rmap_readings *readings);

@@ -2,12 +2,14 @@
  *
  * Values of quantities: places first (rays, or registrations), then each quantity at all of them.
  */
+#include <float.h>
 #include <math.h>
 #include <string.h>
 
 #include "analysis/criterion_evaluate.h"
 #include "analysis/quantity.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 void rmap_readings_fini(struct rmap_readings *readings)
 {
@@ -106,6 +108,41 @@ static enum rmap_status make_room(const struct search *search, size_t n_place,
     return reserve(search->readings, search->readings->n + n_place * each, err);
 }
 
+/* Its column, where the quantity is one as it is stored. */
+static const double *column_of(const struct rmap_quantity *quantity,
+                               const struct rmap_ray_columns *ray)
+{
+    if (quantity->kind != RMAP_QUANTITY_RAY_NUMBER)
+        return NULL;
+    return quantity->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH    ? ray->path_length
+           : quantity->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
+           : quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH   ? ray->wavelength
+                                                                  : NULL;
+}
+
+static bool all_are_stored(const struct search *search)
+{
+    const struct rmap_quantities *self = search->self;
+    for (size_t i = 0; i < self->n; i++)
+        if (!column_of(&self->of[i], &search->rays->portion->ray))
+            return false;
+    return true;
+}
+
+/* A column's values of the matching rays. */
+static void read_column(const struct rmap_matched *rays, const double *column, double *value)
+{
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    if (!rays->match || rays->n_match == n_ray) {
+        memcpy(value, column, n_ray * sizeof *value);
+        return;
+    }
+    for (size_t i = 0, n = 0; i < n_ray; i++) { /* room for one more: no branch */
+        value[n] = column[i];
+        n += rays->match[i];
+    }
+}
+
 /* Rays that are one place each. */
 static enum rmap_status list_rays(struct search *search, struct rmap_error *err)
 {
@@ -115,11 +152,15 @@ static enum rmap_status list_rays(struct search *search, struct rmap_error *err)
     enum rmap_status st = reserve(readings, n_ray + 1, err);
     if (st != RMAP_OK)
         return st;
+    if (readings->lean && all_are_stored(search)) {
+        readings->n = rays->n_match;
+        return RMAP_OK;
+    }
     for (size_t i = 0; i < n_ray; i++) {
         readings->ray[readings->n] = (uint32_t)i;
         readings->n += !rays->match || rays->match[i];
     }
-    for (size_t k = 0; k < readings->n; k++) {
+    for (size_t k = 0; !readings->lean && k < readings->n; k++) {
         readings->place[k] = 0;
         readings->share[k] = 1.0;
     }
@@ -182,12 +223,7 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
     const struct rmap_readings *readings = search->readings;
     const struct rmap_ray_columns *ray = &search->rays->portion->ray;
     const double *flux_per_weight = rmap_map_flux_per_weight(search->self->map);
-    const double *stored = number == RMAP_RAY_NUMBER_PATH_LENGTH    ? ray->path_length
-                           : number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
-                                                                    : NULL;
-    for (size_t k = 0; stored && k < readings->n; k++)
-        value[k] = stored[readings->ray[k]];
-    for (size_t k = 0; !stored && k < readings->n; k++) {
+    for (size_t k = 0; k < readings->n; k++) {
         size_t i = readings->ray[k];
         switch (number) {
         case RMAP_RAY_NUMBER_ID:
@@ -202,7 +238,7 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
         case RMAP_RAY_NUMBER_PATH_LENGTH:
         case RMAP_RAY_NUMBER_OPTICAL_PATH:
         case RMAP_RAY_NUMBER_WAVELENGTH:
-            break; /* above; read_wavelengths */
+            break; /* read_column, read_wavelengths */
         }
     }
 }
@@ -273,9 +309,15 @@ static enum rmap_status read_one(const struct search *search, const struct rmap_
     const struct rmap_quantities *self = search->self;
     const struct rmap_portion *portion = search->rays->portion;
     struct rmap_readings *readings = search->readings;
+    const double *column = column_of(quantity, &portion->ray);
     switch (quantity->kind) {
     case RMAP_QUANTITY_RAY_NUMBER:
-        if (quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH)
+        if (column && !self->of_registrations && !search->channels)
+            read_column(search->rays, column, value);
+        else if (column && quantity->ray_number != RMAP_RAY_NUMBER_WAVELENGTH)
+            for (size_t k = 0; k < readings->n; k++)
+                value[k] = column[readings->ray[k]];
+        else if (quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH)
             read_wavelengths(search, value);
         else
             read_ray_numbers(search, quantity->ray_number, value);
@@ -299,12 +341,20 @@ static enum rmap_status read_one(const struct search *search, const struct rmap_
     return RMAP_OK;
 }
 
-static bool all_finite(const double *value, size_t n)
+RMAP_WIDE static uint64_t any_infinite(const double *value, size_t n)
 {
-    double sum = 0.0; /* of zeros, unless one is no number */
+    uint64_t any = 0;
     for (size_t k = 0; k < n; k++)
-        sum += 0.0 * value[k];
-    return sum == 0.0;
+        any |= (uint64_t)!(fabs(value[k]) <= DBL_MAX);
+    return any;
+}
+
+static bool all_finite(const struct rmap_quantities *self, const struct rmap_readings *readings)
+{
+    uint64_t any = 0;
+    for (size_t i = 0; i < self->n; i++)
+        any |= any_infinite(readings->value[i], readings->n);
+    return !any;
 }
 
 /* Leaves out readings of which a value is no number. */
@@ -312,10 +362,9 @@ static void keep_defined(const struct rmap_quantities *self, struct rmap_reading
 {
     size_t n = 0;
     readings->n_undefined = 0;
-    bool all = true;
-    for (size_t i = 0; i < self->n; i++)
-        all = all && all_finite(readings->value[i], readings->n);
-    for (size_t k = 0; !all && k < readings->n; k++) {
+    if (all_finite(self, readings))
+        return;
+    for (size_t k = 0; k < readings->n; k++) {
         bool defined = true;
         for (size_t i = 0; i < self->n; i++) {
             defined = defined && isfinite(readings->value[i][k]);
@@ -326,8 +375,6 @@ static void keep_defined(const struct rmap_quantities *self, struct rmap_reading
         readings->share[n] = readings->share[k];
         n += defined;
     }
-    if (all)
-        return;
     readings->n_undefined = readings->n - n;
     readings->n = n;
 }
@@ -343,12 +390,17 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         rays->portion->n_channel == channels->n)
         search.channels = channels;
     readings->n = 0;
+    readings->lean = readings->lean && !self->of_registrations && !search.channels;
     if (self->of_registrations)
         RMAP_TRY(find_registrations(&search, err));
     else
         RMAP_TRY(find_rays(&search, err));
     for (size_t i = 0; i < self->n && readings->n > 0; i++)
         RMAP_TRY(read_one(&search, &self->of[i], readings->value[i], err));
+    if (readings->lean && !all_finite(self, readings)) {
+        readings->lean = false;
+        return rmap_quantities_read(self, rays, readings, err);
+    }
     keep_defined(self, readings);
 out:
     return st;

@@ -30,12 +30,17 @@ RMAP_WIDE static uint64_t add_numbers(struct rmap_count *count,
     return rays;
 }
 
-RMAP_WIDE static bool all_are_one(const double *weight, size_t n)
+RMAP_WIDE static uint64_t any_is_other(const double *weight, size_t n)
 {
     uint64_t other = 0;
     for (size_t i = 0; i < n; i++)
         other |= weight[i] != 1.0;
-    return !other;
+    return other;
+}
+
+bool rmap_weights_are_one(const double *weight, size_t n)
+{
+    return !any_is_other(weight, n);
 }
 
 /* Weights of 1 are counted, which is the same sum. Sources are below SOURCE_MAX; of few, each is
@@ -83,7 +88,7 @@ enum rmap_status rmap_sums_add_rays(struct rmap_count *count, const struct rmap_
                               "a ray of the portion from id %llu on has a source beyond the %zu",
                               (unsigned long long)portion->first_ray, n_source);
     (void)add_numbers(count, ray->segment_count, verdict, n_ray);
-    if (n_source <= SOURCE_MAX && all_are_one(ray->weight, n_ray)) {
+    if (n_source <= SOURCE_MAX && rmap_weights_are_one(ray->weight, n_ray)) {
         count_sources(count, ray->source, verdict, n_ray, n_source);
         return RMAP_OK;
     }

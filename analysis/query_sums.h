@@ -9,6 +9,8 @@
 #include "analysis/query.h"
 #include "history/history_index.h"
 
+bool rmap_weights_are_one(const double *weight, size_t n);
+
 /* verdict: [n_ray], bit 1 set where a ray matches. RMAP_FORMAT when a source is none of n_source.
  */
 enum rmap_status rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,

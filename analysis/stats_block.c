@@ -3,7 +3,9 @@
 
 #include <string.h>
 
+#include "analysis/query_sums.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
                            enum rmap_stats_by by, size_t budget_nbytes)
@@ -30,6 +32,8 @@ void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
     rmap_free(reader->arranged.weight);
     rmap_free(reader->arranged.tag);
     rmap_free(reader->arranged.place);
+    rmap_free(reader->run);
+    rmap_free(reader->source);
     *reader = (struct rmap_stats_reader){0};
 }
 
@@ -134,8 +138,7 @@ static bool is_arranged(const struct rmap_stats_block *block)
     return !turned_back;
 }
 
-/* Puts readings in the order of their classes, those of a class keeping theirs; marks the portion.
- */
+/* Puts readings in the order of their classes, those of a class keeping theirs. */
 static enum rmap_status arrange(struct rmap_stats_reader *reader,
                                 const struct rmap_stats_setup *setup,
                                 struct rmap_stats_block *block, struct rmap_error *err)
@@ -143,10 +146,8 @@ static enum rmap_status arrange(struct rmap_stats_reader *reader,
     const struct rmap_stats_block from = *block;
     const size_t n_quantity = setup->quantities->n;
     struct rmap_stats_arranged *to = &reader->arranged;
-    if (setup->n_class == 1 || is_arranged(block)) {
-        reader->tag[0] |= RMAP_STATS_PORTION;
+    if (setup->n_class == 1 || is_arranged(block))
         return RMAP_OK;
-    }
     enum rmap_status st = reserve_arranged(to, from.n, setup, err);
     if (st != RMAP_OK)
         return st;
@@ -168,8 +169,97 @@ static enum rmap_status arrange(struct rmap_stats_reader *reader,
                                        .value = {to->value[0], to->value[1]},
                                        .tag = to->tag,
                                        .weight = from.weight ? to->weight : NULL};
-    to->tag[0] |= RMAP_STATS_PORTION;
     return RMAP_OK;
+}
+
+static size_t class_of(const struct rmap_stats_setup *setup, int32_t source)
+{
+    return (size_t)source * (setup->by == RMAP_STATS_BY_SOURCE ? setup->n_source + 1 : 1);
+}
+
+RMAP_WIDE static uint32_t any_other(const int32_t *source, size_t n)
+{
+    uint32_t other = 0;
+    for (size_t i = 1; i < n; i++)
+        other |= (uint32_t)(source[i] ^ source[0]);
+    return other;
+}
+
+/* Sources of the readings, which are those of matching rays. */
+static const int32_t *sources_of(struct rmap_stats_reader *reader, const struct rmap_matched *rays)
+{
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    const int32_t *all = rays->portion->ray.source;
+    if (!rays->match || rays->n_match == n_ray)
+        return all;
+    for (size_t i = 0, n = 0; i < n_ray; i++) { /* room for one more: no branch */
+        reader->source[n] = all[i];
+        n += rays->match[i];
+    }
+    return reader->source;
+}
+
+/* Puts readings in the order of their sources, those of a source keeping theirs, and lists the
+ * runs. There is room for one more reading. */
+static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
+                         const int32_t *source, struct rmap_stats_block *block)
+{
+    const size_t n = block->n, n_quantity = setup->quantities->n;
+    size_t end = 0;
+    for (size_t s = 0; s < setup->n_source; s++) {
+        const size_t first = end;
+        for (size_t q = 0; q < n_quantity; q++) {
+            const double *value = block->value[q];
+            double *to = reader->arranged.value[q];
+            end = first;
+            for (size_t k = 0; k < n; k++) {
+                to[end] = value[k];
+                end += source[k] == (int32_t)s;
+            }
+        }
+        if (end > first)
+            reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, (int32_t)s)};
+    }
+    for (size_t q = 0; q < n_quantity; q++)
+        block->value[q] = reader->arranged.value[q];
+}
+
+/* More sources than that are not gone through one by one. */
+enum { SOURCES_FEW = 8 };
+
+static bool may_be_plain(const struct rmap_stats_setup *setup, const struct rmap_matched *rays)
+{
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    const struct rmap_ray_columns *ray = &rays->portion->ray;
+    return setup->by != RMAP_STATS_BY_DETECTOR && rmap_weights_are_one(ray->weight, n_ray) &&
+           (setup->n_source <= SOURCES_FEW || !any_other(ray->source, n_ray));
+}
+
+/* Rays of weight 1, one reading of each. */
+static enum rmap_status read_plain(struct rmap_stats_reader *reader,
+                                   const struct rmap_stats_setup *setup,
+                                   const struct rmap_matched *rays, struct rmap_stats_block *block,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_readings *readings = &reader->readings;
+    const struct rmap_ray_columns *ray = &rays->portion->ray;
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
+    *block = (struct rmap_stats_block){
+        .n = readings->n, .value = {readings->value[0], readings->value[1]}, .run = reader->run};
+    if (readings->n == 0)
+        return RMAP_OK;
+    if (setup->n_source == 1 || !any_other(ray->source, n_ray)) {
+        block->n_run = 1;
+        reader->run[0] = (struct rmap_stats_run){readings->n, class_of(setup, ray->source[0])};
+        return RMAP_OK;
+    }
+    RMAP_TRY(hold(&reader->source, &reader->source_cap, n_ray + 1, sizeof *reader->source, err));
+    RMAP_TRY(reserve_arranged(&reader->arranged, readings->n + 1, setup, err));
+    arrange_rays(reader, setup, sources_of(reader, rays), block);
+out:
+    return st;
 }
 
 enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
@@ -180,7 +270,10 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     enum rmap_status st = RMAP_OK;
     struct rmap_readings *readings = &reader->readings;
     bool all_one = true;
+    readings->lean = may_be_plain(setup, rays);
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
+    if (readings->lean)
+        return read_plain(reader, setup, rays, block, err);
     RMAP_TRY(reserve(reader, readings->n + 1, err));
     for (size_t k = 0; k < readings->n; k++) {
         double weight = rays->portion->ray.weight[readings->ray[k]] * readings->share[k];

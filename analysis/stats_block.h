@@ -22,35 +22,35 @@ struct rmap_stats_setup {
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
                            enum rmap_stats_by by, size_t budget_nbytes);
 
-/* Borrowed arrays. */
+/* Readings of a class that stand together. */
+struct rmap_stats_run {
+    size_t end; /* behind the last of them */
+    size_t class;
+};
+
+/* Readings of a portion. Borrowed arrays. */
 struct rmap_stats_block {
     size_t n;
     const double *value[RMAP_QUANTITIES_MAX];
-    const uint32_t *tag;  /* class, and the bits below where a cluster or a portion begins */
-    const double *weight; /* NULL: all 1 */
+    /* Either tags, that is the class, and the bit below where a cluster begins; or (NULL) runs:
+     * then each reading is a cluster of its own, of weight 1. */
+    const uint32_t *tag;
+    const double *weight;             /* NULL: all 1 */
+    const struct rmap_stats_run *run; /* [n_run] */
+    size_t n_run;
 };
-#define RMAP_STATS_FIRST   0x80000000u
-#define RMAP_STATS_PORTION 0x40000000u
+#define RMAP_STATS_FIRST 0x80000000u
 
 static inline uint32_t rmap_stats_class(uint32_t tag)
 {
-    return tag & ~(RMAP_STATS_FIRST | RMAP_STATS_PORTION);
+    return tag & ~RMAP_STATS_FIRST;
 }
 
 /* Behind the last reading of the cluster that begins at `first`. */
 static inline size_t rmap_stats_cluster_end(const struct rmap_stats_block *block, size_t first)
 {
     size_t end = first + 1;
-    while (end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
-        end++;
-    return end;
-}
-
-/* Behind the last reading of the portion that begins at `first`. */
-static inline size_t rmap_stats_portion_end(const struct rmap_stats_block *block, size_t first)
-{
-    size_t end = first + 1;
-    while (end < block->n && !(block->tag[end] & RMAP_STATS_PORTION))
+    while (block->tag && end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
         end++;
     return end;
 }
@@ -83,6 +83,9 @@ struct rmap_stats_reader {
     double *weight;
     size_t tag_cap, weight_cap;
     struct rmap_stats_arranged arranged;
+    struct rmap_stats_run *run;
+    int32_t *source; /* of readings */
+    size_t run_cap, source_cap;
 };
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader);
 

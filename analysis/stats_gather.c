@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/stats_pack.h"
 #include "base/alloc.h"
 #include "base/wide.h"
 
@@ -17,13 +18,9 @@ static void destroy(void *state)
         rmap_free(self->value[i]);
     rmap_free(self->tag);
     rmap_free(self->weight);
+    rmap_free(self->part);
     rmap_free(self->range);
     rmap_free(self);
-}
-
-static size_t n_range(const struct rmap_stats_setup *setup)
-{
-    return setup->n_group * setup->quantities->n;
 }
 
 static enum rmap_status create(const void *context, void **state_ret, struct rmap_error *err)
@@ -31,7 +28,7 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
     const struct rmap_stats_setup *setup = context;
     struct rmap_stats_gathered *self = rmap_alloc(1, sizeof *self);
     if (self)
-        self->range = rmap_alloc(n_range(setup) + 1, sizeof *self->range);
+        self->range = rmap_alloc(rmap_stats_n_range(setup) + 1, sizeof *self->range);
     if (!self || !self->range) {
         destroy(self);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for statistics of %zu groups",
@@ -39,16 +36,10 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
     }
     self->setup = setup;
     const double infinity = (double)INFINITY;
-    for (size_t i = 0; i < n_range(setup); i++)
+    for (size_t i = 0; i < rmap_stats_n_range(setup); i++)
         self->range[i] = (struct rmap_stats_range){infinity, -infinity, infinity, 0, 0};
     *state_ret = self;
     return RMAP_OK;
-}
-
-static size_t row_nbytes(const struct rmap_stats_gathered *self)
-{
-    return sizeof *self->tag + self->setup->quantities->n * sizeof(double) +
-           (self->weight ? sizeof(double) : 0);
 }
 
 static void drop(struct rmap_stats_gathered *self)
@@ -62,31 +53,39 @@ static void drop(struct rmap_stats_gathered *self)
     rmap_free(self->weight);
     self->tag = NULL;
     self->weight = NULL;
-    self->tag_cap = self->weight_cap = self->n = 0;
+    self->tag_cap = self->weight_cap = self->n = self->n_part = 0;
     self->known.dropped = 1;
 }
 
-static enum rmap_status reserve(struct rmap_stats_gathered *self, size_t n, bool weights,
-                                struct rmap_error *err)
+enum rmap_status rmap_stats_gathered_reserve(struct rmap_stats_gathered *self, size_t n,
+                                             size_t n_part, bool tags, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    void *part = self->part, *tag = self->tag, *weight = self->weight;
     for (size_t i = 0; i < self->setup->quantities->n && st == RMAP_OK; i++) {
         void *block = self->value[i];
         st = rmap_reserve(&block, &self->value_cap[i], n, sizeof *self->value[i], err);
         self->value[i] = block;
     }
-    void *tag = self->tag, *weight = self->weight;
     if (st == RMAP_OK)
+        st = rmap_reserve(&part, &self->part_cap, n_part, sizeof *self->part, err);
+    self->part = part;
+    if (st == RMAP_OK && tags)
         st = rmap_reserve(&tag, &self->tag_cap, n, sizeof *self->tag, err);
     self->tag = tag;
-    if (st == RMAP_OK && weights) {
-        bool anew = !self->weight;
+    if (st == RMAP_OK && tags)
         st = rmap_reserve(&weight, &self->weight_cap, n, sizeof *self->weight, err);
-        self->weight = weight;
-        for (size_t k = 0; anew && st == RMAP_OK && k < self->n; k++)
-            self->weight[k] = 1.0;
-    }
+    self->weight = weight;
     return st;
+}
+
+static void add_tags(struct rmap_stats_gathered *self, const struct rmap_stats_block *block)
+{
+    const size_t n = self->n;
+    memcpy(self->tag + n, block->tag, block->n * sizeof *block->tag);
+    for (size_t k = 0; k < block->n; k++)
+        self->weight[n + k] = block->weight ? block->weight[k] : 1.0;
+    self->part[self->n_part++] = (struct rmap_stats_part){n, {block->n, 0}, false};
 }
 
 /* Keeps the block's readings, or none any more when they are too many. */
@@ -94,23 +93,25 @@ static enum rmap_status keep(struct rmap_stats_gathered *self, const struct rmap
                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n = self->n;
-    bool weights = self->weight || block->weight;
+    const size_t n = self->n;
     if (self->known.dropped || block->n == 0)
         return RMAP_OK;
-    /* With weights or without, so that it does not matter who added first. */
+    /* With tags and weights or without, so that it does not matter who added first. */
     const size_t most_nbytes =
         sizeof *self->tag + (self->setup->quantities->n + 1) * sizeof(double);
     if (n + block->n > self->setup->budget_nbytes / most_nbytes) {
         drop(self);
         return RMAP_OK;
     }
-    RMAP_TRY(reserve(self, n + block->n, weights, err));
+    RMAP_TRY(rmap_stats_gathered_reserve(self, n + block->n, self->n_part + block->n_run + 1,
+                                         block->tag != NULL, err));
     for (size_t i = 0; i < self->setup->quantities->n; i++)
         memcpy(self->value[i] + n, block->value[i], block->n * sizeof **block->value);
-    memcpy(self->tag + n, block->tag, block->n * sizeof *block->tag);
-    for (size_t k = 0; weights && k < block->n; k++)
-        self->weight[n + k] = block->weight ? block->weight[k] : 1.0;
+    if (block->tag)
+        add_tags(self, block);
+    for (size_t k = 0, first = 0; !block->tag && k < block->n_run; first = block->run[k++].end)
+        self->part[self->n_part++] = (struct rmap_stats_part){
+            n + first, {block->run[k].end - first, block->run[k].class}, true};
     self->n += block->n;
 out:
     return st;
@@ -131,28 +132,47 @@ static void merge_range(struct rmap_stats_range *into, const struct rmap_stats_r
     into->n_cluster += from->n_cluster;
 }
 
-enum { LANES = 8 };
+enum { LANES = 8, VECTOR = 4 };
+
+typedef double vector __attribute__((vector_size(VECTOR * sizeof(double))));
+typedef int64_t mask __attribute__((vector_size(VECTOR * sizeof(double))));
 
 /* What there is to know of numbers, each lane of every LANES-th of them. */
 struct measured {
-    double low[LANES], high[LANES], least_positive[LANES], sum[LANES], squared[LANES];
+    double low[LANES], high[LANES], sum[LANES], squared[LANES];
 };
 
+/* n: a multiple of LANES. */
 RMAP_WIDE static void measure(const double *value, size_t n, struct measured *measured)
 {
-    struct measured m = *measured;
-    for (size_t k = 0; k + LANES <= n; k += LANES)
-        for (size_t lane = 0; lane < LANES; lane++) {
-            const double v = value[k + lane];
-            const double positive = v > 0.0 ? v : m.least_positive[lane];
-            m.low[lane] = v < m.low[lane] ? v : m.low[lane];
-            m.high[lane] = v > m.high[lane] ? v : m.high[lane];
-            m.least_positive[lane] =
-                positive < m.least_positive[lane] ? positive : m.least_positive[lane];
-            m.sum[lane] += v;
-            m.squared[lane] += v * v;
+    enum { HALVES = LANES / VECTOR };
+    vector low[HALVES], high[HALVES], sum[HALVES], squared[HALVES], v[HALVES];
+    memcpy(low, measured->low, sizeof low);
+    memcpy(high, measured->high, sizeof high);
+    memcpy(sum, measured->sum, sizeof sum);
+    memcpy(squared, measured->squared, sizeof squared);
+    for (size_t k = 0; k < n; k += LANES) {
+        memcpy(v, value + k, sizeof v);
+        for (int h = 0; h < HALVES; h++) {
+            const mask less = v[h]<low[h], more = v[h]> high[h];
+            low[h] = (vector)(((mask)v[h] & less) | ((mask)low[h] & ~less));
+            high[h] = (vector)(((mask)v[h] & more) | ((mask)high[h] & ~more));
+            sum[h] += v[h];
+            squared[h] += v[h] * v[h];
         }
-    *measured = m;
+    }
+    memcpy(measured->low, low, sizeof low);
+    memcpy(measured->high, high, sizeof high);
+    memcpy(measured->sum, sum, sizeof sum);
+    memcpy(measured->squared, squared, sizeof squared);
+}
+
+static double least_positive(const double *value, size_t n)
+{
+    double least = (double)INFINITY;
+    for (size_t k = 0; k < n; k++)
+        least = value[k] > 0.0 && value[k] < least ? value[k] : least;
+    return least;
 }
 
 RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)
@@ -172,26 +192,30 @@ static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_bl
     const double *value = block->value[quantity] + first;
     const size_t n = end - first, n_wide = n / LANES * LANES;
     struct measured m = {.sum = {0.0}};
+    double low = infinity, high = -infinity;
     for (size_t lane = 0; lane < LANES; lane++) {
-        m.low[lane] = m.least_positive[lane] = infinity;
+        m.low[lane] = infinity;
         m.high[lane] = -infinity;
     }
     if (n_wide > 0)
         measure(value, n_wide, &m);
     for (size_t k = n_wide; k < n; k++) {
         const double v = value[k];
-        widen(range, v, v, v > 0.0 ? v : infinity);
+        low = v < low ? v : low;
+        high = v > high ? v : high;
         m.sum[0] += v;
         m.squared[0] += v * v;
     }
     for (size_t lane = 0; lane < LANES; lane++) {
-        widen(range, m.low[lane], m.high[lane], m.least_positive[lane]);
+        low = m.low[lane] < low ? m.low[lane] : low;
+        high = m.high[lane] > high ? m.high[lane] : high;
         m.sum[0] += lane > 0 ? m.sum[lane] : 0.0;
         m.squared[0] += lane > 0 ? m.squared[lane] : 0.0;
     }
+    widen(range, low, high, low > 0.0 ? low : least_positive(value, n));
     rmap_exact_sum_add(&self->known.sum[quantity], m.sum[0]);
     rmap_exact_sum_add(&self->known.squared[quantity], m.squared[0]);
-    range->n_cluster += count_clusters(block->tag + first, n);
+    range->n_cluster += block->tag ? count_clusters(block->tag + first, n) : n;
     range->n_reading += n;
 }
 
@@ -204,23 +228,39 @@ RMAP_WIDE static uint32_t count_alone(const uint32_t *tag, size_t n)
     return count;
 }
 
+/* Behind the last of the readings from `first` on that are of its group. */
+static size_t group_end(const struct rmap_stats_gathered *self,
+                        const struct rmap_stats_block *block, size_t first, size_t *group_ret)
+{
+    const size_t n_source = self->setup->n_source;
+    size_t end = first;
+    *group_ret = 0;
+    if (self->setup->n_group == 1)
+        return block->n;
+    if (block->tag) {
+        *group_ret = rmap_stats_class(block->tag[first]) / n_source;
+        while (end < block->n && rmap_stats_class(block->tag[end]) / n_source == *group_ret)
+            end++;
+        return end;
+    }
+    size_t k = 0; /* by source alone: a run is a group */
+    while (block->run[k].end <= first)
+        k++;
+    *group_ret = block->run[k].class / n_source;
+    return block->run[k].end;
+}
+
 static void look(struct rmap_stats_gathered *self, const struct rmap_stats_block *block)
 {
     const size_t n_quantity = self->setup->quantities->n;
-    const size_t n_source = self->setup->n_source;
     for (size_t first = 0, end = 0; first < block->n; first = end) {
-        size_t group = 0;
-        end = block->n;
-        if (self->setup->n_group > 1) {
-            group = rmap_stats_class(block->tag[first]) / n_source;
-            for (end = first + 1;
-                 end < block->n && rmap_stats_class(block->tag[end]) / n_source == group;)
-                end++;
-        }
+        size_t group;
+        end = group_end(self, block, first, &group);
         for (size_t i = 0; i < n_quantity; i++)
             look_at(self, block, i, first, end, &self->range[group * n_quantity + i]);
     }
-    self->known.n_several += block->n - count_alone(block->tag, block->n);
+    if (block->tag)
+        self->known.n_several += block->n - count_alone(block->tag, block->n);
     self->known.n_reading += block->n;
     self->known.any_weight |= block->weight != NULL;
 }
@@ -239,20 +279,27 @@ out:
     return st;
 }
 
-struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *self)
+struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *self,
+                                                  size_t index)
 {
-    return (struct rmap_stats_block){.n = self->n,
-                                     .value = {self->value[0], self->value[1]},
-                                     .tag = self->tag,
-                                     .weight = self->weight};
+    const struct rmap_stats_part *part = &self->part[index];
+    const bool plain = part->is_plain != 0;
+    struct rmap_stats_block block = {.n = part->run.end,
+                                     .tag = plain ? NULL : self->tag + part->first,
+                                     .weight = plain ? NULL : self->weight + part->first,
+                                     .run = plain ? &part->run : NULL,
+                                     .n_run = plain};
+    for (size_t i = 0; i < self->setup->quantities->n; i++)
+        block.value[i] = self->value[i] + part->first;
+    return block;
 }
 
 static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     struct rmap_stats_gathered *self = into;
     const struct rmap_stats_gathered *other = from;
     struct rmap_stats_known *known = &self->known;
-    const struct rmap_stats_block block = rmap_stats_gathered_block(other);
     known->n_ray += other->known.n_ray;
     known->n_reading += other->known.n_reading;
     known->n_undefined += other->known.n_undefined;
@@ -262,76 +309,14 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
         rmap_exact_sum_merge(&known->sum[i], &other->known.sum[i]);
         rmap_exact_sum_merge(&known->squared[i], &other->known.squared[i]);
     }
-    for (size_t i = 0; i < n_range(self->setup); i++)
+    for (size_t i = 0; i < rmap_stats_n_range(self->setup); i++)
         merge_range(&self->range[i], &other->range[i]);
     if (other->known.dropped && !known->dropped)
         drop(self);
-    return keep(self, &block, err);
-}
-
-/* Bytes: what is known, the ranges, the readings, and a byte for whether weights stand there. */
-static void put(uint8_t **at, const void *data, size_t nbytes)
-{
-    if (nbytes > 0)
-        memcpy(*at, data, nbytes);
-    *at += nbytes;
-}
-
-static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
-                             struct rmap_error *err)
-{
-    const struct rmap_stats_gathered *self = state;
-    const uint64_t n[2] = {self->n, self->weight != NULL};
-    const size_t range_nbytes = n_range(self->setup) * sizeof *self->range;
-    *nbytes_ret = sizeof self->known + range_nbytes + sizeof n + self->n * row_nbytes(self);
-    uint8_t *at = *bytes_ret = rmap_alloc(*nbytes_ret, 1);
-    if (!at)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu readings", self->n);
-    put(&at, &self->known, sizeof self->known);
-    put(&at, self->range, range_nbytes);
-    put(&at, n, sizeof n);
-    for (size_t i = 0; i < self->setup->quantities->n; i++)
-        put(&at, self->value[i], self->n * sizeof *self->value[i]);
-    put(&at, self->tag, self->n * sizeof *self->tag);
-    if (self->weight)
-        put(&at, self->weight, self->n * sizeof *self->weight);
-    return RMAP_OK;
-}
-
-static void take(const uint8_t **at, void *data, size_t nbytes)
-{
-    if (nbytes > 0)
-        memcpy(data, *at, nbytes);
-    *at += nbytes;
-}
-
-static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
-                               void **state_ret, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    void *state = NULL;
-    const uint8_t *at = bytes;
-    uint64_t n[2];
-    RMAP_TRY(create(context, &state, err));
-    struct rmap_stats_gathered *self = state;
-    take(&at, &self->known, sizeof self->known);
-    take(&at, self->range, n_range(self->setup) * sizeof *self->range);
-    take(&at, n, sizeof n);
-    RMAP_TRY(reserve(self, (size_t)n[0] + 1, n[1] != 0, err));
-    self->n = (size_t)n[0];
-    if ((size_t)(at - bytes) + self->n * row_nbytes(self) != nbytes) {
-        st = rmap_error_set(err, RMAP_INTERNAL, "another rank's readings do not fit together");
-        goto out;
+    for (size_t p = 0; p < other->n_part && st == RMAP_OK; p++) {
+        const struct rmap_stats_block block = rmap_stats_gathered_block(other, p);
+        st = keep(self, &block, err);
     }
-    for (size_t i = 0; i < self->setup->quantities->n; i++)
-        take(&at, self->value[i], self->n * sizeof *self->value[i]);
-    take(&at, self->tag, self->n * sizeof *self->tag);
-    if (self->weight)
-        take(&at, self->weight, self->n * sizeof *self->weight);
-    *state_ret = state;
-    state = NULL;
-out:
-    destroy(state);
     return st;
 }
 
@@ -345,6 +330,6 @@ const struct rmap_fold_kind rmap_stats_gather_kind = {.create = create,
                                                       .destroy = destroy,
                                                       .add = add,
                                                       .merge = merge,
-                                                      .pack = pack,
-                                                      .unpack = unpack,
+                                                      .pack = rmap_stats_gathered_pack,
+                                                      .unpack = rmap_stats_gathered_unpack,
                                                       .may_count = may_count};

@@ -26,21 +26,30 @@ struct rmap_stats_known {
     struct rmap_exact_sum squared[RMAP_QUANTITIES_MAX]; /* of their squares */
 };
 
+/* Readings in memory of one portion: those of a class that are plain (runs of a block), or all. */
+struct rmap_stats_part {
+    size_t first;
+    struct rmap_stats_run run; /* end: how many readings */
+    size_t is_plain;           /* without tags and weights; its class is the run's */
+};
+
 struct rmap_stats_gathered {
     const struct rmap_stats_setup *setup;
     struct rmap_stats_known known;
     struct rmap_stats_range *range; /* [n_group][n quantities] */
     struct rmap_stats_reader reader;
-    size_t n;
+    size_t n, n_part;
+    struct rmap_stats_part *part;
     double *value[RMAP_QUANTITIES_MAX];
-    uint32_t *tag;
-    double *weight; /* NULL: all 1 */
-    size_t value_cap[RMAP_QUANTITIES_MAX], tag_cap, weight_cap;
+    uint32_t *tag; /* as weight: of parts that are not plain */
+    double *weight;
+    size_t value_cap[RMAP_QUANTITIES_MAX], tag_cap, weight_cap, part_cap;
 };
 
 /* Context: the setup. State: struct rmap_stats_gathered. */
 extern const struct rmap_fold_kind rmap_stats_gather_kind;
 
-struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *gathered);
+struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *gathered,
+                                                  size_t part);
 
 #endif

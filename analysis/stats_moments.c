@@ -15,35 +15,43 @@ RMAP_WIDE static void centred(const double *restrict value, size_t n, double cen
         u[k] = (value[k] - centre) * per_scale;
 }
 
-/* n: whole vectors. Makes u^j of u^(j-1) and sums it. */
-RMAP_WIDE static void sum_power(const double *restrict u, size_t n, double *restrict power,
-                                double *restrict sum)
+enum { VECTOR = 4, POWERS = RMAP_MOMENT_POWERS - 1 };
+typedef double vector __attribute__((vector_size(VECTOR * sizeof(double))));
+
+/* Sums of u, u^2, ... of VECTOR of the LANES, from `lane` on. n: a multiple of LANES. */
+RMAP_WIDE static void sum_powers(const double *u, size_t n, size_t lane, vector sum[POWERS])
 {
-    double own[LANES] = {0.0};
-    for (size_t i = 0; i < n; i += LANES)
-        for (size_t lane = 0; lane < LANES; lane++) {
-            power[i + lane] *= u[i + lane];
-            own[lane] += power[i + lane];
+    vector own[POWERS] = {{0.0}};
+    for (size_t i = lane; i < n; i += LANES) {
+        vector its, power;
+        memcpy(&its, u + i, sizeof its);
+        power = its;
+        own[0] += power;
+        for (int k = 1; k < POWERS; k++) {
+            power *= its;
+            own[k] += power;
         }
+    }
     memcpy(sum, own, sizeof own);
 }
 
 static void flush_ones(struct rmap_stats_moments *moments)
 {
-    double power[RMAP_MOMENT_BATCH];
+    vector sum[LANES / VECTOR][POWERS];
     const size_t n = (moments->n_waiting + LANES - 1) / LANES * LANES;
     for (size_t i = moments->n_waiting; i < n; i++)
         moments->waiting[i] = 0.0;
-    for (size_t i = 0; i < n; i++)
-        power[i] = 1.0;
+    for (size_t v = 0; v < LANES / VECTOR; v++)
+        sum_powers(moments->waiting, n, v * VECTOR, sum[v]);
     rmap_exact_sum_add(&moments->power[0], (double)moments->n_waiting);
-    for (size_t k = 1; k < RMAP_MOMENT_POWERS; k++) {
+    for (size_t k = 0; k < POWERS; k++) {
         double lane[LANES];
-        sum_power(moments->waiting, n, power, lane);
+        for (size_t v = 0; v < LANES / VECTOR; v++)
+            memcpy(lane + v * VECTOR, &sum[v][k], sizeof sum[v][k]);
         for (size_t half = LANES / 2; half > 0; half /= 2)
             for (size_t i = 0; i < half; i++)
                 lane[i] += lane[i + half];
-        rmap_exact_sum_add(&moments->power[k], lane[0]);
+        rmap_exact_sum_add(&moments->power[k + 1], lane[0]);
     }
     moments->n_waiting = 0;
 }

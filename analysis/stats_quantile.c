@@ -87,12 +87,14 @@ static enum rmap_status find_ends(const struct rmap_stats_search *search, const 
     struct below_sums *sums = rmap_alloc(setup->n_class * n + 1, sizeof *sums);
     if (!sums)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles' errors");
-    const struct rmap_stats_block *block = &search->block;
-    for (size_t first = 0, end = 0; !counted && first < block->n; first = end) {
-        end = rmap_stats_cluster_end(block, first);
-        size_t class = rmap_stats_class(block->tag[first]);
-        add_below(block, first, end, block->value[search->quantity],
-                  quantile + class / setup->n_source * n, n, sums + class * n);
+    for (size_t part = 0; !counted && part < search->gathered->n_part; part++) {
+        const struct rmap_stats_block block = rmap_stats_gathered_block(search->gathered, part);
+        for (size_t first = 0, end = 0; first < block.n; first = end) {
+            end = rmap_stats_cluster_end(&block, first);
+            size_t class = block.tag ? rmap_stats_class(block.tag[first]) : block.run->class;
+            add_below(&block, first, end, block.value[search->quantity],
+                      quantile + class / setup->n_source * n, n, sums + class * n);
+        }
     }
     if (counted)
         below_from_counts(search, quantile, n, sums);
@@ -168,7 +170,7 @@ enum rmap_status rmap_stats_find_quantiles(struct rmap_stats *stats,
     for (size_t i = 0; i < stats->setup->quantities->n && st == RMAP_OK && n > 0; i++) {
         struct rmap_stats_search search = {.stats = stats,
                                            .sums = sums,
-                                           .block = rmap_stats_gathered_block(gathered),
+                                           .gathered = gathered,
                                            .in_memory = !gathered->known.dropped,
                                            .quantity = i};
         bool whole = stats->setup->quantities->of[i].is_whole && plan->fine_per[i] == 1.0;

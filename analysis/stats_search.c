@@ -119,19 +119,31 @@ out:
     return st;
 }
 
-/* Readings [first, first + n) that belong to a list, and to which. Returns how many. */
-static size_t pick(const struct rmap_stats_search *search, size_t first, size_t n, uint32_t *picked,
-                   int32_t *list)
+/* Readings that are looked at together. */
+struct chunk {
+    struct rmap_stats_block block;
+    size_t first, n; /* n <= CHUNK */
+};
+
+static size_t class_at(const struct chunk *chunk, size_t k)
+{
+    const struct rmap_stats_block *block = &chunk->block;
+    return block->tag ? rmap_stats_class(block->tag[k]) : block->run->class;
+}
+
+/* Those that belong to a list, and to which. Returns how many. */
+static size_t pick(const struct rmap_stats_search *search, const struct chunk *chunk,
+                   uint32_t *picked, int32_t *list)
 {
     const struct rmap_stats_plan *plan = search->stats->plan;
-    const uint32_t *tag = search->block.tag + first, n_source = (uint32_t)plan->setup->n_source;
     int32_t place[CHUNK];
     size_t n_picked = 0;
-    rmap_stats_fine_places(plan, search->quantity, search->block.value[search->quantity] + first, n,
-                           place);
-    for (size_t k = 0; plan->setup->n_group > 1 && k < n; k++)
-        place[k] += (int32_t)(rmap_stats_class(tag[k]) / n_source * (uint32_t)plan->n_fine);
-    for (size_t k = 0; k < n; k++) {
+    rmap_stats_fine_places(plan, search->quantity,
+                           chunk->block.value[search->quantity] + chunk->first, chunk->n, place);
+    for (size_t k = 0; plan->setup->n_group > 1 && k < chunk->n; k++)
+        place[k] +=
+            (int32_t)(class_at(chunk, chunk->first + k) / plan->setup->n_source * plan->n_fine);
+    for (size_t k = 0; k < chunk->n; k++) {
         picked[n_picked] = (uint32_t)k;
         n_picked += search->wanted[place[k]];
     }
@@ -141,20 +153,20 @@ static size_t pick(const struct rmap_stats_search *search, size_t first, size_t 
 }
 
 /* The least and greatest of every list: where they are equal, nothing need be sorted. */
-static void measure_lists(struct rmap_stats_search *search)
+static enum rmap_status measure_lists(struct rmap_stats_search *search, const struct chunk *chunk,
+                                      struct rmap_error *err)
 {
     uint32_t picked[CHUNK];
     int32_t of[CHUNK];
-    for (size_t first = 0; first < search->block.n; first += CHUNK) {
-        const size_t rest = search->block.n - first, n = rest < CHUNK ? rest : CHUNK;
-        const size_t n_picked = pick(search, first, n, picked, of);
-        for (size_t i = 0; i < n_picked; i++) {
-            struct rmap_stats_list *list = &search->list[of[i]];
-            double value = search->block.value[search->quantity][first + picked[i]];
-            list->least = value < list->least ? value : list->least;
-            list->greatest = value > list->greatest ? value : list->greatest;
-        }
+    const size_t n_picked = pick(search, chunk, picked, of);
+    (void)err;
+    for (size_t i = 0; i < n_picked; i++) {
+        struct rmap_stats_list *list = &search->list[of[i]];
+        double value = chunk->block.value[search->quantity][chunk->first + picked[i]];
+        list->least = value < list->least ? value : list->least;
+        list->greatest = value > list->greatest ? value : list->greatest;
     }
+    return RMAP_OK;
 }
 
 static int compare_items(const void *a, const void *b)
@@ -165,27 +177,45 @@ static int compare_items(const void *a, const void *b)
     return (x->value > y->value) - (x->value < y->value);
 }
 
-/* Adds the readings [first, first + n) of lists, but of those known to hold one value only. */
-static enum rmap_status add_items(struct rmap_stats_search *search, size_t first, size_t n,
+/* Adds the readings of lists, but of those known to hold one value only. */
+static enum rmap_status add_items(struct rmap_stats_search *search, const struct chunk *chunk,
                                   struct rmap_error *err)
 {
     uint32_t picked[CHUNK];
     int32_t of[CHUNK];
-    const size_t n_picked = pick(search, first, n, picked, of);
+    const size_t n_picked = pick(search, chunk, picked, of);
     void *memory = search->item;
     enum rmap_status st = rmap_reserve(&memory, &search->item_cap, search->n_item + n_picked + 1,
                                        sizeof *search->item, err);
     search->item = memory;
     for (size_t i = 0; st == RMAP_OK && i < n_picked; i++) {
-        const size_t k = first + picked[i];
+        const size_t k = chunk->first + picked[i];
         if (search->list[of[i]].least == search->list[of[i]].greatest)
             continue;
-        search->item[search->n_item++] =
-            (struct rmap_stats_item){.value = search->block.value[search->quantity][k],
-                                     .weight = rmap_stats_weight(&search->block, k),
-                                     .source = rmap_stats_class(search->block.tag[k]) %
-                                               (uint32_t)search->stats->setup->n_source,
-                                     .list = (uint32_t)of[i]};
+        search->item[search->n_item++] = (struct rmap_stats_item){
+            .value = chunk->block.value[search->quantity][k],
+            .weight = rmap_stats_weight(&chunk->block, k),
+            .source = (uint32_t)(class_at(chunk, k) % search->stats->setup->n_source),
+            .list = (uint32_t)of[i]};
+    }
+    return st;
+}
+
+/* All readings in memory, chunk by chunk. */
+static enum rmap_status look_through(struct rmap_stats_search *search,
+                                     enum rmap_status (*look)(struct rmap_stats_search *search,
+                                                              const struct chunk *chunk,
+                                                              struct rmap_error *err),
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t p = 0; p < search->gathered->n_part; p++) {
+        struct chunk chunk = {.block = rmap_stats_gathered_block(search->gathered, p)};
+        for (; st == RMAP_OK && chunk.first < chunk.block.n; chunk.first += CHUNK) {
+            const size_t rest = chunk.block.n - chunk.first;
+            chunk.n = rest < CHUNK ? rest : CHUNK;
+            st = look(search, &chunk, err);
+        }
     }
     return st;
 }
@@ -215,12 +245,9 @@ enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct
         search->list[i] =
             (struct rmap_stats_list){.least = (double)INFINITY, .greatest = -(double)INFINITY};
     if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
-        measure_lists(search); /* few values, which many rays share */
+        RMAP_TRY(look_through(search, measure_lists, err)); /* few values, of many rays each */
     search->n_item = 0;
-    for (size_t first = 0; first < search->block.n; first += CHUNK) {
-        const size_t rest = search->block.n - first;
-        RMAP_TRY(add_items(search, first, rest < CHUNK ? rest : CHUNK, err));
-    }
+    RMAP_TRY(look_through(search, add_items, err));
     divide_items(search);
     search->n_filled = search->n_list;
 out:

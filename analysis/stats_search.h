@@ -25,7 +25,7 @@ struct rmap_stats_list {
 struct rmap_stats_search {
     const struct rmap_stats *stats;
     const struct rmap_stats_sums *sums;
-    struct rmap_stats_block block; /* no readings: not in memory */
+    const struct rmap_stats_gathered *gathered; /* no parts: readings are not in memory */
     bool in_memory;
     size_t quantity;
     double *below;   /* [n_group][n_fine + 1] flux in the bins before */

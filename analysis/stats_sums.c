@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/stats_sums.h"
 
+#include <float.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -150,6 +152,23 @@ RMAP_WIDE static void places(const double *restrict value, size_t n, double low,
     }
 }
 
+/* The same, and -1 for what lies beyond the bins or within `slack` of an edge, counted in bins. */
+RMAP_WIDE static void sure_places(const double *restrict value, size_t n,
+                                  const struct rmap_bins *bins, double slack,
+                                  int32_t *restrict place)
+{
+    const double low = bins->edge[0], per = bins->per, last = (double)(bins->n - 1);
+    for (size_t k = 0; k < n; k++) {
+        const double at = (value[k] - low) * per;
+        double within = at > 0.0 ? at : 0.0;
+        within = within < last ? within : last;
+        const int32_t guess = (int32_t)within;
+        const double part = at - (double)guess;
+        const int32_t doubt = -(int32_t) !((part > slack) & (part < 1.0 - slack));
+        place[k] = guess | doubt;
+    }
+}
+
 void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
                             const double *value, size_t n, int32_t *place)
 {
@@ -161,19 +180,18 @@ static void add_run_to_cells(const struct rmap_stats_plan *plan,
                              double *cell)
 {
     const struct rmap_bins *bins = &plan->bins[0];
-    const double *value = block->value[0] + run->first, *edge = bins->edge;
     int32_t place[CHUNK];
     if (plan->setup->quantities->n > 1 || !bins->uniform || bins->n > INT32_MAX) {
         for (size_t k = run->first; k < run->first + run->n; k++)
             cell[cell_of(plan, block, k)] += 1.0;
         return;
     }
-    places(value, run->n, edge[0], bins->per, bins->n, place);
-    for (size_t k = 0; k < run->n; k++) {
-        const size_t guess = (size_t)place[k];
-        const bool right = value[k] >= edge[guess] && value[k] < edge[guess + 1];
-        cell[right ? guess : cell_of(plan, block, run->first + k)] += 1.0;
-    }
+    /* Edges are rounded, and so are places: by some parts in 2^52 of the numbers in them. */
+    const double reach = fabs(bins->edge[0]) + fabs(bins->edge[bins->n]);
+    const double slack = 64.0 * DBL_EPSILON * (reach * bins->per + (double)bins->n);
+    sure_places(block->value[0] + run->first, run->n, bins, slack, place);
+    for (size_t k = 0; k < run->n; k++)
+        cell[place[k] >= 0 ? (size_t)place[k] : cell_of(plan, block, run->first + k)] += 1.0;
 }
 
 static void add_run(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
@@ -231,12 +249,12 @@ static enum rmap_status add_cluster(struct rmap_stats_sums *self,
 }
 
 static enum rmap_status add_portion(struct rmap_stats_sums *self,
-                                    const struct rmap_stats_block *block, size_t first, size_t last,
-                                    struct rmap_error *err)
+                                    const struct rmap_stats_block *block, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const size_t last = block->n;
     const size_t n_moments = self->plan->setup->n_class * self->plan->setup->quantities->n;
-    for (size_t end = 0; first < last; first = end) {
+    for (size_t first = 0, end = 0; first < last; first = end) {
         const struct run run = run_at(block, first, last);
         end = first + run.n;
         if (run.n > 0) {
@@ -252,15 +270,28 @@ out:
     return st;
 }
 
+/* Readings by class, each a cluster of its own and of weight 1. */
+static void add_plain(struct rmap_stats_sums *self, const struct rmap_stats_block *block)
+{
+    const size_t n_quantity = self->plan->setup->quantities->n;
+    for (size_t r = 0, first = 0; r < block->n_run; r++) {
+        const size_t class = block->run[r].class, end = block->run[r].end;
+        for (size_t n; first < end; first += n) {
+            n = end - first < CHUNK ? end - first : CHUNK;
+            add_run(self, block, &(struct run){class, first, n});
+        }
+        for (size_t i = 0; i < n_quantity; i++)
+            rmap_stats_moments_flush(&self->moments[class * n_quantity + i]);
+    }
+}
+
 enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *self,
                                      const struct rmap_stats_block *block, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    for (size_t first = 0, end = 0; first < block->n && st == RMAP_OK; first = end) {
-        end = rmap_stats_portion_end(block, first);
-        st = add_portion(self, block, first, end, err);
-    }
-    return st;
+    if (block->tag)
+        return add_portion(self, block, err);
+    add_plain(self, block);
+    return RMAP_OK;
 }
 
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)

@@ -54,7 +54,7 @@ struct rmap_stats_sums {
 /* Context: the plan. State: struct rmap_stats_sums. */
 extern const struct rmap_fold_kind rmap_stats_sums_kind;
 
-/* Adds whole portions. */
+/* Adds a portion, or a run of one. */
 enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *sums,
                                      const struct rmap_stats_block *block,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -30,34 +30,24 @@ static struct rmap_fold fold_of(const struct rmap_stats_request *request,
 /* Readings in memory, shared out over the threads of rank 0. */
 struct sharing {
     const struct rmap_stats_plan *plan;
-    struct rmap_stats_block block;
+    const struct rmap_stats_gathered *gathered;
     void **state; /* [n_thread] */
 };
-
-/* Where the first portion at or behind reading k begins. */
-static size_t portion_at(const struct rmap_stats_block *block, size_t k)
-{
-    while (k < block->n && !(block->tag[k] & RMAP_STATS_PORTION))
-        k++;
-    return k;
-}
 
 static enum rmap_status add_share(void *context, int thread, size_t first, size_t last,
                                   struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const struct sharing *sharing = context;
-    const struct rmap_stats_block *whole = &sharing->block;
-    struct rmap_stats_block own = *whole;
-    const size_t begin = portion_at(whole, first);
-    own.n = portion_at(whole, last) - begin;
-    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
-        own.value[i] = whole->value[i] ? whole->value[i] + begin : NULL;
-    own.tag = whole->tag + begin;
-    own.weight = whole->weight ? whole->weight + begin : NULL;
-    return rmap_stats_sums_add(sharing->state[thread], &own, err);
+    for (size_t p = first; p < last && st == RMAP_OK; p++) {
+        const struct rmap_stats_block block = rmap_stats_gathered_block(sharing->gathered, p);
+        st = rmap_stats_sums_add(sharing->state[thread], &block, err);
+    }
+    return st;
 }
 
-enum { SHARE = 1 << 16 };
+/* Portions that a thread takes at once. */
+enum { SHARE = 16 };
 
 static enum rmap_status sum_in_memory(const struct rmap_context *context,
                                       const struct rmap_stats_plan *plan,
@@ -66,12 +56,12 @@ static enum rmap_status sum_in_memory(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_fold_kind *kind = &rmap_stats_sums_kind;
-    struct sharing sharing = {.plan = plan, .block = rmap_stats_gathered_block(gathered)};
-    size_t n_share = gathered->n / SHARE + 1;
+    struct sharing sharing = {.plan = plan, .gathered = gathered};
+    size_t n_share = gathered->n_part / SHARE + 1;
     size_t n_thread = (size_t)context->n_thread;
     n_thread = n_share < n_thread ? n_share : n_thread;
     struct rmap_parts parts = {
-        .last = gathered->n, .step = SHARE, .context = &sharing, .work = add_share};
+        .last = gathered->n_part, .step = SHARE, .context = &sharing, .work = add_share};
     sharing.state = rmap_alloc(n_thread, sizeof *sharing.state);
     if (!sharing.state)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu threads", n_thread);
