@@ -345,7 +345,7 @@ RMAP_WIDE static uint64_t any_infinite(const double *value, size_t n)
 {
     uint64_t any = 0;
     for (size_t k = 0; k < n; k++)
-        any |= (uint64_t)!(fabs(value[k]) <= DBL_MAX);
+        any |= (uint64_t) !(fabs(value[k]) <= DBL_MAX);
     return any;
 }
 

@@ -14,10 +14,7 @@ static void destroy(void *state)
     if (!self)
         return;
     rmap_stats_reader_fini(&self->reader);
-    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
-        rmap_free(self->value[i]);
-    rmap_free(self->tag);
-    rmap_free(self->weight);
+    rmap_stats_store_fini(&self->store);
     rmap_free(self->part);
     rmap_free(self->range);
     rmap_free(self);
@@ -44,48 +41,56 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
 
 static void drop(struct rmap_stats_gathered *self)
 {
-    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++) {
-        rmap_free(self->value[i]);
-        self->value[i] = NULL;
-        self->value_cap[i] = 0;
-    }
-    rmap_free(self->tag);
-    rmap_free(self->weight);
-    self->tag = NULL;
-    self->weight = NULL;
-    self->tag_cap = self->weight_cap = self->n = self->n_part = 0;
+    rmap_stats_store_fini(&self->store);
+    self->n = self->n_part = 0;
     self->known.dropped = 1;
 }
 
-enum rmap_status rmap_stats_gathered_reserve(struct rmap_stats_gathered *self, size_t n,
-                                             size_t n_part, bool tags, struct rmap_error *err)
+enum rmap_status rmap_stats_gathered_add_part(struct rmap_stats_gathered *self, size_t n,
+                                              bool plain, struct rmap_stats_part **part_ret,
+                                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *part = self->part, *tag = self->tag, *weight = self->weight;
-    for (size_t i = 0; i < self->setup->quantities->n && st == RMAP_OK; i++) {
-        void *block = self->value[i];
-        st = rmap_reserve(&block, &self->value_cap[i], n, sizeof *self->value[i], err);
-        self->value[i] = block;
+    void *list = self->part, *piece;
+    struct rmap_stats_part part = {.run.end = n, .is_plain = plain};
+    st = rmap_reserve(&list, &self->part_cap, self->n_part + 1, sizeof *self->part, err);
+    self->part = list;
+    RMAP_TRY(st);
+    for (size_t i = 0; i < self->setup->quantities->n; i++) {
+        RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *part.value[i], &piece, err));
+        part.value[i] = piece;
     }
-    if (st == RMAP_OK)
-        st = rmap_reserve(&part, &self->part_cap, n_part, sizeof *self->part, err);
-    self->part = part;
-    if (st == RMAP_OK && tags)
-        st = rmap_reserve(&tag, &self->tag_cap, n, sizeof *self->tag, err);
-    self->tag = tag;
-    if (st == RMAP_OK && tags)
-        st = rmap_reserve(&weight, &self->weight_cap, n, sizeof *self->weight, err);
-    self->weight = weight;
+    if (!plain) {
+        RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *part.tag, &piece, err));
+        part.tag = piece;
+        RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *part.weight, &piece, err));
+        part.weight = piece;
+    }
+    *part_ret = &self->part[self->n_part++];
+    **part_ret = part;
+    self->n += n;
+out:
     return st;
 }
 
-static void add_tags(struct rmap_stats_gathered *self, const struct rmap_stats_block *block)
+/* Readings [first, end) of a block: a run of it, or all that have tags. */
+static enum rmap_status keep_part(struct rmap_stats_gathered *self,
+                                  const struct rmap_stats_block *block, size_t first,
+                                  struct rmap_stats_run run, struct rmap_error *err)
 {
-    const size_t n = self->n;
-    memcpy(self->tag + n, block->tag, block->n * sizeof *block->tag);
-    for (size_t k = 0; k < block->n; k++)
-        self->weight[n + k] = block->weight ? block->weight[k] : 1.0;
-    self->part[self->n_part++] = (struct rmap_stats_part){n, {block->n, 0}, false};
+    const size_t n = run.end - first;
+    struct rmap_stats_part *part = NULL;
+    enum rmap_status st = rmap_stats_gathered_add_part(self, n, !block->tag, &part, err);
+    if (st != RMAP_OK)
+        return st;
+    part->run.class = run.class;
+    for (size_t i = 0; i < self->setup->quantities->n; i++)
+        memcpy(part->value[i], block->value[i] + first, n * sizeof *part->value[i]);
+    if (block->tag)
+        memcpy(part->tag, block->tag, n * sizeof *part->tag);
+    for (size_t k = 0; block->tag && k < n; k++)
+        part->weight[k] = block->weight ? block->weight[k] : 1.0;
+    return RMAP_OK;
 }
 
 /* Keeps the block's readings, or none any more when they are too many. */
@@ -93,26 +98,19 @@ static enum rmap_status keep(struct rmap_stats_gathered *self, const struct rmap
                              struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n = self->n;
     if (self->known.dropped || block->n == 0)
         return RMAP_OK;
     /* With tags and weights or without, so that it does not matter who added first. */
     const size_t most_nbytes =
-        sizeof *self->tag + (self->setup->quantities->n + 1) * sizeof(double);
-    if (n + block->n > self->setup->budget_nbytes / most_nbytes) {
+        sizeof *block->tag + (self->setup->quantities->n + 1) * sizeof(double);
+    if (self->n + block->n > self->setup->budget_nbytes / most_nbytes) {
         drop(self);
         return RMAP_OK;
     }
-    RMAP_TRY(rmap_stats_gathered_reserve(self, n + block->n, self->n_part + block->n_run + 1,
-                                         block->tag != NULL, err));
-    for (size_t i = 0; i < self->setup->quantities->n; i++)
-        memcpy(self->value[i] + n, block->value[i], block->n * sizeof **block->value);
     if (block->tag)
-        add_tags(self, block);
-    for (size_t k = 0, first = 0; !block->tag && k < block->n_run; first = block->run[k++].end)
-        self->part[self->n_part++] = (struct rmap_stats_part){
-            n + first, {block->run[k].end - first, block->run[k].class}, true};
-    self->n += block->n;
+        return keep_part(self, block, 0, (struct rmap_stats_run){block->n, 0}, err);
+    for (size_t k = 0, first = 0; k < block->n_run; first = block->run[k++].end)
+        RMAP_TRY(keep_part(self, block, first, block->run[k], err));
 out:
     return st;
 }
@@ -283,14 +281,13 @@ struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gather
                                                   size_t index)
 {
     const struct rmap_stats_part *part = &self->part[index];
-    const bool plain = part->is_plain != 0;
     struct rmap_stats_block block = {.n = part->run.end,
-                                     .tag = plain ? NULL : self->tag + part->first,
-                                     .weight = plain ? NULL : self->weight + part->first,
-                                     .run = plain ? &part->run : NULL,
-                                     .n_run = plain};
+                                     .tag = part->tag,
+                                     .weight = part->weight,
+                                     .run = part->is_plain ? &part->run : NULL,
+                                     .n_run = part->is_plain};
     for (size_t i = 0; i < self->setup->quantities->n; i++)
-        block.value[i] = self->value[i] + part->first;
+        block.value[i] = part->value[i];
     return block;
 }
 

@@ -7,6 +7,7 @@
 #define RMAP_STATS_GATHER_H
 
 #include "analysis/stats_block.h"
+#include "analysis/stats_store.h"
 #include "base/exact_sum.h"
 
 struct rmap_stats_range {
@@ -26,11 +27,13 @@ struct rmap_stats_known {
     struct rmap_exact_sum squared[RMAP_QUANTITIES_MAX]; /* of their squares */
 };
 
-/* Readings in memory of one portion: those of a class that are plain (runs of a block), or all. */
+/* Readings in memory of one portion: those of a class that are plain (a run of a block), or all. */
 struct rmap_stats_part {
-    size_t first;
     struct rmap_stats_run run; /* end: how many readings */
-    size_t is_plain;           /* without tags and weights; its class is the run's */
+    bool is_plain;             /* without tags and weights; its class is the run's */
+    double *value[RMAP_QUANTITIES_MAX];
+    uint32_t *tag;
+    double *weight;
 };
 
 struct rmap_stats_gathered {
@@ -38,12 +41,9 @@ struct rmap_stats_gathered {
     struct rmap_stats_known known;
     struct rmap_stats_range *range; /* [n_group][n quantities] */
     struct rmap_stats_reader reader;
-    size_t n, n_part;
+    size_t n, n_part, part_cap;
     struct rmap_stats_part *part;
-    double *value[RMAP_QUANTITIES_MAX];
-    uint32_t *tag; /* as weight: of parts that are not plain */
-    double *weight;
-    size_t value_cap[RMAP_QUANTITIES_MAX], tag_cap, weight_cap, part_cap;
+    struct rmap_stats_store store; /* of their arrays */
 };
 
 /* Context: the setup. State: struct rmap_stats_gathered. */

@@ -13,11 +13,10 @@ static inline size_t rmap_stats_n_range(const struct rmap_stats_setup *setup)
     return setup->n_group * setup->quantities->n;
 }
 
-/* Room for n readings in n_part parts. Tags and weights of plain parts are never touched: no
- * memory stands behind them. */
-enum rmap_status rmap_stats_gathered_reserve(struct rmap_stats_gathered *gathered, size_t n,
-                                             size_t n_part, bool tags,
-                                             struct rmap_error *err) RMAP_MUST_USE;
+/* Room for a part of n readings, which are to be filled in. */
+enum rmap_status rmap_stats_gathered_add_part(struct rmap_stats_gathered *gathered, size_t n,
+                                              bool plain, struct rmap_stats_part **part_ret,
+                                              struct rmap_error *err) RMAP_MUST_USE;
 
 enum rmap_status rmap_stats_gathered_pack(const void *state, uint8_t **bytes_ret,
                                           size_t *nbytes_ret, struct rmap_error *err);

@@ -87,9 +87,8 @@ enum rmap_status rmap_bench_render(struct rmap_bench *bench, const struct rmap_b
                                    struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_bench_stats(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
-                                  struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_bench_paths(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
+bool rmap_bench_wants_folds(const struct rmap_bench *bench);
+enum rmap_status rmap_bench_folds(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_bench_uniform(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
                                     const char *path, struct rmap_error *err) RMAP_MUST_USE;

@@ -101,6 +101,7 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
         if (json_is_true(json_object_get(extra, "index")))
             printf(" indexed");
         print_text(extra, "class");
+        print_text(extra, "against");
         printf(" %9.4g against %9.4g %s: %.3f (%.3f to %.3f)", ours, reference, unit, middle, least,
                most);
         if (series->n_cpu)

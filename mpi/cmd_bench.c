@@ -26,17 +26,26 @@ static const struct rmap_option options[] = {
     {"partner", 0, NULL, "for the program's own use: the second rank of ranks_vs_threads"},
     {NULL}};
 
-static const char *const measurement[] = {
-    "trace_vs_roofline",        "record_vs_trace",
-    "record_vs_seed",           "bytes_per_segment",
-    "durable_vs_not",           "checksums_vs_trace",
-    "resume_vs_anew",           "decode_vs_seed",
-    "verify_vs_decode",         "query_vs_seed",
-    "query_several_vs_slowest", "session_second_vs_first",
-    "stats_vs_query",           "paths_vs_query",
-    "ranks_vs_threads",         "gradient_evaluations_vs_seed",
-    "uniform_vs_gradient_code", "render_preview",
-    "render_overhead"};
+static const char *const measurement[] = {"trace_vs_roofline",
+                                          "record_vs_trace",
+                                          "record_vs_seed",
+                                          "bytes_per_segment",
+                                          "durable_vs_not",
+                                          "checksums_vs_trace",
+                                          "resume_vs_anew",
+                                          "decode_vs_seed",
+                                          "verify_vs_decode",
+                                          "query_vs_seed",
+                                          "query_several_vs_slowest",
+                                          "session_second_vs_first",
+                                          "stats_vs_query",
+                                          "paths_vs_query",
+                                          "energy_vs_query",
+                                          "ranks_vs_threads",
+                                          "gradient_evaluations_vs_seed",
+                                          "uniform_vs_gradient_code",
+                                          "render_preview",
+                                          "render_overhead"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -178,10 +187,8 @@ static enum rmap_status measure_alone(struct rmap_bench *bench, const char *path
         rmap_bench_wanted(bench, "query_several_vs_slowest") ||
         rmap_bench_wanted(bench, "session_second_vs_first"))
         RMAP_TRY(rmap_bench_query(bench, scene, err));
-    if (rmap_bench_wanted(bench, "stats_vs_query"))
-        RMAP_TRY(rmap_bench_stats(bench, scene, err));
-    if (rmap_bench_wanted(bench, "paths_vs_query"))
-        RMAP_TRY(rmap_bench_paths(bench, scene, err));
+    if (rmap_bench_wants_folds(bench))
+        RMAP_TRY(rmap_bench_folds(bench, scene, err));
     if (rmap_bench_wanted(bench, "uniform_vs_gradient_code"))
         RMAP_TRY(rmap_bench_uniform(bench, scene, path, err));
 out:

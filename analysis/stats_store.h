@@ -1,0 +1,24 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Memory that is taken piece by piece and let go as a whole. Pieces stay where they are.
+ */
+#ifndef RMAP_STATS_STORE_H
+#define RMAP_STATS_STORE_H
+
+#include <stddef.h>
+
+#include "base/status.h"
+
+/* All zero is empty. */
+struct rmap_stats_store {
+    void **chunk; /* [n_chunk] */
+    size_t n_chunk, chunk_cap;
+    size_t used, size; /* bytes of the last one */
+};
+void rmap_stats_store_fini(struct rmap_stats_store *store);
+
+/* RMAP_SYSTEM. */
+enum rmap_status rmap_stats_store_take(struct rmap_stats_store *store, size_t n, size_t size,
+                                       void **piece_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
