@@ -4,6 +4,11 @@
 #include "analysis/query_marker.h"
 #include "base/alloc.h"
 
+/* For these an index is read where no criterion asks for it. */
+static const rmap_column_set columns_by_index = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
+                                                RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+                                                RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+
 struct rmap_fold_scanner {
     const struct rmap_fold *fold;
     struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
@@ -40,7 +45,7 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
     if (fold->overlay) {
         RMAP_TRY(lay_over(self, err));
     } else {
-        if (fold->criterion)
+        if (fold->criterion || fold->columns & columns_by_index)
             st = rmap_query_marker_create(fold->map, fold->criterion, fold->columns, &self->marker,
                                           err);
         else
@@ -99,27 +104,18 @@ out:
     return st;
 }
 
-/* Columns of the stored portion in hand. */
-static enum rmap_status fetch(struct rmap_fold_scanner *self, rmap_column_set columns,
-                              const struct rmap_portion **portion, struct rmap_error *err)
-{
-    return self->marker ? rmap_query_marker_read(self->marker, columns, portion, err)
-                        : rmap_cursor_fetch(self->cursor, columns, err);
-}
-
 static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *match = NULL;
-    if (self->marker)
-        RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
-    rays->match = match;
-    if (rays->n_match == 0)
-        return RMAP_OK;
     if (!self->marker)
-        RMAP_TRY(rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err));
-    st = fetch(self, self->fold->columns & ~self->fold->deferred, &rays->portion, err);
+        return rmap_cursor_read(self->cursor, rays->index, &rays->portion, err);
+    RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
+    rays->match = match;
+    if (rays->n_match > 0)
+        st = rmap_query_marker_know(self->marker, self->fold->columns & ~self->fold->deferred,
+                                    &rays->portion, err);
 out:
     return st;
 }
@@ -128,9 +124,9 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
                                  struct rmap_error *err)
 {
     const struct rmap_portion *portion;
-    if (!rays->scanner || rays->scanner->fold->overlay)
+    if (!rays->scanner || !rays->scanner->marker)
         return RMAP_OK;
-    return fetch(rays->scanner, columns, &portion, err);
+    return rmap_query_marker_know(rays->scanner->marker, columns, &portion, err);
 }
 
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,

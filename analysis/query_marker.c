@@ -25,7 +25,8 @@ enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     self->map = map;
     self->criterion = criterion;
-    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, 1, more, &self->verdicts, err));
+    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, criterion != NULL, more,
+                                        &self->verdicts, err));
     *marker_ret = self;
     self = NULL;
 out:
@@ -51,10 +52,14 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, size_t p
     const bool wanted = true;
     *match_ret = NULL;
     *n_ret = 0;
-    if (rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
+    if (self->criterion && rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
         return RMAP_OK;
     /* Entering vouches for the number of rays, before memory is taken for them. */
     RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, &wanted, err));
+    if (!self->criterion) {
+        *n_ret = n_ray;
+        return RMAP_OK;
+    }
     void *block = self->match;
     st = rmap_reserve(&block, &self->cap, n_ray, 1, err);
     self->match = block;
@@ -73,4 +78,11 @@ enum rmap_status rmap_query_marker_read(struct rmap_query_marker *self, rmap_col
                                         struct rmap_error *err)
 {
     return rmap_query_verdicts_read(self->verdicts, columns, portion_ret, err);
+}
+
+enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_column_set columns,
+                                        const struct rmap_portion **portion_ret,
+                                        struct rmap_error *err)
+{
+    return rmap_query_verdicts_know(self->verdicts, columns, portion_ret, err);
 }

@@ -8,8 +8,8 @@
 #include "analysis/criterion.h"
 #include "io/map_reader.h"
 
-/* One thread. Map and criterion are borrowed. more: columns that rmap_query_marker_read may ask
- * for. */
+/* One thread. Map and criterion (NULL: all rays match) are borrowed. more: columns that
+ * rmap_query_marker_read may ask for. */
 struct rmap_query_marker;
 enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           const struct rmap_criterion *criterion,
@@ -20,8 +20,8 @@ void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fin
 
 /* (*match_ret)[i] = 1 or 0 for row i of /ray, the marker's until the next call; *n_ret: how many
  * are
- * 1. NULL and 0 of a portion that its summary rules out: it is not read. RMAP_FORMAT when stored
- * rows do not fit together. */
+ * 1. Without a criterion NULL, and all. NULL and 0 of a portion that its summary rules out: it is
+ * not read. RMAP_FORMAT when stored rows do not fit together. */
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, size_t portion,
                                         uint8_t **match_ret, size_t *n_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
@@ -29,6 +29,12 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, size_t
 /* Columns of the portion that was marked last, where it has a match: what deciding took is not
  * decoded again. Borrowed until the next is marked. */
 enum rmap_status rmap_query_marker_read(struct rmap_query_marker *marker, rmap_column_set columns,
+                                        const struct rmap_portion **portion_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same, discrete columns from the map's history index where there is one; the portion stays the
+ * same and gets what is read later. */
+enum rmap_status rmap_query_marker_know(struct rmap_query_marker *marker, rmap_column_set columns,
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 

@@ -27,6 +27,8 @@ struct rmap_query_verdicts {
     size_t n_ray;
     bool is_entered;                    /* by the cursor */
     const struct rmap_portion *portion; /* the cursor's */
+    rmap_column_set known;              /* columns unfolded from its history */
+    struct rmap_portion joined;         /* these, and those of the cursor */
     bool *is_open;                      /* [n_criterion] its history leaves rays undecided */
     uint8_t *verdict;                   /* [n_criterion][n_ray] of its history */
     uint8_t *own, *marked;              /* [n_ray] of undecided rays; of all rays */
@@ -117,6 +119,28 @@ enum rmap_status rmap_query_verdicts_read(struct rmap_query_verdicts *self, rmap
     return st == RMAP_OK ? fetch(self, columns, err) : st;
 }
 
+enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *self, rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err)
+{
+    const rmap_column_set discrete = self->view ? columns & RMAP_COLUMNS_DISCRETE : 0;
+    const struct rmap_portion *known = NULL;
+    enum rmap_status st = rmap_query_verdicts_read(self, columns & ~discrete, portion_ret, err);
+    if (st != RMAP_OK || !self->view)
+        return st;
+    st = rmap_query_history_unfold(self->history, discrete, &known, err);
+    if (st != RMAP_OK)
+        return st;
+    self->known |= discrete;
+    self->joined = *self->portion;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (self->known & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(&self->joined, (enum rmap_column)c) =
+                rmap_portion_column(known, (enum rmap_column)c);
+    *portion_ret = &self->joined;
+    return RMAP_OK;
+}
+
 /* Rows that the history decides: paths, or rays. */
 static size_t n_decided(const struct rmap_query_verdicts *self)
 {
@@ -171,6 +195,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
     enum rmap_status st = RMAP_OK;
     self->index = portion;
     self->is_entered = false;
+    self->known = 0;
     self->n_ray = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(rmap_query_history_enter(self->history, portion, &self->view, err));
     if (!self->view) /* the piece's chunks vouch for the number of rays */

@@ -42,6 +42,13 @@ enum rmap_status rmap_query_verdicts_read(struct rmap_query_verdicts *verdicts,
                                           const struct rmap_portion **portion_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same, discrete columns being taken from the history index where it tells of the portion. The
+ * portion is the same until the next enter: it gets what is read later. */
+enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
+                                          rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
  * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */
 struct rmap_query_outlook {
