@@ -137,7 +137,7 @@ out:
 static void read_options(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                          struct rmap_curve_options *options)
 {
-    static const char *const scheme[] = {"adaptive", "sharma", "fixed"};
+    static const char *const scheme[] = {"adaptive", "sharma", "fixed", "integrated"};
     const struct {
         const char *key;
         double *value;
@@ -152,7 +152,8 @@ static void read_options(struct rmap_reader *reader, const struct rmap_yaml_node
         {"step", &options->step, RMAP_SCHEME_SHARMA_FIXED},
     };
     int choice = 0;
-    (void)rmap_reader_choice(reader, node, "scheme", RMAP_OPTIONAL, scheme, 3, &choice);
+    (void)rmap_reader_choice(reader, node, "scheme", RMAP_OPTIONAL, scheme, RMAP_COUNT(scheme),
+                             &choice);
     options->scheme = (enum rmap_scheme)choice;
     for (size_t i = 0; i < RMAP_COUNT(length); i++) {
         const struct rmap_yaml_node *at = rmap_yaml_get(node, length[i].key);

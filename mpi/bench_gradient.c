@@ -99,15 +99,22 @@ static double send(const struct passage *passage, const struct rmap_gradient *gr
     return (double)INFINITY;
 }
 
-/* A setting of a scheme by one number, from coarse to fine. */
-static void set_fineness(struct rmap_gradient *gradient, enum rmap_scheme scheme, double fineness)
+static bool is_ours(enum rmap_scheme scheme)
+{
+    return scheme == RMAP_SCHEME_ADAPTIVE || scheme == RMAP_SCHEME_INTEGRATED;
+}
+
+/* A setting of a scheme by one number, from coarse to fine; the seed's lengths are as accurate as
+ * its ray needs to be. */
+static void set_fineness(struct rmap_gradient *gradient, enum rmap_scheme scheme, double fineness,
+                         double error)
 {
     struct rmap_curve_options *options = &gradient->options;
-    *options = (struct rmap_curve_options){.scheme = scheme, .tolerance = 1e-12 * gradient->size};
+    *options = (struct rmap_curve_options){.scheme = scheme, .tolerance = error};
     options->step = options->step_max = fineness * gradient->size;
     options->step_min = 0.01 * options->step_max;
     options->amplitude = 1.0 / gradient->size;
-    if (scheme == RMAP_SCHEME_ADAPTIVE)
+    if (is_ours(scheme))
         options->tolerance = fineness * gradient->size;
 }
 
@@ -115,19 +122,18 @@ static void set_fineness(struct rmap_gradient *gradient, enum rmap_scheme scheme
 static uint64_t find_fineness(const struct passage *passage, struct rmap_gradient *gradient,
                               enum rmap_scheme scheme, double error)
 {
-    const double finer = scheme == RMAP_SCHEME_ADAPTIVE ? 0.75 : 0.97;
+    const double finer = is_ours(scheme) ? 0.75 : 0.97;
     double kept = 0.0;
     uint64_t n_evaluation = 0, n_kept = 0;
-    for (double fineness = scheme == RMAP_SCHEME_ADAPTIVE ? 1e-3 : 0.25; fineness > 1e-16;
-         fineness *= finer) {
-        set_fineness(gradient, scheme, fineness);
+    for (double fineness = is_ours(scheme) ? 1e-3 : 0.25; fineness > 1e-16; fineness *= finer) {
+        set_fineness(gradient, scheme, fineness, error);
         bool good = send(passage, gradient, &n_evaluation) <= error;
         if (good && kept > 0.0)
             break;
         kept = good ? fineness : 0.0;
         n_kept = n_evaluation;
     }
-    set_fineness(gradient, scheme, kept);
+    set_fineness(gradient, scheme, kept, error);
     return n_kept;
 }
 
@@ -141,22 +147,33 @@ static double time_of(const struct passage *passage, const struct rmap_gradient 
     return (rmap_bench_cpu() - begun) / n_ray;
 }
 
+/* Ours as it is, where both media have a closed form, or integrated as media without one are. */
+struct sides {
+    enum rmap_scheme ours, seed;
+    const char *name;
+};
+
+static const struct sides compared[] = {
+    {RMAP_SCHEME_ADAPTIVE, RMAP_SCHEME_SHARMA_FIXED, "closed form, fixed step"},
+    {RMAP_SCHEME_ADAPTIVE, RMAP_SCHEME_SHARMA, "closed form, step rule"},
+    {RMAP_SCHEME_INTEGRATED, RMAP_SCHEME_SHARMA_FIXED, "integrated, fixed step"},
+    {RMAP_SCHEME_INTEGRATED, RMAP_SCHEME_SHARMA, "integrated, step rule"}};
+
 static void compare(struct rmap_bench *bench, const struct passage *passage,
-                    const struct rmap_gradient *place, double error, enum rmap_scheme scheme)
+                    const struct rmap_gradient *place, double error, const struct sides *sides)
 {
     const struct rmap_bench_scene scene = {.name = passage->medium};
     struct rmap_gradient ours = *place, seed = *place;
     struct rmap_bench_series series = {0};
     char class[80];
-    uint64_t n_ours = find_fineness(passage, &ours, RMAP_SCHEME_ADAPTIVE, error);
-    uint64_t n_seed = find_fineness(passage, &seed, scheme, error);
+    uint64_t n_ours = find_fineness(passage, &ours, sides->ours, error);
+    uint64_t n_seed = find_fineness(passage, &seed, sides->seed, error);
     int n_ray = bench->quick ? 100 : 1000;
     for (int i = 0; i < bench->n_repeat; i++) {
         rmap_bench_add(&series, (double)n_ours, (double)n_seed);
         rmap_bench_add_cpu(&series, time_of(passage, &ours, n_ray), time_of(passage, &seed, n_ray));
     }
-    (void)snprintf(class, sizeof class, "%s to %.0e, %s", passage->name, error,
-                   scheme == RMAP_SCHEME_SHARMA ? "step rule" : "fixed step");
+    (void)snprintf(class, sizeof class, "%s to %.0e, %s", passage->name, error, sides->name);
     rmap_bench_report(bench, "gradient_evaluations_vs_seed", &scene, &series, "evaluations per ray",
                       json_pack("{s:s, s:f, s:f}", "class", class, "tolerance",
                                 ours.options.tolerance, "step", seed.options.step));
@@ -175,10 +192,9 @@ enum rmap_status rmap_bench_gradient(struct rmap_bench *bench, struct rmap_error
                                             .to_world = rmap_affine_identity(),
                                             .to_local = rmap_affine_identity(),
                                             .size = known[p].size};
-        for (int e = 0; e < ERRORS; e++) {
-            compare(bench, &known[p], &place, within[e], RMAP_SCHEME_SHARMA_FIXED);
-            compare(bench, &known[p], &place, within[e], RMAP_SCHEME_SHARMA);
-        }
+        for (int e = 0; e < ERRORS; e++)
+            for (size_t k = 0; k < sizeof compared / sizeof compared[0]; k++)
+                compare(bench, &known[p], &place, within[e], &compared[k]);
     }
 out:
     for (int p = 0; p < PASSAGES; p++)

@@ -100,6 +100,11 @@ static double pass_best_step(const struct rmap_field *field, struct rmap_vec3 p,
     return real->ops->best_step(real, p, direction);
 }
 
+static bool pass_quadratic(const struct rmap_field *field, int channel, double bend[3][3])
+{
+    return rmap_field_quadratic(((const struct watched_field *)field)->real, channel, bend);
+}
+
 static void watch_query(void *context, const struct rmap_ray *ray, double length)
 {
     struct watched *self = context;
@@ -141,6 +146,7 @@ static enum rmap_status watch(const struct rmap_bench_scene *scene,
         field->ops = *field->real->ops;
         field->ops.at = watch_at;
         field->ops.best_step = field->real->ops->best_step ? pass_best_step : NULL;
+        field->ops.quadratic = pass_quadratic;
         field->base.ops = &field->ops;
         scene->scene->gradient[g].field = &field->base;
     }

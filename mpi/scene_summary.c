@@ -107,6 +107,8 @@ static const char *scheme_text(enum rmap_scheme scheme)
         return "sharma";
     case RMAP_SCHEME_SHARMA_FIXED:
         return "fixed";
+    case RMAP_SCHEME_INTEGRATED:
+        return "integrated";
     default:
         return "adaptive";
     }

@@ -13,6 +13,19 @@ struct rmap_affine rmap_affine_compose(const struct rmap_affine *outer,
     return result;
 }
 
+void rmap_affine_congruent(const struct rmap_affine *a, double form[3][3])
+{
+    double half[3][3];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            half[i][j] =
+                form[i][0] * a->m[0][j] + form[i][1] * a->m[1][j] + form[i][2] * a->m[2][j];
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            form[i][j] =
+                a->m[0][i] * half[0][j] + a->m[1][i] * half[1][j] + a->m[2][i] * half[2][j];
+}
+
 static struct rmap_vec3 column(const struct rmap_affine *a, int j)
 {
     return rmap_vec3(a->m[0][j], a->m[1][j], a->m[2][j]);

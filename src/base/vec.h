@@ -120,6 +120,10 @@ static inline struct rmap_vec3 rmap_affine_transposed(const struct rmap_affine *
 struct rmap_affine rmap_affine_compose(const struct rmap_affine *outer,
                                        const struct rmap_affine *inner);
 
+/* Carries a quadratic form p.M p of where the map leads to where it comes from: L^T M L, L its
+ * linear part. */
+void rmap_affine_congruent(const struct rmap_affine *a, double form[3][3]);
+
 double rmap_affine_determinant(const struct rmap_affine *a);
 
 /* False, with *inverse unset, when the map is singular or not finite. */

@@ -68,7 +68,10 @@ bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *grad
         return false;
     }
     curve->state.T = rmap_scale(direction, curve->state.n);
-    guess_steps(curve, direction);
+    rmap_curve_find_closed(curve);
+    if (!curve->closed) {
+        guess_steps(curve, direction);
+    }
     return true;
 }
 
@@ -156,6 +159,24 @@ static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *s
     }
 }
 
+/* Steps in closed form. What bounds their dense output takes light to go at most as fast as the
+ * body's size lets it, and to turn by not much more than a right angle. */
+static bool advance_closed(struct rmap_curve *curve, struct rmap_curve_step *step, double longest)
+{
+    const struct rmap_gradient *gradient = curve->gradient;
+    double n = curve->state.n;
+    double turn = 2.0 * n / rmap_length(curve->state.D); /* straight: infinite */
+    double h = rmap_min(rmap_min(curve->closed_h, longest), turn);
+    while (!rmap_curve_closed(curve, step, h) || h * step->to.n > 1.25 * gradient->size) {
+        if (h <= gradient->options.tolerance / n) {
+            return step_blindly(curve, step);
+        }
+        h *= 0.5;
+    }
+    curve->blind = false;
+    return true;
+}
+
 /* Sharma's scheme in steps of a given length; shorter only where the field ends. */
 static bool advance_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, double h)
 {
@@ -184,11 +205,15 @@ bool rmap_curve_advance(struct rmap_curve *curve, double length_max, struct rmap
     const struct rmap_curve_options *options = &curve->gradient->options;
     double n = curve->state.n;
     double longest = rmap_min(length_max, curve->gradient->size) / n;
-    bool done = false;
+    bool done = false; /* by no scheme */
     step->from = curve->state;
+    step->allowed = options->tolerance;
+    step->closed = false;
     switch (options->scheme) {
     case RMAP_SCHEME_ADAPTIVE:
-        done = advance_adaptive(curve, step, length_max / n, longest);
+    case RMAP_SCHEME_INTEGRATED:
+        done = curve->closed ? advance_closed(curve, step, longest)
+                             : advance_adaptive(curve, step, length_max / n, longest);
         break;
     case RMAP_SCHEME_SHARMA:
         done =

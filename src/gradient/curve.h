@@ -3,7 +3,8 @@
  * Light through a gradient medium: the eikonal equation in optical-ray form (Sharma, Kumar, Ghatak
  * 1982, doi:10.1364/AO.21.000984),
  *     d2r/dt2 = D(r) = 1/2 grad n^2,   T = dr/dt = n dr/ds,   dt = ds / n,
- * step by step, with dense output. World frame. No surfaces here: the tracer tests the curve
+ * step by step, with dense output. Where the field says that D is linear in r, the steps' ends are
+ * exact. World frame. No surfaces here: the tracer tests the curve
  * against the scene. |T| = n is an invariant.
  */
 #ifndef RMAP_CURVE_H
@@ -37,6 +38,8 @@ struct rmap_curve_step {
     double turn[RMAP_CURVE_POWERS][4];  /* (k + 2) bend[k]: of T */
     double whole;                       /* h before any cut */
     double between;                     /* error of T inside the step, of what is allowed */
+    double allowed;                     /* error of lengths */
+    bool closed;                        /* in closed form */
     const struct rmap_curve_pair *pair; /* the formula; NULL: Sharma's */
     int n_stage;                        /* of it; Sharma's: 0 */
     double D[RMAP_CURVE_STAGES][4];     /* of its stages */
@@ -50,7 +53,12 @@ struct rmap_curve {
     double share_6;                /* of it: what the pair of order 6 may step */
     uint64_t n_evaluation;         /* of the field, so far */
     uint64_t n_step;
-    bool blind; /* the last step ended where the field has no value */
+    bool closed;         /* the field's rays have a closed form: */
+    double bend[3][4];   /* dD/dr, column by column */
+    double closed_norm;  /* of it: omega^2 at most */
+    double closed_least; /* share of a term that dense output does not miss */
+    double closed_h;     /* longest step, by its dense output */
+    bool blind;          /* the last step ended where the field has no value */
 };
 
 /* From a point in a unit direction. False where the field has no value. */

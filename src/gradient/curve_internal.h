@@ -84,6 +84,13 @@ bool rmap_curve_nystrom(struct rmap_curve *curve, const struct rmap_curve_pair *
                         struct rmap_curve_step *step, double h);
 bool rmap_curve_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, double h);
 
+/* In closed form, finished too: the curve must be `closed`. False where the end has no value; then
+ * of *step only r and T of its end are changed. */
+bool rmap_curve_closed(struct rmap_curve *curve, struct rmap_curve_step *step, double h);
+
+/* Finds out whether the curve has a closed form. Sets closed, bend and closed_h. */
+void rmap_curve_find_closed(struct rmap_curve *curve);
+
 /* Sets the step's errors; returns the greatest's share of what the medium allows: 1 is just
  * allowed. */
 double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curve_step *step);

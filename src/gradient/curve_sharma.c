@@ -34,6 +34,7 @@ void rmap_curve_hermite_finish(struct rmap_curve_step *step)
     step->whole = h;
     step->between = 0.0;
     step->pair = NULL;
+    step->closed = false;
     step->n_stage = 0;
     rmap_curve_lengths(step, 1.0, &step->optical, &step->length);
 }

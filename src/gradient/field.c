@@ -22,6 +22,12 @@ static struct rmap_vec3 moved(struct rmap_vec3 p, int axis, double by)
     return p;
 }
 
+bool rmap_field_quadratic(const struct rmap_field *field, int channel, double bend[3][3])
+{
+    return field->ops->quadratic &&
+           field->ops->quadratic(field, field->n_channel > 1 ? channel : 0, bend);
+}
+
 bool rmap_field_laplacian(const struct rmap_field *field, int channel, struct rmap_vec3 p,
                           double *laplacian)
 {

@@ -36,6 +36,11 @@ struct rmap_field_ops {
                         struct rmap_vec3 direction);
 
     void (*destroy)(struct rmap_field *field);
+
+    /* Where n^2 is a polynomial of second degree all over space, rays have a closed form: sets half
+     * its second derivatives, A, so that n grad n grows by A (p' - p). False, or NULL: it is none.
+     */
+    bool (*quadratic)(const struct rmap_field *field, int channel, double bend[3][3]);
 };
 
 /* First member of every model's own structure. */
@@ -60,6 +65,8 @@ static inline bool rmap_field_at(const struct rmap_field *field, int channel, st
 {
     return rmap_field_scalar(field, channel, p, n, gradient) && *n > 0.0;
 }
+
+bool rmap_field_quadratic(const struct rmap_field *field, int channel, double bend[3][3]);
 
 bool rmap_field_laplacian(const struct rmap_field *field, int channel, struct rmap_vec3 p,
                           double *laplacian);

@@ -79,6 +79,25 @@ static bool jet_laplacian(const struct rmap_field *field, int channel, struct rm
     return isfinite(*laplacian);
 }
 
+/* A series of n^2 up to s, or of z up to its square; or one constant. */
+static bool jet_quadratic(const struct rmap_field *field, int channel, double bend[3][3])
+{
+    const struct jet_field *self = of(field);
+    const struct rmap_jet_model *model = self->model;
+    const double *kept = self->kept + (size_t)channel * (size_t)self->n_kept;
+    int axial = model->s == RMAP_SERIES_Z, last = model->q == RMAP_SERIES_OF_N ? 0 : 1 + axial;
+    if (model->jet != rmap_jet_series)
+        return false;
+    for (int i = last + 1; i < self->n_kept; i++)
+        if (kept[i] != 0.0)
+            return false;
+    double of_last = last > 0 && last < self->n_kept ? kept[last] : 0.0;
+    memset(bend, 0, 9 * sizeof bend[0][0]);
+    for (int k = axial ? 2 : 0; k < (model->s == RMAP_SERIES_RHO2 ? 2 : 3); k++)
+        bend[k][k] = of_last;
+    return true;
+}
+
 enum rmap_status rmap_field_of_jet(struct rmap_field **field_ret,
                                    const struct rmap_jet_model *model, int n_channel, int n_kept,
                                    const double *kept, struct rmap_error *err)
@@ -92,7 +111,8 @@ enum rmap_status rmap_field_of_jet(struct rmap_field **field_ret,
     self->ops = (struct rmap_field_ops){.model = model->model,
                                         .at = jet_at,
                                         .laplacian = jet_laplacian,
-                                        .best_step = rmap_field_best_step};
+                                        .best_step = rmap_field_best_step,
+                                        .quadratic = jet_quadratic};
     self->base.ops = &self->ops;
     self->base.may_be_missing = model->may_be_missing;
     self->model = model;

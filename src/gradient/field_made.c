@@ -225,6 +225,15 @@ static bool placed_at(const struct rmap_field *field, int channel, struct rmap_v
     return true;
 }
 
+static bool placed_quadratic(const struct rmap_field *field, int channel, double bend[3][3])
+{
+    const struct placed *self = (const struct placed *)(const void *)field;
+    if (!rmap_field_quadratic(self->of, channel, bend))
+        return false;
+    rmap_affine_congruent(&self->to_local, bend);
+    return true;
+}
+
 static void placed_destroy(struct rmap_field *field)
 {
     rmap_field_destroy(((struct placed *)(void *)field)->of);
@@ -235,6 +244,7 @@ static void placed_destroy(struct rmap_field *field)
 static const struct rmap_field_ops placed_ops = {.model = "placed",
                                                  .at = placed_at,
                                                  .best_step = rmap_field_best_step,
+                                                 .quadratic = placed_quadratic,
                                                  .destroy = placed_destroy};
 
 enum rmap_status rmap_field_placed(struct rmap_field **field_ret, struct rmap_field *of,

@@ -87,14 +87,36 @@ static bool polynomial_laplacian(const struct rmap_field *field, int channel, st
     return isfinite(*laplacian);
 }
 
+static bool polynomial_quadratic(const struct rmap_field *field, int channel, double bend[3][3])
+{
+    const struct polynomial *self = polynomial_of(field);
+    const double *coefficient = self->coefficient + (size_t)channel * (size_t)self->n_term;
+    const int degree = self->q == RMAP_SERIES_OF_N ? 0 : 2;
+    memset(bend, 0, 9 * sizeof bend[0][0]);
+    for (int t = 0; t < self->n_term; t++) {
+        const int *power = self->power[t];
+        if (coefficient[t] != 0.0 && power[0] + power[1] + power[2] > degree)
+            return false;
+        for (int i = 0; i < 3; i++)
+            for (int j = 0; j < 3; j++)
+                if (i == j ? power[i] == 2 : power[i] == 1 && power[j] == 1)
+                    bend[i][j] += i == j ? coefficient[t] : 0.5 * coefficient[t];
+    }
+    return true;
+}
+
 static void polynomial_destroy(struct rmap_field *field)
 {
     rmap_free(((struct polynomial *)(void *)field)->power);
     rmap_free(field);
 }
 
-static const struct rmap_field_ops polynomial_ops = {
-    "polynomial", polynomial_at, polynomial_laplacian, rmap_field_best_step, polynomial_destroy};
+static const struct rmap_field_ops polynomial_ops = {.model = "polynomial",
+                                                     .at = polynomial_at,
+                                                     .laplacian = polynomial_laplacian,
+                                                     .best_step = rmap_field_best_step,
+                                                     .quadratic = polynomial_quadratic,
+                                                     .destroy = polynomial_destroy};
 
 static enum rmap_status check(int n_channel, int n_term, const int (*power)[3],
                               const double *coefficient, struct rmap_error *err)

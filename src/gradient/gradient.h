@@ -12,10 +12,11 @@
 #include "gradient/field.h"
 
 enum rmap_scheme {
-    RMAP_SCHEME_ADAPTIVE, /* error-controlled, dense output (the default) */
+    RMAP_SCHEME_ADAPTIVE, /* the default: in closed form where the field has one, else INTEGRATED */
     RMAP_SCHEME_SHARMA,   /* three evaluations, order 4, the step rule between step_min and step_max
                              (Sharma, Kumar, Ghatak 1982, doi:10.1364/AO.21.000984) */
-    RMAP_SCHEME_SHARMA_FIXED /* the same with a fixed step */
+    RMAP_SCHEME_SHARMA_FIXED, /* the same with a fixed step */
+    RMAP_SCHEME_INTEGRATED    /* error-controlled, dense output */
 };
 
 /* How light is traced through a medium. Lengths in the scene's unit; 0: chosen from the size of
