@@ -13,7 +13,7 @@
 static json_t *view_json(const struct rmap_page *page)
 {
     struct rmap_view view;
-    rmap_view_choose(rmap_map_scene(page->map),
+    rmap_view_choose(rmap_scene_with(page->map, page->overlay),
                      page->kind == RMAP_VIEW_AUTO ? RMAP_VIEW_3D : page->kind, page->rays, &view);
     return json_pack("{s:[f, f, f], s:[f, f, f]}", "toward", view.toward.x, view.toward.y,
                      view.toward.z, "up", view.up.x, view.up.y, view.up.z);
@@ -33,14 +33,15 @@ static enum rmap_status make_data(const struct rmap_page *page, json_t **data_re
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = rmap_map_scene(page->map);
+    const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
     struct rmap_map_summary summary;
     rmap_map_summarise(page->map, &summary);
     json_t *data = json_pack(
-        "{s:o, s:s, s:o, s:I, s:I, s:o, s:o}", "title", rmap_page_string(page->title), "program",
-        "raymap " RMAP_VERSION, "criterion", rmap_page_string(page->criterion), "total",
+        "{s:o, s:s, s:o, s:I, s:I, s:o, s:o, s:s}", "title", rmap_page_string(page->title),
+        "program", "raymap " RMAP_VERSION, "criterion", rmap_page_string(page->criterion), "total",
         (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)page->n_matched,
-        "flux_matched", rmap_page_number(page->flux_matched), "view", view_json(page));
+        "flux_matched", rmap_page_number(page->flux_matched), "view", view_json(page), "color",
+        rmap_paint_word(page->paint));
     if (!data)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page"));
     RMAP_TRY(put(data, "scene", rmap_page_scene(scene, err), err));
@@ -48,6 +49,7 @@ static enum rmap_status make_data(const struct rmap_page *page, json_t **data_re
     RMAP_TRY(put(data, "rays", rmap_page_rays(page, err), err));
     RMAP_TRY(put(data, "classes", rmap_page_classes(page, err), err));
     RMAP_TRY(put(data, "order", rmap_page_orders(page, err), err));
+    RMAP_TRY(put(data, "where", rmap_page_where(page, err), err));
     RMAP_TRY(put(data, "detectors", rmap_page_detectors(page, err), err));
     *data_ret = data;
     data = NULL;

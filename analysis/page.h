@@ -12,6 +12,8 @@
 
 #include "analysis/detector_image.h"
 #include "analysis/figure_view.h"
+#include "analysis/path_report.h"
+#include "analysis/ray_paint.h"
 #include "io/map_reader.h"
 #include "trace/portion.h"
 
@@ -20,15 +22,25 @@ struct rmap_page {
     const char *title;
     const char *criterion; /* NULL: all rays */
     const struct rmap_map *map;
-    const struct rmap_portion *rays; /* those in the page, all columns */
-    uint64_t n_matched;              /* rays that match, of which `rays` holds some */
-    double flux_matched;             /* their flux */
-    enum rmap_view_kind kind;        /* first view; AUTO: from above at an angle */
+    const struct rmap_overlay *overlay; /* receivers; NULL: none */
+    const struct rmap_portion *rays;    /* those in the page, all columns, with the receivers' */
+    uint64_t n_matched;                 /* rays that match, of which `rays` holds some */
+    double flux_matched;                /* their flux */
+    enum rmap_view_kind kind;           /* first view; AUTO: from above at an angle */
+    enum rmap_paint_kind paint;         /* first colours */
+    enum rmap_path_level level;         /* of path classes */
+    /* [n_where] switches, each with its colour; at most RMAP_PAGE_MOST_WHERE. */
+    const struct rmap_criterion *const *where;
+    size_t n_where;
+    const struct rmap_path_report *paths; /* classes of all matching rays */
     /* [n_image] of all matching rays; of a detector without one the page shows where its rays
      * were registered. */
     size_t n_image;
     struct rmap_detector_image *const *image;
 };
+
+#define RMAP_PAGE_MOST_WHERE   31
+#define RMAP_PAGE_MOST_CLASSES 500
 
 /* Writes the page in place of what stood at `path`. RMAP_SYSTEM when it cannot be written. */
 enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,

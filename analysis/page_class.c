@@ -1,70 +1,186 @@
 /* SPDX-License-Identifier: MIT */
+#include <stdlib.h>
+#include <string.h>
+
 #include "analysis/page_pack.h"
 #include "analysis/page_parts.h"
 #include "analysis/path_class.h"
 #include "analysis/path_order.h"
 #include "base/alloc.h"
 
-/* Classes that a page lists, and length of their sequences; the text of a longer one is cut. */
-enum { MOST_CLASSES = 500, MOST_SEQUENCE = 200 };
+/* Length of sequences; the text of a longer one is cut. */
+enum { MOST_SEQUENCE = 200 };
 
-/* share: of the flux of the page's rays. criterion: null where a path is too long to write. */
-static enum rmap_status class_json(const struct rmap_path_classes *classes, size_t index,
-                                   double flux, json_t **json_ret, struct rmap_error *err)
+/* A class by its text, "lamp: T@lens.1 ...". */
+struct named {
+    char *text;
+    size_t row; /* of the report */
+};
+
+static int compare_names(const void *a, const void *b)
+{
+    return strcmp(((const struct named *)a)->text, ((const struct named *)b)->text);
+}
+
+static void free_names(struct named *name, size_t n)
+{
+    for (size_t i = 0; name && i < n; i++)
+        rmap_free(name[i].text);
+    rmap_free(name);
+}
+
+static enum rmap_status name_rows(const struct rmap_path_report *report, struct named **name_ret,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_path_class *path = &classes->path[index];
-    char *sequence = NULL, *criterion = NULL;
-    RMAP_TRY(rmap_path_class_label(classes, index, MOST_SEQUENCE, &sequence, err));
-    RMAP_TRY(rmap_path_class_criterion(classes, index, &criterion, err));
-    *json_ret =
-        json_pack("{s:o, s:o, s:I, s:I, s:o, s:o, s:I}", "sequence", rmap_page_string(sequence),
-                  "criterion", rmap_page_string(criterion), "rays", (json_int_t)path->rays,
-                  "segments", (json_int_t)path->segments, "flux", rmap_page_number(path->flux),
-                  "share", rmap_page_number(flux > 0.0 ? path->flux / flux : 0.0), "first_ray",
-                  (json_int_t)path->first_ray);
-    if (!*json_ret)
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page");
+    struct named *name = rmap_alloc(report->n_row + 1, sizeof *name);
+    if (!name)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page");
+    for (size_t i = 0; i < report->n_row; i++) {
+        name[i].row = i;
+        RMAP_TRY(rmap_path_with_source(report->keys, report->row[i].source, report->row[i].sequence,
+                                       &name[i].text, err));
+    }
+    qsort(name, report->n_row, sizeof *name, compare_names);
+    *name_ret = name;
+    name = NULL;
 out:
-    rmap_free(sequence);
-    rmap_free(criterion);
+    free_names(name, report->n_row);
     return st;
 }
 
-/* The class of every ray, -1 where it is not listed. */
-static json_t *classes_of_rays(const struct rmap_path_classes *classes, size_t n_ray)
+/* The row of the report that each class of the page's rays is: [classes->n], -1 for none. */
+static enum rmap_status find_rows(const struct rmap_page *page,
+                                  const struct rmap_path_classes *classes, int32_t *row,
+                                  struct rmap_error *err)
 {
-    int32_t *of = rmap_alloc(n_ray + 1, sizeof *of);
-    for (size_t i = 0; of && i < n_ray; i++)
-        of[i] = classes->of_ray[i] < MOST_CLASSES ? (int32_t)classes->of_ray[i] : -1;
-    json_t *json = of ? rmap_page_integers(of, n_ray) : NULL;
-    rmap_free(of);
-    return json;
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_report *report = page->paths;
+    struct named *name = NULL, own = {0};
+    RMAP_TRY(name_rows(report, &name, err));
+    for (size_t k = 0; k < classes->n; k++) {
+        RMAP_TRY(rmap_path_class_label(classes, k, 0, &own.text, err));
+        const struct named *found = bsearch(&own, name, report->n_row, sizeof *name, compare_names);
+        row[k] = found ? (int32_t)found->row : -1;
+        rmap_free(own.text);
+        own.text = NULL;
+    }
+out:
+    free_names(name, report->n_row);
+    return st;
+}
+
+/* here: its rays in the page. criterion: null where a path is too long to write. */
+static json_t *class_json(const struct rmap_path_report *report, const struct named *name,
+                          size_t here)
+{
+    const struct rmap_path_row *row = &report->row[name->row];
+    char sequence[MOST_SEQUENCE + 400];
+    rmap_path_shorten(name->text, MOST_SEQUENCE, sequence, sizeof sequence);
+    return json_pack(
+        "{s:o, s:o, s:I, s:I, s:I, s:o, s:o, s:o, s:I}", "sequence", rmap_page_string(sequence),
+        "criterion", rmap_page_string(row->criterion), "here", (json_int_t)here, "rays",
+        (json_int_t)row->rays, "segments", (json_int_t)row->segments, "flux",
+        rmap_page_number(row->flux), "share", rmap_page_number(row->share), "standard_error",
+        rmap_page_number(row->standard_error), "first_ray", (json_int_t)row->first_ray);
+}
+
+static json_t *rest_json(const struct rmap_path_report *report)
+{
+    const struct rmap_path_total *rest = &report->rest;
+    if (rest->rays == 0)
+        return json_null();
+    return json_pack(
+        "{s:I, s:o, s:o, s:o}", "rays", (json_int_t)rest->rays, "flux",
+        rmap_page_number(rest->flux), "share",
+        rmap_page_number(report->total.flux > 0.0 ? rest->flux / report->total.flux : 0.0),
+        "standard_error", rmap_page_number(rest->standard_error));
+}
+
+/* The classes as rows, in the report's order. */
+static enum rmap_status list_classes(const struct rmap_path_report *report, const size_t *here,
+                                     json_t *list, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < report->n_row; i++) {
+        struct named name = {.row = i};
+        RMAP_TRY(rmap_path_with_source(report->keys, report->row[i].source, report->row[i].sequence,
+                                       &name.text, err));
+        json_t *one = class_json(report, &name, here[i]);
+        rmap_free(name.text);
+        if (json_array_append_new(list, one) != 0)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page"));
+    }
+out:
+    return st;
 }
 
 json_t *rmap_page_classes(const struct rmap_page *page, struct rmap_error *err)
 {
-    static const struct rmap_path_view view = {.level = RMAP_PATH_SURFACE};
     enum rmap_status st = RMAP_OK;
+    const struct rmap_path_report *report = page->paths;
+    const size_t n_ray = page->rays->n_row[RMAP_TABLE_RAY];
     struct rmap_path_classes *classes = NULL;
-    json_t *list = json_array(), *one = NULL, *json = NULL;
-    double flux = 0.0;
-    RMAP_TRY(rmap_path_classes_create(rmap_map_scene(page->map), &view, page->rays,
+    json_t *list = json_array(), *json = NULL;
+    int32_t *of = rmap_alloc(n_ray + 1, sizeof *of), *row = NULL;
+    size_t *here = rmap_alloc(report->n_row + 1, sizeof *here);
+    RMAP_TRY(rmap_path_classes_create(report->scene, &report->view, page->rays,
                                       rmap_map_flux_per_weight(page->map), &classes, err));
-    for (size_t i = 0; i < classes->n; i++)
-        flux += classes->path[i].flux;
-    for (size_t i = 0; i < classes->n && i < MOST_CLASSES; i++) {
-        RMAP_TRY(class_json(classes, i, flux, &one, err));
-        json_array_append_new(list, one);
+    row = rmap_alloc(classes->n + 1, sizeof *row);
+    if (!of || !here || !row)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page"));
+    RMAP_TRY(find_rows(page, classes, row, err));
+    for (size_t i = 0; i < n_ray; i++) {
+        of[i] = classes->of_ray[i] == RMAP_PATH_NO_CLASS ? -1 : row[classes->of_ray[i]];
+        if (of[i] >= 0)
+            here[of[i]]++;
     }
-    json = json_pack("{s:I, s:O, s:o}", "count", (json_int_t)classes->n, "list", list, "of",
-                     classes_of_rays(classes, page->rays->n_row[RMAP_TABLE_RAY]));
+    RMAP_TRY(list_classes(report, here, list, err));
+    json = json_pack("{s:o, s:s, s:O, s:o, s:o}", "count",
+                     report->exact ? json_integer((json_int_t)report->n_class) : json_null(), "by",
+                     rmap_path_level_word(report->view.level), "list", list, "rest",
+                     rest_json(report), "of", rmap_page_integers(of, n_ray));
     if (!json)
         (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page");
 out:
     json_decref(list);
+    rmap_free(of);
+    rmap_free(row);
+    rmap_free(here);
     rmap_path_classes_destroy(classes);
-    return json;
+    return st == RMAP_OK ? json : NULL;
+}
+
+json_t *rmap_page_where(const struct rmap_page *page, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = page->rays->n_row[RMAP_TABLE_RAY];
+    json_t *list = json_array(), *json = NULL;
+    uint8_t *match = rmap_alloc(n_ray + 1, sizeof *match);
+    int32_t *bits = rmap_alloc(n_ray + 1, sizeof *bits);
+    if (!match || !bits)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria of a page"));
+    for (size_t c = 0; c < page->n_where; c++) {
+        json_int_t n = 0;
+        const char *name = rmap_criterion_name(page->where[c]);
+        RMAP_TRY(rmap_criterion_evaluate(page->where[c], page->rays,
+                                         rmap_map_flux_per_weight(page->map), match, err));
+        for (size_t i = 0; i < n_ray; i++) {
+            bits[i] |= (int32_t)match[i] << c;
+            n += match[i];
+        }
+        json_array_append_new(
+            list, json_pack("{s:o, s:o, s:I}", "name", rmap_page_string(name), "criterion",
+                            rmap_page_string(rmap_criterion_text(page->where[c])), "here", n));
+    }
+    json = json_pack("{s:O, s:o}", "list", list, "match", rmap_page_integers(bits, n_ray));
+    if (!json)
+        (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria of a page");
+out:
+    json_decref(list);
+    rmap_free(match);
+    rmap_free(bits);
+    return st == RMAP_OK ? json : NULL;
 }
 
 /* Numbers up to 2^31 fit every page. */

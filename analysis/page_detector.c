@@ -100,7 +100,7 @@ static json_t *detector_json(const struct rmap_page *page, const struct rmap_det
 
 json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err)
 {
-    const struct rmap_scene *scene = rmap_map_scene(page->map);
+    const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
     struct rmap_colour_map map;
     json_t *list = json_array(), *json = NULL;
     for (size_t d = 0; d < scene->n_detector; d++)

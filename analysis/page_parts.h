@@ -22,9 +22,12 @@ json_t *rmap_page_rays(const struct rmap_page *page, struct rmap_error *err);
 /* Every detector, with its image where there is one. */
 json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err);
 
-/* Classes of the paths of the page's rays, most flux first; and their orders of ghosts and
- * scattering (path_order.h). */
+/* Classes of the paths of all matching rays, most flux first, and which of them each ray of the
+ * page is of; and their orders of ghosts and scattering (path_order.h). */
 json_t *rmap_page_classes(const struct rmap_page *page, struct rmap_error *err);
 json_t *rmap_page_orders(const struct rmap_page *page, struct rmap_error *err);
+
+/* The criteria that are switched, and which of them each ray matches: bits. */
+json_t *rmap_page_where(const struct rmap_page *page, struct rmap_error *err);
 
 #endif

@@ -44,7 +44,7 @@ static enum rmap_status group_by_path(struct rmap_ray_paint *self,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_path_view view = {.level = RMAP_PATH_OBJECT};
+    const struct rmap_path_view view = {.level = request->level};
     struct rmap_path_classes *classes = NULL;
     char *label = NULL, others[64];
     RMAP_TRY(rmap_path_classes_create(request->scene, &view, request->rays,

@@ -7,6 +7,7 @@
 #define RMAP_RAY_PAINT_H
 
 #include "analysis/criterion.h"
+#include "analysis/path_key.h"
 #include "scene/scene.h"
 #include "trace/portion.h"
 
@@ -41,6 +42,7 @@ struct rmap_ray_paint {
  * [n_criterion], for that kind alone. */
 struct rmap_paint_request {
     enum rmap_paint_kind kind;
+    enum rmap_path_level level; /* of PATH */
     const struct rmap_scene *scene;
     const struct rmap_portion *rays;
     const double *flux_per_weight;

@@ -20,6 +20,8 @@
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/map_name.h"
+#include "mpi/overlay_load.h"
+#include "mpi/overlay_pick.h"
 #include "mpi/page_run.h"
 #include "mpi/scan.h"
 
@@ -28,6 +30,7 @@ static const struct rmap_option options[] = {
      "rays that match, such as 'registered(sensor)' (default: all); given again, rays that match "
      "any, each in its colour"},
     RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
     {"output", 'o', "OUT",
      "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
      "ParaView; OUT.glb, OUT.gltf: a glTF scene"},
@@ -44,6 +47,9 @@ static const struct rmap_option options[] = {
     {"color", 0, "MODE",
      "natural: the colour of the light (default); path: classes of paths; criterion: several "
      "--where, or all of --criteria; order: of ghosts and scatter"},
+    {"by", 0, "LEVEL",
+     "whose names tell paths apart: surface, object or group (default: object for --color path, "
+     "surface in a page)"},
     {"opacity", 0, "X", "of the strongest ray, above 0 to 1 (default: by the number of rays)"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
@@ -53,13 +59,19 @@ struct drawing {
     const struct rmap_context *context;
     struct rmap_draw_request request;
     struct rmap_map *map;
+    struct rmap_overlay *overlay;   /* receivers; NULL: none */
+    const struct rmap_scene *scene; /* with them */
     struct rmap_asked asked;
     struct rmap_criterion **each; /* [n_each] as they were given */
     size_t n_each;
     struct rmap_criterion *any; /* of each; of nothing all rays */
     const char *where;          /* its text; NULL: all rays */
     struct rmap_count all;
+    uint64_t *id; /* [n_id] of the rays to draw, where receivers pick them */
+    size_t n_id;
     struct rmap_portion *rays; /* rank 0 */
+    struct rmap_overlay_view *view;
+    const struct rmap_portion *seen; /* the rays with what receivers registered */
     struct rmap_ray_paint *paint;
 };
 
@@ -85,7 +97,7 @@ static enum rmap_status draw_picture(const struct drawing *self, struct rmap_err
                                      .paint = self->paint,
                                      .opacity = request->opacity,
                                      .map = self->map};
-    RMAP_TRY(rmap_figure_draw(rmap_map_scene(self->map), self->rays, &given, &svg, err));
+    RMAP_TRY(rmap_figure_draw(self->scene, self->rays, &given, &svg, err));
     RMAP_TRY(rmap_picture_write(svg, request->output_path, RMAP_FIGURE_SCALE, err));
 out:
     rmap_svg_destroy(svg);
@@ -129,13 +141,14 @@ out:
 /* On rank 0. */
 static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
 {
-    const struct rmap_paint_request given = {.kind = self->request.paint,
-                                             .scene = rmap_map_scene(self->map),
-                                             .rays = self->rays,
-                                             .flux_per_weight = rmap_map_flux_per_weight(self->map),
-                                             .criterion =
-                                                 (const struct rmap_criterion *const *)self->each,
-                                             .n_criterion = self->n_each};
+    const struct rmap_paint_request given = {
+        .kind = self->request.paint,
+        .level = self->request.has_level ? self->request.level : RMAP_PATH_OBJECT,
+        .scene = self->scene,
+        .rays = self->seen,
+        .flux_per_weight = rmap_map_flux_per_weight(self->map),
+        .criterion = (const struct rmap_criterion *const *)self->each,
+        .n_criterion = self->n_each};
     return rmap_ray_paint_create(&given, &self->paint, err);
 }
 
@@ -165,9 +178,17 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
     struct rmap_page page = {.title = title,
                              .criterion = self->where,
                              .map = self->map,
-                             .rays = self->rays,
+                             .overlay = self->overlay,
+                             .rays = self->seen,
                              .n_matched = self->all.rays,
-                             .kind = self->request.kind};
+                             .kind = self->request.kind,
+                             .paint = self->request.paint,
+                             .level =
+                                 self->request.has_level ? self->request.level : RMAP_PATH_SURFACE};
+    if (self->request.paint == RMAP_PAINT_CRITERION) {
+        page.where = (const struct rmap_criterion *const *)self->each;
+        page.n_where = self->n_each;
+    }
     rmap_count_flux(&self->all, self->map, &page.flux_matched, &error);
     return rmap_page_run(self->context, self->where ? self->any : NULL, &page,
                          self->request.output_path, err);
@@ -203,7 +224,7 @@ static enum rmap_status join(struct drawing *self, struct rmap_error *err)
         at += (size_t)snprintf(text + at, size - at, self->n_each > 1 ? "%s(%s)" : "%s%s",
                                i ? " or " : "", rmap_criterion_text(self->each[i]));
     RMAP_TRY(rmap_criterion_compile_with(self->n_each ? text : "all", self->asked.criteria,
-                                         rmap_map_scene(self->map), &self->any, err));
+                                         self->scene, &self->any, err));
     if (self->n_each > 0)
         self->where = rmap_criterion_text(self->any);
 out:
@@ -214,7 +235,7 @@ out:
 static enum rmap_status compile(struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = rmap_map_scene(self->map);
+    const struct rmap_scene *scene = self->scene;
     if (self->request.paint == RMAP_PAINT_CRITERION)
         rmap_asked_take_file(&self->asked);
     self->each = rmap_alloc(self->asked.n + 1, sizeof(void *));
@@ -227,22 +248,58 @@ static enum rmap_status compile(struct drawing *self, struct rmap_error *err)
         return rmap_error_set(err, RMAP_USAGE,
                               "--color criterion wants criteria: --where, once or more often, or "
                               "--criteria FILE");
+    if (self->request.format == RMAP_DRAW_PAGE && self->n_each > RMAP_PAGE_MOST_WHERE)
+        return rmap_error_set(err, RMAP_USAGE, "a page switches between %d criteria at most",
+                              RMAP_PAGE_MOST_WHERE);
     RMAP_TRY(join(self, err));
     st = rmap_count_init(&self->all, scene->n_source, err);
 out:
     return st;
 }
 
-static enum rmap_status run(struct drawing *self, struct rmap_error *err)
+/* Collective. The rays to draw, and how many match. */
+static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_context *context = self->context;
+    struct rmap_pick pick = {.criterion = self->any};
+    if (self->overlay) {
+        const struct rmap_overlay_question question = {self->map, self->overlay, self->any};
+        const struct rmap_sample_order order = {.most = self->request.limit};
+        RMAP_TRY(rmap_overlay_count_run(context, &question, &self->all, err));
+        RMAP_TRY(rmap_overlay_pick(context, &question, &order, &self->id, &self->n_id, err));
+        pick = (struct rmap_pick){.id = self->id, .n_id = self->n_id};
+    } else {
+        RMAP_TRY(
+            rmap_scan_map(context, self->map, &self->any, 1, RMAP_DEAL_SHARES, &self->all, err));
+    }
+    RMAP_TRY(rmap_scan_collect(context, self->map, &pick, self->request.limit, &self->rays, err));
+    self->seen = self->rays;
+    if (self->overlay && self->rays) {
+        st = rmap_overlay_view_create(self->overlay, &self->view, err);
+        if (st == RMAP_OK)
+            st = rmap_overlay_view_extend(self->view, self->rays, 0, &self->seen, err);
+    }
+    st = rmap_agree(context, st, err);
+out:
+    return st;
+}
+
+static enum rmap_status run(struct drawing *self, const struct rmap_arguments *given,
+                            struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = self->context;
     RMAP_TRY(rmap_load_map(context, self->request.map_path, &self->map, err));
+    RMAP_TRY(rmap_overlay_load(context, given, self->map, &self->overlay, err));
+    self->scene = rmap_scene_with(self->map, self->overlay);
     st = compile(self, err);
+    if (st == RMAP_OK && self->overlay && rmap_map_n_space(self->map) > 1)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--receivers draws maps of one colour space; this one has %zu",
+                            rmap_map_n_space(self->map));
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_scan_map(context, self->map, &self->any, 1, RMAP_DEAL_SHARES, &self->all, err));
-    RMAP_TRY(
-        rmap_scan_collect(context, self->map, self->any, self->request.limit, &self->rays, err));
+    RMAP_TRY(collect(self, err));
     if (self->request.format == RMAP_DRAW_PAGE)
         RMAP_TRY(write_page(self, err));
     else if (context->rank == 0)
@@ -264,16 +321,19 @@ static enum rmap_status run_draw(const struct rmap_context *context,
         RMAP_TRY(rmap_error_set(err, RMAP_USAGE, "give --where or --zemax, not both"));
     RMAP_TRY(rmap_asked_load(context, given, (const char *const *)self.request.where,
                              self.request.n_where, &self.asked, err));
-    st = run(&self, err);
+    st = run(&self, given, err);
 out:
     rmap_ray_paint_destroy(self.paint);
     rmap_count_fini(&self.all);
+    rmap_overlay_view_destroy(self.view);
+    rmap_free(self.id);
     rmap_portion_destroy(self.rays);
     for (size_t i = 0; i < self.n_each; i++)
         rmap_criterion_destroy(self.each[i]);
     rmap_free(self.each);
     rmap_criterion_destroy(self.any);
     rmap_asked_fini(&self.asked);
+    rmap_overlay_destroy(self.overlay);
     rmap_map_close(self.map);
     rmap_draw_request_fini(&self.request);
     return st;

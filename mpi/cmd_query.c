@@ -5,14 +5,13 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "analysis/overlay_count.h"
 #include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
-#include "mpi/fold_run.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
 #include "mpi/overlay_load.h"
+#include "mpi/overlay_pick.h"
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
 #include "mpi/query_map_out.h"
@@ -92,11 +91,11 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
     if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
         return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
-    if (rmap_argument(given, "receivers") && (!request->count || request->explain))
-        return rmap_error_set(
-            err, RMAP_USAGE,
-            "--receivers goes with --count: rays are listed and explained as they "
-            "were traced");
+    if (rmap_argument(given, "receivers") && request->explain)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--explain tells what the map's own columns and indexes decide; with "
+                              "--receivers all legs of portions that may match are read: leave one "
+                              "of them out");
     if (request->output_path && !request->map)
         RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
 out:
@@ -173,21 +172,9 @@ static enum rmap_status count_with_receivers(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     for (size_t c = 0; c < request->asked.n; c++) {
-        struct rmap_count *count = &search->count[c];
-        void *state = NULL;
-        const struct rmap_fold fold = {.kind = &rmap_overlay_count_kind,
-                                       .context = search->map,
-                                       .map = search->map,
-                                       .criterion = search->criterion[c],
-                                       .columns = RMAP_OVERLAY_COUNT_COLUMNS,
-                                       .overlay = search->overlay};
-        RMAP_TRY(rmap_fold_run(context, &fold, &state, err));
-        if (state)
-            rmap_count_add(count, &((struct rmap_overlay_count *)state)->count,
-                           rmap_map_scene(search->map)->n_source);
-        fold.kind->destroy(state);
-        count->portions_read = rmap_overlay_n_read(search->overlay, search->criterion[c]);
-        count->nbytes_read = UINT64_MAX;
+        const struct rmap_overlay_question question = {search->map, search->overlay,
+                                                       search->criterion[c]};
+        RMAP_TRY(rmap_overlay_count_run(context, &question, &search->count[c], err));
     }
 out:
     return st;
@@ -216,7 +203,8 @@ out:
     return st;
 }
 
-/* Collective. What a sample picks is found first, and the first rays of a map that many write. */
+/* Collective. What a sample picks is found first, and the first rays of a map that many write; and
+ * all rays where receivers decide. */
 static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
                                struct search *search, struct rmap_pick *pick,
                                struct rmap_error *err)
@@ -225,10 +213,17 @@ static enum rmap_status choose(const struct rmap_context *context, const struct 
     *pick = (struct rmap_pick){.criterion = search->criterion[0]};
     if (order.most == 0 && request->map && request->limit < UINT64_MAX)
         order = (struct rmap_sample_order){.most = request->limit};
+    if (order.most == 0 && search->overlay)
+        order = (struct rmap_sample_order){.most = request->limit};
     if (order.most == 0)
         return RMAP_OK;
-    enum rmap_status st = rmap_ray_sample(context, search->map, pick, request->deal, &order,
-                                          &search->id, &search->n_id, err);
+    const struct rmap_overlay_question question = {search->map, search->overlay,
+                                                   search->criterion[0]};
+    enum rmap_status st =
+        search->overlay
+            ? rmap_overlay_pick(context, &question, &order, &search->id, &search->n_id, err)
+            : rmap_ray_sample(context, search->map, pick, request->deal, &order, &search->id,
+                              &search->n_id, err);
     *pick = (struct rmap_pick){.id = search->id, .n_id = search->n_id};
     return st;
 }

@@ -36,6 +36,18 @@ static enum rmap_status read_paint(const char *text, enum rmap_paint_kind *kind,
                           text);
 }
 
+static enum rmap_status read_level(const char *text, struct rmap_draw_request *request,
+                                   struct rmap_error *err)
+{
+    request->has_level = text != NULL;
+    for (int i = 0; i < RMAP_PATH_LEVEL_COUNT; i++)
+        if (!text || strcmp(text, rmap_path_level_word((enum rmap_path_level)i)) == 0) {
+            request->level = (enum rmap_path_level)i;
+            return RMAP_OK;
+        }
+    return rmap_error_set(err, RMAP_USAGE, "--by '%s': say surface, object or group", text);
+}
+
 static enum rmap_status read_format(const char *path, enum rmap_draw_format *format,
                                     struct rmap_error *err)
 {
@@ -120,6 +132,7 @@ enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
                                           .camera = rmap_argument(given, "camera")};
     RMAP_TRY(read_format(request->output_path, &request->format, err));
     RMAP_TRY(read_paint(rmap_argument(given, "color"), &request->paint, err));
+    RMAP_TRY(read_level(rmap_argument(given, "by"), request, err));
     RMAP_TRY(read_view(rmap_argument(given, "view"), &request->kind, err));
     RMAP_TRY(read_eye(rmap_argument(given, "eye"), request, err));
     RMAP_TRY(read_numbers(given, request, err));

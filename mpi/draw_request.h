@@ -25,7 +25,8 @@ struct rmap_draw_request {
     uint64_t limit;
     enum rmap_view_kind kind;
     enum rmap_paint_kind paint;
-    bool has_eye, has_cut;
+    enum rmap_path_level level;
+    bool has_eye, has_cut, has_level;
     double eye[2];  /* azimuth, elevation, degrees */
     double cut;     /* scene units */
     double opacity; /* 0: by the number of rays */

@@ -4,6 +4,7 @@
 #include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/image_scan.h"
+#include "mpi/path_run.h"
 
 /* Detectors whose images are made; each costs a scan when there is a criterion. */
 enum { MOST_IMAGES = 16 };
@@ -11,13 +12,16 @@ enum { MOST_IMAGES = 16 };
 /* Collective. *image_ret: on rank 0. */
 static enum rmap_status make_image(const struct rmap_context *context,
                                    const struct rmap_criterion *criterion,
-                                   const struct rmap_map *map, int32_t detector,
+                                   const struct rmap_page *page, int32_t detector,
                                    struct rmap_detector_image **image_ret, struct rmap_error *err)
 {
     struct rmap_detector_sums sums = {0};
-    enum rmap_status st = rmap_detector_sums_init(&sums, map, detector, false, err);
+    const struct rmap_map *map = page->map;
+    struct rmap_detector_ask ask = {.map = map, .overlay = page->overlay, .detector = detector};
+    rmap_detector_bins_own(rmap_scene_with(map, page->overlay), detector, &ask.bins);
+    enum rmap_status st = rmap_detector_sums_init_as(&sums, &ask, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (criterion)
+    if (criterion || (page->overlay && (size_t)detector >= rmap_overlay_first(page->overlay)))
         RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
     else
         rmap_detector_sums_add_tally(&sums, rmap_map_tally(map));
@@ -29,16 +33,41 @@ out:
     return st;
 }
 
+/* Collective. Classes of the paths of all matching rays, on rank 0. */
+static enum rmap_status find_paths(const struct rmap_context *context,
+                                   const struct rmap_criterion *criterion,
+                                   const struct rmap_page *page, struct rmap_path_keys **keys_ret,
+                                   struct rmap_path_report **report_ret, struct rmap_error *err)
+{
+    struct rmap_path_request request = {.map = page->map,
+                                        .overlay = page->overlay,
+                                        .criterion = criterion,
+                                        .view = {.level = page->level, .detector = -1},
+                                        .top = RMAP_PAGE_MOST_CLASSES,
+                                        .most_classes = RMAP_PATH_CLASSES_MOST};
+    enum rmap_status st = rmap_path_keys_create(rmap_scene_with(page->map, page->overlay),
+                                                &request.view, keys_ret, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    request.keys = *keys_ret;
+    st = rmap_path_run(context, &request, report_ret, err);
+out:
+    return st;
+}
+
 enum rmap_status rmap_page_run(const struct rmap_context *context,
                                const struct rmap_criterion *criterion, struct rmap_page *page,
                                const char *path, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_detector_image *image[MOST_IMAGES] = {NULL};
-    size_t n = rmap_map_scene(page->map)->n_detector;
+    struct rmap_path_keys *keys = NULL;
+    struct rmap_path_report *report = NULL;
+    size_t n = rmap_scene_with(page->map, page->overlay)->n_detector;
     n = n < MOST_IMAGES ? n : MOST_IMAGES;
     for (size_t d = 0; d < n; d++)
-        RMAP_TRY(make_image(context, criterion, page->map, (int32_t)d, &image[d], err));
+        RMAP_TRY(make_image(context, criterion, page, (int32_t)d, &image[d], err));
+    RMAP_TRY(find_paths(context, criterion, page, &keys, &report, err));
+    page->paths = report;
     page->n_image = n;
     page->image = image;
     if (context->rank == 0)
@@ -47,6 +76,9 @@ enum rmap_status rmap_page_run(const struct rmap_context *context,
 out:
     page->n_image = 0;
     page->image = NULL;
+    page->paths = NULL;
+    rmap_path_report_destroy(report);
+    rmap_path_keys_destroy(keys);
     for (size_t d = 0; d < n; d++)
         rmap_detector_image_destroy(image[d]);
     return st;

@@ -13,8 +13,8 @@
 #define RMAP_PAGE_DEFAULT_RAYS 2000
 #define RMAP_PAGE_MOST_RAYS    200000
 
-/* Collective. criterion: NULL for all rays. page: all but the images filled in, on rank 0; the map
- * on every rank. */
+/* Collective. criterion: NULL for all rays. page: all but the images and paths filled in, on rank
+ * 0; the map, the overlay and the level on every rank. */
 enum rmap_status rmap_page_run(const struct rmap_context *context,
                                const struct rmap_criterion *criterion, struct rmap_page *page,
                                const char *path, struct rmap_error *err) RMAP_MUST_USE;

@@ -6,7 +6,6 @@
 
 #include <pthread.h>
 
-#include "analysis/sample.h"
 #include "base/alloc.h"
 #include "io/map_memory.h"
 #include "mpi/agree.h"
@@ -26,12 +25,6 @@ struct search {
     struct rmap_sample sample;
 };
 
-static struct rmap_sample_ray ray_of(const struct search *self, uint64_t id)
-{
-    return (struct rmap_sample_ray){
-        self->order->by_hash ? rmap_sample_key(self->order->seed, id) : id, id};
-}
-
 /* Whether the first ids are found and all of this portion's are larger. */
 static bool is_late(struct search *self, size_t portion)
 {
@@ -39,7 +32,7 @@ static bool is_late(struct search *self, size_t portion)
         return false;
     uint64_t first = rmap_map_portion(self->map, portion)->first_ray;
     (void)pthread_mutex_lock(&self->lock);
-    bool late = !rmap_sample_wants(&self->sample, ray_of(self, first));
+    bool late = !rmap_sample_wants(&self->sample, rmap_sample_ray_of(self->order, first));
     (void)pthread_mutex_unlock(&self->lock);
     return late;
 }
@@ -61,7 +54,7 @@ static enum rmap_status search_portion(struct search *self, struct rmap_picker *
     for (size_t i = 0; n > 0 && st == RMAP_OK; i++)
         if (match[i]) {
             n--;
-            st = rmap_sample_add(&self->sample, ray_of(self, id[i]), err);
+            st = rmap_sample_add(&self->sample, rmap_sample_ray_of(self->order, id[i]), err);
         }
     (void)pthread_mutex_unlock(&self->lock);
 out:

@@ -6,14 +6,9 @@
 #define RMAP_RAY_SAMPLE_H
 
 #include "analysis/query_mark.h"
+#include "analysis/sample_fold.h"
 #include "mpi/command.h"
 #include "mpi/deal.h"
-
-struct rmap_sample_order {
-    uint64_t most; /* rays, >= 1 */
-    bool by_hash;  /* the smallest hashes of (seed, id); else the smallest ids */
-    uint64_t seed;
-};
 
 /* Collective. *id_ret: ascending [*n_ret], the same on every rank; rmap_free. Takes memory for the
  * ids alone. Without hashes reading stops soon after the last of them. */

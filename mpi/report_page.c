@@ -84,7 +84,8 @@ static enum rmap_status sample_paths(const struct rmap_context *context, struct 
 {
     struct rmap_portion *rays = NULL;
     enum rmap_status st =
-        rmap_scan_collect(context, page->map, page->all, page->n_sample, &rays, err);
+        rmap_scan_collect(context, page->map, &(struct rmap_pick){.criterion = page->all},
+                          page->n_sample, &rays, err);
     if (st == RMAP_OK && rays)
         st = rmap_report_paths_sampled(page->map, rays, PATHS, &page->paths, err);
     rmap_portion_destroy(rays);
@@ -98,7 +99,8 @@ static enum rmap_status gather(const struct rmap_context *context, struct page *
     struct rmap_map_summary summary;
     enum rmap_status st = rmap_criterion_compile("all", rmap_map_scene(page->map), &page->all, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_scan_collect(context, page->map, page->all, DRAWN, &page->rays, err));
+    RMAP_TRY(rmap_scan_collect(context, page->map, &(struct rmap_pick){.criterion = page->all},
+                               DRAWN, &page->rays, err));
     rmap_map_summarise(page->map, &summary);
     page->is_large = page->n_sample > 0 || summary.n_row[RMAP_TABLE_SEGMENT] > LARGE_SEGMENTS;
     if (page->n_sample == 0)

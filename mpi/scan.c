@@ -245,19 +245,18 @@ static enum rmap_status keep_ray(void *context, const struct rmap_streamed_ray *
 }
 
 enum rmap_status rmap_scan_collect(const struct rmap_context *context, const struct rmap_map *map,
-                                   const struct rmap_criterion *criterion, uint64_t limit,
+                                   const struct rmap_pick *pick, uint64_t limit,
                                    struct rmap_portion **rays_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct collection collection = {0};
-    const struct rmap_pick pick = {.criterion = criterion};
     const struct rmap_ray_sink sink = {&collection, keep_ray};
     uint64_t n = 0;
     *rays_ret = NULL;
     if (context->rank == 0)
         st = rmap_portion_create(0, rmap_map_n_channel(map), &collection.rays, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_ray_stream(context, map, &pick, RMAP_DEAL_TURNS, limit, &sink, &n, err));
+    RMAP_TRY(rmap_ray_stream(context, map, pick, RMAP_DEAL_TURNS, limit, &sink, &n, err));
     *rays_ret = collection.rays;
     collection.rays = NULL;
 out:

@@ -6,6 +6,7 @@
 #define RMAP_SCAN_H
 
 #include "analysis/query.h"
+#include "analysis/query_mark.h"
 #include "mpi/command.h"
 #include "mpi/deal.h"
 
@@ -22,10 +23,10 @@ enum rmap_status rmap_scan_map(const struct rmap_context *context, const struct 
                                struct rmap_error *err) RMAP_MUST_USE;
 
 /* Collective. *rays_ret: on rank 0 (NULL on the others) a portion with the first `limit` rays that
- * match, in the order of their ids, with the channels of the map's widest colour space, those that
- * a ray's own space lacks being 0; rmap_portion_destroy. */
+ * are picked, in the order of their ids, with the channels of the map's widest colour space, those
+ * that a ray's own space lacks being 0; rmap_portion_destroy. */
 enum rmap_status rmap_scan_collect(const struct rmap_context *context, const struct rmap_map *map,
-                                   const struct rmap_criterion *criterion, uint64_t limit,
+                                   const struct rmap_pick *pick, uint64_t limit,
                                    struct rmap_portion **rays_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 

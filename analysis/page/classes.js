@@ -2,24 +2,40 @@
 //
 // The table of path classes; a click shows one of them alone.
 
+/* "0.0168" and, small, "± 0.0015". */
+function withError(value, error, unit = "") {
+  const shownError = error === null ? "" : ` \u00b1 ${figure(error, 2)}`;
+  return element("td", {}, figure(value, 4), element("small", { textContent: `${shownError}${unit}` }));
+}
+
+function classCells(one) {
+  const factor = one.flux > 0 ? one.share / one.flux : 0; // the error of a share of all flux
+  return [element("td", { textContent: whole(one.rays) }), withError(one.flux, one.standard_error),
+    withError(100 * one.share, one.standard_error === null ? null : 100 * factor * one.standard_error, " %")];
+}
+
 function classRow(one, index) {
   const swatch = element("span", { className: "swatch" });
   scheme.told.push(() => (swatch.style.background = kindColour(index)));
   const button = element("button", { type: "button", title: "show only these" }, swatch, one.sequence);
   button.setAttribute("aria-pressed", "false");
   button.addEventListener("click", () => chooseClass(shown.class === index ? -1 : index));
-  const row = element("tr", {}, element("td", {}, button),
-    element("td", { textContent: whole(one.rays) }),
-    element("td", { textContent: figure(one.flux, 4) }),
-    element("td", { textContent: `${figure(100 * one.share, 3)} %` }));
+  const row = element("tr", {}, element("td", {}, button), element("td", { textContent: whole(one.here) }), ...classCells(one));
   row.dataset.class = index;
   return row;
+}
+
+function restRow(rest) {
+  const others = data.classes.count === null ? "all others" : `${whole(data.classes.count - classes.length)} others`;
+  const here = ray.class.reduce((n, c) => n + (c < 0 ? 1 : 0), 0);
+  return element("tr", { className: "rest" }, element("td", { textContent: others }),
+    element("td", { textContent: whole(here) }), ...classCells(rest));
 }
 
 /* -1: all. */
 function chooseClass(index) {
   shown.class = index;
-  for (const row of byId("classes").tBodies[0].rows) {
+  for (const row of byId("classes").tBodies[0].querySelectorAll("[data-class]")) {
     const own = Number(row.dataset.class) === index;
     row.classList.toggle("chosen", own);
     row.querySelector("button").setAttribute("aria-pressed", String(own));
@@ -30,9 +46,29 @@ function chooseClass(index) {
   refreshRegion();
 }
 
-byId("classes").tBodies[0].append(...classes.map(classRow));
+byId("classes").tBodies[0].append(...classes.map(classRow), ...(data.classes.rest ? [restRow(data.classes.rest)] : []));
 byId("classes-note").textContent = !classes.length ? "No ray, no class."
-  : `${whole(data.classes.count)} class${data.classes.count === 1 ? "" : "es"} among the ${whole(ray.count)} rays of this page` +
-    (data.classes.count > classes.length ? `; the first ${classes.length} are listed` : "") +
-    `; flux in ${scene.flux_unit}, share of these rays\u2019 flux`;
+  : (data.classes.count === null ? "The largest classes" : `${whole(data.classes.count)} class${data.classes.count === 1 ? "" : "es"}`) +
+    ` of the ${whole(data.matched)} matching rays, by ${data.classes.by}; flux in ${scene.flux_unit} with its standard error; ` +
+    "here: rays in this page";
 copyButton(byId("class-criterion"));
+
+/* The criteria that were given: a switch each, and the colour of the rays that match it. */
+function whereItem(one, index) {
+  const box = element("input", { type: "checkbox", checked: true });
+  const swatch = element("span", { className: "swatch" });
+  scheme.told.push(() => (swatch.style.background = kindColour(index)));
+  box.addEventListener("change", () => {
+    whereOn = box.checked ? whereOn | (1 << index) : whereOn & ~(1 << index);
+    refreshRays();
+    paintRays();
+    refreshRegion();
+  });
+  return element("li", {}, element("label", { title: one.criterion }, box, swatch, one.name || one.criterion,
+    element("small", { textContent: ` ${whole(one.here)}` })));
+}
+
+byId("where").append(...where.map(whereItem));
+byId("where").hidden = !where.length;
+if (where.length) byId("colour").append(element("option", { value: "criterion", textContent: "by criterion" }));
+byId("colour").value = colouring.mode;

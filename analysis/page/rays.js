@@ -130,7 +130,18 @@ function kindColour(index) {
   return index >= 0 && index < KINDS[set].length ? KINDS[set][index] : REST[set];
 }
 
-const colouring = { mode: "natural" };
+const colouring = { mode: data.color };
+
+/* The criteria that were given, which of them each ray matches, and which are switched on: bits. */
+const where = data.where.list;
+ray.where = unpack(data.where.match);
+let whereOn = -1;
+
+/* The first of them that a ray matches, of those that are on. */
+function whereOf(r) {
+  const bits = ray.where[r] & whereOn;
+  return bits ? 31 - Math.clz32(bits & -bits) : -1;
+}
 
 function bytesOf(ink) {
   const value = parseInt(ink.slice(1), 16);
@@ -142,7 +153,7 @@ function legColour(l) {
     return nightOrDay().subarray(3 * colour.of[l], 3 * colour.of[l] + 3);
   }
   const r = leg.ray[l];
-  return bytesOf(kindColour(colouring.mode === "path" ? ray.class[r] : ray.order[r]));
+  return bytesOf(kindColour({ path: ray.class[r], order: ray.order[r], criterion: whereOf(r) }[colouring.mode]));
 }
 
 function paintRays() {
@@ -165,7 +176,7 @@ const shown = { class: -1, region: null, state: new Uint8Array(ray.count), count
 function refreshRays() {
   shown.count = shown.inRegion = shown.legs = 0;
   for (let r = 0; r < ray.count; r++) {
-    const visible = shown.class < 0 || ray.class[r] === shown.class;
+    const visible = (shown.class < 0 || ray.class[r] === shown.class) && (!where.length || whereOf(r) >= 0);
     const inside = shown.region ? shown.region[r] === 1 : false;
     shown.state[r] = !visible ? HIDDEN : !shown.region ? SHOWN : inside ? STRONG : DIM;
     shown.count += visible ? 1 : 0;
@@ -219,7 +230,8 @@ function drawLegend() {
     for (let k = 0; k <= Math.min(most, last); k++)
       items.push(entry(kindColour(k), k === last ? `${k} or more` : `ghost order ${k}`));
   } else {
-    items.push(element("li", { textContent: "colours as in the table of path classes" }));
+    items.push(element("li", { textContent: colouring.mode === "path" ? "colours as in the table of path classes"
+      : "colours as of the criteria above, the first that a ray matches" }));
   }
   byId("legend").replaceChildren(...items);
 }

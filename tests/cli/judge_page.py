@@ -85,13 +85,35 @@ for name in ("object", "event", "medium", "primitive"):
     check(np.array_equal(unpack(leg[name]), stored("segment/" + name)[rows, 0]), f"/segment/{name} comes back")
 check(np.array_equal(unpack(leg["position"]), stored("segment/position", 3)[rows].ravel()), "positions come back")
 
-# Classes: all rays, most flux first, and their flux.
-classes = everything.data["classes"]
-check(sum(one["rays"] for one in classes["list"]) == 2000, "classes hold every ray")
-check(np.array_equal(np.bincount(unpack(classes["of"]).astype(int)), [one["rays"] for one in classes["list"]]), "rays of classes")
-fluxes = [one["flux"] for one in classes["list"]]
-check(fluxes == sorted(fluxes, reverse=True), "classes are in the order of their flux")
-check(abs(sum(one["share"] for one in classes["list"]) - 1) < 1e-12, "shares add up to 1")
+# Classes: those of `paths`, with the rays of the page that are theirs.
+def check_classes(page, told, level):
+    classes = page.data["classes"]
+    with open(told, encoding="utf-8") as file:
+        want = json.load(file)
+    check(classes["by"] == level and classes["count"] == len(want["classes"]) + want["remainder"]["classes"], "all classes are counted")
+    check(len(classes["list"]) == len(want["classes"]) > 5, f"{len(classes['list'])} classes")
+    for one, row in zip(classes["list"], want["classes"]):
+        for name in ("criterion", "rays", "flux", "share", "standard_error", "first_ray"):
+            check(one[name] == row[name], f"{name} of {one['sequence']}: {one[name]}, paths says {row[name]}")
+    of = unpack(classes["of"]).astype(int)
+    check(np.array_equal(np.bincount(of[of >= 0], minlength=len(classes["list"])), [one["here"] for one in classes["list"]]), "rays of classes")
+    ids = unpack(page.data["rays"]["ray"]["id"])
+    for k in np.unique(of[of >= 0]):
+        first = classes["list"][k]["first_ray"]
+        check(first == ids[of == k].min() or first < ids.min(), f"the first ray of class {k} is of it")
+
+
+check_classes(everything, "paths.json", "surface")
+check_classes(some, "paths_some.json", "object")
+
+# Criteria: what each ray of the page matches.
+where = some.data["where"]
+check(some.data["color"] == "criterion" and everything.data["color"] == "natural", "first colours")
+check([one["criterion"] for one in where["list"]] == ["hit(lens.2, reflect_specular)", "segments in 4..5"], "criteria of the page")
+bits, legs = unpack(where["match"]).astype(int), unpack(some.data["rays"]["ray"]["legs"])
+check(np.array_equal(bits & 2, np.where((legs >= 4) & (legs <= 5), 2, 0)) and np.all(bits > 0) and np.any(bits == 3), "which rays match what")
+check(where["list"][1]["here"] == ((legs >= 4) & (legs <= 5)).sum(), "rays that match a criterion")
+check(everything.data["where"]["list"] == [], "no criteria, no switches")
 
 # What matches, and the detector's image of all that does.
 with open("count.json", encoding="utf-8") as file:

@@ -10,13 +10,19 @@ write_scene scene.yaml
 sed -i 's|name: sensor|name: "</script><b>ü \\\\u003c-->"|' scene.yaml
 expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
 expect 0 '2000 of 5000 matching' "$RAYMAP" draw a.raymap -o all.html
-expect 0 '60 of [0-9]+ matching' "$RAYMAP" draw a.raymap --where 'hit(lens.2, reflect_specular)' --limit 60 -o some.html
+expect 0 '60 of [0-9]+ matching' "$RAYMAP" draw a.raymap --where 'hit(lens.2, reflect_specular)' --where 'segments in 4..5' --by object --limit 60 -o some.html
 expect 0 '0 of 0 matching' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
 expect 0 '"drawn": 10' "$RAYMAP" draw a.raymap --limit 10 --view yz -o ten.html --json
 expect 2 'exists' "$RAYMAP" draw a.raymap -o ten.html
 expect 2 'between 1 and 200000' "$RAYMAP" draw a.raymap --limit 200001 -o b.html
 expect 5 'cannot write' "$RAYMAP" draw a.raymap -o no/folder/b.html
-"$RAYMAP" query a.raymap 'hit(lens.2, reflect_specular)' --count --json --quiet >count.json
+"$RAYMAP" query a.raymap 'hit(lens.2, reflect_specular) or segments in 4..5' --count --json --quiet >count.json
+"$RAYMAP" paths a.raymap --top 500 --json --quiet >paths.json
+"$RAYMAP" paths a.raymap --where '(hit(lens.2, reflect_specular)) or (segments in 4..5)' --by object --top 500 --json --quiet >paths_some.json
+many=()
+for i in {1..32}; do many+=(--where "segments > $i"); done
+expect 2 '31 criteria at most' "$RAYMAP" draw a.raymap "${many[@]}" -o b.html
+expect 2 'surface, object or group' "$RAYMAP" draw a.raymap --by lens -o b.html
 /usr/bin/python3 "$(dirname "$0")/judge_page.py" a.raymap all.html some.html none.html ten.html || failures=$((failures + 1))
 
 # With a browser: the page's program runs to its end.

@@ -114,6 +114,61 @@ for text, says in (
     open("bad.yaml", "w").write(text)
     run(*QUERY, "bad.yaml", status=3, says=says)
 run(*QUERY, "nowhere.yaml", status=3, says="nowhere.yaml")
-run(*QUERY, "double-gauss-receivers.yaml", "--limit", "3", status=2, says="--receivers goes with --count")
+run(*QUERY, "double-gauss-receivers.yaml", "--explain", status=2, says="leave one of them out")
+
+
+# Rays listed, sampled, written and drawn by what receivers saw: those that a run with them as detectors lists
+def ids(text):
+    return [ray["ray"] for ray in json.loads(text)]
+
+
+def same_for_ranks(*words, files=()):
+    told = []
+    for np in ("1", "2", "3", "4"):
+        says = run("mpirun", "-np", np, *words)
+        told.append((says, [open(file, "rb").read() for file in files]))
+    if any(one != told[0] for one in told):
+        global failures
+        failures += 1
+        print("FAILED: ranks differ", words)
+    return told[0][0]
+
+
+def expect(holds, what):
+    global failures
+    if not holds:
+        failures += 1
+        print("FAILED:", what)
+
+
+over = ("--receivers", "double-gauss-receivers.yaml")
+asked = "registered(sensor2) and hit(*, reflect) >= 2"
+for words in (("--limit", "7"), ("--sample", "9", "--seed", "3"), ("--limit", "1000000")):
+    want = ids(run(RAYMAP, "query", "double-gauss-all.raymap", asked, *words, "--json"))
+    expect(len(want) > 5, f"{words}: {len(want)} rays")
+    expect(ids(same_for_ranks(RAYMAP, "query", "double-gauss.raymap", asked, *over, *words, "--json")) == want, f"rays of {words}")
+run(RAYMAP, "query", "double-gauss.raymap", asked, *over, "-o", "picked.raymap", "--quiet", "--force")
+expect(ids(run(RAYMAP, "query", "picked.raymap", "all", "--limit", "1000000", "--json")) == want, "a map of these rays")
+same_for_ranks(RAYMAP, "query", "double-gauss.raymap", asked, *over, "-o", "picked.csv", "--force", files=["picked.csv"])
+expect({int(line.split(",")[0]) for line in open("picked.csv") if line[0].isdigit()} == set(want), "a table of these rays")
+expect(run(RAYMAP, "query", "double-gauss.raymap", "segments > 1000", *over, "--limit", "3", "--json").split() in (["[]"], ["[", "]"]), "no ray")
+
+picture = (RAYMAP, "draw", "double-gauss.raymap", *over, "--where", "registered(tilted)", "--where", "registered(outside)",
+           "--limit", "40", "--force", "--quiet", "-o")
+for file in ("over.svg", "over.vtp"):
+    same_for_ranks(*picture, file, files=[file])
+drawn = open("over.svg").read()
+expect(all(f">{name}<" in drawn for name in ("tilted", "sensor2", "sensor")), "receivers are marked in a picture")
+expect("registered(tilted)" in drawn and "ray" in drawn, "a legend of criteria")
+same_for_ranks(*picture, "over.html", files=["over.html"])
+page = open("over.html").read()
+data = json.loads(page[page.index('id="data">') + 10:].split("</script>")[0])
+images = {one["name"]: one["image"] for one in data["detectors"]["list"]}
+for name in ("tilted", "far", "outside"):
+    where = '(registered(tilted)) or (registered(outside))'
+    told = json.loads(run(RAYMAP, "detector", "double-gauss.raymap", name, *over, "--where", where, "--json"))
+    expect(images[name]["registrations"] == told["registrations"] > 0, f"the page's image of {name}")
+expect(data["where"]["list"][0]["criterion"] == "registered(tilted)" and data["where"]["list"][0]["here"] > 0, "the page's criteria")
+expect(any("V@tilted" in one["sequence"] for one in data["classes"]["list"]), "the page's classes")
 run(RAYMAP, "query", "double-gauss.raymap", "registered(tilte)", "--receivers", "double-gauss-receivers.yaml", status=3, says="did you mean 'tilted'?")
 sys.exit(1 if failures else 0)

@@ -97,6 +97,7 @@ async function showsClasses(page) {
   for (let k = 0; k < (await rows.count()); k++)
     sum += Number((await rows.nth(k).locator("td").nth(1).textContent()).replace(/,/g, ""));
   check(sum === 400, `the classes hold ${sum} of 400 rays`);
+  await agreesWithPaths(page, [], "surface");
   const second = rows.nth(1), rays = Number(await second.locator("td").nth(1).textContent());
   const before = await pixels(page, "#canvas");
   await second.locator("button").click();
@@ -111,6 +112,48 @@ async function showsClasses(page) {
   await picture(page, "class.png");
   await second.locator("button").click();
   check((await statistics(page)).shown === 400, "a second click shows all rays again");
+}
+
+/* The table is that of `paths`: rays, flux and share of all matching rays, with standard errors. */
+async function agreesWithPaths(page, words, by) {
+  const told = JSON.parse(raymap("paths", "a.raymap", ...words, "--by", by, "--top", "500", "--json", "--quiet"));
+  const rows = page.locator("#classes tbody tr[data-class]");
+  check((await rows.count()) === told.classes.length, `${await rows.count()} classes by ${by}, paths has ${told.classes.length}`);
+  for (let k = 0; k < Math.min(told.classes.length, 6); k++) {
+    const cells = (await rows.nth(k).locator("td").allTextContents()).map((text) => text.replace(/,/g, ""));
+    const [, , rays, flux, share] = cells.map((text) => text.replace(/\u2212/g, "-"));
+    const own = told.classes[k];
+    const [value, error] = flux.split("\u00b1").map(Number);
+    check(Number(rays) === own.rays, `rays of class ${k}: ${rays}`);
+    check(Math.abs(value / own.flux - 1) < 1e-3 && Math.abs(error / own.standard_error - 1) < 0.06, `flux of class ${k}: ${flux}`);
+    check(/^[\d.e-]+ \u00b1 [\d.e-]+ %$/.test(share) && Math.abs(parseFloat(share) / 100 / own.share - 1) < 1e-3, `share of class ${k}: ${share}`);
+  }
+  check((await page.textContent("#classes-note")).includes(`by ${by}`), "the page says by whose names");
+}
+
+async function switchesCriteria(page) {
+  await agreesWithPaths(page, ["--where", "(hit(lens.2, reflect)) or (segments > 4 or ray < 60)"], "object");
+  check((await page.inputValue("#colour")) === "criterion", "rays are coloured by criterion");
+  const boxes = page.locator("#where input");
+  check((await boxes.count()) === 2, "a switch for each criterion");
+  const both = await pixels(page, "#canvas"), all = (await statistics(page)).shown;
+  await picture(page, "criteria.png");
+  const last = await page.evaluate(() => raymap.lastRay());
+  for (const [k, criterion] of [[1, "hit(lens.2, reflect)"], [0, "segments > 4 or ray < 60"]]) {
+    await boxes.nth(k).uncheck();
+    await settle(page);
+    const left = counted("a.raymap", `(${criterion}) and ray <= ${last}`);
+    check((await statistics(page)).shown === left && left > 0 && left < all, `without criterion ${k} ${left} of ${all} rays are shown`);
+    check((await changed(page, both)) > 300, "a switch changes the picture");
+    await picture(page, `criterion-${k}.png`);
+    await boxes.nth(k).check();
+  }
+  check((await statistics(page)).shown === all, "both switched on again");
+  await settle(page);
+  const before = await pixels(page, "#canvas");
+  await page.selectOption("#colour", "natural");
+  await settle(page);
+  check((await changed(page, before)) > 300, "natural colours are others");
 }
 
 async function reportsUnderThePointer(page) {
@@ -224,6 +267,15 @@ async function main() {
     let page = await open(browser, "a.html");
     for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, moves, hearsKeys, isWellLabelled])
       await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "two.html");
+    await switchesCriteria(page).catch((error) => check(false, `switchesCriteria: ${error.message}`));
+    await page.context().close();
+
+    page = await open(browser, "order.html");
+    check((await page.inputValue("#colour")) === "order", "--color order");
+    check(/ghost order 0/.test(await page.textContent("#legend")), "and its legend");
     await page.context().close();
 
     page = await open(browser, "none.html");

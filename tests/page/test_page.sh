@@ -22,6 +22,8 @@ write_scene scene.yaml
 sed -i '/name: sensor/a\  - {name: far, type: intensity, cells: [18, 36], axis: [0, 0, 1]}' scene.yaml
 expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
 expect 0 '400 of [0-9]+ matching' "$RAYMAP" draw a.raymap --limit 400 -o a.html
+expect 0 'matching rays drawn' "$RAYMAP" draw a.raymap --limit 400 --where 'hit(lens.2, reflect)' --where 'segments > 4 or ray < 60' --by object -o two.html
+expect 0 '400 of [0-9]+ matching' "$RAYMAP" draw a.raymap --limit 400 --color order -o order.html
 expect 0 '0 of 0' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
 sed 's|name: sensor|name: "</script><b>ü \\\\u003c-->"|' scene.yaml >odd.yaml
 expect 0 '' "$RAYMAP" trace odd.yaml -o "<b>\"odd'.raymap" -n 1000 --quiet
