@@ -37,8 +37,8 @@ static enum rmap_status find_alone(struct rmap_comparison *self,
     enum rmap_status st = RMAP_OK;
     int32_t *pair = NULL;
     for (int k = 0; k < 2; k++) {
-        const struct rmap_names own = names_of(rmap_map_scene(self->map[k]));
-        const struct rmap_names other = names_of(rmap_map_scene(self->map[1 - k]));
+        const struct rmap_names own = names_of(rmap_comparison_scene(self, k));
+        const struct rmap_names other = names_of(rmap_comparison_scene(self, 1 - k));
         RMAP_TRY(rmap_names_pair(&own, &other, &pair, err));
         for (size_t i = 0; i < own.n; i++)
             if (pair[i] < 0)
@@ -122,6 +122,7 @@ static enum rmap_status check_maps(const struct rmap_comparison *self, struct rm
 }
 
 enum rmap_status rmap_comparison_create(const struct rmap_map *const map[2],
+                                        const struct rmap_overlay *const overlay[2],
                                         const char *const path[2], const char *const criterion[2],
                                         struct rmap_comparison **comparison_ret,
                                         struct rmap_error *err)
@@ -134,6 +135,7 @@ enum rmap_status rmap_comparison_create(const struct rmap_map *const map[2],
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a comparison");
     for (int k = 0; k < 2; k++) {
         self->map[k] = map[k];
+        self->overlay[k] = overlay[k];
         self->path[k] = path[k];
         self->criterion[k] = criterion[k];
     }

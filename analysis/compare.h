@@ -47,8 +47,9 @@ struct rmap_compare_again {
 
 struct rmap_comparison {
     const struct rmap_map *map[2]; /* borrowed; the same one where two criteria are compared */
-    const char *path[2];           /* borrowed, for output; [1] may be NULL */
-    const char *criterion[2];      /* borrowed; NULL: all rays */
+    const struct rmap_overlay *overlay[2]; /* borrowed; NULL: no receivers */
+    const char *path[2];                   /* borrowed, for output; [1] may be NULL */
+    const char *criterion[2];              /* borrowed; NULL: all rays */
     struct rmap_strata strata;
     struct rmap_overlap overlap;
     struct rmap_compare_test *test; /* [n] in the order of kinds, then of names in the first map */
@@ -64,10 +65,18 @@ struct rmap_comparison {
     bool too_equal; /* distributions agree better than chance would have them agree */
 };
 
-/* paths, criteria: as above. Two maps: their units of flux and at least one source's name must
- * agree, and neither may hold rays picked out of the same trace: RMAP_INPUT. One map: map[1] is
- * map[0]. */
+/* The scene of map k, with receivers. */
+static inline const struct rmap_scene *rmap_comparison_scene(const struct rmap_comparison *self,
+                                                             int k)
+{
+    return rmap_scene_with(self->map[k], self->overlay[k]);
+}
+
+/* paths, criteria, overlays: as above. Two maps: their units of flux and at least one source's name
+ * must agree, and neither may hold rays picked out of the same trace: RMAP_INPUT. One map: map[1]
+ * is map[0]. */
 enum rmap_status rmap_comparison_create(const struct rmap_map *const map[2],
+                                        const struct rmap_overlay *const overlay[2],
                                         const char *const path[2], const char *const criterion[2],
                                         struct rmap_comparison **comparison_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
@@ -89,6 +98,9 @@ enum rmap_status rmap_comparison_add_products(struct rmap_comparison *comparison
                                               const struct rmap_compare_sums *both,
                                               const struct rmap_compare_products *const products[2],
                                               struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether the cells of a detector in one scene are those of one in the other. */
+bool rmap_compare_same_grid(const struct rmap_scene *const scene[2], const size_t detector[2]);
 
 /* One more test. name is copied. */
 enum rmap_status rmap_comparison_add_bins(struct rmap_comparison *comparison,

@@ -84,7 +84,7 @@ out:
 }
 
 /* The same place, grid and orientation do not matter: a detector may have been moved. */
-static bool same_grid(const struct rmap_scene *const scene[2], const size_t detector[2])
+bool rmap_compare_same_grid(const struct rmap_scene *const scene[2], const size_t detector[2])
 {
     const struct rmap_detector *one = &scene[0]->detector[detector[0]];
     const struct rmap_detector *other = &scene[1]->detector[detector[1]];
@@ -138,14 +138,14 @@ static enum rmap_status add_image(struct adding *adding, const char *name, const
                                   struct rmap_error *err)
 {
     struct rmap_comparison *self = adding->self;
-    const struct rmap_scene *const scene[2] = {rmap_map_scene(self->map[0]),
-                                               rmap_map_scene(self->map[1])};
+    const struct rmap_scene *const scene[2] = {rmap_comparison_scene(self, 0),
+                                               rmap_comparison_scene(self, 1)};
     const uint32_t *cells = scene[0]->detector[detector[0]].cells;
     struct rmap_chi_square result = {.rays = {(double)NAN, (double)NAN}, .p = (double)NAN};
     struct rmap_bins bins = {.count = {adding->count[0], adding->count[1]},
                              .n_bin = (size_t)cells[0] * cells[1]};
     bool again = false;
-    if (!same_grid(scene, detector))
+    if (!rmap_compare_same_grid(scene, detector))
         return rmap_comparison_add_bins(self, RMAP_COMPARE_IMAGE, name, &result, "its grid differs",
                                         err);
     for (size_t s = 0; s < self->strata.n; s++)
@@ -185,8 +185,8 @@ static enum rmap_status add_branch(struct adding *adding, const struct branch *o
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_names own = of->names_of(rmap_map_scene(adding->self->map[0]));
-    const struct rmap_names other = of->names_of(rmap_map_scene(adding->self->map[1]));
+    const struct rmap_names own = of->names_of(rmap_comparison_scene(adding->self, 0));
+    const struct rmap_names other = of->names_of(rmap_comparison_scene(adding->self, 1));
     int32_t *pair = NULL;
     RMAP_TRY(rmap_names_pair(&own, &other, &pair, err));
     for (size_t i = 0; i < own.n; i++) {

@@ -91,7 +91,7 @@ static size_t gather(struct rmap_compare_products *self, const struct rmap_porti
                      size_t first, size_t end, size_t d, double weight)
 {
     const struct rmap_registration_columns *at = &portion->registration;
-    const uint32_t width = rmap_map_scene(self->layout->of->map)->detector[d].cells[0];
+    const uint32_t width = self->layout->of->scene->detector[d].cells[0];
     size_t n_met = 0;
     for (size_t row = first; row < end; row++) {
         if (!at->registered[row] || (size_t)at->detector[row] != d)
@@ -215,7 +215,7 @@ enum rmap_status rmap_comparison_add_products(struct rmap_comparison *comparison
         rmap_compare_count_both(both, again->detector[0], &result);
         RMAP_TRY(rmap_comparison_add_bins(
             comparison, RMAP_COMPARE_IMAGE,
-            rmap_map_scene(comparison->map[0])->detector[again->detector[0]].name, &result, NULL,
+            rmap_comparison_scene(comparison, 0)->detector[again->detector[0]].name, &result, NULL,
             err));
     }
 out:

@@ -32,10 +32,13 @@ size_t rmap_compare_stop(const struct rmap_compare_layout *layout, int stop)
 }
 
 enum rmap_status rmap_compare_layout_init(struct rmap_compare_layout *layout,
-                                          const struct rmap_map *map, struct rmap_error *err)
+                                          const struct rmap_map *map,
+                                          const struct rmap_overlay *overlay,
+                                          struct rmap_error *err)
 {
-    const struct rmap_scene *scene = rmap_map_scene(map);
+    const struct rmap_scene *scene = rmap_scene_with(map, overlay);
     *layout = (struct rmap_compare_layout){.map = map,
+                                           .scene = scene,
                                            .n_source = scene->n_source,
                                            .n_detector = scene->n_detector,
                                            .n_object = scene->n_object,
@@ -122,7 +125,7 @@ static enum rmap_status add_registrations(struct rmap_compare_sums *self,
         size_t d = (size_t)at->detector[row];
         if (!at->registered[row])
             continue;
-        const struct rmap_detector *detector = &rmap_map_scene(layout->map)->detector[d];
+        const struct rmap_detector *detector = &layout->scene->detector[d];
         const uint16_t *cell = at->cell + 2 * row;
         if (cell[0] >= detector->cells[0] || cell[1] >= detector->cells[1])
             return rmap_error_set(err, RMAP_FORMAT,

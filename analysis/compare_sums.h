@@ -11,7 +11,8 @@
 
 /* Where things stand in the sums of one map. Plain data; rmap_free(first_cell). */
 struct rmap_compare_layout {
-    const struct rmap_map *map; /* borrowed */
+    const struct rmap_map *map;     /* borrowed */
+    const struct rmap_scene *scene; /* with receivers; borrowed */
     size_t n_source, n_detector, n_object, n_medium;
     size_t n_scalar;    /* selected; detectors; objects; media; stops */
     size_t n_cell;      /* of all detectors */
@@ -29,6 +30,7 @@ size_t rmap_compare_stop(const struct rmap_compare_layout *layout, int stop);
 /* RMAP_SYSTEM, with the reason, also where the sums would be too large to hold. */
 enum rmap_status rmap_compare_layout_init(struct rmap_compare_layout *layout,
                                           const struct rmap_map *map,
+                                          const struct rmap_overlay *overlay,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_compare_layout_fini(struct rmap_compare_layout *layout);
 

@@ -7,13 +7,17 @@
 #include "analysis/compare.h"
 #include "analysis/compare_products.h"
 #include "base/alloc.h"
-#include "io/diagnostics.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/compare_fields.h"
+#include "mpi/compare_images.h"
+#include "mpi/compare_out.h"
+#include "mpi/compare_request.h"
 #include "mpi/fold_run.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
+#include "mpi/output.h"
+#include "mpi/overlay_load.h"
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION...",
@@ -27,115 +31,24 @@ static const struct rmap_option options[] = {
      "equal ones of a number (default: 50 with as many rays each, or one per whole number)"},
     {"range", 0, "A..B", "that the bins of a number span (default: all values)"},
     {"detector", 'd', "NAME", "of the detectors this one alone"},
+    {"output", 'o', "OUT",
+     "what differs where, of the detector or the number: OUT.csv, .h5, .npz, a picture .png, .svg; "
+     "OUT.json with all tests"},
+    {"force", 'f', NULL, "replace OUT"},
+    RMAP_RECEIVERS_OPTION,
     {"significance", 0, "P", "chance of a false alarm among all tests (default 0.01)"},
     {"correction", 0, "NAME", "for the number of tests: holm (default), sidak, none"},
     {NULL}};
-
-struct request {
-    const char *path[2]; /* [1]: the first one again where two criteria are compared */
-    char **where, **of;
-    size_t n_where, n_of;
-    const char *range;
-    uint64_t n_bin;
-    unsigned kinds;
-    const char *detector;
-    double significance;
-    enum rmap_correction correction;
-};
-
-/* Index of a word in a list that ends with NULL. RMAP_USAGE with the nearest one. */
-static enum rmap_status find_word(const char *text, const char *option, const char *const *word,
-                                  size_t *found, struct rmap_error *err)
-{
-    size_t n = 0;
-    for (; word[n]; n++)
-        if (strcmp(word[n], text) == 0) {
-            *found = n;
-            return RMAP_OK;
-        }
-    const char *nearest = rmap_nearest_word(text, word, n);
-    if (nearest)
-        return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none (did you mean '%s'?)", option,
-                              text, nearest);
-    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none; see: raymap compare --help", option,
-                          text);
-}
-
-static void free_list(char **list, size_t n)
-{
-    for (size_t i = 0; i < n; i++)
-        rmap_free(list[i]);
-    rmap_free(list);
-}
-
-static enum rmap_status read_kinds(const struct rmap_arguments *given, unsigned *kinds,
-                                   struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    char **list = NULL;
-    size_t n = 0, kind = 0;
-    *kinds = 0;
-    RMAP_TRY(rmap_argument_list(given, "test", &list, &n, err));
-    for (size_t i = 0; i < n; i++) {
-        RMAP_TRY(find_word(list[i], "test", rmap_compare_word, &kind, err));
-        *kinds |= 1u << kind;
-    }
-    if (n == 0 && !rmap_argument(given, "of"))
-        *kinds = (1u << RMAP_COMPARE_KIND_COUNT) - 1;
-out:
-    free_list(list, n);
-    return st;
-}
-
-static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
-                                     struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const char *correction = rmap_argument(given, "correction");
-    size_t word = RMAP_CORRECTION_HOLM;
-    bool one = given->n_operand == 1;
-    *request = (struct request){.path = {given->operand[0], given->operand[one ? 0 : 1]},
-                                .detector = rmap_argument(given, "detector"),
-                                .range = rmap_argument(given, "range"),
-                                .significance = 0.01};
-    RMAP_TRY(rmap_argument_each(given, "where", &request->where, &request->n_where, err));
-    RMAP_TRY(rmap_argument_each(given, "of", &request->of, &request->n_of, err));
-    RMAP_TRY(rmap_argument_count(given, "bins", &request->n_bin, err));
-    RMAP_TRY(read_kinds(given, &request->kinds, err));
-    RMAP_TRY(rmap_argument_number(given, "significance", &request->significance, err));
-    if (correction)
-        RMAP_TRY(find_word(correction, "correction", rmap_correction_word, &word, err));
-    request->correction = (enum rmap_correction)word;
-    if (!(request->significance > 0.0 && request->significance < 1.0))
-        st = rmap_error_set(err, RMAP_USAGE, "--significance must lie between 0 and 1");
-    else if (request->n_bin > RMAP_COMPARE_BINS_MAX ||
-             (!request->n_bin && rmap_argument(given, "bins")))
-        st = rmap_error_set(err, RMAP_USAGE, "--bins must lie between 1 and %d",
-                            RMAP_COMPARE_BINS_MAX);
-    else if (one && request->n_where != 2)
-        st = rmap_error_set(err, RMAP_USAGE,
-                            "one map alone: say which two criteria to compare, --where A --where B "
-                            "(or name a second map)");
-    else if (request->n_where > 2)
-        st = rmap_error_set(err, RMAP_USAGE, "at most two --where, for the two samples");
-out:
-    return st;
-}
-
-static void request_fini(struct request *request)
-{
-    free_list(request->where, request->n_where);
-    free_list(request->of, request->n_of);
-}
 
 /* Samples that are summed up: two; of one map the rays of A alone, of B alone, and of both. */
 enum { SAMPLE_MAX = 3 };
 
 struct work {
     const struct rmap_context *context;
-    struct request request;
+    struct rmap_compare_request request;
     struct rmap_asked asked;
-    struct rmap_map *map[2]; /* [1] may be [0] */
+    struct rmap_map *map[2];         /* [1] may be [0] */
+    struct rmap_overlay *overlay[2]; /* receivers, or NULL; [1] may be [0] */
     struct rmap_criterion *named[2];
     size_t n_sample;
     struct rmap_criterion *criterion[SAMPLE_MAX];
@@ -144,7 +57,14 @@ struct work {
     struct rmap_compare_products_layout products_layout[2];
     void *products[2];
     struct rmap_comparison *comparison;
+    struct rmap_compare_bins **bins; /* [n_bins] for the output, on rank 0 */
+    size_t n_bins;
 };
+
+static const struct rmap_scene *scene_of(const struct work *work, size_t k)
+{
+    return rmap_scene_with(work->map[k], work->overlay[k]);
+}
 
 static bool is_paired(const struct work *work)
 {
@@ -168,7 +88,7 @@ static enum rmap_status compile_pair(struct work *work, struct rmap_error *err)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a criterion");
     for (size_t i = 0; i < SAMPLE_MAX && st == RMAP_OK; i++) {
         (void)snprintf(text, nbytes, "%s(%s) and %s(%s)", sign[i][0], a, sign[i][1], b);
-        st = rmap_criterion_compile_with(text, work->asked.criteria, rmap_map_scene(work->map[0]),
+        st = rmap_criterion_compile_with(text, work->asked.criteria, scene_of(work, 0),
                                          &work->criterion[i], err);
     }
     rmap_free(text);
@@ -180,8 +100,8 @@ static enum rmap_status compile(struct work *work, struct rmap_error *err)
     enum rmap_status st = RMAP_OK;
     for (size_t k = 0; k < 2 && work->request.n_where > 0; k++) {
         size_t which = k < work->request.n_where ? k : 0;
-        RMAP_TRY(rmap_asked_compile(work->context, &work->asked, which,
-                                    rmap_map_scene(work->map[k]), &work->named[k], err));
+        RMAP_TRY(rmap_asked_compile(work->context, &work->asked, which, scene_of(work, k),
+                                    &work->named[k], err));
     }
     work->n_sample = is_paired(work) ? 3 : 2;
     if (is_paired(work))
@@ -199,7 +119,7 @@ static enum rmap_status check_detector(const struct work *work, struct rmap_erro
 {
     const char *name = work->request.detector;
     for (int k = 0; k < 2 && name; k++) {
-        const struct rmap_scene *scene = rmap_map_scene(work->map[k]);
+        const struct rmap_scene *scene = scene_of(work, (size_t)k);
         bool found = false;
         for (size_t d = 0; d < scene->n_detector; d++)
             found = found || strcmp(scene->detector[d].name, name) == 0;
@@ -220,9 +140,11 @@ static enum rmap_status prepare(struct work *work, struct rmap_error *err)
     for (size_t k = 0; k < 2 && work->request.n_where > 0; k++)
         text[k] = work->request.where[k < work->request.n_where ? k : 0];
     const struct rmap_map *const map[2] = {work->map[0], work->map[1]};
-    RMAP_TRY(rmap_comparison_create(map, work->request.path, text, &work->comparison, err));
+    const struct rmap_overlay *const overlay[2] = {work->overlay[0], work->overlay[1]};
+    RMAP_TRY(
+        rmap_comparison_create(map, overlay, work->request.path, text, &work->comparison, err));
     for (int k = 0; k < 2; k++)
-        RMAP_TRY(rmap_compare_layout_init(&work->layout[k], work->map[k], err));
+        RMAP_TRY(rmap_compare_layout_init(&work->layout[k], work->map[k], work->overlay[k], err));
 out:
     return st;
 }
@@ -236,6 +158,7 @@ static enum rmap_status add_up(struct work *work, struct rmap_error *err)
         const struct rmap_fold fold = {.kind = &rmap_compare_sums_kind,
                                        .context = &work->layout[k],
                                        .map = work->map[k],
+                                       .overlay = work->overlay[k],
                                        .criterion = work->criterion[i],
                                        .columns = RMAP_COMPARE_SUMS_COLUMNS};
         RMAP_TRY(rmap_fold_run(work->context, &fold, &work->sums[i], err));
@@ -292,6 +215,7 @@ static enum rmap_status look_again(struct work *work, struct rmap_error *err)
         const struct rmap_fold fold = {.kind = &rmap_compare_products_kind,
                                        .context = &work->products_layout[i],
                                        .map = work->map[i],
+                                       .overlay = work->overlay[i],
                                        .criterion = work->criterion[i],
                                        .columns = RMAP_COMPARE_SUMS_COLUMNS};
         RMAP_TRY(rmap_fold_run(work->context, &fold, &work->products[i], err));
@@ -306,13 +230,20 @@ out:
     return st;
 }
 
+static struct rmap_compare_samples samples_of(const struct work *work)
+{
+    return (struct rmap_compare_samples){.map = {work->map[0], work->map[1]},
+                                         .overlay = {work->overlay[0], work->overlay[1]},
+                                         .criterion = work->criterion,
+                                         .n = work->n_sample};
+}
+
 /* Collective. Distributions of paths and numbers. */
 static enum rmap_status add_fields(struct work *work, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct request *request = &work->request;
-    const struct rmap_compare_samples samples = {
-        .map = {work->map[0], work->map[1]}, .criterion = work->criterion, .n = work->n_sample};
+    const struct rmap_compare_request *request = &work->request;
+    const struct rmap_compare_samples samples = samples_of(work);
     if (request->kinds & 1u << RMAP_COMPARE_PATHS)
         RMAP_TRY(rmap_compare_paths_run(work->context, &samples, work->comparison, err));
     for (size_t i = 0; i < request->n_of; i++) {
@@ -320,14 +251,35 @@ static enum rmap_status add_fields(struct work *work, struct rmap_error *err)
                                                    .detector = request->detector,
                                                    .n_bin = (size_t)request->n_bin,
                                                    .range = request->range};
-        RMAP_TRY(rmap_compare_number_run(work->context, &samples, &number, work->comparison, err));
+        RMAP_TRY(rmap_compare_number_run(work->context, &samples, &number, work->comparison,
+                                         request->output_path ? &work->bins[work->n_bins] : NULL,
+                                         err));
+        work->n_bins += work->bins && work->bins[work->n_bins] ? 1 : 0;
     }
 out:
     return st;
 }
 
+/* Collective. What is written of the detector. */
+static enum rmap_status add_images(struct work *work, struct rmap_error *err)
+{
+    const struct rmap_compare_samples samples = samples_of(work);
+    enum rmap_status st = rmap_compare_images_run(
+        work->context, &samples, work->request.detector,
+        rmap_output_is(work->request.output_path, ".json"), work->comparison, &work->bins[0], err);
+    work->n_bins = work->bins[0] ? 1 : 0;
+    return st;
+}
+
 static enum rmap_status show(const struct work *work, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    if (work->request.output_path)
+        st = rmap_compare_write(work->comparison,
+                                (const struct rmap_compare_bins *const *)work->bins, work->n_bins,
+                                work->request.output_path, err);
+    if (st != RMAP_OK)
+        return st;
     if (work->context->json)
         return rmap_json_print(rmap_comparison_json(work->comparison), stdout, err);
     return rmap_comparison_print(work->comparison, stdout, err);
@@ -337,8 +289,15 @@ static enum rmap_status compare(struct work *work, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = work->context;
-    const struct request *request = &work->request;
-    RMAP_TRY(rmap_agree(context, prepare(work, err), err));
+    const struct rmap_compare_request *request = &work->request;
+    if (request->output_path) {
+        work->bins = rmap_alloc(request->n_of + 1, sizeof *work->bins);
+        if (!work->bins)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for differences");
+    }
+    if (st == RMAP_OK)
+        st = prepare(work, err);
+    RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(add_up(work, err));
     if (context->rank == 0)
         st = rmap_comparison_add_sums(
@@ -348,6 +307,8 @@ static enum rmap_status compare(struct work *work, struct rmap_error *err)
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(look_again(work, err));
     RMAP_TRY(add_fields(work, err));
+    if (request->output_path && request->n_of == 0)
+        RMAP_TRY(add_images(work, err));
     if (context->rank == 0)
         st = rmap_comparison_conclude(work->comparison, request->significance, request->correction,
                                       err);
@@ -371,19 +332,25 @@ static void work_fini(struct work *work)
         rmap_criterion_destroy(work->named[k]);
     }
     rmap_comparison_destroy(work->comparison);
+    for (size_t i = 0; i < work->n_bins; i++)
+        rmap_compare_bins_destroy(work->bins[i]);
+    rmap_free(work->bins);
     rmap_asked_fini(&work->asked);
+    if (work->overlay[1] != work->overlay[0])
+        rmap_overlay_destroy(work->overlay[1]);
+    rmap_overlay_destroy(work->overlay[0]);
     if (work->map[1] != work->map[0])
         rmap_map_close(work->map[1]);
     rmap_map_close(work->map[0]);
-    request_fini(&work->request);
+    rmap_compare_request_fini(&work->request);
 }
 
 static enum rmap_status run_compare(const struct rmap_context *context,
                                     const struct rmap_arguments *given, struct rmap_error *err)
 {
     struct work work = {.context = context};
-    struct request *request = &work.request;
-    enum rmap_status st = read_request(given, request, err);
+    struct rmap_compare_request *request = &work.request;
+    enum rmap_status st = rmap_compare_request_read(given, request, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_asked_load(context, given, (const char *const *)request->where, request->n_where,
                              &work.asked, err));
@@ -392,6 +359,11 @@ static enum rmap_status run_compare(const struct rmap_context *context,
         work.map[1] = work.map[0];
     else
         RMAP_TRY(rmap_load_map(context, request->path[1], &work.map[1], err));
+    RMAP_TRY(rmap_overlay_load(context, given, work.map[0], &work.overlay[0], err));
+    if (given->n_operand == 1)
+        work.overlay[1] = work.overlay[0];
+    else
+        RMAP_TRY(rmap_overlay_load(context, given, work.map[1], &work.overlay[1], err));
     st = compare(&work, err);
 out:
     work_fini(&work);

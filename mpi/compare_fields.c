@@ -29,6 +29,7 @@ static enum rmap_status run(const struct rmap_context *context,
         const struct rmap_fold fold = {.kind = &rmap_compare_field_kind,
                                        .context = &plan[k],
                                        .map = samples->map[k],
+                                       .overlay = samples->overlay[k],
                                        .criterion = samples->criterion[i],
                                        .columns = rmap_compare_field_columns(&plan[k])};
         RMAP_TRY(rmap_fold_run(context, &fold, &field[i], err));
@@ -50,15 +51,17 @@ static enum rmap_status run_and_add(const struct rmap_context *context,
                                     const struct rmap_compare_samples *samples,
                                     const struct rmap_compare_field_plan plan[2],
                                     enum rmap_compare_kind kind, const char *name,
-                                    struct rmap_comparison *comparison, struct rmap_error *err)
+                                    struct rmap_comparison *comparison,
+                                    struct rmap_compare_bins **bins_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
     RMAP_TRY(run(context, samples, plan, field, err));
+    const struct rmap_compare_field *const fields[] = {field[0], field[1], field[2]};
     if (context->rank == 0)
-        st = rmap_comparison_add_field(
-            comparison, kind, name,
-            (const struct rmap_compare_field *const[]){field[0], field[1], field[2]}, err);
+        st = rmap_comparison_add_field(comparison, kind, name, fields, err);
+    if (context->rank == 0 && st == RMAP_OK && bins_ret)
+        st = rmap_compare_bins_of_field(comparison, name, fields, bins_ret, err);
     st = rmap_agree(context, st, err);
 out:
     release(field);
@@ -74,7 +77,7 @@ enum rmap_status rmap_compare_paths_run(const struct rmap_context *context,
     for (int k = 0; k < 2 && st == RMAP_OK; k++)
         st = rmap_compare_paths_plan(&plan[k], samples->map[k], err);
     RMAP_TRY(rmap_agree(context, st, err));
-    st = run_and_add(context, samples, plan, RMAP_COMPARE_PATHS, "", comparison, err);
+    st = run_and_add(context, samples, plan, RMAP_COMPARE_PATHS, "", comparison, NULL, err);
 out:
     for (int k = 0; k < 2; k++)
         rmap_compare_field_plan_fini(&plan[k]);
@@ -133,8 +136,8 @@ static enum rmap_status create_both(const struct rmap_compare_samples *samples,
 {
     enum rmap_status st = RMAP_OK;
     for (int k = 0; k < 2; k++)
-        RMAP_TRY(
-            rmap_quantities_create(samples->map[k], &number->of, 1, number->detector, &of[k], err));
+        RMAP_TRY(rmap_quantities_create_over(samples->map[k], samples->overlay[k], &number->of, 1,
+                                             number->detector, &of[k], err));
     if (strcmp(of[0]->of[0].unit, of[1]->of[0].unit) != 0)
         st = rmap_error_set(err, RMAP_INPUT, "%s is in %s in one map and in %s in the other",
                             number->of, of[0]->of[0].unit, of[1]->of[0].unit);
@@ -145,7 +148,9 @@ out:
 enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
                                          const struct rmap_compare_samples *samples,
                                          const struct rmap_compare_number *number,
-                                         struct rmap_comparison *comparison, struct rmap_error *err)
+                                         struct rmap_comparison *comparison,
+                                         struct rmap_compare_bins **bins_ret,
+                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_quantities *of[2] = {NULL, NULL};
@@ -157,9 +162,12 @@ enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     if (!number->range)
         RMAP_TRY(find_extent(context, samples, of, range, err));
-    if (range[0] > range[1]) { /* no reading at all */
-        comparison->n_empty++;
-        goto out;
+    if (range[0] > range[1]) { /* no reading at all: empty bins, where they are wanted */
+        range[0] = 0.0;
+        range[1] = 1.0;
+        comparison->n_empty += bins_ret ? 0 : 1;
+        if (!bins_ret)
+            goto out;
     }
     size_t n_merged = 0, n_bin = choose_bins(of[0], number->n_bin, range, &n_merged);
     for (int k = 0; k < 2 && st == RMAP_OK; k++) {
@@ -167,7 +175,8 @@ enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
         plan[k].n_merged = n_merged;
     }
     RMAP_TRY(rmap_agree(context, st, err));
-    st = run_and_add(context, samples, plan, RMAP_COMPARE_NUMBER, number->of, comparison, err);
+    st = run_and_add(context, samples, plan, RMAP_COMPARE_NUMBER, number->of, comparison, bins_ret,
+                     err);
 out:
     for (int k = 0; k < 2; k++) {
         rmap_compare_field_plan_fini(&plan[k]);

@@ -5,12 +5,13 @@
 #ifndef RMAP_COMPARE_FIELDS_H
 #define RMAP_COMPARE_FIELDS_H
 
-#include "analysis/compare_field.h"
+#include "analysis/compare_bins.h"
 #include "mpi/command.h"
 
 /* All borrowed. */
 struct rmap_compare_samples {
-    const struct rmap_map *map[2]; /* the same one twice where two criteria are compared */
+    const struct rmap_map *map[2];         /* the same one twice where two criteria are compared */
+    const struct rmap_overlay *overlay[2]; /* NULL: no receivers */
     struct rmap_criterion *const *criterion; /* [n] */
     size_t n; /* 2; of one map 3: the rays of each alone, and of both */
 };
@@ -21,7 +22,8 @@ enum rmap_status rmap_compare_paths_run(const struct rmap_context *context,
                                         struct rmap_comparison *comparison,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* Collective. The same of a number. */
+/* Collective. The same of a number. *bins_ret (NULL: not wanted): on rank 0 the distributions, NULL
+ * where nothing has a value. */
 struct rmap_compare_number {
     const char *of;       /* "path_length" */
     const char *detector; /* or NULL; as --detector of raymap stats */
@@ -32,6 +34,7 @@ enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
                                          const struct rmap_compare_samples *samples,
                                          const struct rmap_compare_number *number,
                                          struct rmap_comparison *comparison,
+                                         struct rmap_compare_bins **bins_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -4,6 +4,7 @@
 are those of numpy from the columns; p-values of maps that differ by their seed alone are uniform;
 a changed surface is found; two criteria of one map are a paired sample; what cannot be compared, or
 was asked wrongly, is said."""
+import csv
 import itertools
 import json
 import math
@@ -318,6 +319,140 @@ def check_paired():
     check(answer["same"] and answer["tested"] == 0, "nothing differs: nothing to test")
 
 
+def table_of(path):
+    with open(path, encoding="utf-8") as file:
+        rows = csv.DictReader(line for line in file if not line.startswith("#"))
+        return [{key: float(value) if value else math.nan for key, value in row.items()} for row in rows]
+
+
+KEYS = {"a": "a", "a_standard_error": "a_standard_error", "b": "b", "b_standard_error": "b_standard_error",
+        "difference": "difference", "standard_error": "standard_error", "z": "z"}
+
+
+def check_files(maps, options, rows, shape):
+    """Every format has the same numbers; the picture is one."""
+    answer = compare(*maps, *options)
+    for kind in ("json", "h5", "npz", "png", "svg"):
+        run("compare", *maps, *options, "-o", "d." + kind, "--force", "--quiet")
+    with open("d.json", encoding="utf-8") as file:
+        document = json.load(file)
+    bins = document.pop("bins")
+    check(document == answer and len(bins) == 1, f"{options}: JSON with bins is that without, and one distribution")
+    numbers = np.load("d.npz")
+    with h5py.File("d.h5") as file:
+        for key, name in KEYS.items():
+            want = [row[name] for row in rows]
+            check(np.array_equal(file[key][:].ravel(), want, equal_nan=True) and file[key].shape == shape, f"{options}: {key} of .h5")
+            check(np.array_equal(numbers[key].ravel(), want, equal_nan=True), f"{options}: {key} of .npz")
+            own = [math.nan if v is None else v for v in bins[0][key]]
+            check(np.array_equal(own, want, equal_nan=True), f"{options}: {key} of JSON")
+    with open("d.svg", encoding="utf-8") as file:
+        text = file.read()
+    check("difference of" in text and maps[0] in text, f"{options}: a picture")
+    check(os.path.getsize("d.png") > 5000, f"{options}: a picture in pixels")
+    return bins[0]
+
+
+def check_bins():
+    """-o: cells of a detector and bins of a number, of two maps and of two criteria of one."""
+    text = LENS.replace("REFLECTANCE", "0.5")
+    one, other = trace(text, "b1", 9000, 51), trace(text.replace("cone: 40", "cone: 38"), "b2", 15000, 52)
+    a, b = Columns(one), Columns(other)
+    run("compare", one, other, "-o", "image.csv", "--force")
+    rows = table_of("image.csv")
+    check(len(rows) == 256, "a row per cell")
+    area = (40e-3 / 16) ** 2
+    counted = 0
+    for row in rows[::5] + rows[120:136]:
+        cell = np.array([row["i"], row["j"]])
+        q = [np.bincount(c.hit_ray[(c.hit_cell == cell).all(axis=1)], minlength=len(c.id)).astype(float) for c in (a, b)]
+        check(near(row["x"], -20 + 2.5 * (row["i"] + 0.5)) and near(row["y"], -20 + 2.5 * (row["j"] + 0.5)), "centres")
+        for key, columns, own_q in (("a", a, q[0]), ("b", b, q[1])):
+            flux, error = own(columns, own_q)
+            check(near(row[key], flux / area) and near(row[key + "_standard_error"], error / area, 1e-7), f"cell {cell}: {row}")
+        if q[0].sum() + q[1].sum() > 0:
+            z = pooled_z(a, q[0], b, q[1])
+            check(near(row["z"], z, 1e-6) and near(row["difference"] / row["standard_error"], z, 1e-6), f"z of cell {cell}: {row['z']}, not {z}")
+            counted += 1
+    check(counted > 20, f"{counted} cells have rays")
+    check_files((one, other), (), rows, (16, 16))
+    options = ("--of", "path_length", "--bins", 12, "--range", "20..70")
+    run("compare", one, other, *options, "-o", "number.csv", "--force")
+    rows = table_of("number.csv")
+    edges = np.linspace(20, 70, 13)
+    for k, row in enumerate(rows):
+        q = [((c.path_length >= edges[k]) & ((c.path_length < edges[k + 1]) if k < 11 else (c.path_length <= 70))).astype(float)
+             for c in (a, b)]
+        check(near(row["low"], edges[k]) and near(row["high"], edges[k + 1]), "edges")
+        for key, columns, own_q in (("a", a, q[0]), ("b", b, q[1])):
+            flux, error = own(columns, own_q)
+            check(near(row[key], flux) and near(row[key + "_standard_error"], error, 1e-7), f"bin {k}: {row}")
+        if q[0].sum() + q[1].sum() > 0:
+            check(near(row["z"], pooled_z(a, q[0], b, q[1]), 1e-6), f"z of bin {k}")
+    check_files((one, other), options, rows, (12,))
+    # without a wish for bins: fine ones joined to 50 equal ones, with all the flux
+    run("compare", one, other, "--of", "path_length", "-o", "number.csv", "--force")
+    rows = table_of("number.csv")
+    flux = own(a, np.ones(len(a.id)))[0]
+    check(len(rows) == 50 and near(sum(row["a"] for row in rows), flux), f"{len(rows)} joined bins")
+    check(near(rows[0]["low"], min(a.path_length.min(), b.path_length.min())), "from the least value")
+    check_bins_paired(one, a)
+    check_bins_over(one, other, a)
+
+
+def check_bins_paired(one, a):
+    """The rays of both criteria cancel in every cell."""
+    where = ("segments > 1", "source(side)")
+    options = [word for text in where for word in ("--where", text)]
+    run("compare", one, *options, "-o", "pair.csv", "--force")
+    rows = table_of("pair.csv")
+    inside = [a.segment_count > 1, a.source == 1]
+    check((inside[0] & inside[1]).sum() > 100, "rays that both hold")
+    area = (40e-3 / 16) ** 2
+    for row in rows[100:160:3]:
+        hits = np.bincount(a.hit_ray[(a.hit_cell == [row["i"], row["j"]]).all(axis=1)], minlength=len(a.id)).astype(float)
+        for key, some in zip("ab", inside):
+            flux, error = own(a, hits * some)
+            check(near(row[key], flux / area) and near(row[key + "_standard_error"], error / area, 1e-7), f"paired: {row}")
+        difference, error = own(a, hits * inside[0] - hits * inside[1])
+        check(near(row["difference"], difference / area), f"paired difference: {row}")
+        if error > 0:
+            check(near(row["z"], difference / error, 1e-6), f"paired z: {row['z']}, not {difference / error}")
+    check_files((one,), options, rows, (16, 16))
+
+
+def check_bins_over(one, other, a):
+    """Receivers: the detector's own plane once more, and one that the scenes did not have."""
+    with open("over.yaml", "w", encoding="utf-8") as file:
+        file.write("detectors:\n"
+                   "  - {name: again, type: plane, on: screen, size: [40, 40], cells: [16, 16], at: [0, 0, 40], direction: [0, 0, -1]}\n"
+                   "  - {name: near, type: plane, size: [30, 30], cells: [6, 6], at: [0, 0, 20], direction: [0, 0, -1]}\n")
+    over = ("--receivers", "over.yaml")
+    answer = compare(one, other, *over)
+    keys = ("values", "difference", "z", "chi_square", "degrees", "p")
+    for kind in ("detector", "image"):
+        mine, theirs = find(answer, kind, "sensor"), find(answer, kind, "again")
+        check([mine.get(key) for key in keys] == [theirs.get(key) for key in keys], f"{kind} of a receiver over the sensor")
+    check(find(answer, "detector", "near")["values"][0]["rays"] > 1000, "a receiver between")
+    run("compare", one, other, *over, "--detector", "again", "-o", "again.csv", "--force")
+    run("compare", one, other, "-o", "image.csv", "--force")
+    check(table_of("again.csv") == table_of("image.csv") or str(table_of("again.csv")) == str(table_of("image.csv")), "its image")
+    answer = compare(one, other, *over, "--of", "x(near)", "--where", "registered(near)")
+    check(find(answer, "number", "x(near)")["degrees"] > 10, "numbers of a receiver")
+    done = run("compare", one, other, *over, "-o", "two.csv", status=2)
+    check("--detector NAME" in done.stderr, f"which detector: {done.stderr}")
+    done = run("compare", one, other, "-o", "two.csv", "--of", "segments", "--of", "bounces", status=2)
+    check("one --of" in done.stderr, "two numbers in one table")
+    run("compare", one, other, "-o", "two.json", "--of", "segments", "--of", "bounces", "--force")
+    with open("two.json", encoding="utf-8") as file:
+        check([bins["name"] for bins in json.load(file)["bins"]] == ["segments", "bounces"], "two numbers in JSON")
+    done = run("compare", one, other, "-o", "two.txt", status=2)
+    for options in (("--of", "path_length"), ()):
+        for kind in ("csv", "svg", "json", "npz"):
+            run("compare", one, other, "--where", "segments > 9000", *options, "-o", "none." + kind, "--force", "--quiet")
+    check(all(row["a"] == 0 and math.isnan(row["z"]) for row in table_of("none.csv")), "nothing matches: zeros")
+
+
 def check_uniform():
     """Pairs of seeds: z over the sensor, chi-square of its image (Kolmogorov & Smirnov)."""
     text = LENS.replace("REFLECTANCE", "0.5")
@@ -404,6 +539,7 @@ def check_mistakes():
 check_against_numpy()
 check_repeated()
 check_paired()
+check_bins()
 check_uniform()
 check_verdicts()
 check_mistakes()

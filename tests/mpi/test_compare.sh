@@ -15,6 +15,10 @@ for np in 1 2 3 4; do
     expect 0 '"tests"' mpirun -np $np "$RAYMAP" compare 1.raymap --json --where 'registered(sensor where x < 1)' \
         --where 'registered(sensor where x > -1)'
     cp stdout.txt one$np.json
+    expect 0 '' mpirun -np $np "$RAYMAP" compare 1.raymap 2.raymap --detector sensor -o d$np.csv --quiet
+    expect 0 '' mpirun -np $np "$RAYMAP" compare 1.raymap 2.raymap --of 'angle(sensor)' --threads $((5 - np)) -o n$np.svg --quiet
+    cmp d1.csv d$np.csv && cmp n1.svg n$np.svg ||
+        { echo "FAILED: files of $np ranks differ"; failures=1; }
     cmp two1.json two$np.json && cmp one1.json one$np.json ||
         { echo "FAILED: $np ranks differ"; failures=1; }
     expect 3 'criterion:1:5' mpirun -np $np "$RAYMAP" compare 1.raymap 2.raymap --where 'hit(lenz)'
