@@ -6,7 +6,7 @@
 #include "analysis/compare_field.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
-#include "mpi/compare_out.h"
+#include "mpi/compare_write.h"
 #include "mpi/output.h"
 
 /* Index of a word in a list that ends with NULL. RMAP_USAGE with the nearest one. */

@@ -9,6 +9,21 @@
 /* Detectors whose images are made; each costs a scan when there is a criterion. */
 enum { MOST_IMAGES = 16 };
 
+/* Where the sums kept during the trace do not do: receivers have none, and on a plane a ray may be
+ * registered several times, which errors must know; reading the largest maps for that takes too
+ * long. */
+static const uint64_t SEGMENTS_SCANNED = 100000000;
+
+static bool needs_scan(const struct rmap_page *page, int32_t detector)
+{
+    struct rmap_map_summary summary;
+    if (page->overlay && (size_t)detector >= rmap_overlay_first(page->overlay))
+        return true;
+    rmap_map_summarise(page->map, &summary);
+    return rmap_map_scene(page->map)->detector[detector].type == RMAP_DETECTOR_PLANE &&
+           summary.n_row[RMAP_TABLE_SEGMENT] < SEGMENTS_SCANNED;
+}
+
 /* Collective. *image_ret: on rank 0. */
 static enum rmap_status make_image(const struct rmap_context *context,
                                    const struct rmap_criterion *criterion,
@@ -21,7 +36,7 @@ static enum rmap_status make_image(const struct rmap_context *context,
     rmap_detector_bins_own(rmap_scene_with(map, page->overlay), detector, &ask.bins);
     enum rmap_status st = rmap_detector_sums_init_as(&sums, &ask, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (criterion || (page->overlay && (size_t)detector >= rmap_overlay_first(page->overlay)))
+    if (criterion || needs_scan(page, detector))
         RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
     else
         rmap_detector_sums_add_tally(&sums, rmap_map_tally(map));

@@ -122,6 +122,10 @@ check(some.data["matched"] == count["rays"]["matched"], "the number of matching 
 check(abs(some.data["flux_matched"] / count["flux"]["matched"] - 1) < 1e-12, "the flux of matching rays")
 image = everything.data["detectors"]["list"][0]["image"]
 check(image["registrations"] == int(stored("registration/registered").sum()), "registrations of the detector")
+with open("detector.json", encoding="utf-8") as file:
+    told = json.load(file)
+check(image["flux"] == told["flux"]["total"] and image["flux_error"] == told["flux"]["standard_error"] > 0,
+      f"flux of the detector: {image['flux']} +- {image['flux_error']}, not {told['flux']}")
 level = unpack(image["level"])
 check(level.max() == 65535 and len(level) == image["n"][0] * image["n"][1], "levels of the image")
 check(len(unpack(none.data["rays"]["ray"]["id"])) == 0 and none.data["classes"]["list"] == [], "an empty page")

@@ -17,6 +17,7 @@ expect 2 'exists' "$RAYMAP" draw a.raymap -o ten.html
 expect 2 'between 1 and 200000' "$RAYMAP" draw a.raymap --limit 200001 -o b.html
 expect 5 'cannot write' "$RAYMAP" draw a.raymap -o no/folder/b.html
 "$RAYMAP" query a.raymap 'hit(lens.2, reflect_specular) or segments in 4..5' --count --json --quiet >count.json
+"$RAYMAP" detector a.raymap "$(printf '</script><b>\303\274 \\u003c-->')" --json --quiet >detector.json
 "$RAYMAP" paths a.raymap --top 500 --json --quiet >paths.json
 "$RAYMAP" paths a.raymap --where '(hit(lens.2, reflect_specular)) or (segments in 4..5)' --by object --top 500 --json --quiet >paths_some.json
 many=()

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "mpi/compare_out.h"
+#include "mpi/compare_write.h"
 
 #include "analysis/figure_detector.h"
 #include "base/alloc.h"

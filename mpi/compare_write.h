@@ -2,8 +2,8 @@
  *
  * Files of `raymap compare`.
  */
-#ifndef RMAP_COMPARE_OUT_H
-#define RMAP_COMPARE_OUT_H
+#ifndef RMAP_COMPARE_WRITE_H
+#define RMAP_COMPARE_WRITE_H
 
 #include "analysis/compare_bins.h"
 
