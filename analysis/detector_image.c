@@ -29,8 +29,12 @@ static void add_flux(const struct rmap_map *map, size_t source, double w, double
 {
     double n = rmap_map_emitted(map)[source];
     double unit = rmap_map_flux_per_weight(map)[source];
+    double spread = w2 - w * w / n;
     *flux += unit * w;
-    *variance += n < 2 ? (double)NAN : unit * unit * n / (n - 1) * (w2 - w * w / n);
+    /* Below 0 beyond rounding: a tally with more registrations than rays, which cannot be of a ray
+     * each. Of how many they are it does not know, so neither the error. */
+    const int known = n >= 2 && spread >= -1e-9 * w2;
+    *variance += known ? unit * unit * n / (n - 1) * spread : (double)NAN;
 }
 
 static double error_of(double variance)

@@ -55,6 +55,27 @@ assert math.isclose(once["flux"]["standard_error"], one["flux"]["standard_error"
 PY
 /usr/bin/python3 check.py || failures=1
 
+# Where light passes more often than there are rays, a tally knows no error of the sum: not 0
+cat >mirrors.yaml <<'SCENE'
+raymap: 1
+units: mm
+spectrum: {mode: rgb}
+limits: {steps: 6}
+media: {air: {index: 1}}
+surfaces: {mirror: {type: mirror, reflectance: 1}}
+geometries: {plate: {type: rectangle, size: [10, 10]}}
+objects:
+  - {name: left, geometry: plate, surface: mirror, front: air, back: air}
+  - {name: right, geometry: plate, at: [0, 0, 10], surface: mirror, front: air, back: air}
+sources:
+  - {name: beam, type: collimated, shape: {disc: 1}, at: [0, 0, 5], direction: [0, 0, 1], flux: 1 W, medium: air}
+detectors:
+  - {name: between, type: plane, size: [10, 10], cells: [2, 2], at: [0, 0, 7], direction: [0, 0, -1], side: both}
+SCENE
+expect 0 '' "$RAYMAP" trace mirrors.yaml -o mirrors.raymap -n 100 --quiet
+expect 0 'flux +6 W' "$RAYMAP" detector mirrors.raymap between --tally
+expect 0 'flux +6 .- 0 W' "$RAYMAP" detector mirrors.raymap between # every ray six times
+
 expect 0 '' "$RAYMAP" detector a.raymap sensor -o a.png --log
 [ "$(head -c 4 a.png | tail -c 3)" = PNG ] || { echo "FAILED: a.png is no PNG"; failures=1; }
 expect 0 '' "$RAYMAP" detector a.raymap sensor -o a.svg --color true
