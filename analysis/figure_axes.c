@@ -61,11 +61,13 @@ void rmap_ticks_degrees(double low, double high, int most, struct rmap_ticks *ti
 }
 
 /* Ticks of an axis: angles have steps of their own. */
-static void axis_ticks(const double range[2], const char *unit, double room,
+static void axis_ticks(const double range[2], bool powers, const char *unit, double room,
                        struct rmap_ticks *ticks)
 {
     int most = (int)fmax(room, 2.0);
-    if (strcmp(unit, "deg") == 0 && range[1] - range[0] > 25.0)
+    if (powers)
+        rmap_ticks_powers(pow(10.0, range[0]), pow(10.0, range[1]), most, ticks);
+    else if (strcmp(unit, "deg") == 0 && range[1] - range[0] > 25.0)
         rmap_ticks_degrees(range[0], range[1], most, ticks);
     else
         rmap_ticks_linear(range[0], range[1], most, ticks);
@@ -78,6 +80,23 @@ void rmap_ticks_decades(double low, double high, struct rmap_ticks *ticks)
     int step = (last - first) / 12 + 1;
     for (int k = first; k <= last && ticks->n < RMAP_TICK_MAX; k += step)
         ticks->value[ticks->n++] = pow(10.0, k);
+}
+
+void rmap_ticks_powers(double low, double high, int most, struct rmap_ticks *ticks)
+{
+    static const double step[] = {1.0, 2.0, 5.0};
+    rmap_ticks_decades(low, high, ticks);
+    if (ticks->n >= 3)
+        return;
+    *ticks = (struct rmap_ticks){.decimals = -1};
+    for (int k = (int)floor(log10(low)); k <= (int)floor(log10(high) + 1e-9); k++)
+        for (size_t i = 0; i < 3 && ticks->n < RMAP_TICK_MAX; i++) {
+            double value = step[i] * pow(10.0, k);
+            if (value >= low * (1.0 - 1e-9) && value <= high * (1.0 + 1e-9))
+                ticks->value[ticks->n++] = value;
+        }
+    if (ticks->n < 3)
+        rmap_ticks_linear(low, high, most, ticks);
 }
 
 static void superscript(int exponent, char *text, size_t size)
@@ -94,14 +113,17 @@ static void superscript(int exponent, char *text, size_t size)
 
 static void tick_label(const struct rmap_ticks *ticks, int i, char *text, size_t size)
 {
-    if (ticks->decimals < 0) { /* decades */
+    if (ticks->decimals < 0) { /* powers of ten, or 2 or 5 times one */
         char power[64];
-        int exponent = (int)lround(log10(ticks->value[i]));
+        int exponent = (int)floor(log10(ticks->value[i]) + 1e-9);
+        int times = (int)lround(ticks->value[i] / pow(10.0, exponent));
         superscript(exponent, power, sizeof power);
         if (exponent >= -2 && exponent <= 3)
             (void)snprintf(text, size, "%g", ticks->value[i]);
-        else
+        else if (times == 1)
             (void)snprintf(text, size, "10%s", power);
+        else
+            (void)snprintf(text, size, "%d·10%s", times, power);
         return;
     }
     double value = ticks->value[i] / pow(10.0, ticks->exponent);
@@ -148,9 +170,10 @@ static void draw_x_axis(struct rmap_svg *svg, const struct rmap_axes *axes)
     struct rmap_ticks ticks;
     char text[128];
     double bottom = axes->y + axes->height;
-    axis_ticks(axes->x_range, axes->x_unit, axes->width / 70.0, &ticks);
+    axis_ticks(axes->x_range, axes->x_powers, axes->x_unit, axes->width / 70.0, &ticks);
     for (int i = 0; i < ticks.n; i++) {
-        double x = rmap_axes_x(axes, ticks.value[i]);
+        double at = axes->x_powers ? log10(ticks.value[i]) : ticks.value[i];
+        double x = rmap_axes_x(axes, at);
         rmap_svg_line(svg, x, bottom, x, bottom + 5, &(struct rmap_svg_style){.stroke = ink});
         tick_label(&ticks, i, text, sizeof text);
         rmap_svg_string(svg,
@@ -176,9 +199,10 @@ static void draw_y_axis(struct rmap_svg *svg, const struct rmap_axes *axes)
     struct rmap_ticks ticks;
     char text[128];
     double widest = 0.0;
-    axis_ticks(axes->y_range, axes->y_unit, axes->height / 40.0, &ticks);
+    axis_ticks(axes->y_range, axes->y_powers, axes->y_unit, axes->height / 40.0, &ticks);
     for (int i = 0; i < ticks.n; i++) {
-        double y = rmap_axes_y(axes, ticks.value[i]);
+        double at = axes->y_powers ? log10(ticks.value[i]) : ticks.value[i];
+        double y = rmap_axes_y(axes, at);
         rmap_svg_line(svg, axes->x - 5, y, axes->x, y, &(struct rmap_svg_style){.stroke = ink});
         tick_label(&ticks, i, text, sizeof text);
         widest = fmax(widest, rmap_svg_string_width(text, RMAP_TICK_SIZE));

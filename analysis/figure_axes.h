@@ -35,6 +35,10 @@ void rmap_ticks_degrees(double low, double high, int most, struct rmap_ticks *ti
 /* Powers of ten in [low, high], 0 < low < high. */
 void rmap_ticks_decades(double low, double high, struct rmap_ticks *ticks);
 
+/* 1, 2 and 5 times powers of ten in [low, high], 0 < low < high; powers alone where these are many;
+ * where they are few, as rmap_ticks_linear. */
+void rmap_ticks_powers(double low, double high, int most, struct rmap_ticks *ticks);
+
 /* Round length (1, 2 or 5 times a power of ten) not above `longest` > 0. */
 double rmap_round_below(double longest);
 
@@ -43,6 +47,7 @@ struct rmap_axes {
     double x, y, width, height; /* upper left corner and size */
     double x_range[2], y_range[2];
     const char *x_label, *y_label, *x_unit, *y_unit;
+    bool x_powers, y_powers; /* the range is of decimal logarithms of what the ticks say */
 };
 
 double rmap_axes_x(const struct rmap_axes *axes, double value);

@@ -21,7 +21,7 @@ struct plot {
     const struct rmap_stats *stats;
     const struct rmap_stats_labels *labels;
     struct rmap_axes axes;
-    char x_label[160], y_label[160];
+    char y_label[160];
     bool density; /* flux per unit: the bins differ in width */
     struct rmap_svg *svg;
 };
@@ -32,28 +32,13 @@ static double place(const struct rmap_bins *bins, double value)
     return bins->logarithmic ? log10(value) : value;
 }
 
-static void label_of(const struct plot *plot, size_t i, char *label, size_t nbytes)
-{
-    const struct rmap_quantity *of = &plot->stats->setup->quantities->of[i];
-    if (plot->stats->plan->bins[i].logarithmic)
-        (void)snprintf(label, nbytes, "log₁₀ (%.100s%s%s)", of->name, *of->unit ? " / " : "",
-                       of->unit);
-    else
-        (void)snprintf(label, nbytes, "%.120s", of->name);
-}
-
-static const char *unit_of(const struct plot *plot, size_t i)
-{
-    const char *unit = plot->stats->setup->quantities->of[i].unit;
-    return plot->stats->plan->bins[i].logarithmic ? "" : unit;
-}
-
 static void set_x(struct plot *plot)
 {
     const struct rmap_bins *bins = &plot->stats->plan->bins[0];
-    label_of(plot, 0, plot->x_label, sizeof plot->x_label);
-    plot->axes.x_label = plot->x_label;
-    plot->axes.x_unit = unit_of(plot, 0);
+    const struct rmap_quantity *of = &plot->stats->setup->quantities->of[0];
+    plot->axes.x_label = of->name;
+    plot->axes.x_unit = of->unit;
+    plot->axes.x_powers = bins->logarithmic;
     plot->axes.x_range[0] = place(bins, bins->edge[0]);
     plot->axes.x_range[1] = place(bins, bins->edge[bins->n]);
 }
@@ -309,9 +294,10 @@ enum rmap_status rmap_figure_stats(const struct rmap_stats *stats,
     set_x(&plot);
     if (two) {
         const struct rmap_bins *bins = &stats->plan->bins[1];
-        label_of(&plot, 1, plot.y_label, sizeof plot.y_label);
-        plot.axes.y_label = plot.y_label;
-        plot.axes.y_unit = unit_of(&plot, 1);
+        const struct rmap_quantity *of = &stats->setup->quantities->of[1];
+        plot.axes.y_label = of->name;
+        plot.axes.y_unit = of->unit;
+        plot.axes.y_powers = bins->logarithmic;
         plot.axes.y_range[0] = place(bins, bins->edge[0]);
         plot.axes.y_range[1] = place(bins, bins->edge[bins->n]);
         set_square(&plot);

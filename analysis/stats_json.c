@@ -64,11 +64,11 @@ static void set_summary(json_t *object, const struct rmap_stats *stats,
 
 enum field { FIELD_FLUX, FIELD_ERROR, FIELD_RAYS };
 
-static double field_of(const struct rmap_stats_group *group, enum field field, size_t cell)
+static json_t *field_at(const struct rmap_stats_group *group, enum field field, size_t cell)
 {
-    return field == FIELD_RAYS   ? group->cell_rays[cell]
-           : field == FIELD_FLUX ? group->cell[cell].value
-                                 : group->cell[cell].standard_error;
+    if (field == FIELD_RAYS)
+        return json_integer((json_int_t)group->cell_rays[cell]);
+    return number(field == FIELD_FLUX ? group->cell[cell].value : group->cell[cell].standard_error);
 }
 
 /* A row of bins, or of two quantities rows along y of them. */
@@ -81,7 +81,7 @@ static json_t *field(const struct rmap_stats *stats, const struct rmap_stats_gro
     for (size_t j = 0; j < (two ? bins[1].n : 1); j++) {
         json_t *row = json_array();
         for (size_t i = 0; i < bins[0].n; i++)
-            append(row, number(field_of(group, which, i + j * bins[0].n)), failed);
+            append(row, field_at(group, which, i + j * bins[0].n), failed);
         if (!two) {
             json_decref(rows);
             return row;
@@ -94,7 +94,8 @@ static json_t *field(const struct rmap_stats *stats, const struct rmap_stats_gro
 static json_t *cell(const struct rmap_stats_group *group, size_t c)
 {
     return json_pack("{s:o, s:o, s:o}", "flux", number(group->cell[c].value), "standard_error",
-                     number(group->cell[c].standard_error), "rays", number(group->cell_rays[c]));
+                     number(group->cell[c].standard_error), "rays",
+                     json_integer((json_int_t)group->cell_rays[c]));
 }
 
 static json_t *histogram(const struct rmap_stats *stats, const struct rmap_stats_group *group,

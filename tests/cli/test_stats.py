@@ -395,8 +395,15 @@ def check_refusals(path):
         check(text in refused.stderr, f"{arguments}: {refused.stderr}")
     run("stats", path, "--of", "path_length", "--log", "-o", "log.json", "--force")
     with open("log.json", encoding="utf8") as file:
-        edges = json.load(file)["histogram"]["edges"]
+        histogram = json.load(file)["histogram"]
+    edges = histogram["edges"]
+    check(all(isinstance(n, int) for n in histogram["rays"]), "rays are whole numbers")
     check(np.allclose(np.diff(np.log(edges)), np.log(edges[1] / edges[0])), "bins of equal ratio")
+    run("stats", path, "--of", "path_length", "--log", "--range", "1..1000", "-o", "log.svg",
+        "--force")
+    with open("log.svg", encoding="utf8") as file:
+        drawn = file.read()
+    check(all(f">{tick}<" in drawn for tick in (1, 10, 100, 1000)), "values at the ticks")
 
 
 def check_seeds():
