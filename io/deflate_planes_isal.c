@@ -5,8 +5,9 @@
  * a full flush, chosen from samples of the plane alone:
  *   stored          where the sample's entropy is nearly that of noise,
  *   literals        Huffman codes alone, without any search (huffman_plane.c),
- *   runs            Huffman codes and a window of 2 bytes,
- *   usual window    where a sample shrinks well more with it: object ids, events, counts.
+ *   matches         where a sample shrinks well more with them: object ids, events, counts;
+ * and what is one byte over and over to the plane's end a block that needs no look at it
+ * (uniform_plane.c): high bytes of small numbers, and what is left of a last chunk.
  */
 #ifdef RAYMAP_HAVE_ISAL
 
@@ -20,25 +21,22 @@
 
 #include "base/alloc.h"
 #include "io/huffman_plane.h"
+#include "io/uniform_plane.h"
 
 /* 4096 bytes of pure noise show 7.95 bits each (8 - 255 / (2 x 4096 ln 2)); above this limit
- * Huffman codes gain under 3 %. */
+ * Huffman codes gain under a tenth, which costs more time than it saves to write and read. */
 #define SAMPLE_NBYTES 4096
 #define SAMPLE_PIECES 8
-#define NOISE_BITS    7.75
+#define NOISE_BITS    7.1
 
-/* The window must make a sample this much smaller to be worth its time. */
+/* A search must make a sample this much smaller than its entropy says to be worth its time. */
 #define WINDOW_SAMPLE_NBYTES 8192
 #define WINDOW_GAIN          0.85
 
-/* Above so many bits per byte no search pays; below, runs must make a sample this much smaller than
- * its entropy says. */
+/* Above so many bits per byte no search pays. */
 #define LITERAL_BITS 6.5
-#define RUNS_GAIN    0.95
 
 #define STORED_MAX 65535 /* bytes of one stored block, RFC 1951 3.2.4 */
-
-enum { HISTORY_NONE = 0, HISTORY_RUNS = 1, HISTORY_WINDOW = 15 };
 
 struct rmap_deflater {
     struct isal_zstream stream;
@@ -86,8 +84,8 @@ static size_t put_stored(const uint8_t *data, size_t nbytes, uint8_t *out)
 }
 
 /* Length of the blocks written, or 0 when they do not fit in out_cap bytes. */
-static size_t put_coded(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
-                        uint16_t history, uint8_t *out, size_t out_cap)
+static size_t put_matched(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
+                          uint8_t *out, size_t out_cap)
 {
     struct isal_zstream *stream = &deflater->stream;
     union {
@@ -98,7 +96,6 @@ static size_t put_coded(struct rmap_deflater *deflater, const uint8_t *data, siz
     stream->level = 1;
     stream->level_buf = deflater->level_buffer;
     stream->level_buf_size = sizeof deflater->level_buffer;
-    stream->hist_bits = history;
     stream->flush = FULL_FLUSH;
     stream->end_of_stream = 0;
     stream->next_in = source.next_in;
@@ -131,45 +128,60 @@ static double sample_bits(const uint8_t *data, size_t nbytes)
     return n ? bits / (double)n : 0.0;
 }
 
-static bool is_uniform(const uint8_t *data, size_t nbytes)
+/* Bytes at the end that are all the same, as far as steps find them. */
+static size_t uniform_end(const uint8_t *data, size_t nbytes)
 {
-    return nbytes == 0 || memcmp(data, data + 1, nbytes - 1) == 0;
+    enum { STEP = 1024 };
+    size_t start = nbytes - 1;
+    for (size_t n; start > 0; start -= n) {
+        n = start < STEP ? start : STEP;
+        if (memcmp(data + start - n, data + start - n + 1, n) != 0)
+            break;
+    }
+    return nbytes - start;
 }
 
 static bool is_zero(const uint8_t *data, size_t nbytes)
 {
-    return nbytes == 0 || (data[0] == 0 && is_uniform(data, nbytes));
+    return nbytes == 0 || (data[nbytes - 1] == 0 && uniform_end(data, nbytes) == nbytes);
 }
 
-static uint16_t choose_history(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
-                               double bits)
+/* Is a search for matches worth its time? */
+static bool has_matches(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
+                        double bits)
 {
-    if (is_uniform(data, nbytes))
-        return HISTORY_RUNS; /* one run: no sample would say otherwise */
     if (bits > LITERAL_BITS)
-        return HISTORY_NONE;
+        return false;
     size_t n = nbytes < WINDOW_SAMPLE_NBYTES ? nbytes : WINDOW_SAMPLE_NBYTES;
     const uint8_t *middle = data + (nbytes - n) / 2;
-    size_t cap = sizeof deflater->sample;
-    size_t runs = put_coded(deflater, middle, n, HISTORY_RUNS, deflater->sample, cap);
-    size_t window = put_coded(deflater, middle, n, HISTORY_WINDOW, deflater->sample, cap);
-    if ((double)window < WINDOW_GAIN * (double)runs)
-        return HISTORY_WINDOW;
+    size_t matched = put_matched(deflater, middle, n, deflater->sample, sizeof deflater->sample);
     double literal = bits > 1.0 ? bits : 1.0; /* no code is shorter */
-    return 8.0 * (double)runs < RUNS_GAIN * literal * (double)n ? HISTORY_RUNS : HISTORY_NONE;
+    return 8.0 * (double)matched < WINDOW_GAIN * literal * (double)n;
+}
+
+static size_t put_varied(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
+                         uint8_t *out)
+{
+    size_t stored = stored_nbytes(nbytes), coded = 0;
+    double bits = sample_bits(data, nbytes);
+    if (nbytes < SAMPLE_NBYTES || bits < NOISE_BITS)
+        coded = has_matches(deflater, data, nbytes, bits)
+                    ? put_matched(deflater, data, nbytes, out, stored)
+                    : rmap_huffman_plane(data, nbytes, out, stored);
+    return coded ? coded : put_stored(data, nbytes, out);
 }
 
 static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
                         uint8_t *out)
 {
-    size_t stored = stored_nbytes(nbytes), coded = 0;
-    double bits = sample_bits(data, nbytes);
-    if (nbytes < SAMPLE_NBYTES || bits < NOISE_BITS) {
-        uint16_t history = choose_history(deflater, data, nbytes, bits);
-        coded = history == HISTORY_NONE ? rmap_huffman_plane(data, nbytes, out, stored)
-                                        : put_coded(deflater, data, nbytes, history, out, stored);
-    }
-    return coded ? coded : put_stored(data, nbytes, out);
+    size_t n_uniform = nbytes > 0 ? uniform_end(data, nbytes) : 0;
+    size_t n_varied = n_uniform >= RMAP_UNIFORM_MIN ? nbytes - n_uniform : nbytes;
+    uint8_t *p = out;
+    if (n_varied > 0)
+        p += put_varied(deflater, data, n_varied, p);
+    if (n_varied < nbytes)
+        p += rmap_uniform_plane(data[nbytes - 1], nbytes - n_varied, p);
+    return (size_t)(p - out);
 }
 
 struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,

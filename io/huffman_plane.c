@@ -4,6 +4,8 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "io/bit_writer.h"
+
 enum {
     END = 256, /* symbol that ends a block */
     SYMBOLS = 257,
@@ -118,44 +120,24 @@ static void assign(struct code *code)
     for (int bits = 0; bits <= LENGTH_MAX; bits++)
         next[bits + 1] = (next[bits] + n[bits]) << 1;
     for (int s = 0; s < SYMBOLS; s++) {
-        uint32_t bits = code->length[s], value = bits ? next[bits]++ : 0, turned = 0;
-        for (uint32_t k = 0; k < bits; k++)
-            turned |= (value >> k & 1) << (bits - 1 - k);
-        code->entry[s] = bits << 16 | turned;
+        uint32_t bits = code->length[s], value = bits ? next[bits]++ : 0;
+        code->entry[s] = bits << 16 | rmap_bits_turned(value, bits);
     }
 }
 
-/* Bits waiting for a whole byte: n < 8. */
-struct bits {
-    uint64_t waiting;
-    unsigned n;
-    uint8_t *out;
-};
-
-/* At most 56 bits; 8 bytes at `out` may be written. */
-static inline void put(struct bits *bits, uint64_t value, unsigned n)
-{
-    bits->waiting |= value << bits->n;
-    bits->n += n;
-    memcpy(bits->out, &bits->waiting, sizeof bits->waiting);
-    bits->out += bits->n >> 3;
-    bits->waiting >>= bits->n & 56;
-    bits->n &= 7;
-}
-
 /* The lengths of the codes are themselves coded by 4 bits each, whatever they are. */
-static void put_header(struct bits *bits, const uint8_t length[SYMBOLS])
+static void put_header(struct rmap_bits *bits, const uint8_t length[SYMBOLS])
 {
     enum { LENGTH_CODES = 19, USED_FROM = 3, FLAT = 4 };
-    put(bits, 4, 3); /* not the last block; codes of its own */
-    put(bits, 0, 5); /* 257 literals */
-    put(bits, 0, 5); /* 1 distance, which has no code */
-    put(bits, LENGTH_CODES - 4, 4);
+    rmap_bits_put(bits, 4, 3); /* not the last block; codes of its own */
+    rmap_bits_put(bits, 0, 5); /* 257 literals */
+    rmap_bits_put(bits, 0, 5); /* 1 distance, which has no code */
+    rmap_bits_put(bits, LENGTH_CODES - 4, 4);
     for (int i = 0; i < LENGTH_CODES; i++) /* 16, 17, 18, then 0 to 15 in some order */
-        put(bits, i < USED_FROM ? 0 : FLAT, 3);
+        rmap_bits_put(bits, i < USED_FROM ? 0 : FLAT, 3);
     for (int s = 0; s <= SYMBOLS; s++) {
         uint32_t v = s < SYMBOLS ? length[s] : 0;
-        put(bits, (v & 1) << 3 | (v & 2) << 1 | (v & 4) >> 1 | v >> 3, FLAT);
+        rmap_bits_put(bits, (v & 1) << 3 | (v & 2) << 1 | (v & 4) >> 1 | v >> 3, FLAT);
     }
 }
 
@@ -168,10 +150,10 @@ static size_t block_nbytes(const uint32_t total[SYMBOLS], const uint8_t length[S
     return (size_t)((n_bit + 7) / 8) + STORED_NBYTES;
 }
 
-static void put_literals(struct bits *bits, const uint32_t entry[SYMBOLS], const uint8_t *data,
+static void put_literals(struct rmap_bits *bits, const uint32_t entry[SYMBOLS], const uint8_t *data,
                          size_t nbytes)
 {
-    struct bits local = *bits; /* in registers: `out` may point anywhere */
+    struct rmap_bits local = *bits; /* in registers: `out` may point anywhere */
     size_t i = 0;
     for (; i + LITERALS_AT_ONCE <= nbytes; i += LITERALS_AT_ONCE) {
         uint32_t a = entry[data[i]], b = entry[data[i + 1]], c = entry[data[i + 2]],
@@ -179,19 +161,18 @@ static void put_literals(struct bits *bits, const uint32_t entry[SYMBOLS], const
         uint64_t ab = (a & 0xffff) | (uint64_t)(b & 0xffff) << (a >> 16);
         uint64_t cd = (c & 0xffff) | (uint64_t)(d & 0xffff) << (c >> 16);
         unsigned n_ab = (a >> 16) + (b >> 16), n_cd = (c >> 16) + (d >> 16);
-        put(&local, ab | cd << n_ab, n_ab + n_cd);
+        rmap_bits_put(&local, ab | cd << n_ab, n_ab + n_cd);
     }
     for (; i < nbytes; i++)
-        put(&local, entry[data[i]] & 0xffff, entry[data[i]] >> 16);
+        rmap_bits_put(&local, entry[data[i]] & 0xffff, entry[data[i]] >> 16);
     *bits = local;
 }
 
 size_t rmap_huffman_plane(const uint8_t *data, size_t nbytes, uint8_t *out, size_t out_cap)
 {
-    static const uint8_t empty[4] = {0, 0, 0xff, 0xff};
     uint32_t total[SYMBOLS];
     struct code code;
-    struct bits bits = {.out = out};
+    struct rmap_bits bits = {.out = out};
     count(data, nbytes, total);
     find_lengths(total, code.length);
     if (block_nbytes(total, code.length) + sizeof bits.waiting > out_cap)
@@ -199,10 +180,6 @@ size_t rmap_huffman_plane(const uint8_t *data, size_t nbytes, uint8_t *out, size
     assign(&code);
     put_header(&bits, code.length);
     put_literals(&bits, code.entry, data, nbytes);
-    put(&bits, code.entry[END] & 0xffff, code.entry[END] >> 16);
-    put(&bits, 0, 3); /* stored, and to the next byte */
-    if (bits.n > 0)
-        put(&bits, 0, 8 - bits.n);
-    memcpy(bits.out, empty, sizeof empty);
-    return (size_t)(bits.out - out) + sizeof empty;
+    rmap_bits_put(&bits, code.entry[END] & 0xffff, code.entry[END] >> 16);
+    return (size_t)(rmap_bits_align(&bits) - out);
 }

@@ -147,17 +147,21 @@ static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap
     word[RMAP_WORD_SEGMENTS] = n;
     word[RMAP_WORD_REGISTRATIONS] = m;
     word += RMAP_WORD_HEAD;
-    int32_t medium = rmap_first_medium(model, portion->ray.source[i]), before = -1;
+    int32_t medium = rmap_first_medium(model, portion->ray.source[i]);
+    const struct rmap_compact_body *nothing = &model->body[model->n_object], *from = nothing;
+    uint32_t stored_from = 0;
     for (uint32_t k = 0; k < n; k++) {
-        int32_t object = segment->object[s + k];
-        uint32_t event = segment->event[s + k];
-        word[k] =
-            rmap_swap_expected((uint32_t)object + 1, rmap_expected_object(model, before, medium));
-        word[n + k] = event ^ rmap_expected_event(model, object, stop, k + 1 == n);
+        uint32_t object = (uint32_t)segment->object[s + k], event = segment->event[s + k];
+        uint32_t stored = object + 1;
+        word[k] = rmap_swap_expected(stored, from->inside == medium ? stored_from : 0);
+        from = object < model->n_object ? &model->body[object] : nothing;
+        stored_from = stored;
+        word[n + k] = event ^ from->expected;
         expected_medium[k] = (int16_t)medium;
-        medium = rmap_next_medium(model, medium, object, event);
-        before = object;
+        medium = rmap_medium_after(from, medium, event);
     }
+    if (n > 0)
+        word[2 * n - 1] = segment->event[s + n - 1] ^ rmap_event_at_end(stop);
     word += 2 * (size_t)n;
     for (uint32_t k = 0; k < m; k++) {
         word[k] = registration->segment[r + k];
@@ -187,15 +191,24 @@ static void spell_all(struct rmap_compact_encoder *encoder, const struct rmap_po
 static void list_triangles(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
 {
     struct rmap_lane *lane = &encoder->lane[RMAP_LANE_SEGMENT_primitive];
-    size_t n = portion->n_row[RMAP_TABLE_SEGMENT];
-    encoder->n_triangle = 0;
+    const struct rmap_compact_model *model = encoder->model;
+    size_t n = portion->n_row[RMAP_TABLE_SEGMENT], n_listed = 0;
+    uint32_t wrong = 0;
+    for (size_t i = 0; i < n; i++) { /* no branches: what a leg meets is anybody's guess */
+        uint32_t object = (uint32_t)portion->segment.object[i];
+        uint32_t primitive = (uint32_t)portion->segment.primitive[i];
+        bool mesh = model->body[object < model->n_object ? object : model->n_object].mesh;
+        encoder->triangle[n_listed] = primitive;
+        n_listed += mesh;
+        wrong |= mesh ? 0 : primitive ^ ((uint32_t)0 - (object >> 31));
+    }
+    encoder->n_triangle = n_listed;
+    if (wrong == 0)
+        return;
     for (size_t i = 0; i < n; i++) {
         int32_t primitive = portion->segment.primitive[i];
-        enum rmap_primitive_kind kind =
-            rmap_primitive_kind(encoder->model, portion->segment.object[i]);
-        if (kind == RMAP_PRIMITIVE_LISTED)
-            encoder->triangle[encoder->n_triangle++] = (uint32_t)primitive;
-        else
+        enum rmap_primitive_kind kind = rmap_primitive_kind(model, portion->segment.object[i]);
+        if (kind != RMAP_PRIMITIVE_LISTED)
             primitive = rmap_primitive_plain(kind);
         (void)rmap_lane_offer(lane, i, 1, sizeof primitive, &primitive);
     }
@@ -204,7 +217,7 @@ static void list_triangles(struct rmap_compact_encoder *encoder, const struct rm
     lane->n_patch = lane->last = encoder->n_triangle = 0;
     for (size_t i = 0; i < n; i++) {
         int32_t primitive =
-            rmap_primitive_plain(rmap_primitive_kind(encoder->model, portion->segment.object[i]));
+            rmap_primitive_plain(rmap_primitive_kind(model, portion->segment.object[i]));
         (void)rmap_lane_offer(lane, i, 1, sizeof primitive, &primitive);
     }
 }

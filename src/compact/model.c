@@ -267,6 +267,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         set_object(scene, &scene->object[i], &model->object[i]);
         set_body(scene, &scene->object[i], &model->body[i]);
     }
+    model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
     set_signs(model);
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++) {

@@ -187,32 +187,30 @@ struct rmap_retrace {
 void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
                   size_t first_registration);
 
-/* Medium behind an object, for light that came in medium `now`, as far as the path says. */
+/* Medium behind an object, for light that came in medium `now`, as far as the path says. Bits
+ * instead of branches: whether it goes through is anybody's guess. */
+static inline int32_t rmap_medium_after(const struct rmap_compact_body *body, int32_t now,
+                                        uint32_t event)
+{
+    uint32_t from_front = (uint32_t)0 - (body->medium_front == now);
+    uint32_t front = (uint32_t)body->medium_front, back = (uint32_t)body->medium_back;
+    uint32_t far = front ^ ((front ^ back) & from_front);
+    uint32_t through = event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE);
+    uint32_t goes = (uint32_t)0 - ((through != 0) & (far <= INT32_MAX));
+    return (int32_t)((uint32_t)now ^ (((uint32_t)now ^ far) & goes));
+}
+
 static inline int32_t rmap_next_medium(const struct rmap_compact_model *model, int32_t now,
                                        int32_t object, uint32_t event)
 {
-    if (!(event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE)) || object < 0 ||
-        (size_t)object >= model->n_object)
-        return now;
-    const struct rmap_compact_body *met = &model->body[object];
-    int32_t far = met->medium_front == now ? met->medium_back : met->medium_front;
-    return far >= 0 ? far : now;
+    bool known = object >= 0 && (size_t)object < model->n_object;
+    return rmap_medium_after(&model->body[known ? (size_t)object : model->n_object], now, event);
 }
 
 static inline int32_t rmap_first_medium(const struct rmap_compact_model *model, int32_t source)
 {
     bool known = source >= 0 && (size_t)source < model->n_source;
     return known ? model->scene->source[source].medium : 0;
-}
-
-/* Inside a closed body light meets the same object again. 1 + object; 0: none is expected. */
-static inline uint32_t rmap_expected_object(const struct rmap_compact_model *model, int32_t before,
-                                            int32_t medium)
-{
-    if (before < 0 || (size_t)before >= model->n_object)
-        return 0;
-    bool inside = model->body[before].inside == medium;
-    return inside ? (uint32_t)before + 1 : 0;
 }
 
 /* 0 and the expected one change places; applied twice, nothing has happened. */
@@ -268,15 +266,6 @@ static inline uint32_t rmap_event_at_end(uint8_t stop)
     static const uint32_t at_end[4] = {RMAP_EVENT_ABSORB, RMAP_EVENT_LEFT, RMAP_EVENT_LIMIT,
                                        RMAP_EVENT_ERROR};
     return at_end[stop & 3];
-}
-
-/* Event that is expected of leg i of n. */
-static inline uint32_t rmap_expected_event(const struct rmap_compact_model *model, int32_t object,
-                                           uint8_t stop, bool last)
-{
-    if (last)
-        return rmap_event_at_end(stop);
-    return object >= 0 && (size_t)object < model->n_object ? model->body[object].expected : 0;
 }
 
 #endif

@@ -29,24 +29,10 @@ bool rmap_path_guided(const struct rmap_compact_model *model, const uint32_t *ob
     return model->signs && most_of(object, n) <= model->n_object;
 }
 
-/* What light of medium `now` comes to at an object. Bits instead of branches: whether it goes
- * through is anybody's guess. */
-static inline int32_t medium_after(const struct rmap_compact_body *body, int32_t now,
-                                   uint32_t event)
-{
-    uint32_t from_front = (uint32_t)0 - (body->medium_front == now);
-    uint32_t front = (uint32_t)body->medium_front, back = (uint32_t)body->medium_back;
-    uint32_t far = front ^ ((front ^ back) & from_front);
-    uint32_t through = event & (RMAP_EVENT_TRANSMIT_SPECULAR | RMAP_EVENT_TRANSMIT_DIFFUSE);
-    uint32_t goes = (uint32_t)0 - ((through != 0) & (far <= INT32_MAX));
-    return (int32_t)((uint32_t)now ^ (((uint32_t)now ^ far) & goes));
-}
-
 static void unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
                    const struct rmap_path_columns *out)
 {
-    static const struct rmap_compact_body nobody = {-1, -1, 0, INT32_MIN, false};
-    const struct rmap_compact_body *body = &nobody;
+    const struct rmap_compact_body *nobody = &model->body[model->n_object], *body = nobody;
     int32_t medium = rmap_first_medium(model, path->source);
     uint32_t before = 0; /* 1 + object */
     for (size_t k = 0; k < path->n; k++) {
@@ -54,7 +40,7 @@ static void unfold(const struct rmap_compact_model *model, const struct rmap_fol
         /* a branch that is predicted: the next legs need not wait for this one */
         if ((now == 0 || now == before) && body->inside == medium)
             now = before - now;
-        body = now > 0 && now <= model->n_object ? &model->body[now - 1] : &nobody;
+        body = now > 0 && now <= model->n_object ? &model->body[now - 1] : nobody;
         uint32_t happened = path->event[k] ^ body->expected;
         if (out->object)
             out->object[k] = (int32_t)(now - 1);
@@ -62,7 +48,7 @@ static void unfold(const struct rmap_compact_model *model, const struct rmap_fol
             out->event[k] = happened;
         if (out->medium)
             out->medium[k] = (int16_t)medium;
-        medium = medium_after(body, medium, happened);
+        medium = rmap_medium_after(body, medium, happened);
         before = now;
     }
 }

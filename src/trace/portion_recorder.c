@@ -3,6 +3,15 @@
 
 #include <math.h>
 #include <string.h>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+#if defined(__GNUC__)
+#define RMAP_SELDOM __attribute__((noinline))
+#else
+#define RMAP_SELDOM
+#endif
 
 /* One NaN and no -0, so that equal rays have equal bytes. */
 static double plain(double x)
@@ -28,36 +37,42 @@ static double clamp(double x, double low, double high)
     return lesser > low ? lesser : low;
 }
 
-typedef double two __attribute__((vector_size(16)));
-typedef int64_t two_bits __attribute__((vector_size(16)));
-typedef int32_t two_words __attribute__((vector_size(8)));
-
-static inline two either(two_bits which, two yes, two no)
-{
-    return (two)((which & (two_bits)yes) | (~which & (two_bits)no));
-}
-
 /* Components in [-1, 1] times 32767, rounded half away from zero; clamped as above. Written out, as
  * compilers make branches of it, and whether a wall's normal is 1 or a hair less is anybody's
  * guess. */
-static inline two_words quantise_cosines(two x)
+#ifdef __SSE2__
+/* Two at a time. */
+static inline __m128i quantise_cosines(__m128d x)
 {
-    const two one = {1.0, 1.0}, half = {0.5, 0.5};
-    const two_bits sign_bit = {INT64_MIN, INT64_MIN};
-    x = either(x < one, x, one);
-    x = either(x > -one, x, -one);
-    two scaled = 32767.0 * x;
-    two_bits sign = (two_bits)scaled & sign_bit;
-    return __builtin_convertvector(scaled + (two)(sign | (two_bits)half), two_words);
+    const __m128d one = _mm_set1_pd(1.0);
+    x = _mm_max_pd(_mm_min_pd(x, one), _mm_set1_pd(-1.0)); /* NaN: 1 */
+    __m128d scaled = _mm_mul_pd(_mm_set1_pd(32767.0), x);
+    __m128d sign = _mm_and_pd(scaled, _mm_set1_pd(-0.0));
+    return _mm_cvttpd_epi32(_mm_add_pd(scaled, _mm_or_pd(sign, _mm_set1_pd(0.5))));
 }
 
-static void store_normal(int16_t *out, struct rmap_vec3 n)
+static inline void store_normal(int16_t *out, const struct rmap_vec3 *n)
 {
-    two_words xy = quantise_cosines((two){n.x, n.y}), z = quantise_cosines((two){n.z, 0.0});
-    out[0] = (int16_t)xy[0];
-    out[1] = (int16_t)xy[1];
-    out[2] = (int16_t)z[0];
+    __m128i xy = quantise_cosines(_mm_loadu_pd(&n->x)), z = quantise_cosines(_mm_load_sd(&n->z));
+    __m128i xyz = _mm_packs_epi32(_mm_unpacklo_epi64(xy, z), z);
+    int32_t first = _mm_cvtsi128_si32(xyz);
+    memcpy(out, &first, sizeof first);
+    out[2] = (int16_t)_mm_extract_epi16(xyz, 2);
 }
+#else
+static int16_t quantise_cosine(double x)
+{
+    double scaled = 32767.0 * clamp(x, -1.0, 1.0);
+    return (int16_t)(scaled + copysign(0.5, scaled));
+}
+
+static inline void store_normal(int16_t *out, const struct rmap_vec3 *n)
+{
+    out[0] = quantise_cosine(n->x);
+    out[1] = quantise_cosine(n->y);
+    out[2] = quantise_cosine(n->z);
+}
+#endif
 
 static uint16_t quantise_relative(double x)
 {
@@ -126,7 +141,7 @@ static inline uint64_t bits_of(double x)
 }
 
 /* Bit by bit. Of three channels mostly: without a branch for each. */
-static bool same_colour(const struct rmap_known_colour *known, const double *colour, int n)
+static inline bool same_colour(const struct rmap_known_colour *known, const double *colour, int n)
 {
     const double *share = known->share;
     if (n == 3)
@@ -139,37 +154,49 @@ static bool same_colour(const struct rmap_known_colour *known, const double *col
     return i == n;
 }
 
-/* Colours of this leg and of the other one last known change places where that helps. */
-static void store_colour(struct rmap_portion_recorder *self, const double *colour, uint16_t *out)
+/* Another colour than that of the leg before: the other one that is known, or a new one in its
+ * place. */
+static RMAP_SELDOM void change_colour(struct rmap_portion_recorder *self, const double *colour)
 {
     int n = self->portion->n_channel;
-    struct rmap_known_colour *known = &self->colour[self->last];
-    if (!known->is_set || !same_colour(known, colour, n)) {
-        self->last = !self->last;
-        known = &self->colour[self->last];
-        if (!known->is_set || !same_colour(known, colour, n)) {
-            rmap_colour_quantise(colour, n, known->quantised);
-            memcpy(known->share, colour, (size_t)n * sizeof *colour);
-            known->is_set = true;
-        }
-    }
+    struct rmap_known_colour *known =
+        self->last == &self->colour[0] ? &self->colour[1] : &self->colour[0];
+    self->last = known;
+    if (same_colour(known, colour, n))
+        return;
+    rmap_colour_quantise(colour, n, known->quantised);
+    memcpy(known->share, colour, (size_t)n * sizeof *colour);
+}
+
+static inline void store_colour(struct rmap_portion_recorder *self, const double *colour,
+                                uint16_t *out)
+{
+    int n = self->portion->n_channel;
+    if (!same_colour(self->last, colour, n))
+        change_colour(self, colour);
     if (n == 3)
-        memcpy(out, known->quantised, 3 * sizeof *out);
+        memcpy(out, self->last->quantised, 3 * sizeof *out);
     else
-        memcpy(out, known->quantised, (size_t)n * sizeof *out);
+        memcpy(out, self->last->quantised, (size_t)n * sizeof *out);
+}
+
+/* Room for a row more, or false once memory ran short. */
+static RMAP_SELDOM bool make_room(struct rmap_portion_recorder *self, enum rmap_table table)
+{
+    struct rmap_portion *portion = self->portion;
+    if (self->status == RMAP_OK && portion->n_row[table] == portion->cap[table])
+        self->status = rmap_portion_reserve(portion, table, 1, RMAP_COLUMNS_ALL, NULL);
+    return self->status == RMAP_OK;
 }
 
 /* A new row of the table, or false once memory ran short. */
-static bool next_row(struct rmap_portion_recorder *self, enum rmap_table table, size_t *row_ret)
+static inline bool next_row(struct rmap_portion_recorder *self, enum rmap_table table,
+                            size_t *row_ret)
 {
     struct rmap_portion *portion = self->portion;
-    if (self->status != RMAP_OK)
+    if ((self->status != RMAP_OK || portion->n_row[table] == portion->cap[table]) &&
+        !make_room(self, table))
         return false;
-    if (portion->n_row[table] == portion->cap[table]) {
-        self->status = rmap_portion_reserve(portion, table, 1, RMAP_COLUMNS_ALL, NULL);
-        if (self->status != RMAP_OK)
-            return false;
-    }
     *row_ret = portion->n_row[table]++;
     return true;
 }
@@ -191,7 +218,7 @@ static void emit(struct rmap_recorder *base, const struct rmap_emission *emissio
     ray->start_object[i] = emission->object;
     ray->start_primitive[i] = emission->primitive;
     store_float3(ray->start + 3 * i, emission->position);
-    store_normal(ray->start_normal + 3 * i, emission->normal);
+    store_normal(ray->start_normal + 3 * i, &emission->normal);
 }
 
 static void step(struct rmap_recorder *base, const struct rmap_step *leg)
@@ -207,7 +234,7 @@ static void step(struct rmap_recorder *base, const struct rmap_step *leg)
     segment->event[i] = leg->events;
     segment->medium[i] = (int16_t)leg->medium;
     store_float3(segment->position + 3 * i, leg->position);
-    store_normal(segment->normal + 3 * i, leg->normal);
+    store_normal(segment->normal + 3 * i, &leg->normal);
     store_colour(self, leg->colour, portion->colour + i * (size_t)portion->n_channel);
     portion->ray.segment_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
 }
@@ -269,4 +296,7 @@ void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
                                                         .registration = registration,
                                                         .end = end},
                                                .portion = portion};
+    for (int i = 0; i < 2; i++) /* bits of no colour */
+        memset(recorder->colour[i].share, 0xff, sizeof recorder->colour[i].share);
+    recorder->last = recorder->colour;
 }

@@ -11,7 +11,6 @@
 
 /* A colour and what it became. */
 struct rmap_known_colour {
-    bool is_set;
     double share[RMAP_CHANNEL_MAX];
     uint16_t quantised[RMAP_CHANNEL_MAX];
 };
@@ -23,7 +22,7 @@ struct rmap_portion_recorder {
 
     /* The last two colours: most legs keep that of the one before, and most rays begin alike. */
     struct rmap_known_colour colour[2];
-    int last;
+    struct rmap_known_colour *last;
 };
 
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,

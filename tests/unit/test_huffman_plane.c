@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Blocks of literals alone come back by zlib, whatever their bytes: codes of every shape, among
- * them trees deeper than codes may be long, and codes near the entropy.
+ * them trees deeper than codes may be long, and codes near the entropy. So do blocks of one byte
+ * over and over.
  */
 #include <math.h>
 #include <setjmp.h>
@@ -14,17 +15,17 @@
 
 #include "base/alloc.h"
 #include "io/huffman_plane.h"
+#include "io/uniform_plane.h"
 
 enum { N_MAX = 300000 };
 
 static uint8_t data[N_MAX], back[N_MAX], block[2 * N_MAX];
 
-/* Length of the blocks; their bytes are checked. */
-static size_t check(size_t n)
+/* The blocks of that length come back as n bytes of data. */
+static void check_blocks(size_t nbytes, size_t n)
 {
     static const uint8_t final_block[2] = {0x03, 0x00};
     z_stream stream = {0};
-    size_t nbytes = rmap_huffman_plane(data, n, block, sizeof block - sizeof final_block);
     assert_true(nbytes > 0);
     memcpy(block + nbytes, final_block, sizeof final_block);
     memset(back, 0xA5, n);
@@ -38,6 +39,13 @@ static size_t check(size_t n)
     assert_int_equal(stream.avail_in, 0);
     (void)inflateEnd(&stream);
     assert_memory_equal(data, back, n);
+}
+
+/* Length of the blocks; their bytes are checked. */
+static size_t check(size_t n)
+{
+    size_t nbytes = rmap_huffman_plane(data, n, block, N_MAX);
+    check_blocks(nbytes, n);
     return nbytes;
 }
 
@@ -96,6 +104,25 @@ static void test_near_entropy(void **state)
     assert_true(nbytes < 1.01 * bits / 8.0);
 }
 
+static void test_uniform(void **state)
+{
+    static const uint8_t byte[] = {0, 1, 2, 3, 10, 11, 12, 137, 138, 139, 150, 244, 245, 254, 255};
+    (void)state;
+    for (size_t k = 0; k < sizeof byte; k++) {
+        memset(data, byte[k], N_MAX);
+        for (size_t n = RMAP_UNIFORM_MIN; n < RMAP_UNIFORM_MIN + 2 * 258; n++) {
+            memset(block, 77, RMAP_UNIFORM_MIN + 8);
+            check_blocks(rmap_uniform_plane(byte[k], n, block), n);
+            assert_int_equal(block[RMAP_UNIFORM_MIN], 77);
+        }
+    }
+    memset(data, 0, N_MAX);
+    size_t nbytes = rmap_uniform_plane(0, 65536, block);
+    assert_true(nbytes < 100);
+    check_blocks(nbytes, 65536);
+    check_blocks(rmap_uniform_plane(0, N_MAX, block), N_MAX);
+}
+
 static void test_no_room(void **state)
 {
     (void)state;
@@ -111,7 +138,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_any_length), cmocka_unit_test(test_one_symbol),
         cmocka_unit_test(test_deep_tree),  cmocka_unit_test(test_near_entropy),
-        cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_uniform),    cmocka_unit_test(test_no_room),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
