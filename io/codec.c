@@ -116,19 +116,28 @@ static enum rmap_status planes_reserve(uint8_t **plane, size_t *cap, size_t nbyt
     return st;
 }
 
-enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n,
-                                     size_t element_nbytes, uint8_t *stored,
-                                     struct rmap_stream_size *size_ret, struct rmap_error *err)
+enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const void *raw,
+                                           size_t n_used, size_t n, size_t element_nbytes,
+                                           uint8_t *stored, struct rmap_stream_size *size_ret,
+                                           struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(planes_reserve(&encoder->plane, &encoder->plane_cap, n * element_nbytes, err));
-    rmap_shuffle(raw, n, element_nbytes, encoder->plane);
-    *size_ret = rmap_deflate_planes(encoder->deflater, encoder->plane, element_nbytes, n, stored);
+    RMAP_TRY(planes_reserve(&encoder->plane, &encoder->plane_cap, n_used * element_nbytes, err));
+    rmap_shuffle(raw, n_used, element_nbytes, encoder->plane);
+    *size_ret = rmap_deflate_planes(encoder->deflater, encoder->plane, element_nbytes, n_used,
+                                    n - n_used, stored);
     uint32_t sum = rmap_fletcher32(stored, size_ret->nbytes);
     memcpy(stored + size_ret->nbytes, &sum, FLETCHER_NBYTES);
     size_ret->nbytes += FLETCHER_NBYTES;
 out:
     return st;
+}
+
+enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n,
+                                     size_t element_nbytes, uint8_t *stored,
+                                     struct rmap_stream_size *size_ret, struct rmap_error *err)
+{
+    return rmap_encoder_encode_first(encoder, raw, n, n, element_nbytes, stored, size_ret, err);
 }
 
 enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret, struct rmap_error *err)

@@ -32,6 +32,12 @@ enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *r
                                      struct rmap_stream_size *size_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same of n elements of which raw has the first n_used, and the others are 0. */
+enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const void *raw,
+                                           size_t n_used, size_t n, size_t element_nbytes,
+                                           uint8_t *stored, struct rmap_stream_size *size_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
 struct rmap_decoder;
 enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;

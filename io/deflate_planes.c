@@ -4,6 +4,7 @@
 #include "io/deflate_planes.h"
 
 #include <libdeflate.h>
+#include <string.h>
 
 #include "base/alloc.h"
 
@@ -33,16 +34,36 @@ void rmap_deflater_destroy(struct rmap_deflater *deflater)
     rmap_free(deflater);
 }
 
-size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes)
+static size_t stream_bound(size_t nbytes)
 {
-    return libdeflate_zlib_compress_bound(NULL, n_plane * plane_nbytes);
+    return libdeflate_zlib_compress_bound(NULL, nbytes);
 }
 
-struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
-                                            size_t n_plane, size_t plane_nbytes, uint8_t *out)
+size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes)
 {
-    size_t nbytes = libdeflate_zlib_compress(deflater->compressor, plane, n_plane * plane_nbytes,
-                                             out, rmap_deflate_bound(n_plane, plane_nbytes));
+    return stream_bound(n_plane * plane_nbytes) + n_plane * plane_nbytes;
+}
+
+static void put_whole(const uint8_t *plane, size_t n_plane, size_t n_used, size_t n_zero,
+                      uint8_t *whole)
+{
+    for (size_t k = 0; k < n_plane; k++) {
+        memcpy(whole + k * (n_used + n_zero), plane + k * n_used, n_used);
+        memset(whole + k * (n_used + n_zero) + n_used, 0, n_zero);
+    }
+}
+
+/* The planes stand behind the stream's end until they are compressed. */
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+                                            size_t n_plane, size_t n_used, size_t n_zero,
+                                            uint8_t *out)
+{
+    size_t all = n_plane * (n_used + n_zero), bound = stream_bound(all);
+    uint8_t *whole = out + bound;
+    if (n_zero > 0)
+        put_whole(plane, n_plane, n_used, n_zero, whole);
+    size_t nbytes =
+        libdeflate_zlib_compress(deflater->compressor, n_zero > 0 ? whole : plane, all, out, bound);
     return (struct rmap_stream_size){nbytes, 0, (uint16_t)n_plane};
 }
 

@@ -63,8 +63,8 @@ static size_t stored_nbytes(size_t nbytes)
 
 size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes)
 {
-    enum { HEADER = 2, FINAL_BLOCK = 2, ADLER = 4 };
-    return HEADER + n_plane * stored_nbytes(plane_nbytes) + FINAL_BLOCK + ADLER;
+    enum { HEADER = 2, ZEROS = 2 * RMAP_UNIFORM_BOUND, FINAL_BLOCK = 2, ADLER = 4 };
+    return HEADER + n_plane * (stored_nbytes(plane_nbytes) + ZEROS) + FINAL_BLOCK + ADLER;
 }
 
 static size_t put_stored(const uint8_t *data, size_t nbytes, uint8_t *out)
@@ -171,38 +171,60 @@ static size_t put_varied(struct rmap_deflater *deflater, const uint8_t *data, si
     return coded ? coded : put_stored(data, nbytes, out);
 }
 
-static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
-                        uint8_t *out)
+/* One plane: n_used bytes, then n_zero that are 0. */
+static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, size_t n_used,
+                        size_t n_zero, uint8_t *out)
 {
-    size_t n_uniform = nbytes > 0 ? uniform_end(data, nbytes) : 0;
-    size_t n_varied = n_uniform >= RMAP_UNIFORM_MIN ? nbytes - n_uniform : nbytes;
+    size_t n_same = n_used > 0 ? uniform_end(data, n_used) : 0;
+    uint8_t same = n_used > 0 ? data[n_used - 1] : 0;
     uint8_t *p = out;
-    if (n_varied > 0)
-        p += put_varied(deflater, data, n_varied, p);
-    if (n_varied < nbytes)
-        p += rmap_uniform_plane(data[nbytes - 1], nbytes - n_varied, p);
+    if (n_same < RMAP_UNIFORM_MIN && n_same < n_used)
+        n_same = 0;
+    if (n_same < n_used)
+        p += put_varied(deflater, data, n_used - n_same, p);
+    if (n_same > 0 && same == 0)
+        n_zero += n_same;
+    else if (n_same > 0)
+        p += rmap_uniform_plane(same, n_same, p);
+    if (n_zero > 0)
+        p += rmap_uniform_plane(0, n_zero, p);
     return (size_t)(p - out);
 }
 
+/* Adler-32 (RFC 1950) of the planes. */
+static uint32_t adler_of(const uint8_t *plane, size_t n_plane, size_t n_used, size_t n_zero)
+{
+    const uint64_t base = 65521;
+    uint32_t adler = 1;
+    for (size_t k = 0; k < n_plane; k++) {
+        adler = libdeflate_adler32(adler, plane + k * n_used, n_used);
+        uint64_t low = adler & 0xffff, high = adler >> 16;
+        high = (high + n_zero % base * low) % base;
+        adler = (uint32_t)(high << 16 | low);
+    }
+    return adler;
+}
+
 struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
-                                            size_t n_plane, size_t plane_nbytes, uint8_t *out)
+                                            size_t n_plane, size_t n_used, size_t n_zero,
+                                            uint8_t *out)
 {
     static const uint8_t header[2] = {0x78, 0x01}, final_block[2] = {0x03, 0x00};
     uint8_t *p = out;
     memcpy(p, header, sizeof header);
     p += sizeof header;
     size_t lead = n_plane;
-    while (lead > 0 && is_zero(plane + (lead - 1) * plane_nbytes, plane_nbytes))
+    while (lead > 0 && is_zero(plane + (lead - 1) * n_used, n_used))
         lead--;
     struct rmap_stream_size size = {.lead_planes = (uint16_t)lead};
     for (size_t k = 0; k < n_plane; k++) {
         if (k == lead)
             size.lead_nbytes = (uint32_t)(p - out);
-        p += put_plane(deflater, plane + k * plane_nbytes, plane_nbytes, p);
+        p += put_plane(deflater, plane + k * n_used, n_used, n_zero, p);
     }
     memcpy(p, final_block, sizeof final_block);
     p += sizeof final_block;
-    uint32_t adler = libdeflate_adler32(1, plane, n_plane * plane_nbytes);
+    uint32_t adler = adler_of(plane, n_plane, n_used, n_zero);
     for (int shift = 24; shift >= 0; shift -= 8)
         *p++ = (uint8_t)(adler >> shift & 255);
     size.nbytes = (size_t)(p - out);

@@ -181,12 +181,11 @@ static enum rmap_status encode_tail(struct salvage *self, int stream, struct rma
     size_t nbytes = RMAP_CHUNK_ROWS * rmap_stream_row_nbytes(info, self->run.scene->channels.n);
     size_t element = rmap_element_nbytes(info->element), n = nbytes / element;
     struct rmap_stream_size size;
-    RMAP_TRY(reserve(&self->buffer, &self->buffer_cap, nbytes, err));
+    RMAP_TRY(reserve(&self->buffer, &self->buffer_cap, tail->nbytes, err));
     RMAP_TRY(reserve(&self->stored, &self->stored_cap, rmap_codec_bound(n, element), err));
-    memset(self->buffer, 0, nbytes);
-    memcpy(self->buffer, tail->data, tail->nbytes);
-    RMAP_TRY(
-        rmap_encoder_encode(self->encoder, self->buffer, n, element, self->stored, &size, err));
+    memcpy(self->buffer, tail->data, tail->nbytes); /* aligned */
+    RMAP_TRY(rmap_encoder_encode_first(self->encoder, self->buffer, tail->nbytes / element, n,
+                                       element, self->stored, &size, err));
     RMAP_TRY(rmap_piece_writer_put(self->writer, stream,
                                    (uint32_t)(tail->first_row / RMAP_CHUNK_ROWS),
                                    tail->first_row + tail->n_row, self->stored, &size, err));

@@ -130,8 +130,6 @@ static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_er
         struct rmap_chunk *chunk = self->open[s];
         if (!chunk)
             continue;
-        size_t used = chunk->raw_nbytes / RMAP_CHUNK_ROWS * chunk->n_row;
-        memset(chunk->raw + used, 0, chunk->raw_nbytes - used);
         rmap_chunk_queue_push(&self->queue, chunk);
         self->open[s] = NULL;
     }
@@ -259,8 +257,8 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout, struct rm
         chunk->stored = rmap_alloc(rmap_codec_bound(n, element), 1);
     if (!chunk->stored)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoded chunk");
-    return rmap_encoder_encode(encoder, chunk->raw, n, element, chunk->stored, &chunk->stored_size,
-                               err);
+    return rmap_encoder_encode_first(encoder, chunk->raw, n / RMAP_CHUNK_ROWS * chunk->n_row, n,
+                                     element, chunk->stored, &chunk->stored_size, err);
 }
 
 enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *did_ret,

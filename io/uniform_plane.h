@@ -8,11 +8,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* Bytes that pay. */
-#define RMAP_UNIFORM_MIN 1024
+/* So many bytes pay; what few take at most. */
+#define RMAP_UNIFORM_MIN   1024
+#define RMAP_UNIFORM_BOUND 96
 
 /* Writes the block, which is not the last one, and an empty stored block that ends at a byte.
- * nbytes >= RMAP_UNIFORM_MIN; `out` has room for as many. Length of both. */
+ * nbytes > 0; `out` has room for RMAP_UNIFORM_BOUND and an eighth of nbytes. Length of both. */
 size_t rmap_uniform_plane(uint8_t byte, size_t nbytes, uint8_t *out);
 
 #endif

@@ -41,14 +41,18 @@ static void fill(int kind, uint8_t *raw, size_t n, size_t size)
     }
 }
 
+/* n elements, of which those from n_used on are 0. */
 static void check_round_trip(struct rmap_encoder *encoder, struct rmap_decoder *decoder, int kind,
-                             size_t n, size_t size)
+                             size_t n_used, size_t n, size_t size)
 {
     uint8_t *raw = rmap_alloc(n, size), *back = rmap_alloc(n, size), *planes = rmap_alloc(n, size);
     uint8_t *stored = rmap_alloc(rmap_codec_bound(n, size) + RMAP_DECODER_SLACK, 1);
     struct rmap_stream_size stream;
     fill(kind, raw, n, size);
-    assert_int_equal(rmap_encoder_encode(encoder, raw, n, size, stored, &stream, NULL), RMAP_OK);
+    memset(raw + n_used * size, 0x55, (n - n_used) * size); /* not to be looked at */
+    assert_int_equal(
+        rmap_encoder_encode_first(encoder, raw, n_used, n, size, stored, &stream, NULL), RMAP_OK);
+    memset(raw + n_used * size, 0, (n - n_used) * size);
     assert_true(stream.nbytes <= rmap_codec_bound(n, size));
     uint8_t *whole = rmap_alloc(stream.nbytes, 1); /* decoding changes what it decodes */
     memcpy(whole, stored, stream.nbytes);
@@ -83,8 +87,11 @@ static void test_round_trip(void **state)
     assert_int_equal(rmap_decoder_create(&decoder, NULL), RMAP_OK);
     for (int kind = 0; kind < N_KIND; kind++)
         for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
-            for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++)
-                check_round_trip(encoder, decoder, kind, rows[i], sizes[k]);
+            for (size_t k = 0; k < sizeof sizes / sizeof *sizes; k++) {
+                check_round_trip(encoder, decoder, kind, rows[i], rows[i], sizes[k]);
+                check_round_trip(encoder, decoder, kind, rows[i] - 1, rows[i], sizes[k]);
+                check_round_trip(encoder, decoder, kind, rows[i] / 3, rows[i], sizes[k]);
+            }
     rmap_encoder_destroy(encoder);
     rmap_decoder_destroy(decoder);
     assert_int_equal(rmap_alloc_live(), 0);

@@ -110,10 +110,11 @@ static void test_uniform(void **state)
     (void)state;
     for (size_t k = 0; k < sizeof byte; k++) {
         memset(data, byte[k], N_MAX);
-        for (size_t n = RMAP_UNIFORM_MIN; n < RMAP_UNIFORM_MIN + 2 * 258; n++) {
-            memset(block, 77, RMAP_UNIFORM_MIN + 8);
+        for (size_t n = 1; n < 4 * 258; n++) {
+            size_t room = RMAP_UNIFORM_BOUND + n / 8;
+            memset(block, 77, room + 1);
             check_blocks(rmap_uniform_plane(byte[k], n, block), n);
-            assert_int_equal(block[RMAP_UNIFORM_MIN], 77);
+            assert_int_equal(block[room], 77);
         }
     }
     memset(data, 0, N_MAX);
