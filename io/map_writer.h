@@ -96,6 +96,9 @@ enum rmap_status rmap_shard_writer_end(struct rmap_shard_writer *writer,
 enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *writer,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* How often it was flushed. The writing thread alone. */
+uint64_t rmap_shard_writer_flushes(const struct rmap_shard_writer *writer);
+
 /* The pieces published so far, for the index; borrowed. The writing thread alone. */
 const struct rmap_map_content *rmap_shard_writer_content(const struct rmap_shard_writer *writer);
 

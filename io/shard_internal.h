@@ -29,6 +29,7 @@ struct rmap_shard_piece {
  * comes out of the queue. One at a time. */
 struct rmap_shard_flush {
     bool pending;
+    uint64_t n_done;
     struct rmap_journal_batch batch;
     uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
     uint64_t n_portion;

@@ -326,8 +326,10 @@ static void release_chunk(struct rmap_shard_writer *self, struct rmap_chunk *chu
 {
     if (chunk->sign == RMAP_SIGN_END_PIECE)
         piece_destroy(chunk->piece);
-    if (chunk->sign == RMAP_SIGN_FLUSH)
+    if (chunk->sign == RMAP_SIGN_FLUSH) {
         self->flush.pending = false;
+        self->flush.n_done++;
+    }
     rmap_chunk_queue_give_back(&self->queue, chunk);
 }
 
@@ -415,6 +417,11 @@ enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct
             st = rmap_shard_writer_store(self, err);
     }
     return st;
+}
+
+uint64_t rmap_shard_writer_flushes(const struct rmap_shard_writer *self)
+{
+    return self->flush.n_done;
 }
 
 const struct rmap_map_content *rmap_shard_writer_content(const struct rmap_shard_writer *self)

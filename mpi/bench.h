@@ -55,6 +55,9 @@ bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name);
 void rmap_bench_add(struct rmap_bench_series *series, double ours, double reference);
 void rmap_bench_add_cpu(struct rmap_bench_series *series, double ours_s, double reference_s);
 
+/* Of n > 0 values, at most RMAP_BENCH_REPEAT_MAX. */
+double rmap_bench_median(const double *value, int n);
+
 /* Runs over the same segments, by both clocks. */
 struct rmap_bench_cost {
     double wall_s, cpu_s;
@@ -113,8 +116,9 @@ enum rmap_status rmap_bench_pair_round(struct rmap_bench *bench, const struct rm
 struct rmap_bench_store {
     const char *path; /* NULL: nothing is recorded */
     enum rmap_encoding encoding;
-    double flush_seconds; /* 0: the program's own */
+    uint64_t flush_portions; /* flushed after so many, whatever the clock says; 0: as usual */
     bool never_flush;
+    uint64_t *n_flush; /* the flushes are added to it; or NULL */
 };
 
 /* Traces n_ray rays on the ranks of `context` (a copy of it, with n_thread threads) into a new

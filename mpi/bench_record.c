@@ -24,10 +24,10 @@ static enum rmap_status start_map(const struct rmap_context *context, const stru
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_shard_options options = {.flush_seconds = RMAP_FLUSH_SECONDS};
-    if (store->never_flush)
+    if (store->never_flush || store->flush_portions > 0)
         options.flush_seconds = 0.0;
-    else if (store->flush_seconds > 0.0)
-        options.flush_seconds = store->flush_seconds;
+    if (!store->never_flush)
+        options.flush_portions = store->flush_portions;
     if (context->rank == 0)
         st = rmap_map_create(store->path, true, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -61,6 +61,8 @@ enum rmap_status rmap_bench_trace(const struct rmap_context *context, int n_thre
     struct rmap_trace_plan plan = {
         .scene = scene->scene, .accel = scene->accel, .seed = 1, .rays = &rays, .writer = writer};
     RMAP_TRY(rmap_trace_run(&here, &plan, &outcome, err));
+    if (writer && store->n_flush)
+        *store->n_flush += rmap_shard_writer_flushes(writer);
     if (outcome.n_ray < n_ray)
         st = rmap_error_set(err, RMAP_STOPPED, "stopped early");
     RMAP_TRY(st);

@@ -56,7 +56,7 @@ static int by_value(const void *a, const void *b)
     return left < right ? -1 : left > right;
 }
 
-static double median(const double *value, int n)
+double rmap_bench_median(const double *value, int n)
 {
     double sorted[RMAP_BENCH_REPEAT_MAX];
     memcpy(sorted, value, (size_t)n * sizeof *value);
@@ -82,14 +82,15 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
         least = fmin(least, ratio[i]);
         most = fmax(most, ratio[i]);
     }
-    double ours = median(series->ours, series->n);
-    double reference = median(series->reference, series->n);
-    double middle = median(ratio, series->n);
+    double ours = rmap_bench_median(series->ours, series->n);
+    double reference = rmap_bench_median(series->reference, series->n);
+    double middle = rmap_bench_median(ratio, series->n);
     json_t *result =
         json_pack("{s:s, s:s, s:f, s:s, s:f, s:f, s:[f, f], s:i}", "name", name, "scene",
                   scene->name, "value", ours, "unit", unit, "reference", reference, "ratio", middle,
                   "spread", least, most, "repeats", series->n);
-    double cpu_ratio = series->n_cpu ? median(series->cpu_ratio, series->n_cpu) : (double)NAN;
+    double cpu_ratio =
+        series->n_cpu ? rmap_bench_median(series->cpu_ratio, series->n_cpu) : (double)NAN;
     if (series->n_cpu)
         (void)json_object_set_new(result, "cpu_ratio", json_real(cpu_ratio));
     if (extra)

@@ -26,26 +26,14 @@ static const struct rmap_option options[] = {
     {"partner", 0, NULL, "for the program's own use: the second rank of ranks_vs_threads"},
     {NULL}};
 
-static const char *const measurement[] = {"trace_vs_roofline",
-                                          "record_vs_trace",
-                                          "record_vs_seed",
-                                          "bytes_per_segment",
-                                          "durable_vs_not",
-                                          "checksums_vs_trace",
-                                          "resume_vs_anew",
-                                          "decode_vs_seed",
-                                          "verify_vs_decode",
-                                          "query_vs_seed",
-                                          "query_several_vs_slowest",
-                                          "session_second_vs_first",
-                                          "stats_vs_query",
-                                          "paths_vs_query",
-                                          "energy_vs_query",
-                                          "ranks_vs_threads",
-                                          "gradient_evaluations_vs_seed",
-                                          "uniform_vs_gradient_code",
-                                          "render_preview",
-                                          "render_overhead"};
+static const char *const measurement[] = {
+    "trace_vs_roofline",        "record_vs_trace",  "record_vs_seed",
+    "bytes_per_segment",        "durable_vs_not",   "checksums_vs_trace",
+    "durability_vs_trace",      "resume_vs_anew",   "decode_vs_seed",
+    "verify_vs_decode",         "query_vs_seed",    "query_several_vs_slowest",
+    "session_second_vs_first",  "stats_vs_query",   "paths_vs_query",
+    "energy_vs_query",          "ranks_vs_threads", "gradient_evaluations_vs_seed",
+    "uniform_vs_gradient_code", "render_preview",   "render_overhead"};
 
 static const struct rmap_bench_scene known_scene[] = {
     {.name = "room", .folder = "room"},
@@ -175,7 +163,8 @@ static enum rmap_status measure_alone(struct rmap_bench *bench, const char *path
     if (wants_record(bench))
         RMAP_TRY(rmap_bench_record(bench, scene, err));
     if (rmap_bench_wanted(bench, "durable_vs_not") ||
-        rmap_bench_wanted(bench, "checksums_vs_trace"))
+        rmap_bench_wanted(bench, "checksums_vs_trace") ||
+        rmap_bench_wanted(bench, "durability_vs_trace"))
         RMAP_TRY(rmap_bench_durability(bench, scene, err));
     if (rmap_bench_wanted(bench, "resume_vs_anew"))
         RMAP_TRY(rmap_bench_resume(bench, scene, path, err));

@@ -9,11 +9,12 @@ import subprocess
 
 PROGRAM = os.environ["RAYMAP"]
 NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_segment",
-         "durable_vs_not", "checksums_vs_trace", "resume_vs_anew", "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
+         "durable_vs_not", "checksums_vs_trace", "durability_vs_trace", "resume_vs_anew",
+         "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
          "query_several_vs_slowest", "session_second_vs_first", "ranks_vs_threads",
          "stats_vs_query", "paths_vs_query", "energy_vs_query"]
-BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "checksums_vs_trace",
-                  "decode_vs_seed",
+BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "durable_vs_not",
+                  "checksums_vs_trace", "durability_vs_trace", "decode_vs_seed",
                   "verify_vs_decode", "query_vs_seed", "query_several_vs_slowest",
                   "session_second_vs_first"]
 
