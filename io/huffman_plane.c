@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <string.h>
 
+#include "base/wide.h"
 #include "io/bit_writer.h"
 
 enum {
@@ -15,7 +16,8 @@ enum {
 
 struct code {
     uint8_t length[SYMBOLS];
-    uint32_t entry[SYMBOLS]; /* length << 16 | code, its first bit the lowest */
+    uint32_t value[SYMBOLS]; /* its first bit the lowest */
+    uint32_t n[SYMBOLS];     /* length */
 };
 
 static void count(const uint8_t *data, size_t nbytes, uint32_t total[SYMBOLS])
@@ -121,7 +123,8 @@ static void assign(struct code *code)
         next[bits + 1] = (next[bits] + n[bits]) << 1;
     for (int s = 0; s < SYMBOLS; s++) {
         uint32_t bits = code->length[s], value = bits ? next[bits]++ : 0;
-        code->entry[s] = bits << 16 | rmap_bits_turned(value, bits);
+        code->value[s] = rmap_bits_turned(value, bits);
+        code->n[s] = bits;
     }
 }
 
@@ -150,21 +153,22 @@ static size_t block_nbytes(const uint32_t total[SYMBOLS], const uint8_t length[S
     return (size_t)((n_bit + 7) / 8) + STORED_NBYTES;
 }
 
-static void put_literals(struct rmap_bits *bits, const uint32_t entry[SYMBOLS], const uint8_t *data,
+RMAP_WIDE_SHIFTS
+static void put_literals(struct rmap_bits *bits, const struct code *code, const uint8_t *data,
                          size_t nbytes)
 {
     struct rmap_bits local = *bits; /* in registers: `out` may point anywhere */
+    const uint32_t *value = code->value, *length = code->n;
     size_t i = 0;
     for (; i + LITERALS_AT_ONCE <= nbytes; i += LITERALS_AT_ONCE) {
-        uint32_t a = entry[data[i]], b = entry[data[i + 1]], c = entry[data[i + 2]],
-                 d = entry[data[i + 3]];
-        uint64_t ab = (a & 0xffff) | (uint64_t)(b & 0xffff) << (a >> 16);
-        uint64_t cd = (c & 0xffff) | (uint64_t)(d & 0xffff) << (c >> 16);
-        unsigned n_ab = (a >> 16) + (b >> 16), n_cd = (c >> 16) + (d >> 16);
+        size_t a = data[i], b = data[i + 1], c = data[i + 2], d = data[i + 3];
+        uint64_t ab = value[a] | (uint64_t)value[b] << length[a];
+        uint64_t cd = value[c] | (uint64_t)value[d] << length[c];
+        unsigned n_ab = length[a] + length[b], n_cd = length[c] + length[d];
         rmap_bits_put(&local, ab | cd << n_ab, n_ab + n_cd);
     }
     for (; i < nbytes; i++)
-        rmap_bits_put(&local, entry[data[i]] & 0xffff, entry[data[i]] >> 16);
+        rmap_bits_put(&local, value[data[i]], length[data[i]]);
     *bits = local;
 }
 
@@ -179,7 +183,7 @@ size_t rmap_huffman_plane(const uint8_t *data, size_t nbytes, uint8_t *out, size
         return 0;
     assign(&code);
     put_header(&bits, code.length);
-    put_literals(&bits, code.entry, data, nbytes);
-    rmap_bits_put(&bits, code.entry[END] & 0xffff, code.entry[END] >> 16);
+    put_literals(&bits, &code, data, nbytes);
+    rmap_bits_put(&bits, code.value[END], code.n[END]);
     return (size_t)(rmap_bits_align(&bits) - out);
 }

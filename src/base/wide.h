@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * For functions whose loops the compiler turns into vector instructions: vectors as wide as the
- * machine has them. Results are the same; nothing is contracted to multiply-adds.
+ * machine has them; and for those that shift by numbers of bits that are not known beforehand.
+ * Results are the same; nothing is contracted to multiply-adds.
  */
 #ifndef RMAP_WIDE_H
 #define RMAP_WIDE_H
@@ -10,9 +11,11 @@
 
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&       \
     defined(__OPTIMIZE__)
-#define RMAP_WIDE __attribute__((target_clones("avx2", "default")))
+#define RMAP_WIDE        __attribute__((target_clones("avx2", "default")))
+#define RMAP_WIDE_SHIFTS __attribute__((target_clones("bmi2", "default")))
 #else
 #define RMAP_WIDE
+#define RMAP_WIDE_SHIFTS
 #endif
 
 #endif
