@@ -61,7 +61,7 @@ static enum rmap_status prepare(struct search *search, struct rmap_error *err)
         RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store,
                                   &seconds, &n_segment, err));
         if (store_table[k].indexed)
-            RMAP_TRY(rmap_index_run(&bench->alone, search->map[k], false, &index, err));
+            RMAP_TRY(rmap_index_run(&bench->alone, search->map[k], RMAP_INDEX_LARGE, &index, err));
     }
     (void)snprintf(search->seed, sizeof search->seed, "%s/query-%s.seed", bench->folder,
                    scene->name);

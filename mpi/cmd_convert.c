@@ -163,7 +163,7 @@ static enum rmap_status index_again(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&any, 1, MPI_INT, 0, context->comm)));
     if (any)
-        RMAP_TRY(rmap_index_run(context, request->to, false, &result, err));
+        RMAP_TRY(rmap_index_run(context, request->to, 0, &result, err));
 out:
     return st;
 }

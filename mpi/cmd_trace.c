@@ -13,10 +13,13 @@ static enum rmap_status make_index(const struct rmap_context *context, const cha
                                    struct rmap_error *err)
 {
     struct rmap_index_result result;
-    enum rmap_status st = rmap_index_run(context, path, false, &result, err);
-    if (st == RMAP_OK && context->rank == 0 && !context->quiet)
-        fprintf(stderr, "history indexes: %.1f MB, in %.2f s\n", 1e-6 * (double)result.nbytes,
-                result.seconds);
+    char line[256];
+    enum rmap_status st = rmap_index_run(context, path, 0, &result, err);
+    if (st != RMAP_OK || context->rank != 0 || context->quiet)
+        return st;
+    rmap_index_tell_large(&result, line, sizeof line);
+    fprintf(stderr, "history indexes: %.1f MB, in %.2f s%s%s\n", 1e-6 * (double)result.nbytes,
+            result.seconds, line[0] ? "; " : "", line);
     return st;
 }
 

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/index_run.h"
 
+#include <math.h>
 #include <pthread.h>
+#include <stdio.h>
 
 #include "base/alloc.h"
 #include "io/history_file.h"
@@ -11,15 +13,20 @@
 #include "mpi/parts.h"
 #include "mpi/progress.h"
 
+/* Indexes take at most this part of the map, and what a small map may have, shared out over its
+ * pieces. */
+enum { SHARE_OF_MAP = 10, SMALL_NBYTES = 64 << 10 };
+
 struct indexing {
     struct rmap_map *map;
     const char *path;
-    bool remake;
+    int flags;
+    double allowed; /* bytes of an index for each byte of its piece */
     struct rmap_parts parts;
     struct rmap_progress progress;
     _Atomic uint64_t done; /* rows */
     pthread_mutex_t lock;  /* of files: HDF5 is used by one thread at a time */
-    uint64_t n_piece, n_made;
+    uint64_t n_piece, n_made, n_large, large_nbytes;
 };
 
 static uint64_t rows_of(const struct rmap_piece_info *info)
@@ -49,9 +56,27 @@ static enum rmap_status show(void *context, struct rmap_error *err)
 static bool is_there(struct indexing *self, size_t piece)
 {
     (void)pthread_mutex_lock(&self->lock);
-    bool there = !self->remake && rmap_map_history_open(self->map, piece, NULL, NULL) == RMAP_OK;
+    bool there = !(self->flags & RMAP_INDEX_REMAKE) &&
+                 rmap_map_history_open(self->map, piece, NULL, NULL) == RMAP_OK;
     (void)pthread_mutex_unlock(&self->lock);
     return there;
+}
+
+static bool is_large(const struct indexing *self, size_t piece,
+                     const struct rmap_history_bytes *bytes)
+{
+    return (double)(bytes->head_nbytes + bytes->body_nbytes) >
+           self->allowed * (double)rmap_map_piece(self->map, piece)->nbytes;
+}
+
+static void weigh_pieces(struct indexing *self)
+{
+    struct rmap_map_summary summary;
+    double nbytes = 0.0;
+    rmap_map_summarise(self->map, &summary);
+    for (size_t i = 0; i < rmap_map_n_piece(self->map); i++)
+        nbytes += (double)rmap_map_piece(self->map, i)->nbytes;
+    self->allowed = ((double)summary.nbytes / SHARE_OF_MAP + SMALL_NBYTES) / fmax(nbytes, 1.0);
 }
 
 static enum rmap_status make(struct indexing *self, size_t piece, struct rmap_error *err)
@@ -59,7 +84,12 @@ static enum rmap_status make(struct indexing *self, size_t piece, struct rmap_er
     uint64_t nbytes = 0;
     struct rmap_history_bytes bytes = {0};
     enum rmap_status st = rmap_map_history_make(self->map, piece, tick, self, &bytes, err);
-    if (st == RMAP_OK) {
+    if (st == RMAP_OK && !(self->flags & RMAP_INDEX_LARGE) && is_large(self, piece, &bytes)) {
+        (void)pthread_mutex_lock(&self->lock);
+        self->n_large++;
+        self->large_nbytes += bytes.head_nbytes + bytes.body_nbytes;
+        (void)pthread_mutex_unlock(&self->lock);
+    } else if (st == RMAP_OK) {
         (void)pthread_mutex_lock(&self->lock);
         st = rmap_history_file_write(self->path, rmap_map_piece(self->map, piece), &bytes, &nbytes,
                                      err);
@@ -98,27 +128,40 @@ static enum rmap_status sum_up(const struct rmap_context *context, const struct 
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_summary summary;
-    uint64_t sum[] = {self->n_piece, self->n_made};
+    uint64_t sum[] = {self->n_piece, self->n_made, self->n_large, self->large_nbytes};
     size_t n_file = 0;
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_UINT64_T, MPI_SUM, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 4, MPI_UINT64_T, MPI_SUM, context->comm)));
     rmap_map_summarise(self->map, &summary);
     result->n_piece = sum[0];
     result->n_made = sum[1];
+    result->n_large = sum[2];
+    result->large_nbytes = sum[3];
     result->map_nbytes = summary.nbytes;
     st = rmap_map_history_measure(self->map, &n_file, &result->nbytes, err);
 out:
     return rmap_agree(context, st, err);
 }
 
-enum rmap_status rmap_index_run(const struct rmap_context *context, const char *path, bool remake,
+void rmap_index_tell_large(const struct rmap_index_result *result, char *line, size_t cap)
+{
+    line[0] = 0;
+    if (result->n_large > 0)
+        (void)snprintf(line, cap,
+                       "%llu pieces are left without: their indexes would take %.1f MB, and more "
+                       "than a tenth of the map (raymap index --large makes them)",
+                       (unsigned long long)result->n_large, 1e-6 * (double)result->large_nbytes);
+}
+
+enum rmap_status rmap_index_run(const struct rmap_context *context, const char *path, int flags,
                                 struct rmap_index_result *result, struct rmap_error *err)
 {
-    struct indexing self = {.path = path, .remake = remake};
+    struct indexing self = {.path = path, .flags = flags};
     double begun = rmap_clock_seconds(), total = 0.0;
     *result = (struct rmap_index_result){0};
     (void)pthread_mutex_init(&self.lock, NULL);
     enum rmap_status st = rmap_load_map(context, path, &self.map, err);
     RMAP_TRY(st);
+    weigh_pieces(&self);
     self.parts.context = &self;
     self.parts.step = 1;
     self.parts.work = index_pieces;

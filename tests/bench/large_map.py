@@ -27,7 +27,8 @@ def main(program, n_ray="61e6", folder="large-map"):
     target.parent.mkdir(exist_ok=True)
     if not target.exists():
         subprocess.run([program, "trace", scene, "-o", target, "-n", n_ray, "--encoding", "compact",
-                        "--index", "--quiet"], check=True)
+                        "--quiet"], check=True)
+        subprocess.run([program, "index", target, "--large", "--quiet"], check=True)
     for question in QUESTIONS:
         seconds = []
         for _ in range(REPEATS + 1):

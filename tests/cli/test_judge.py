@@ -204,7 +204,7 @@ def judge_scene_in(name, scene, n_ray, k):
     for number, (target, ranks) in enumerate(maps):
         if EVERYTHING or number == k:
             verdicts.compare(target, "--threads", "3")
-        program("index", target, "--quiet")
+        program("index", target, "--large", "--quiet")
         verdicts.compare(target, ranks=ranks)
         if EVERYTHING or number != k:
             verdicts.compare_session(target, *(("--memory", "1Mi") if number == 2 else ()))

@@ -84,6 +84,29 @@ def test_sizes_and_same_bytes():
         assert told("verify", name)["ok"]
 
 
+def test_none_beyond_a_tenth():
+    """Of a compact map they would be: only when asked for, with the same answers."""
+    run("trace", ROOM, "-o", "c.raymap", "-n", 30000, "--encoding", "compact", "--force", "--quiet",
+        "--piece-size", "200Ki")
+    before, n = answers("c.raymap"), len(pieces("c.raymap"))
+    assert n > 1
+    for ranks in (1, 3):
+        left = told("index", "c.raymap", ranks=ranks)
+        assert left["pieces"] == n and left["made"] == left["bytes"] == 0, left
+        assert left["left"] == n and left["left_bytes"] > 0.1 * left["map_bytes"], left
+    assert indexes("c.raymap") == []
+    told_so = run("index", "c.raymap")[0]
+    assert f"{n} pieces are left without" in told_so and "--large" in told_so, told_so
+    done = run("trace", ROOM, "-o", "d.raymap", "-n", 30000, "--encoding", "compact", "--force",
+               "--index")
+    assert "--large" in done[1] and indexes("d.raymap") == [], done
+    made = told("index", "c.raymap", "--large", ranks=2)
+    assert (made["made"], made["left"]) == (n, 0) and made["bytes"] >= left["left_bytes"], made
+    kept = told("index", "c.raymap")
+    assert (kept["made"], kept["left"], kept["bytes"]) == (0, 0, made["bytes"]), kept
+    assert len(indexes("c.raymap")) == n and answers("c.raymap") == before
+
+
 def test_a_trace_may_make_them():
     done = run("trace", LENS, "-o", "t.raymap", "-n", 5000, "--index", "--force")
     assert "history indexes" in done[1] and len(indexes("t.raymap")) == len(pieces("t.raymap"))
@@ -160,8 +183,11 @@ def test_one_that_is_not_used_is_told_of():
 
 def test_convert_and_merge():
     before = answers("lens.raymap")
+    told("convert", "lens.raymap", "-o", "p.raymap", "--force")
+    assert len(indexes("p.raymap")) == len(pieces("p.raymap"))
     told("convert", "lens.raymap", "-o", "c.raymap", "--encoding", "compact", "--force")
-    assert len(indexes("c.raymap")) == len(pieces("c.raymap"))
+    assert indexes("c.raymap") == []  # beyond a tenth
+    assert told("index", "c.raymap", "--large")["made"] == len(pieces("c.raymap"))
     assert answers("c.raymap") == before and told("verify", "c.raymap")["ok"]
     for k in range(2):
         run("trace", LENS, "-o", f"m{k}.raymap", "-n", 9000, "--first-ray", 9000 * k, "--quiet",
