@@ -113,6 +113,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
         return rmap_cursor_read(self->cursor, rays->index, &rays->portion, err);
     RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
     rays->match = match;
+    rays->view = rays->n_match > 0 ? rmap_query_marker_view(self->marker) : NULL;
     if (rays->n_match > 0)
         st = rmap_query_marker_know(self->marker, self->fold->columns & ~self->fold->deferred,
                                     &rays->portion, err);

@@ -16,15 +16,17 @@
 #include "io/map_reader.h"
 
 struct rmap_fold_scanner;
+struct rmap_history_view;
 
 /* The matching rays of a portion. */
 struct rmap_matched {
     const struct rmap_portion *portion; /* has the fold's columns */
     const uint8_t *match;               /* [rays of the portion] 1 or 0; NULL: all match */
     size_t n_match;
-    size_t index;                      /* portion of the map */
-    size_t space;                      /* colour space: the portion has its channels */
-    struct rmap_fold_scanner *scanner; /* that reads the portion; NULL: it has all it may have */
+    size_t index;                         /* portion of the map */
+    size_t space;                         /* colour space: the portion has its channels */
+    const struct rmap_history_view *view; /* of the map's index on the portion, or NULL */
+    struct rmap_fold_scanner *scanner;    /* that reads the portion; NULL: it has all it may have */
 };
 
 /* Makes sure that the portion has deferred columns of the fold, too. */

@@ -4,12 +4,14 @@
 #include <inttypes.h>
 #include <string.h>
 
+#include "analysis/path_dictionary.h"
 #include "analysis/path_hash.h"
 #include "analysis/path_pack.h"
 #include "base/alloc.h"
 
 struct rmap_path_buffers {
     struct rmap_path_hasher hasher;
+    struct rmap_path_dictionary dictionary;
     /* What is added once all keys are known: by then the lines of the tables that are needed are on
      * their way from memory. */
     struct rmap_path_of_ray *ray;
@@ -45,6 +47,7 @@ static void destroy(void *state)
         return;
     if (self->buffers) {
         rmap_path_hasher_fini(&self->buffers->hasher);
+        rmap_path_dictionary_fini(&self->buffers->dictionary);
         rmap_free(self->buffers->ray);
     }
     rmap_free(self->buffers);
@@ -257,11 +260,13 @@ static enum rmap_status reserve(struct rmap_path_buffers *buffers, size_t n, str
     return st;
 }
 
-static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
+                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_path_counts *self = state;
     struct rmap_path_buffers *buffers = self->buffers;
+    RMAP_TRY(rmap_fold_fetch(
+        rays, rmap_path_count_columns(self->context) & ~RMAP_PATH_HASH_DEFERRED, err));
     RMAP_TRY(reserve(buffers, rays->n_match, err));
     RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, rays, err));
     buffers->n_ray = rmap_path_hasher_list(&buffers->hasher, rays, buffers->ray);
@@ -274,6 +279,75 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     }
 out:
     return st;
+}
+
+/* n rays of weight 1 that took a path of the dictionary. */
+static struct rmap_key_sum sum_of(const struct rmap_path_known *path, uint64_t n, uint64_t first)
+{
+    return (struct rmap_key_sum){.key = path->key,
+                                 .weight = (double)n,
+                                 .weight_squared = (double)n,
+                                 .number = {[RMAP_PATH_RAYS] = n,
+                                            [RMAP_PATH_SEGMENTS] = n * path->n_leg,
+                                            [RMAP_PATH_REGISTRATIONS] = n * path->n_hit,
+                                            [RMAP_PATH_FIRST_RAY] = first}};
+}
+
+/* Whether ids of the portion's rays matter to the classes of its paths. */
+static bool needs_ids(const struct rmap_path_counts *self, const struct rmap_matched *rays)
+{
+    const struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
+    for (size_t k = 0; !self->is_full && k < rays->view->n_path; k++) {
+        const struct rmap_path_known *path = &dictionary->path[rays->view->path_row[k]];
+        if (dictionary->n_ray[k] == 0 || path->key.high == 0)
+            continue;
+        const struct rmap_key_sum *known = rmap_key_sums_find(&self->classes, path->key);
+        if (!known || known->number[RMAP_PATH_FIRST_RAY] > rays->view->first_ray)
+            return true;
+    }
+    return false;
+}
+
+/* By the index: path by path, not ray by ray. */
+static enum rmap_status add_view(struct rmap_path_counts *self, const struct rmap_matched *rays,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_counting *context = self->context;
+    const struct rmap_history_view *view = rays->view;
+    struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
+    const size_t piece = (size_t)rmap_map_portion(context->map, rays->index)->piece;
+    RMAP_TRY(rmap_path_dictionary_enter(dictionary, &self->buffers->hasher, context->keys,
+                                        context->detector, piece, rays, err));
+    if (needs_ids(self, rays)) {
+        RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_id), err));
+        rmap_path_dictionary_find_first(dictionary, rays);
+    }
+    for (size_t k = 0; k < view->n_path; k++) {
+        const struct rmap_path_known *path = &dictionary->path[view->path_row[k]];
+        const uint64_t n = dictionary->n_ray[k];
+        if (n == 0 || path->key.high == 0)
+            continue;
+        const struct rmap_key_sum some = sum_of(path, n, dictionary->first[k]);
+        self->total.rays += n;
+        self->total.segments += some.number[RMAP_PATH_SEGMENTS];
+        self->total.source_weight[path->source] += some.weight;
+        self->total.source_weight_squared[path->source] += some.weight_squared;
+        self->most_weight = self->most_weight > 1.0 ? self->most_weight : 1.0;
+        if (counts(context, path->key))
+            RMAP_TRY(add_class(self, &some, err));
+    }
+out:
+    return st;
+}
+
+static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+{
+    struct rmap_path_counts *self = state;
+    const bool cells = self->context->most_cells > 0 && !self->cells_full;
+    if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
+        return add_view(self, rays, err);
+    return add_rays(self, rays, err);
 }
 
 static enum rmap_status merge_classes(struct rmap_path_counts *into,

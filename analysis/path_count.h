@@ -48,6 +48,7 @@ struct rmap_path_counts {
     const struct rmap_path_counting *context;
 };
 
+/* The fold is to defer them all: an index may make them unnecessary. */
 rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context);
 extern const struct rmap_fold_kind rmap_path_count_kind;
 

@@ -86,3 +86,8 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_col
 {
     return rmap_query_verdicts_know(self->verdicts, columns, portion_ret, err);
 }
+
+const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)
+{
+    return rmap_query_verdicts_view(self->verdicts);
+}

@@ -141,6 +141,11 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *self, rmap
     return RMAP_OK;
 }
 
+const struct rmap_history_view *rmap_query_verdicts_view(const struct rmap_query_verdicts *self)
+{
+    return self->view;
+}
+
 /* Rows that the history decides: paths, or rays. */
 static size_t n_decided(const struct rmap_query_verdicts *self)
 {

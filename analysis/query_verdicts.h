@@ -49,6 +49,10 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
                                           const struct rmap_portion **portion_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* What the history index tells of the portion in hand; NULL: nothing. */
+const struct rmap_history_view *
+rmap_query_verdicts_view(const struct rmap_query_verdicts *verdicts);
+
 /* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
  * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */
 struct rmap_query_outlook {

@@ -41,7 +41,7 @@ static enum rmap_status fold(struct run *run, struct rmap_path_counts **counts_r
                                    .overlay = request->overlay,
                                    .criterion = request->criterion,
                                    .columns = rmap_path_count_columns(&run->counting),
-                                   .deferred = RMAP_PATH_HASH_DEFERRED};
+                                   .deferred = rmap_path_count_columns(&run->counting)};
     void *state = NULL;
     enum rmap_status st = rmap_fold_run(&run->context, &fold, &state, err);
     *counts_ret = state;
