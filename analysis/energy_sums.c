@@ -140,13 +140,31 @@ static void add_end(struct rmap_energy_sums *sums, const struct rmap_portion *po
     sums->ended_squared[at] += weight * weight;
 }
 
+/* Light that was absorbed by no object: its medium tells where. */
+static bool needs_media(const struct rmap_matched *rays)
+{
+    const struct rmap_ray_columns *ray = &rays->portion->ray;
+    const int32_t *object = rays->portion->segment.object;
+    for (size_t i = 0, end = 0; i < rays->portion->n_row[RMAP_TABLE_RAY]; i++) {
+        end += ray->segment_count[i];
+        if (ray->stop[i] == RMAP_STOP_ABSORBED && ray->segment_count[i] > 0 &&
+            object[end - 1] < 0 && (!rays->match || rays->match[i]))
+            return true;
+    }
+    return false;
+}
+
 /* The cursor has checked that rows add up and indices exist. */
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
     struct rmap_energy_sums *sums = state;
     const struct rmap_portion *portion = rays->portion;
     size_t segment = 0, registration = 0;
-    (void)err;
+    if (sums->scope->ends && needs_media(rays)) {
+        enum rmap_status st = rmap_fold_fetch(rays, RMAP_ENERGY_DEFERRED, err);
+        if (st != RMAP_OK)
+            return st;
+    }
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
         const bool counts = !rays->match || rays->match[i];

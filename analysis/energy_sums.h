@@ -31,6 +31,7 @@ struct rmap_energy_sums {
 
 /* Reads no weight of the ends without them. */
 rmap_column_set rmap_energy_columns(const struct rmap_energy_scope *scope);
+#define RMAP_ENERGY_DEFERRED RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) /* as fold.h has it */
 
 /* The context is a struct rmap_energy_scope. */
 extern const struct rmap_fold_kind rmap_energy_kind;

@@ -30,7 +30,8 @@ enum rmap_status rmap_energy_run(const struct rmap_context *context, const struc
                                    .context = scope,
                                    .map = map,
                                    .criterion = criterion,
-                                   .columns = rmap_energy_columns(scope)};
+                                   .columns = rmap_energy_columns(scope),
+                                   .deferred = RMAP_ENERGY_DEFERRED};
     if (criterion || rmap_energy_needs_scan(scope->scene)) {
         void *state = NULL;
         RMAP_TRY(rmap_fold_run(context, &fold, &state, err));

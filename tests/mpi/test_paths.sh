@@ -29,4 +29,25 @@ for way in '1 2' '2 1' '3 2' '4 1' '2 3'; do
         cmp "reference.$kind" "other.$kind" || { echo "FAILED: $kind, $ranks ranks, $threads threads"; failures=1; }
     done
 done
+
+# An index tells the same paths.
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/double-gauss/scene.yaml" -o lens.raymap -n 20000 --quiet
+lens() { # PREFIX COMMAND...
+    local prefix=$1
+    shift
+    expect 0 '' "$@" --no-peaks --top all --json
+    cp stdout.txt "$prefix.all"
+    expect 0 '' "$@" --no-peaks --by group --collapse --where 'not hit(cover.*)' --json
+    cp stdout.txt "$prefix.group"
+    expect 0 '' "$@" --no-peaks --no-events --detector sensor --exact 40 --json
+    cp stdout.txt "$prefix.sketch"
+}
+lens columns "$RAYMAP" paths lens.raymap --quiet
+expect 0 '' "$RAYMAP" index lens.raymap --quiet
+for ranks in 1 2; do
+    lens index mpirun -np "$ranks" "$RAYMAP" paths lens.raymap --threads 2 --quiet
+    for kind in all group sketch; do
+        cmp "columns.$kind" "index.$kind" || { echo "FAILED: indexed, $kind, $ranks ranks"; failures=1; }
+    done
+done
 finish
