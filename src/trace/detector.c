@@ -152,38 +152,78 @@ static double root(const struct rmap_detector *detector, const struct rmap_curve
 
 #define HALVINGS_MAX 48
 
+/* How far the height may lie from a straight line through the interval's ends. A curve within the
+ * plane has none, however much it bends. */
+static double height_sag(const struct rmap_detector *detector, const struct rmap_curve_step *step,
+                         const struct interval *at)
+{
+    enum { PARTS = 4 };
+    double sag = 0.0;
+    for (int i = 1; i < PARTS; i++) {
+        const double share = (double)i / PARTS;
+        struct rmap_vec3 r, T;
+        rmap_curve_at(step, at->a + share * (at->b - at->a), &r, &T);
+        sag = fmax(sag, fabs(height(detector, r) - (at->from + share * (at->to - at->from))));
+    }
+    return 1.05 * sag;
+}
+
+/* A piece of a curve that is searched for crossings with one detector. */
+struct search {
+    const struct rmap_detector *detector;
+    const struct rmap_curve_step *step;
+    int32_t index;
+    double tolerance; /* not below what heights are rounded by */
+    struct sorted *sorted;
+};
+
+/* Whether the curve stays on its side between two ends that do. Without the tolerance halving would
+ * not end where a curve runs in the detector's plane. */
+static bool stays(const struct search *search, const struct interval *at)
+{
+    const double nearest = fmin(fabs(at->from), fabs(at->to));
+    double sag = rmap_curve_sag(search->step, at->a, at->b);
+    if (nearest > sag || sag <= search->tolerance)
+        return true;
+    sag = height_sag(search->detector, search->step, at);
+    return nearest > sag || sag <= search->tolerance;
+}
+
 /* All crossings in an interval: none where both ends lie on one side, farther off than the sag; one
  * where the curve runs to the other side at both ends; else of both halves. */
-static void find_curved(const struct rmap_detector *detector, int32_t index,
-                        const struct rmap_leg_piece *piece, struct interval at, int depth,
-                        struct sorted *sorted)
+static void find_curved(const struct search *search, struct interval at, int depth)
 {
-    const struct rmap_curve_step *step = piece->step;
-    bool across = crosses(at.from, at.to);
     struct rmap_vec3 r, T[2];
-    if (!across) {
-        double sag = rmap_curve_sag(step, at.a, at.b);
-        if (fmin(fabs(at.from), fabs(at.to)) > sag || sag <= piece->tolerance)
+    if (!crosses(at.from, at.to)) {
+        if (stays(search, &at))
             return;
     } else {
-        rmap_curve_at(step, at.a, &r, &T[0]);
-        rmap_curve_at(step, at.b, &r, &T[1]);
+        rmap_curve_at(search->step, at.a, &r, &T[0]);
+        rmap_curve_at(search->step, at.b, &r, &T[1]);
         double way = at.to - at.from;
-        if (depth == HALVINGS_MAX || (rmap_dot(T[0], detector->axis) * way > 0.0 &&
-                                      rmap_dot(T[1], detector->axis) * way > 0.0)) {
-            sort_in(sorted, (struct crossing){root(detector, step, at), index});
+        if (depth == HALVINGS_MAX || (rmap_dot(T[0], search->detector->axis) * way > 0.0 &&
+                                      rmap_dot(T[1], search->detector->axis) * way > 0.0)) {
+            sort_in(search->sorted,
+                    (struct crossing){root(search->detector, search->step, at), search->index});
             return;
         }
     }
     if (depth == HALVINGS_MAX)
         return;
     double middle = 0.5 * (at.a + at.b);
-    rmap_curve_at(step, middle, &r, &T[0]);
-    double h = height(detector, r);
-    find_curved(detector, index, piece, (struct interval){at.a, middle, at.from, h}, depth + 1,
-                sorted);
-    find_curved(detector, index, piece, (struct interval){middle, at.b, h, at.to}, depth + 1,
-                sorted);
+    rmap_curve_at(search->step, middle, &r, &T[0]);
+    double h = height(search->detector, r);
+    find_curved(search, (struct interval){at.a, middle, at.from, h}, depth + 1);
+    find_curved(search, (struct interval){middle, at.b, h, at.to}, depth + 1);
+}
+
+#define ROUNDING 1e-14 /* of a height, in its point's coordinates */
+
+static double tolerance_of(const struct rmap_detector *detector, const struct rmap_leg_piece *piece)
+{
+    const double scale =
+        rmap_length(piece->from) + rmap_length(piece->to) + rmap_length(detector->origin);
+    return fmax(piece->tolerance, ROUNDING * scale);
 }
 
 /* Between two points on one side a curve must be longer than its way to the plane and back. */
@@ -202,8 +242,10 @@ static void find(const struct rmap_scene *scene, int32_t index, const struct wat
         return;
     }
     struct interval at = {0.0, 1.0, height(detector, piece->from), height(detector, piece->to)};
+    const struct search search = {detector, piece->step, index, tolerance_of(detector, piece),
+                                  sorted};
     if (!is_far(&at, piece->step->length))
-        find_curved(detector, index, piece, at, 0, sorted);
+        find_curved(&search, at, 0);
 }
 
 static struct passage passage_at(const struct watched *light, double along)

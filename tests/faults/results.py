@@ -2,40 +2,13 @@
 """Commands that make results out of a finished map, and what is true of a result when one call of
 the system, of HDF5 or for memory has failed on the way: it is there whole, or not at all.
 """
+import copy
 import os
 import shlex
 import shutil
 
 import harness
 
-SCENE = """
-raymap: 1
-units: mm
-spectrum: {mode: spectral, wavelengths: [480, 550, 620]}
-media:
-  air: {index: 1}
-  bk7: {glass: N-BK7}
-  fish: {gradient: {type: maxwell, n_centre: 2.2, radius: 9}}
-surfaces:
-  clear: {type: fresnel}
-  white: {type: lambert, reflectance: 0.5}
-geometries:
-  ball: {type: sphere, radius: 3}
-  drop: {type: sphere, radius: 2}
-  plate: {type: rectangle, size: [30, 30]}
-objects:
-  - {name: lens, geometry: ball, surface: clear, inside: fish, outside: air}
-  - {name: bead, geometry: drop, at: [0, 1, 8], surface: clear, inside: bk7, outside: air}
-  - {name: wall, geometry: plate, at: [0, 0, 14], surface: white, front: air, back: air}
-sources:
-  - {name: beam, type: collimated, shape: {disc: 4}, at: [0, 0, -8], direction: [0, 0, 1], flux: 1 W, medium: air}
-  - {name: panel, type: area, shape: {rectangle: [6, 6]}, at: [0, 6, -8], direction: [0, -0.4, 1], flux: 1 W, medium: air}
-detectors:
-  - {name: within, type: plane, size: [8, 8], cells: [8, 8], at: [0, 0, 0.5], side: both}
-  - {name: paper, type: plane, on: wall, size: [30, 30], cells: [6, 5], side: both}
-cameras:
-  - {name: front, at: [0, -40, 6], look_at: [0, 0, 6], fov: 30, resolution: [24, 16], medium: air}
-"""
 RECEIVERS = """
 detectors:
 - {name: behind, type: plane, size: [12, 12], cells: [10, 10], at: [0, 0, 11], side: both}
@@ -88,6 +61,12 @@ class Command:
         with open(self.log, encoding="utf-8", errors="replace") as file:
             self.calls = [tuple(line.rstrip("\n").split(" ", 2)[1:]) for line in file]
 
+    def like(self, words):
+        """The same with other words."""
+        other = copy.copy(self)
+        other.words = words
+        return other
+
     def run(self, folder, faults, ranks=0, timeout=60):
         """The process, the bytes of the result or None, what else lies there, blocks not freed."""
         folder = os.path.abspath(f"{self.name}-{folder}")
@@ -125,13 +104,11 @@ class Command:
 
 def places():
     """Makes the maps of the test: curved legs in one, both encodings."""
-    with open("scene.yaml", "w", encoding="utf-8") as file:
-        file.write(SCENE.lstrip())
     with open("receivers.yaml", "w", encoding="utf-8") as file:
         file.write(RECEIVERS.lstrip())
     here = {name: os.path.abspath(path) for name, path in
-            (("MAP", "one.raymap"), ("OTHER", "other.raymap"), ("SCENE", "scene.yaml"),
-             ("RECEIVERS", "receivers.yaml"))}
+            (("MAP", "one.raymap"), ("OTHER", "other.raymap"), ("RECEIVERS", "receivers.yaml"))}
+    here["SCENE"] = harness.write_curved_scene()
     for target, seed, encoding in ((here["MAP"], 1, "plain"), (here["OTHER"], 2, "compact")):
         shutil.rmtree(target, ignore_errors=True)
         done = harness.run("trace", here["SCENE"], "-o", target, "-n", 600, "--seed", seed,

@@ -13,7 +13,11 @@ import shutil
 import harness
 
 OPTIONS = ["--threads", "1", "--flush-portions", "1"]
-RAYS = 40000
+# Name, what writes the scene, rays, sizes of pieces for two or three, kill points quick and slow.
+SCENES = [
+    ("straight", harness.write_scene, 40000, harness.PIECE_SIZE, 28, 168),
+    ("curved", harness.write_curved_scene, 12000, {"plain": "4M", "compact": "500k"}, 14, 84),
+]
 
 # Which calls make a phase: patterns of the call and of the path.
 PHASES = {
@@ -34,18 +38,20 @@ def belongs(phase, call, path):
             and fnmatch.fnmatchcase(path, pattern))
 
 
-def draw(counts, n, rng):
-    """n kill points: (encoding, ranks, killed rank or '', phase, number of the call, how)."""
+def draw(counts, first, n, rng):
+    """n kill points from the first on: (encoding, ranks, killed rank or '', phase, number of the call,
+    how)."""
     points, encodings = [], harness.encodings(n, rng)
-    for i in range(n):
+    for i in range(first, first + n):
         ranks = 1 + i % 3
         phase = list(PHASES)[(i // 3) % len(PHASES)]
         rank = rng.choice([*range(ranks), ""]) if ranks > 1 else ""
-        most = max(1, counts[encodings[i], ranks, phase])
+        encoding = encodings[i - first]
+        most = max(1, counts[encoding, ranks, phase])
         # The last calls are of the index at the end: as many points as anywhere before.
         at = rng.randint(1, most) if rng.random() < 0.7 else max(1, most - rng.randint(0, 40))
         how = rng.choice(["kill", "kill", "tear", "exit"])
-        points.append((encodings[i], ranks, rank, phase, at, how))
+        points.append((encoding, ranks, rank, phase, at, how))
     return points
 
 
@@ -86,16 +92,14 @@ def judge(undisturbed, index, case, tally):
     tally.append((phase, killed, rays))
     if os.path.exists(target):
         wrong += undisturbed.resumed_differences(target, ranks=(0, 3, 2)[ranks - 1],
-                                                 encoding=harness.ENCODINGS[index % 2])
+                                                 encoding=harness.ENCODINGS[at % 2])
     if not wrong:
         shutil.rmtree(target, ignore_errors=True)
     return wrong
 
 
-def main():
-    scene = harness.write_scene()
-    undisturbed = harness.Undisturbed(scene, RAYS, OPTIONS)
-    cases = harness.Cases("kill matrix")
+def count_calls(undisturbed):
+    """[encoding, ranks, phase] -> calls that each rank makes at least."""
     counts = {}
     for encoding, ranks in itertools.product(harness.ENCODINGS, (1, 2, 3)):
         counted = harness.calls_of(undisturbed, os.path.abspath("counted.raymap"), "*", encoding,
@@ -103,9 +107,17 @@ def main():
         for phase in PHASES:
             counts[encoding, ranks, phase] = min(
                 sum(belongs(phase, *call) for call in calls) for calls in counted)
-    tally = []
-    points = draw(counts, 252 if harness.SLOW else 42, cases.rng)
-    cases.all(lambda index, case: judge(undisturbed, index, case, tally), points)
+    return counts
+
+
+def main():
+    cases = harness.Cases("kill matrix")
+    tally, first = [], 0
+    for name, write, rays, piece_size, quick, slow in SCENES:
+        undisturbed = harness.Undisturbed(write(), rays, OPTIONS, piece_size)
+        points = draw(count_calls(undisturbed), first, slow if harness.SLOW else quick, cases.rng)
+        first += len(points)
+        cases.all(lambda index, case: judge(undisturbed, f"{name}-{index}", case, tally), points)
     for phase in PHASES:
         of_phase = [entry for entry in tally if entry[0] == phase]
         print(f"{phase}: {len(of_phase)} points, {sum(entry[1] for entry in of_phase)} killed, "

@@ -5,6 +5,7 @@
  *
  *   PROGRAM                  all rounds
  *   PROGRAM --round N        one of them again
+ *   PROGRAM --print N        the input of a round, for a look at it
  *   PROGRAM --seeds FOLDER   writes the seeds there, for libFuzzer's corpus
  *   PROGRAM FILE             runs one input
  */
@@ -192,6 +193,10 @@ int main(int argc, char **argv)
     rmap_fuzz_demand(n_seed > 0, "no seeds");
     if (argc == 3 && strcmp(argv[1], "--seeds") == 0)
         return write_seeds(argv[2], n_seed);
+    if (argc == 3 && strcmp(argv[1], "--print") == 0) {
+        size_t n = make(strtoull(argv[2], NULL, 10), n_seed, data);
+        return fwrite(data, 1, n, stdout) != n;
+    }
     if (argc == 2)
         return run_file(argv[1]);
     /* Memory given back to the system and had again costs more than all else here. */

@@ -123,6 +123,55 @@ static void never_twice(void **state)
     rmap_scene_destroy(scene);
 }
 
+/* Times that a parabola crosses a plane through the origin with this axis. */
+static size_t crossings_of(struct rmap_vec3 axis, struct rmap_vec3 from, struct rmap_vec3 along,
+                           struct rmap_vec3 bend)
+{
+    struct rmap_scene *scene = hand_scene(1);
+    hand_detector(scene, rmap_vec3(0, 0, 0), 1.0, 1e9)->axis = axis;
+    scene->detector[0].side = RMAP_SIDE_BOTH;
+    list_by_hand(scene);
+    struct rmap_history history = empty_history();
+    struct rmap_curve_step step = {.from = {.r = from, .T = along}, .h = 1.0, .whole = 1.0};
+    step.bend[0][0] = bend.x;
+    step.bend[0][1] = bend.y;
+    step.bend[0][2] = bend.z;
+    for (int k = 0; k < 3; k++)
+        step.turn[0][k] = 2.0 * step.bend[0][k];
+    rmap_curve_at(&step, 1.0, &step.to.r, &step.to.T);
+    rmap_curve_lengths(&step, 1.0, &step.optical, &step.length);
+    const struct rmap_leg_piece piece = {.step = &step, .from = from, .to = step.to.r};
+    rmap_detect_curve(scene, &piece, &history.base);
+    size_t n = history.n_registration;
+    rmap_history_fini(&history);
+    rmap_scene_destroy(scene);
+    return n;
+}
+
+/* The search ends where a curve runs in the plane itself, exactly or up to rounding, however far it
+ * bends there, and where it is no curve at all. */
+static void curves_within_the_plane(void **state)
+{
+    (void)state;
+    const struct rmap_vec3 axis = rmap_normalize(rmap_vec3(0.3, -0.2, 0.9));
+    const struct rmap_vec3 u = rmap_normalize(rmap_cross(axis, rmap_vec3(0, 1, 0)));
+    const struct rmap_vec3 v = rmap_cross(axis, u);
+    const struct rmap_vec3 z = rmap_vec3(0, 0, 1);
+    for (double size = 1e-6; size < 1e40; size *= 1e5) {
+        assert_int_equal(crossings_of(z, rmap_vec3(size, 0, 0), rmap_vec3(0, size, 0),
+                                      rmap_vec3(-3 * size, size, 0)),
+                         0);
+        (void)crossings_of(axis, rmap_scale(u, size), rmap_scale(v, size),
+                           rmap_axpy(size, v, rmap_scale(u, -3 * size)));
+    }
+    (void)crossings_of(z, rmap_vec3((double)NAN, 0, 0), z, u);
+    (void)crossings_of(z, rmap_vec3(1, 0, 0), z, rmap_vec3((double)INFINITY, 0, 0));
+    assert_int_equal(crossings_of(z, rmap_vec3(0, 0, 1), rmap_vec3(3, 0, -5), rmap_vec3(0, 0, 5)),
+                     2);
+    assert_int_equal(crossings_of(z, rmap_vec3(0, 0, 1), rmap_vec3(3, 0, -5), rmap_vec3(0, 0, 6.3)),
+                     0);
+}
+
 /* More planes than the sorter holds, given in no order, two of them at one place. */
 static void ordered_by_distance_then_index(void **state)
 {
@@ -238,6 +287,7 @@ int main(void)
         cmocka_unit_test(position_cell_and_path),
         cmocka_unit_test(misses),
         cmocka_unit_test(never_twice),
+        cmocka_unit_test(curves_within_the_plane),
         cmocka_unit_test(ordered_by_distance_then_index),
         cmocka_unit_test(sides_and_angles),
         cmocka_unit_test(lying_on_an_object),
