@@ -90,7 +90,7 @@ static inline uint32_t set_leg(const struct legs *l, size_t row, int32_t from,
     medium = medium < l->n_medium ? medium : l->n_medium;
     const struct rmap_compact_guide *guide = &l->guide[object];
     uint32_t step = guide->step[first_bit(event | 1u << (RMAP_GUIDE_STEPS - 1))];
-    leg->corner = guide->corner + guide->stride * primitive;
+    leg->way.corner = guide->corner + guide->stride * primitive;
     leg->object = (uint32_t)object;
     leg->medium = (uint16_t)medium;
     leg->queue = (uint8_t)(step + (guide->quadric & same));
@@ -107,7 +107,7 @@ static void set_odd_leg(const struct legs *l, size_t row, int32_t from, struct r
     uint32_t own = there && l->object[row] == from ? guide->quadric : 0;
     uint32_t step =
         own + rmap_wave_step(guide, there ? guide->wave : RMAP_WAVE_ALONE, l->event[row]);
-    leg->corner = there ? leg->corner : guide->corner;
+    leg->way.corner = there ? leg->way.corner : guide->corner;
     leg->queue = (uint8_t)step;
     leg->flags = (uint8_t)(step >> 8 | (leg->flags & RMAP_WAVE_TINTS));
 }
@@ -186,7 +186,7 @@ static void make_ready(struct rmap_wave_run *run)
 static void line_up(const struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
 {
     struct rmap_wave_queue *queue = &run->wave->queue[ray->leg->queue];
-    soon(ray->leg->corner);
+    soon(ray->leg->way.corner);
     queue->ray[(queue->first + queue->n++) & (RMAP_WAVE_RAYS - 1)] =
         (uint16_t)(ray - run->wave->ray);
 }
@@ -239,7 +239,8 @@ static bool replace(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
 /* False: there are no more rays. */
 static bool next_leg(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
 {
-    memcpy(&ray->leg->length, &ray->state[6], 2 * sizeof *ray->state);
+    ray->leg->way.length = ray->state[6];
+    ray->leg->cosine = ray->state[7];
     ray->row++;
     ray->step++;
     ray->leg++;
@@ -291,8 +292,8 @@ static void meet(const struct rmap_compact_model *model, enum rmap_wave_kind kin
     }
 }
 
-/* One leg of the first n rays of a queue, at most RMAP_WAVE_WIDTH. */
-static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
+/* One leg of the first n rays of a queue, at most RMAP_WAVE_WIDTH; inline: most packs are full. */
+static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t n)
 {
     const struct rmap_retrace *r = run->r;
     struct rmap_wave_queue *queue = &run->wave->queue[which];
@@ -301,13 +302,17 @@ static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
     struct rmap_wave_pack pack;
     struct rmap_wave_ray *to[RMAP_WAVE_WIDTH];
     size_t row[RMAP_WAVE_WIDTH], left = 0;
+    uint32_t flags = 0;
+    double odd = 0.0;
     for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++) {
         size_t at = queue->ray[(queue->first + (i < n ? i : 0)) & (RMAP_WAVE_RAYS - 1)];
         pack.ray[i] = &run->wave->ray[at];
         to[i] = &run->wave->ray[i < n ? at : RMAP_WAVE_RAYS];
         row[i] = to[i]->row;
-        pack.corner[i] = pack.ray[i]->leg->corner;
-        pack.object[i] = &r->model->object[pack.ray[i]->leg->object];
+        const struct rmap_wave_leg *leg = pack.ray[i]->leg;
+        pack.corner[i] = leg->way.corner;
+        pack.object[i] = &r->model->object[leg->object];
+        flags |= leg->flags;
     }
     queue->first += (uint32_t)n;
     queue->n -= (uint32_t)n;
@@ -315,20 +320,30 @@ static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
     load_turns(r, turn, &pack);
     meet(r->model, kind, &pack);
     rmap_wave_note(&pack, row, n, run->out->segment.position, run->out->segment.normal);
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = 0; (flags & RMAP_WAVE_CROSSES) && i < n; i++)
         if (to[i]->leg->flags & RMAP_WAVE_CROSSES)
             rmap_wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, r->seed, &pack);
     rmap_wave_store(&pack, to);
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++)
+        odd += pack.odd[i];
+    for (size_t i = 0; odd != 0.0 && i < n; i++)
         if (pack.odd[i] != 0.0)
             run->wave->careful[to[i]->index] = 1;
+    for (size_t i = 0; i < n; i++)
         if (next_leg(run, to[i]))
             to[left++] = to[i];
-    }
     for (size_t i = 0; i < left; i++)
         line_up(run, to[i]);
+}
+
+static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
+{
+    if (n == RMAP_WAVE_WIDTH)
+        advance_some(run, which, RMAP_WAVE_WIDTH);
+    else
+        advance_some(run, which, n);
 }
 
 static void advance_alone(struct rmap_wave_run *run, size_t which)

@@ -94,11 +94,14 @@ enum {
 
 /* A leg: where it goes by the path, and how it went. */
 struct rmap_wave_leg {
-    double length, cosine; /* as in rmap_wave_ray */
-    const float *corner;   /* MESH: of its triangle, [3][4]; of others, what is read first */
-    uint32_t object;       /* at most n_object, which is none */
-    uint16_t medium;       /* at most n_medium, which is none */
-    uint8_t queue;         /* RMAP_WAVE_TURNS x kind + turn */
+    union {
+        const float *corner; /* MESH: of its triangle, [3][4]; of others, what is read first */
+        double length;       /* of a leg done, as in rmap_wave_ray */
+    } way;
+    double cosine;
+    uint32_t object; /* at most n_object, which is none */
+    uint16_t medium; /* at most n_medium, which is none */
+    uint8_t queue;   /* RMAP_WAVE_TURNS x kind + turn */
     uint8_t flags;
 };
 

@@ -6,17 +6,17 @@
 
 /* Corners of the triangles: as they are, and with the axes turned so that the leg's is the last. */
 struct corners {
-    double at[3][3][W], turned[3][3][W]; /* [corner][axis] */
-    double from[3][W], way[3][W];
+    double at[3][3][W], turned[3][3][W]; /* [corner][axis]; from where the leg starts */
+    double way[3][W];
 };
 
-typedef float floats __attribute__((vector_size(16)));
-
+/* A loop: of vectors that change their element, compilers make two halves here. */
 static inline void widen(const float *from, quad *to)
 {
-    floats four;
-    memcpy(&four, from, sizeof four);
-    *to = __builtin_convertvector(four, quad);
+    double four[4];
+    for (int k = 0; k < 4; k++)
+        four[k] = (double)from[k];
+    memcpy(to, four, sizeof four);
 }
 
 static inline void gather_corners(const struct rmap_wave_pack *p, struct corners *c)
@@ -80,13 +80,20 @@ static inline void find_last(const struct local *l, int at, struct last *last)
 
 static inline void turn_corners(const struct local *l, struct corners *c)
 {
+    double off[3][3][W];
+    for (int k = 0; k < 3; k++)
+        EACH
+        {
+            off[k][0][i] = c->at[k][0][i] - l->ox[i];
+            off[k][1][i] = c->at[k][1][i] - l->oy[i];
+            off[k][2][i] = c->at[k][2][i] - l->oz[i];
+        }
     for (int i = 0; i < W; i += 4) {
         struct last last;
         find_last(l, i, &last);
-        turn_axes(&last, i, l->ox, l->oy, l->oz, c->from);
         turn_axes(&last, i, l->dx, l->dy, l->dz, c->way);
         for (int k = 0; k < 3; k++)
-            turn_axes(&last, i, c->at[k][0], c->at[k][1], c->at[k][2], c->turned[k]);
+            turn_axes(&last, i, off[k][0], off[k][1], off[k][2], c->turned[k]);
     }
 }
 
@@ -99,10 +106,10 @@ static inline void meet_triangles(const struct corners *c, struct local *l,
         {
             double scale = 1 / c->way[2][i];
             double shear_x = c->way[0][i] * scale, shear_y = c->way[1][i] * scale;
-            double along = c->turned[k][2][i] - c->from[2][i];
+            double along = c->turned[k][2][i];
             s[k][2][i] = along;
-            s[k][0][i] = (c->turned[k][0][i] - c->from[0][i]) - shear_x * along;
-            s[k][1][i] = (c->turned[k][1][i] - c->from[1][i]) - shear_y * along;
+            s[k][0][i] = c->turned[k][0][i] - shear_x * along;
+            s[k][1][i] = c->turned[k][1][i] - shear_y * along;
         }
     EACH
     {

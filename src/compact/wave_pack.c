@@ -44,12 +44,9 @@ static inline void turn_ends(const struct rmap_wave_pack *p, size_t at, words ro
     row[3] = MIX4(high0, high1, 2, 3, 6, 7);
 }
 
-void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t n, float *position,
-                    int16_t *normal)
+static inline void note(const struct rmap_wave_pack *p, const words end[W], const size_t row[W],
+                        size_t n, float *position, int16_t *normal)
 {
-    words end[W];
-    for (size_t i = 0; i < W; i += 4)
-        turn_ends(p, i, end + i);
     for (size_t i = 0; position && i < n; i++)
         memcpy(position + 3 * row[i], &end[i], 3 * sizeof *position);
     for (size_t i = 0; normal && i < n; i++) {
@@ -57,4 +54,16 @@ void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t 
         memcpy(normal + 3 * row[i], &xy, sizeof xy);
         normal[3 * row[i] + 2] = (int16_t)p->normal_z[i];
     }
+}
+
+void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t n, float *position,
+                    int16_t *normal)
+{
+    words end[W];
+    for (size_t i = 0; i < W; i += 4)
+        turn_ends(p, i, end + i);
+    if (n == W) /* most: its loops have no branches */
+        note(p, end, row, W, position, normal);
+    else
+        note(p, end, row, n, position, normal);
 }

@@ -71,8 +71,9 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
     const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
     const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
     double index = index_of(light, medium);
-    if (medium && medium->absorbing && leg->length > 0.0 && light->end - light->begin > 1)
-        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->length, false, light);
+    if (medium && medium->absorbing && leg->way.length > 0.0 && light->end - light->begin > 1)
+        (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->way.length, false,
+                                light);
     if (light->changed)
         rmap_light_quantise(r->model->n_channel, light);
     size_t n = (size_t)r->model->n_channel;
@@ -81,11 +82,13 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
     if (sum->crossing < sum->crossing_end)
         sum_crossings(sum, row, index);
     if (!(leg->flags & RMAP_WAVE_LEFT)) {
-        sum->path_length += leg->length;
-        sum->optical_path += index * leg->length;
+        sum->path_length += leg->way.length;
+        sum->optical_path += index * leg->way.length;
     }
     if (row + 1 < sum->end && light->end - light->begin > 1)
         weigh_leg(sum, row, leg, light);
+    if (light->changed && !(leg[1].flags & RMAP_WAVE_TINTS)) /* or else it changes once more */
+        rmap_light_quantise(r->model->n_channel, light);
 }
 
 /* The same colour in rows [row, end) of n channels each. */
@@ -117,7 +120,7 @@ static size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_
         uint32_t grey = RMAP_WAVE_GREY_BACK << (leg->cosine < 0.0);
         if ((flags & tints) || !((flags | any) & grey))
             break;
-        double n = index[leg->medium], length = flags & RMAP_WAVE_LEFT ? 0.0 : leg->length;
+        double n = index[leg->medium], length = flags & RMAP_WAVE_LEFT ? 0.0 : leg->way.length;
         if (flags & RMAP_WAVE_CROSSES) {
             sum->optical_path = optical_path;
             sum_crossings(sum, row, n);
