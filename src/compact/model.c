@@ -272,6 +272,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++) {
         set_quadric(&model->object[i], model->object[i].quadric);
+        rmap_wave_set_flat(&model->object[i]);
         rmap_wave_guide(scene, &model->object[i], &model->guide[i]);
     }
     rmap_wave_guide_out(model, &model->guide[scene->n_object]);

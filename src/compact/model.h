@@ -29,6 +29,8 @@ struct rmap_compact_object {
     /* For the waves: alpha, gamma, delta, epsilon; inner2, outer2, sheet, low, high of all kinds as
      * one, infinite where a kind has none; middle; sign of the normal; 1 rigid, or else 0. */
     double quadric[12];
+    /* FLAT: normal in the world; 16 bits of each of its numbers as they are recorded. */
+    double flat[4];
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape;
     const struct rmap_mesh *mesh;

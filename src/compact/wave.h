@@ -105,7 +105,9 @@ struct rmap_wave_leg {
     uint8_t flags;
 };
 
-/* wave_guide.c: what is known of an object's legs beforehand; of those that meet none. */
+/* wave_guide.c: what is known of a flat object, of any object's legs, and of those that meet none
+ * beforehand. */
+void rmap_wave_set_flat(struct rmap_compact_object *object);
 void rmap_wave_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
                      struct rmap_compact_guide *guide);
 void rmap_wave_guide_out(const struct rmap_compact_model *model, struct rmap_compact_guide *guide);

@@ -35,6 +35,19 @@ static uint32_t grey_events(const struct rmap_scene *scene, const struct rmap_su
     return grey;
 }
 
+void rmap_wave_set_flat(struct rmap_compact_object *object)
+{
+    struct rmap_vec3 normal = rmap_affine_transposed(&object->to_local, rmap_vec3(0.0, 0.0, 1.0));
+    int16_t recorded[4] = {0};
+    if (!object->rigid)
+        normal = rmap_normalize(normal);
+    rmap_step_normal(normal, recorded);
+    object->flat[0] = normal.x;
+    object->flat[1] = normal.y;
+    object->flat[2] = normal.z;
+    memcpy(&object->flat[3], recorded, sizeof recorded);
+}
+
 uint32_t rmap_wave_step(const struct rmap_compact_guide *guide, uint32_t kind, uint32_t event)
 {
     uint32_t turn = kind > RMAP_WAVE_NOTHING ? (uint32_t)rmap_step_turn(event) : RMAP_TURN_NONE;

@@ -152,12 +152,18 @@ static inline void to_local(const struct maps *local, const struct rmap_wave_pac
     apply_vector(local, 2, p->dx, p->dy, p->dz, l->dz);
 }
 
-static inline void to_world(const struct maps *local, const struct maps *world,
-                            const struct local *l, struct rmap_wave_pack *p)
+static inline void points_to_world(const struct maps *world, const struct local *l,
+                                   struct rmap_wave_pack *p)
 {
     apply_point(world, 0, l->x, l->y, l->z, p->px);
     apply_point(world, 1, l->x, l->y, l->z, p->py);
     apply_point(world, 2, l->x, l->y, l->z, p->pz);
+}
+
+static inline void to_world(const struct maps *local, const struct maps *world,
+                            const struct local *l, struct rmap_wave_pack *p)
+{
+    points_to_world(world, l, p);
     apply_transposed(local, 0, l->nx, l->ny, l->nz, p->nx);
     apply_transposed(local, 1, l->nx, l->ny, l->nz, p->ny);
     apply_transposed(local, 2, l->nx, l->ny, l->nz, p->nz);
@@ -182,12 +188,17 @@ static inline void record_cosine(const double x[W], int32_t out[W])
     }
 }
 
-static inline void record_end(struct rmap_wave_pack *pack)
+static inline void record_position(struct rmap_wave_pack *pack)
 {
-    int32_t nx[W], ny[W];
     record(pack->px, pack->position[0]);
     record(pack->py, pack->position[1]);
     record(pack->pz, pack->position[2]);
+}
+
+static inline void record_end(struct rmap_wave_pack *pack)
+{
+    int32_t nx[W], ny[W];
+    record_position(pack);
     record_cosine(pack->nx, nx);
     record_cosine(pack->ny, ny);
     record_cosine(pack->nz, pack->normal_z);
@@ -197,7 +208,7 @@ static inline void record_end(struct rmap_wave_pack *pack)
     }
 }
 
-static inline void conclude(struct rmap_wave_pack *pack)
+static inline void arrive(struct rmap_wave_pack *pack)
 {
     EACH
     {
@@ -205,6 +216,11 @@ static inline void conclude(struct rmap_wave_pack *pack)
         pack->cosine[i] =
             pack->dx[i] * pack->nx[i] + pack->dy[i] * pack->ny[i] + pack->dz[i] * pack->nz[i];
     }
+}
+
+static inline void conclude(struct rmap_wave_pack *pack)
+{
+    arrive(pack);
     record_end(pack);
 }
 
