@@ -5,6 +5,7 @@
 
 #include "base/alloc.h"
 #include "io/deflate_planes.h"
+#include "io/inflate.h"
 #include "io/shuffle.h"
 
 /* What readers are told; any zlib level reads alike. */
@@ -127,4 +128,81 @@ enum rmap_status rmap_h5_write_tiles(hid_t set, const struct rmap_h5_tiles *tile
         *written_ret = write_all(set, &scratch, tiles, data);
     scratch_fini(&scratch);
     return st;
+}
+
+/* ---- reading ---- */
+
+static bool has_filter(hid_t create, unsigned index, H5Z_filter_t wanted)
+{
+    unsigned flags, value[8], config;
+    size_t n = sizeof value / sizeof *value;
+    return H5Pget_filter2(create, index, &flags, &n, value, 0, NULL, &config) == wanted;
+}
+
+/* Whether the table has the filters above, and chunks of whole rows: *rows_ret of them each. */
+static bool has_tiles(hid_t set, int rank, const hsize_t *dims, hsize_t *rows_ret)
+{
+    hsize_t chunk[RMAP_H5_RANK_MAX] = {0};
+    hid_t create = H5Dget_create_plist(set);
+    bool has = create >= 0 && H5Pget_layout(create) == H5D_CHUNKED &&
+               H5Pget_chunk(create, RMAP_H5_RANK_MAX, chunk) == rank &&
+               H5Pget_nfilters(create) == 2 && has_filter(create, 0, H5Z_FILTER_SHUFFLE) &&
+               has_filter(create, 1, H5Z_FILTER_DEFLATE) && chunk[0] <= dims[0];
+    for (int k = 1; has && k < rank; k++)
+        has = chunk[k] == dims[k];
+    if (create >= 0)
+        (void)H5Pclose(create);
+    *rows_ret = chunk[0];
+    return has && chunk[0] > 0;
+}
+
+/* What reading a chunk takes. */
+struct tile_reader {
+    hid_t set;
+    struct rmap_inflater *inflater;
+    uint8_t *stored, *plane;
+    hsize_t cap; /* bytes of `stored`: of all chunks */
+    size_t n, element_nbytes;
+};
+
+/* The chunk at `at`, as planes; a zlib stream (RFC 1950) without a preset dictionary. The table has
+ * a checksum of its own. */
+static bool read_planes(struct tile_reader *self, const hsize_t *at)
+{
+    enum { HEADER = 2, ADLER = 4 };
+    hsize_t n = 0;
+    uint32_t mask = 0;
+    return H5Dget_chunk_storage_size(self->set, at, &n) >= 0 && n <= self->cap &&
+           n > HEADER + ADLER &&
+           H5Dread_chunk(self->set, H5P_DEFAULT, at, &mask, self->stored) >= 0 && mask == 0 &&
+           (self->stored[0] & 15) == 8 && !(self->stored[1] & 32) &&
+           rmap_inflate(self->inflater, self->stored + HEADER, (size_t)n - HEADER, self->plane,
+                        self->n * self->element_nbytes);
+}
+
+bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes, void *data)
+{
+    struct tile_reader self = {
+        .set = set, .element_nbytes = element_nbytes, .cap = H5Dget_storage_size(set)};
+    hsize_t at[RMAP_H5_RANK_MAX] = {0}, rows;
+    size_t row = 1;
+    if (!has_tiles(set, rank, dims, &rows))
+        return false;
+    for (int k = 1; k < rank; k++)
+        row *= (size_t)dims[k];
+    self.n = (size_t)rows * row;
+    self.stored = rmap_alloc((size_t)self.cap, 1);
+    self.plane = rmap_alloc(self.n, element_nbytes);
+    bool good = self.stored && self.plane && rmap_inflater_create(&self.inflater, NULL) == RMAP_OK;
+    for (; good && at[0] < dims[0]; at[0] += rows) {
+        hsize_t left = dims[0] - at[0] < rows ? dims[0] - at[0] : rows;
+        good = read_planes(&self, at);
+        if (good)
+            rmap_unshuffle(self.plane, self.n, element_nbytes, 0, (size_t)left * row,
+                           element_nbytes, (char *)data + at[0] * row * element_nbytes);
+    }
+    rmap_inflater_destroy(self.inflater);
+    rmap_free(self.plane);
+    rmap_free(self.stored);
+    return good;
 }

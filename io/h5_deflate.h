@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Tables of some size are deflated by our own codec in place of HDF5's filter, which took most of
- * the time of writing an index. Any HDF5 tool reads the result.
+ * Tables of some size are deflated and inflated by our own codec in place of HDF5's filter, which
+ * took most of the time of writing and of opening an index. Any HDF5 tool reads the result.
  */
 #ifndef RMAP_H5_DEFLATE_H
 #define RMAP_H5_DEFLATE_H
@@ -28,5 +28,11 @@ bool rmap_h5_set_deflate(hid_t create, const struct rmap_h5_tiles *tiles);
  * *written_ret, with HDF5's error stack as it was left: HDF5 failed. */
 enum rmap_status rmap_h5_write_tiles(hid_t set, const struct rmap_h5_tiles *tiles, const void *data,
                                      bool *written_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Reads all of a table whose chunks are such and follow each other in its first dimension. data:
+ * its elements, aligned for them. False: it is no such table, or not whole; HDF5 is to read it, and
+ * will say what is wrong. */
+bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes,
+                        void *data);
 
 #endif

@@ -8,6 +8,7 @@
 #include "base/alloc.h"
 #include "io/codec.h"
 #include "io/h5.h"
+#include "io/h5_deflate.h"
 
 bool rmap_h5_has(struct rmap_h5 *h5, const char *path)
 {
@@ -114,7 +115,9 @@ static enum rmap_status read_data(struct rmap_h5 *h5, const char *path, hid_t se
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s of %s", path, h5->path);
         goto out;
     }
-    if (nbytes > 0 && H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
+    bool is_number = cell == 1 || cell == 2 || cell == 4 || cell == 8;
+    if (nbytes > 0 && !(is_number && rmap_h5_read_tiles(set, rank, dims, cell, data)) &&
+        H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data) < 0) {
         st = rmap_h5_fail(h5, path, err);
         goto out;
     }

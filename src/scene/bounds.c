@@ -26,6 +26,19 @@ void rmap_bounds_include_box(struct rmap_bounds *box, const struct rmap_affine *
                                                                        k & 4 ? upper.z : lower.z)));
 }
 
+/* As rmap_bounds_include, without calls: scenes are opened for every question, and have many
+ * vertices. What is not a number changes no bound. */
+static inline void include_quickly(struct rmap_bounds *box, struct rmap_vec3 p)
+{
+    box->infinite |= !isfinite(p.x + p.y + p.z);
+    box->lower =
+        rmap_vec3(p.x < box->lower.x ? p.x : box->lower.x, p.y < box->lower.y ? p.y : box->lower.y,
+                  p.z < box->lower.z ? p.z : box->lower.z);
+    box->upper =
+        rmap_vec3(p.x > box->upper.x ? p.x : box->upper.x, p.y > box->upper.y ? p.y : box->upper.y,
+                  p.z > box->upper.z ? p.z : box->upper.z);
+}
+
 void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geometry *geometry,
                                   const struct rmap_affine *to_world)
 {
@@ -38,7 +51,7 @@ void rmap_bounds_include_geometry(struct rmap_bounds *box, const struct rmap_geo
     const struct rmap_mesh *mesh = geometry->mesh;
     for (size_t i = 0; i < mesh->n_vertex; i++) {
         const float *v = mesh->vertex[i];
-        rmap_bounds_include(
+        include_quickly(
             box, rmap_affine_point(to_world, rmap_vec3((double)v[0], (double)v[1], (double)v[2])));
     }
 }

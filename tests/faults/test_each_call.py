@@ -25,7 +25,7 @@ SORTS = [
     ("H5*", "EIO", 1, 12, 400),
 ]
 
-READS = ("read:|H5(Fopen|Aopen_by_name|Aread|Dopen2|Dread|Lexists|Oexists_by_name"
+READS = ("read:|H5(Fopen|Aopen_by_name|Aread|Dopen2|Dread|Dread_chunk|Lexists|Oexists_by_name"
          "|[ADFPST]get_.*|Tequal|Tis_variable_str)$")
 # These serve reading and writing alike.
 HELPS = r"H5P(create|close|set_fclose_degree)$|H5T(copy|close|set_size|set_cset|set_strpad)$|H5S"
