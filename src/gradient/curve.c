@@ -62,7 +62,11 @@ static void guess_steps(struct rmap_curve *curve, struct rmap_vec3 direction)
 bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *gradient, int channel,
                       struct rmap_vec3 origin, struct rmap_vec3 direction)
 {
-    *curve = (struct rmap_curve){.gradient = gradient, .channel = channel};
+    curve->gradient = gradient;
+    curve->channel = channel;
+    curve->n_evaluation = curve->n_step = 0;
+    curve->last_h = 0.0;
+    curve->rough = curve->blind = false;
     curve->state.r = origin;
     if (!rmap_curve_evaluate(curve, &curve->state)) {
         return false;
@@ -103,6 +107,29 @@ static double change_after(const struct rmap_curve_pair *pair, double log_error)
     return rmap_min(rmap_max(change, least_change), greatest_change);
 }
 
+/* The step that an error suggests next, of the pair of order 8. */
+static double suggest(const struct rmap_curve *curve, const struct rmap_curve_pair *pair, double h,
+                      double error, double growth)
+{
+    double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
+    double change = change_after(pair, log(rmap_max(error, 1e-10)));
+    double next = h / share * rmap_min(change, growth);
+    return share < 1.0 ? next * (safety * safety) : next; /* across the pairs it is less sure */
+}
+
+/* From the last step; one that was cut very short says little about the next. */
+static void learn(struct rmap_curve *curve)
+{
+    double h = curve->last_h;
+    if (!(h > 0.0))
+        return;
+    const struct rmap_curve_pair *pair = curve->last_pair;
+    double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
+    double next = suggest(curve, pair, h, curve->last_error, curve->last_growth);
+    curve->next_h = h < 0.4 * share * curve->next_h ? rmap_max(next, curve->next_h) : next;
+    curve->last_h = 0.0;
+}
+
 /* Steps to the end of a way, in t: the pair of order 6 where one of its steps is enough, or where
  * neither the field nor the way is known yet; else full steps of order 8 where the rest is then one
  * of order 6; else equal ones. */
@@ -123,39 +150,35 @@ static const struct rmap_curve_pair *plan_step(const struct rmap_curve *curve, d
 static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step, double way,
                              double longest)
 {
-    double least = least_length(curve) / curve->state.n;
-    double blind = curve->gradient->options.tolerance / curve->state.n;
     double growth = greatest_change;
-    for (;;) {
+    learn(curve);
+    for (;; growth = 1.0) {
         double h;
         const struct rmap_curve_pair *pair = plan_step(curve, way, &h);
         double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
         h = rmap_min(h, longest);
         if (!rmap_curve_nystrom(curve, pair, step, h)) {
-            if (h <= blind) {
+            if (h <= curve->gradient->options.tolerance / curve->state.n) {
                 return step_blindly(curve, step);
             }
             way = longest = 0.25 * h;
-            growth = 1.0;
             continue;
         }
-        double log_error = log(rmap_max(rmap_curve_nystrom_error(curve, step), 1e-10));
-        double next = h / share * rmap_min(change_after(pair, log_error), growth);
-        if (share < 1.0) { /* across the pairs the guess is less sure */
-            next *= safety * safety;
-        }
-        if (log_error <= 0.0) {
-            /* A step that was cut very short says little about the next. */
-            curve->next_h = h < 0.4 * share * curve->next_h ? rmap_max(next, curve->next_h) : next;
+        double error = rmap_curve_nystrom_error(curve, step);
+        if (error <= 1.0) {
+            curve->last_h = h;
+            curve->last_pair = pair;
+            curve->last_error = error;
+            curve->last_growth = growth;
             curve->blind = false;
             rmap_curve_nystrom_finish(step);
             return true;
         }
+        double least = least_length(curve) / curve->state.n;
         if (h < 2.0 * least) { /* a singular place */
             return false;
         }
-        growth = 1.0;
-        curve->next_h = rmap_max(least / share, next);
+        curve->next_h = rmap_max(least / share, suggest(curve, pair, h, error, 1.0));
     }
 }
 
@@ -208,6 +231,7 @@ bool rmap_curve_advance(struct rmap_curve *curve, double length_max, struct rmap
     bool done = false; /* by no scheme */
     step->from = curve->state;
     step->allowed = options->tolerance;
+    step->rough = curve->rough;
     step->closed = false;
     switch (options->scheme) {
     case RMAP_SCHEME_ADAPTIVE:

@@ -39,6 +39,7 @@ struct rmap_curve_step {
     double whole;                       /* h before any cut */
     double between;                     /* error of T inside the step, of what is allowed */
     double allowed;                     /* error of lengths */
+    bool rough;                         /* lengths are estimates */
     bool closed;                        /* in closed form */
     const struct rmap_curve_pair *pair; /* the formula; NULL: Sharma's */
     int n_stage;                        /* of it; Sharma's: 0 */
@@ -51,8 +52,13 @@ struct rmap_curve {
     struct rmap_curve_state state; /* where the next step begins */
     double next_h;                 /* guess for the next step, of the pair of order 8 */
     double share_6;                /* of it: what the pair of order 6 may step */
-    uint64_t n_evaluation;         /* of the field, so far */
+    double last_h, last_error; /* of an accepted step that next_h has yet to learn from (0: none),
+                                  and the share of its error in what was allowed */
+    double last_growth;
+    const struct rmap_curve_pair *last_pair;
+    uint64_t n_evaluation; /* of the field, so far */
     uint64_t n_step;
+    bool rough;          /* false at first; true: the lengths of steps to come may be estimates */
     bool closed;         /* the field's rays have a closed form: */
     double bend[3][4];   /* dD/dr, column by column */
     double closed_norm;  /* of it: omega^2 at most */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "gradient/curve.h"
+#include "gradient/curve_internal.h"
 
 /* Between the stages. */
 #define MARGIN 1.1
@@ -19,7 +19,9 @@ double rmap_curve_bend(const struct rmap_curve_step *step)
     double most = rmap_max(0.0, rmap_max(first, last));
     struct rmap_vec3 way = rmap_sub(to->r, from->r);
     double inverse_square = 1.0 / rmap_dot(way, way);
-    for (int i = 1; i < step->n_stage; i++) {
+    int begin = step->pair ? step->pair->inner : 1;
+    int end = step->pair ? begin + 4 : step->n_stage;
+    for (int i = begin; i < end; i++) {
         const double *D = step->D[i];
         /* a way of no length: NaN, passed over */
         most = rmap_max(across(rmap_vec3(D[0], D[1], D[2]), way, inverse_square), most);

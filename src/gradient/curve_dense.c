@@ -119,13 +119,25 @@ void rmap_curve_lengths(const struct rmap_curve_step *step, double theta, double
     } while (error > step->allowed && parts <= most);
 }
 
+void rmap_curve_measure(struct rmap_curve_step *step)
+{
+    const struct rmap_curve_state *from = &step->from, *to = &step->to;
+    if (step->rough) {
+        step->optical = 0.5 * step->h * (from->n * from->n + to->n * to->n);
+        step->length = 0.5 * step->h * (from->n + to->n);
+        return;
+    }
+    rmap_curve_lengths(step, 1.0, &step->optical, &step->length);
+}
+
 /* The dense output's end made a step of its own, T improved where that has a need. */
 static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, double theta)
 {
     struct rmap_curve_step whole = *step;
     struct rmap_curve_state *to = &step->to;
     rmap_curve_at(&whole, theta, &to->r, &to->T);
-    rmap_curve_lengths(&whole, theta, &step->optical, &step->length);
+    if (!step->rough)
+        rmap_curve_lengths(&whole, theta, &step->optical, &step->length);
     if (whole.pair && whole.pair->has_finer && whole.between > 1.0) {
         (void)rmap_curve_nystrom_finer(curve, &whole, theta, &to->T);
     }
@@ -134,6 +146,8 @@ static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, do
     }
     to->T = rmap_scale(to->T, to->n / rmap_length(to->T));
     step->h = theta * whole.h;
+    if (step->rough)
+        rmap_curve_measure(step);
 }
 
 /* The step taken anew to there, where dense output would be too coarse. */

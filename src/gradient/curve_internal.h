@@ -54,6 +54,7 @@ static inline void rmap_wide_horner(const rmap_wide *share, const double b[4], r
 struct rmap_curve_pair {
     int stages;
     int evaluations; /* of a step */
+    int inner;       /* first of four stages in a row that spread over the step */
     double exponent; /* the error of a step goes with this power of h */
     double node[RMAP_CURVE_STAGES];
     double coupling[RMAP_CURVE_STAGES][RMAP_CURVE_STAGES - 1]; /* the last row: the weights of r */
@@ -102,6 +103,9 @@ static inline void rmap_curve_set_bend(struct rmap_curve_step *step, int k, cons
     rmap_wide_store(bend, step->bend[k]);
     rmap_wide_store(&turn, step->turn[k]);
 }
+
+/* Sets the whole step's lengths; its dense output stands. */
+void rmap_curve_measure(struct rmap_curve_step *step);
 
 /* The rest of the step: what dense output needs, and the lengths. */
 void rmap_curve_nystrom_finish(struct rmap_curve_step *step);

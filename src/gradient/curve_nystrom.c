@@ -100,7 +100,7 @@ void rmap_curve_nystrom_finish(struct rmap_curve_step *step)
     for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
         rmap_curve_set_bend(step, k, &bend[k]);
     }
-    rmap_curve_lengths(step, 1.0, &step->optical, &step->length);
+    rmap_curve_measure(step);
 }
 
 RMAP_WIDE

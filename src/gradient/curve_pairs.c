@@ -14,6 +14,7 @@
 const struct rmap_curve_pair rmap_curve_pair_6 = {
     .stages = 6,
     .evaluations = 5,
+    .inner = 1,
     .exponent = 7,
     .node = {0.0, 0.129295903136704415289, 0.258591806273408830578, 0.6702970826154800583109, 0.9,
              1.0},
@@ -47,6 +48,7 @@ const struct rmap_curve_pair rmap_curve_pair_6 = {
 const struct rmap_curve_pair rmap_curve_pair_8 = {
     .stages = 9,
     .evaluations = 8,
+    .inner = 3,
     .exponent = 9,
     .node = {0.0, 0.05, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0, 1.0},
     .coupling = {{0},

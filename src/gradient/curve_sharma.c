@@ -36,7 +36,7 @@ void rmap_curve_hermite_finish(struct rmap_curve_step *step)
     step->pair = NULL;
     step->closed = false;
     step->n_stage = 0;
-    rmap_curve_lengths(step, 1.0, &step->optical, &step->length);
+    rmap_curve_measure(step);
 }
 
 bool rmap_curve_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, double h)

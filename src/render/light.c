@@ -117,8 +117,10 @@ enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_
             if (source->type != RMAP_SOURCE_AREA || !area)
                 continue;
             lights->n_area++;
+            lights->four_numbers |= source->shape == RMAP_EMITTER_MESH;
             lights->n_bent += source->gradient > 0;
         }
+    lights->four_numbers |= lights->n > RMAP_LIGHT_DRAWS;
     share_out(lights);
     *lights_ret = lights;
     lights = NULL;
@@ -285,6 +287,21 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
         met = true;
     }
     return met;
+}
+
+bool rmap_lights_aside(const struct rmap_lights *lights, struct rmap_vec3 from, struct rmap_vec3 to)
+{
+    const double beyond = 1e-8;
+    for (size_t l = 0; l < lights->n_area; l++) {
+        const struct rmap_affine *map = &lights->light[l].to_local;
+        const struct rmap_vec3 z = {map->m[2][0], map->m[2][1], map->m[2][2]};
+        if (lights->light[l].source->shape == RMAP_EMITTER_MESH)
+            return false;
+        double begin = rmap_dot(z, from) + map->t.z, end = rmap_dot(z, to) + map->t.z;
+        if (begin > 0.0 && !(end > beyond * begin)) /* from the shining side to the other */
+            return false;
+    }
+    return true;
 }
 
 bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,

@@ -26,10 +26,11 @@ struct rmap_lights {
     const struct rmap_scene *scene; /* borrowed */
     size_t n;
     struct rmap_light *light;
-    size_t n_area;   /* the first ones are AREA: those that a leg can meet */
-    size_t n_bent;   /* of them in gradient media: curved legs meet no others */
-    size_t n_unseen; /* lists of rays, which no point can look at */
-    double unit_m2;  /* a square of the scene's unit */
+    size_t n_area;     /* the first ones are AREA: those that a leg can meet */
+    size_t n_bent;     /* of them in gradient media: curved legs meet no others */
+    size_t n_unseen;   /* lists of rays, which no point can look at */
+    bool four_numbers; /* a draw takes more than two: there is a choice, or a mesh */
+    double unit_m2;    /* a square of the scene's unit */
 };
 
 enum rmap_status rmap_lights_create(const struct rmap_scene *scene, struct rmap_lights **lights_ret,
@@ -58,6 +59,11 @@ struct rmap_way {
     struct rmap_vec3 from, direction;
     double after, length;
 };
+/* No area light lies between two points, nor a billionth of the way beyond the second. Quick; may
+ * be false in vain. */
+bool rmap_lights_aside(const struct rmap_lights *lights, struct rmap_vec3 from,
+                       struct rmap_vec3 to);
+
 bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,
                     const struct rmap_way *way, double *distance);
 

@@ -47,7 +47,8 @@ static void draw_light(const struct path *path, int draw, double u[4])
     const struct rmap_draw *at = &path->walk.draw;
     uint32_t which = (uint32_t)draw << 28; /* above every step that a path can have */
     double turned[4];
-    rmap_rng(at->seed, at->ray, at->step | which, RMAP_RNG_LIGHT, u);
+    if (path->lit_once || path->renderer->lights->four_numbers)
+        rmap_rng(at->seed, at->ray, at->step | which, RMAP_RNG_LIGHT, u);
     if (path->lit_once)
         return;
     rmap_rng(at->seed, path->pixel, which, RMAP_RNG_LIGHT, turned);
@@ -128,6 +129,12 @@ static void search(struct path *path, struct rmap_vec3 to)
     const double touch = 1e-9; /* a lamp may lie in the very plane of a surface */
     const struct rmap_lights *lights = path->renderer->lights;
     const struct rmap_ray *ray = &path->walk.ray;
+    const struct rmap_medium *medium = &path->renderer->scene->medium[ray->medium];
+    if (rmap_lights_aside(lights, path->point, to) && !medium->absorbing &&
+        !medium->scattering_at_all) {
+        path->point = to;
+        return;
+    }
     struct rmap_vec3 way = rmap_sub(to, path->point);
     double length = rmap_length(way), distance, store[RMAP_CHANNEL_MAX];
     if (!(length > 0.0))
@@ -205,7 +212,7 @@ static void look(struct path *path, struct receiver *receiver)
 {
     const struct rmap_lights *lights = path->renderer->lights;
     struct rmap_light_sample sample;
-    double u[4], store[RMAP_CHANNEL_MAX];
+    double u[4] = {0.0}, store[RMAP_CHANNEL_MAX];
     for (int draw = 0; draw < rmap_lights_n_draw(lights); draw++) {
         draw_light(path, draw, u);
         if (!rmap_lights_draw(lights, draw, receiver->ray.origin, u, &sample))
@@ -388,6 +395,7 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
     draw_camera(&path, u);
     rmap_camera_ray(renderer->camera, renderer->size, x, y, u, &ray);
     rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, &ray, NULL);
+    path.walk.rough = true;
     rmap_colour_set(&path.walk.colour, renderer->share, renderer->scene->channels.n);
     counts->n_path++;
     while (advance(&path))

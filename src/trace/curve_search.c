@@ -79,7 +79,8 @@ bool rmap_curve_search_start(struct rmap_curve_search *search, const struct rmap
                              struct rmap_hit *hit)
 {
     search->run.n = 0;
-    search->run.time[0] = search->run.bend = search->run.length = 0.0;
+    search->run.time[0] = search->run.bend = search->run.pull = 0.0;
+    search->run.length = 0.0;
     search->ray.origin = state->r;
     search->ray.direction = rmap_normalize(state->T);
     bool met = rmap_accel_next(search->accel, &search->ray, hit);
@@ -97,6 +98,8 @@ bool rmap_curve_search_add(struct rmap_curve_search *search)
     const struct rmap_curve_step *step = &run->step[run->n++];
     run->time[run->n] = run->time[run->n - 1] + step->h;
     run->bend = rmap_max(run->bend, rmap_curve_bend(step));
+    run->pull = rmap_max(run->pull, rmap_max(rmap_dot(step->from.D, step->from.D),
+                                             rmap_dot(step->to.D, step->to.D)));
     run->length += step->length;
     double time = run_time(run), straight = rmap_max(search->options->sag, STRAIGHT * run->length);
     return run->n == RMAP_CURVE_RUN_MAX || run->length >= 0.9 * search->ahead ||
@@ -173,34 +176,46 @@ static bool polygon_is_clear(struct rmap_curve_search *search, const struct piec
            !meets_in_space(search, corner[n - 1], piece->b.r);
 }
 
-/* When the curve crosses the tangent plane of the surface that its chord met, near `time`. */
+/* When the curve crosses the tangent plane of the surface that its chord met, near `time`: by
+ * Newton's steps, until the next one would be less than `enough` off the plane. */
 static double cross_plane(const struct rmap_curve_run *run, const struct piece *piece,
-                          const struct rmap_hit *hit, double time)
+                          const struct rmap_hit *hit, double time, double enough)
 {
     for (int i = 0; i < 3; i++) {
         struct point p = point_at(run, time);
         double rate = rmap_dot(p.T, hit->normal);
-        double next = time - rmap_dot(rmap_sub(p.r, hit->position), hit->normal) / rate;
+        double step = rmap_dot(rmap_sub(p.r, hit->position), hit->normal) / rate;
+        double next = time - step;
         if (!(next > piece->a.time && next < piece->b.time))
             break;
         time = next;
+        double square = step * step; /* the next: half of D square, and D may be greater inside */
+        if (square * square * run->pull < enough * enough)
+            break;
     }
     return time;
 }
 
+/* The surface may leave the plane where the curve meets it by sag^2 / (2 R cosine^2), along the
+ * curve; R: as long as the chord. This as a share of the chord; *off: how far off the plane. */
+static double astray(const struct piece *piece, const struct rmap_hit *hit, double *off)
+{
+    struct rmap_vec3 chord = rmap_sub(piece->b.r, piece->a.r);
+    double square = rmap_dot(chord, chord), depth = fabs(rmap_dot(chord, hit->normal));
+    double inverse = 1.0 / depth; /* 1 / (L cosine) */
+    double share = piece->sag * piece->sag * inverse * inverse * inverse * sqrt(square);
+    *off = share * depth;
+    return share;
+}
+
 /* Half the time of a piece that should hold the crossing and, if it can be, is short enough to
- * decide. `wider`: after failures. */
+ * decide. */
 static double half_window(const struct rmap_curve_search *search, const struct piece *piece,
-                          const struct rmap_hit *hit, double wider)
+                          double share)
 {
     double span = piece->b.time - piece->a.time;
     double decides = 0.45 * span * sqrt(DECIDES * search->options->tolerance / piece->sag);
-    struct rmap_vec3 chord = rmap_sub(piece->b.r, piece->a.r);
-    double length = rmap_length(chord);
-    double cosine = fabs(rmap_dot(chord, hit->normal)) / length;
-    /* The surface may leave its plane by sag^2 / (2 R cosine^2); R: as long as the chord. */
-    double astray = piece->sag * piece->sag / (length * length * cosine * cosine * cosine);
-    return rmap_min(rmap_max(decides, astray * span * wider), 0.5 * span);
+    return rmap_min(rmap_max(decides, share * span), 0.5 * span);
 }
 
 static bool same_side(const struct rmap_curve_search *search, const struct piece *piece)
@@ -249,12 +264,15 @@ static enum verdict judge(struct rmap_curve_search *search, const struct piece *
         aim->next = from;
         return MET;
     }
-    double time = cross_plane(&search->run, piece, hit, from + share * span);
+    double enough = 0.01 * search->options->tolerance;
     if (decides) {
-        aim->next = time;
+        aim->next = cross_plane(&search->run, piece, hit, from + share * span, enough);
         return MET;
     }
-    double half = half_window(search, piece, hit, aim->wider);
+    double off, share_astray = astray(piece, hit, &off);
+    enough = rmap_max(enough, 0.05 * off);
+    double time = cross_plane(&search->run, piece, hit, from + share * span, enough);
+    double half = half_window(search, piece, share_astray * aim->wider);
     aim->wider *= 4.0;
     if (time - half > from + 0.5 * half) {
         aim->next = rmap_min(time - half, from + 0.9 * span);

@@ -23,6 +23,7 @@ struct rmap_curve_run {
     struct rmap_curve_step step[RMAP_CURVE_RUN_MAX];
     double time[RMAP_CURVE_RUN_MAX + 1]; /* at the steps' ends; time[0] is 0 */
     double bend;                         /* greatest of the steps' */
+    double pull;                         /* greatest square of D at the steps' ends */
     double length;
 };
 

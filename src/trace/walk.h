@@ -31,6 +31,7 @@ struct rmap_walk {
     struct rmap_vec3 start_normal;  /* of the surface that the leg starts on, if on any */
     struct rmap_colour colour;
     double weight, path_length, optical_path;
+    bool rough; /* nobody asks for lengths: those of curved legs may be estimates */
 };
 
 enum rmap_leg_end {
@@ -63,6 +64,7 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->ray = *ray;
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
+    walk->rough = false;
 }
 
 /* Index along the leg; before the wavelength is drawn, the mean over the colour. */

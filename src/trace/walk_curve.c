@@ -34,31 +34,38 @@ static void choose_wavelength(struct rmap_walk *walk)
 /* False where the field has no value, within rounding, at the leg's start. */
 static bool begin_curve(struct bend *bend, int channel)
 {
-    const struct rmap_ray *ray = &bend->walk->ray;
+    const struct rmap_walk *walk = bend->walk;
+    const struct rmap_ray *ray = &walk->ray;
     double inside = 4.0 * bend->gradient->options.tolerance;
-    return rmap_curve_begin(&bend->curve, bend->gradient, channel, ray->origin, ray->direction) ||
-           rmap_curve_begin(&bend->curve, bend->gradient, channel,
-                            rmap_axpy(inside, ray->direction, ray->origin), ray->direction);
+    bool begun =
+        rmap_curve_begin(&bend->curve, bend->gradient, channel, ray->origin, ray->direction) ||
+        rmap_curve_begin(&bend->curve, bend->gradient, channel,
+                         rmap_axpy(inside, ray->direction, ray->origin), ray->direction);
+    bend->curve.rough = walk->rough && !walk->recorder && !(bend->free_path < HUGE_VAL);
+    return begun;
 }
 
-static double distance_from_centre(const struct bend *bend, struct rmap_vec3 p)
+/* Beyond the scene's bounding sphere. */
+static bool is_outside(const struct bend *bend, struct rmap_vec3 p)
 {
-    return rmap_length(rmap_sub(p, bend->walk->scene->centre));
+    const struct rmap_scene *scene = bend->walk->scene;
+    struct rmap_vec3 from = rmap_sub(p, scene->centre);
+    return rmap_dot(from, from) > scene->radius * scene->radius;
 }
 
 /* theta at which the step goes out through the scene's bounding sphere; 2: it ends inside. */
 static double find_way_out(const struct bend *bend, const struct rmap_curve_step *step)
 {
-    double radius = bend->walk->scene->radius, inside = 0.0, outside = 1.0;
-    if (!(distance_from_centre(bend, step->to.r) > radius))
+    double inside = 0.0, outside = 1.0;
+    if (!is_outside(bend, step->to.r))
         return 2.0;
-    if (distance_from_centre(bend, step->from.r) > radius)
+    if (is_outside(bend, step->from.r))
         return 0.0;
     for (int i = 0; i < 52; i++) {
         struct rmap_vec3 r, T;
         double middle = 0.5 * (inside + outside);
         rmap_curve_at(step, middle, &r, &T);
-        if (distance_from_centre(bend, r) > radius)
+        if (is_outside(bend, r))
             outside = middle;
         else
             inside = middle;
@@ -205,11 +212,12 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     bend->length = bend->optical = 0.0;
     bend->free_path = HUGE_VAL;
     arrival->events = RMAP_EVENT_GRADIENT;
-    arrival->leg = (struct rmap_leg){.from = walk->ray.origin,
-                                     .to = walk->ray.origin,
-                                     .direction = walk->ray.direction,
-                                     .optical_from = walk->optical_path,
-                                     .segment = walk->draw.step++};
+    struct rmap_leg *leg = &arrival->leg;
+    leg->from = leg->to = walk->ray.origin;
+    leg->direction = walk->ray.direction;
+    leg->optical_from = walk->optical_path;
+    leg->length = leg->index = 0.0;
+    leg->segment = walk->draw.step++;
     rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, &walk->ray,
                             walk->start_normal);
     rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline);
