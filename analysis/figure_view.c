@@ -49,12 +49,25 @@ static double axis_offset(const struct rmap_scene *scene, struct rmap_vec3 towar
     return offset + 0.0; /* no -0 */
 }
 
-bool rmap_view_has_z_upright(const struct rmap_scene *scene)
+static bool is_of_bodies(const struct rmap_scene *scene)
 {
     size_t n_mesh = 0;
     for (size_t o = 0; o < scene->n_object; o++)
         n_mesh += scene->geometry[scene->object[o].geometry].kind == RMAP_GEOMETRY_MESH;
     return 2 * n_mesh > scene->n_object;
+}
+
+/* What a camera's pictures have upwards is at right angles to what they have to the right. */
+bool rmap_view_has_z_upright(const struct rmap_scene *scene)
+{
+    const double level = 1e-6;
+    if (scene->n_camera == 0)
+        return is_of_bodies(scene);
+    const struct rmap_camera *camera = &scene->camera[0];
+    const bool z_may_be = fabs(camera->right.z) < level, y_may_be = fabs(camera->right.y) < level;
+    if (z_may_be != y_may_be)
+        return z_may_be;
+    return fabs(camera->up.z) >= fabs(camera->up.y);
 }
 
 /* Of the two sections through the z axis, the one that the rays start along; y-z in doubt. */
@@ -110,7 +123,7 @@ void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
 {
     static const struct rmap_vec3 axis[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     if (kind == RMAP_VIEW_AUTO)
-        kind = rmap_view_has_z_upright(scene) ? RMAP_VIEW_3D : best_section(rays);
+        kind = is_of_bodies(scene) ? RMAP_VIEW_3D : best_section(rays);
     *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
     if (kind == RMAP_VIEW_3D) {
         rmap_view_turn(scene, AZIMUTH_DEG, ELEVATION_DEG, view);

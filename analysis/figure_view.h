@@ -48,7 +48,8 @@ void rmap_view_turn(const struct rmap_scene *scene, double azimuth_deg, double e
 /* Another place for a section, along its axis. */
 void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view);
 
-/* Whether z points upwards in views of solids: scenes of bodies; else y, optics along z. */
+/* Whether z points upwards in views of solids: as in the pictures of the scene's first camera;
+ * without cameras in scenes of bodies. Else y, optics along z. */
 bool rmap_view_has_z_upright(const struct rmap_scene *scene);
 
 /* Coordinates to the right and upwards, and height above the plane towards the eye. In perspective

@@ -282,6 +282,21 @@ def test_camera():
     assert "lens.raymap has no camera" in run("draw", "lens.raymap", "--camera", "a", "-o", "x.svg", status=3)
 
 
+def test_upright():
+    """A view of solids has upwards what the scene's first camera has."""
+    with open("hiding.yaml", encoding="utf8") as file:
+        text = file.read()
+    for at, look, up, axis in (([0, -90, 40], [0, 0, 0], "[0, 0, 1]", "z"), ([10, 5, -100], [0, 0, 0], "[0, 1, 0]", "y")):
+        with open("upright.yaml", "w", encoding="utf8") as file:
+            file.write(text[:text.index("cameras:")] +
+                       f"cameras: [{{name: c, at: {at}, look_at: {look}, up: {up}}}]\n")
+        run("trace", "upright.yaml", "-o", "upright.raymap", "-n", "2", "--quiet", "--force")
+        run("draw", "upright.raymap", "--view", "3d", "-o", "upright.svg", "--force")
+        height = {e.text: float(e.get("y")) for e in ElementTree.parse("upright.svg").iter()
+                  if e.tag.endswith("text") and e.text in ("x", "y", "z")}
+        assert min(height, key=height.get) == axis, (axis, height)
+
+
 def glb(path):
     with open(path, "rb") as file:
         data = file.read()
@@ -387,6 +402,7 @@ test_depth()
 test_pixels()
 test_profile()
 test_camera()
+test_upright()
 test_gltf()
 test_polydata()
 test_ranks()

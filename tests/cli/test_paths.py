@@ -352,6 +352,16 @@ def check_grouped_matrices(judge, options):
             check_selected(judge.file, some_of(document[kind], 8))
 
 
+def check_mean_orders(judge, rows, detector):
+    """Statistics of orders on a detector are those of the matrix."""
+    flux = sum(row["flux"] for row in rows)
+    assert flux > 0 and max(row["ghost_order"] for row in rows) < 9
+    for of in ("ghost_order", "scatter_order"):
+        told = json.loads(run("stats", judge.file, "--of", f"{of}({detector})", "--json"))
+        want = sum(row["flux"] * row[of] for row in rows) / flux
+        assert math.isclose(told["mean"]["value"], want, rel_tol=1e-9), (of, told["mean"], want)
+
+
 def check_matrices(judge, transmits, detector=None):
     """Orders, ghosts and contributions, from the steps before each registration."""
     options = ["--detector", detector] if detector else []
@@ -406,6 +416,8 @@ def check_matrices(judge, transmits, detector=None):
         check_selected(judge.file, some_of(document[kind], 40))
     check_matrix_files(judge, document, options)
     check_grouped_matrices(judge, options)
+    if detector:
+        check_mean_orders(judge, document["orders"], detector)
     assert detector or (len(document["ghosts"]) >= 3 and len(document["orders"]) >= 4)
 
 
