@@ -12,7 +12,12 @@ NAMES = ["trace_vs_roofline", "record_vs_trace", "record_vs_seed", "bytes_per_se
          "durable_vs_not", "checksums_vs_trace", "durability_vs_trace", "resume_vs_anew",
          "decode_vs_seed", "verify_vs_decode", "query_vs_seed",
          "query_several_vs_slowest", "session_second_vs_first", "ranks_vs_threads",
-         "stats_vs_query", "paths_vs_query", "energy_vs_query"]
+         "stats_vs_query", "paths_vs_query", "energy_vs_query", "uniform_vs_gradient_code"]
+# And those that have scenes of their own.
+OTHERS = {("bytes_per_segment", "double-gauss-31"),
+          *(("gradient_evaluations_vs_seed", scene) for scene in ("luneburg", "parabolic-rod")),
+          *((name, scene) for name in ("render_preview", "render_overhead")
+            for scene in ("gradient-sphere", "gradient-noise"))}
 BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "durable_vs_not",
                   "checksums_vs_trace", "durability_vs_trace", "decode_vs_seed",
                   "verify_vs_decode", "query_vs_seed", "query_several_vs_slowest",
@@ -30,7 +35,7 @@ document = bench("--repeats", "1")
 assert document["machine"]["cores"] >= 1
 found = {(result["name"], result["scene"]) for result in document["results"]}
 wanted = {(name, scene) for name in NAMES for scene in ("room", "double-gauss")}
-assert found == wanted | {("bytes_per_segment", "double-gauss-31")}, found
+assert found == wanted | OTHERS, found ^ (wanted | OTHERS)
 for name in BOTH_ENCODINGS:
     encodings = {result["encoding"] for result in document["results"] if result["name"] == name}
     assert encodings == {"plain", "compact"}, name
