@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "gradient/curve.h"
 #include "tests/unit/near.h"
 #include "tests/unit/read_text.h"
 
@@ -97,6 +98,27 @@ static void test_places_of_bodies(void **state)
     assert_near(a->options.step_min, 1e-4 * a->size, 1e-15);
     assert_int_equal(a->options.max_steps, 1000000);
     rmap_scene_destroy(scene);
+}
+
+/* Luneburg's rays have a closed form; `integrated` leaves it alone. */
+static void test_closed_form(void **state)
+{
+    static const char *const body =
+        "  - {name: a, geometry: ball, surface: fresnel, outside: air, inside: m}";
+    static const char *const medium[2] = {
+        "{gradient: {type: luneburg, radius: 2}}",
+        "{gradient: {type: luneburg, radius: 2, scheme: integrated}}"};
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        struct rmap_scene *scene = good_scene(medium[i], body, beam);
+        struct rmap_curve curve;
+        assert_true(rmap_curve_begin(&curve, &scene->gradient[0], 0, rmap_vec3(0, 0, 0.5),
+                                     rmap_vec3(0, 0, 1)));
+        assert_int_equal(scene->gradient[0].options.scheme,
+                         i ? RMAP_SCHEME_INTEGRATED : RMAP_SCHEME_ADAPTIVE);
+        assert_int_equal(curve.closed, i == 0);
+        rmap_scene_destroy(scene);
+    }
 }
 
 static void test_frames(void **state)
@@ -371,6 +393,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_places_of_bodies),
+        cmocka_unit_test(test_closed_form),
         cmocka_unit_test(test_frames),
         cmocka_unit_test(test_places_of_a_lens),
         cmocka_unit_test(test_sources_within),
