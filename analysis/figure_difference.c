@@ -234,6 +234,10 @@ static void draw_samples(const struct rmap_axes *axes, const struct rmap_compare
 static void draw_z(const struct rmap_axes *axes, const struct rmap_compare_bins *bins,
                    double (*point)[2], struct rmap_svg *svg)
 {
+    static const struct {
+        double z;
+        const char *text;
+    } label[] = {{-3.0, "−3"}, {-1.0, "−1"}, {1.0, "+1"}, {3.0, "+3"}};
     rmap_svg_open_clip(svg, axes->x, axes->y, axes->width, axes->height);
     for (int s = -3; s <= 3; s++) {
         const double y = rmap_axes_y(axes, s);
@@ -247,6 +251,13 @@ static void draw_z(const struct rmap_axes *axes, const struct rmap_compare_bins 
                &(struct rmap_svg_style){.stroke = "#333333", .width = 1.4}, point, svg);
     rmap_svg_close(svg);
     rmap_axes_draw(svg, axes);
+    for (size_t k = 0; k < sizeof label / sizeof *label; k++)
+        rmap_svg_string(svg,
+                        &(struct rmap_svg_text){.x = axes->x + axes->width + 6,
+                                                .y = rmap_axes_y(axes, label[k].z) + 4,
+                                                .size = RMAP_TICK_SIZE,
+                                                .fill = "#777777"},
+                        label[k].text);
 }
 
 static enum rmap_status draw_profile(const struct rmap_comparison *comparison,
