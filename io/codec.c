@@ -1,15 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/codec.h"
 
-#define XXH_INLINE_ALL
 #include <stdbool.h>
 #include <string.h>
-#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "base/wide.h"
 #include "io/inflate.h"
 #include "io/shuffle.h"
+#include "trace/portion_hash.h"
 
 #define FLETCHER_NBYTES 4
 
@@ -25,7 +24,7 @@ struct rmap_decoder {
 
 uint64_t rmap_checksum(const void *data, size_t nbytes)
 {
-    return XXH3_64bits(data, nbytes);
+    return rmap_hash64_fastest()(data, nbytes);
 }
 
 /* x modulo 65535 in 1..65535, but 0 for 0: the form that repeated folding leaves. */

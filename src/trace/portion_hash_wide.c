@@ -12,14 +12,29 @@ static struct rmap_digest hash(const void *data, size_t nbytes)
     return (struct rmap_digest){value.low64, value.high64};
 }
 
+static uint64_t hash64(const void *data, size_t nbytes)
+{
+    return XXH3_64bits(data, nbytes);
+}
+
 rmap_hash_function *rmap_hash_wide(void)
 {
     return __builtin_cpu_supports("avx2") ? hash : NULL;
+}
+
+rmap_hash64_function *rmap_hash64_wide(void)
+{
+    return __builtin_cpu_supports("avx2") ? hash64 : NULL;
 }
 #else
 #include "trace/portion_hash.h"
 
 rmap_hash_function *rmap_hash_wide(void)
+{
+    return NULL;
+}
+
+rmap_hash64_function *rmap_hash64_wide(void)
 {
     return NULL;
 }
