@@ -27,7 +27,7 @@ static void add_number(struct rmap_text_table *table, double value, int digits)
     if (isfinite(value))
         rmap_text_table_add(table, "%.*g", digits, value);
     else
-        rmap_text_table_add(table, "nan");
+        rmap_text_table_add(table, "-");
 }
 
 static void add_share(struct rmap_text_table *table, double share)
@@ -35,7 +35,17 @@ static void add_share(struct rmap_text_table *table, double share)
     if (isfinite(share))
         rmap_text_table_add(table, "%.4f", 100.0 * share);
     else
-        rmap_text_table_add(table, "nan");
+        rmap_text_table_add(table, "-");
+}
+
+/* The whole of a table: a share of 1, or of nothing none. */
+static struct rmap_energy_row emitted_row(const struct rmap_energy_table *table)
+{
+    return (struct rmap_energy_row){.name = "",
+                                    .rays = table->rays,
+                                    .flux = table->flux,
+                                    .flux_error = table->flux_error,
+                                    .share = table->flux / table->flux};
 }
 
 /* What, name, rays, flux, its error, share, its error. */
@@ -74,12 +84,7 @@ static enum rmap_status print_table(const struct rmap_energy *energy,
                                     struct rmap_error *err)
 {
     struct rmap_text_table table;
-    const struct rmap_energy_row emitted = {.name = "",
-                                            .rays = from->rays,
-                                            .flux = from->flux,
-                                            .flux_error = from->flux_error,
-                                            .share = from->flux / from->flux,
-                                            .share_error = 0.0};
+    const struct rmap_energy_row emitted = emitted_row(from);
     char rays[RMAP_GROUPED_LEN];
     if (from->source)
         fprintf(out, "\nsource %s\n", from->source);
@@ -168,11 +173,7 @@ void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
     fprintf(out, "source,what,name,rays,flux,standard_error,share,share_standard_error\n");
     for (size_t t = 0; t < energy->n_table; t++) {
         const struct rmap_energy_table *table = &energy->table[t];
-        const struct rmap_energy_row emitted = {.name = "",
-                                                .rays = table->rays,
-                                                .flux = table->flux,
-                                                .flux_error = table->flux_error,
-                                                .share = table->flux / table->flux};
+        const struct rmap_energy_row emitted = emitted_row(table);
         put_line(table, "emitted", &emitted, out);
         for (size_t i = 0; i < table->n_row + table->n_detector; i++)
             put_line(table, word[table->row[i].end], &table->row[i], out);
