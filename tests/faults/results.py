@@ -45,6 +45,7 @@ COMMANDS = [
     ("", "info MAP --json"),
 ]
 COUNTED = "*,read:*,memory:*,H5*"
+SAYS_MORE = ("render", "info")  # its speed; what of the map's files it could not look at
 OLD = b"what stood there before\n"
 
 
@@ -150,7 +151,8 @@ def judge(command, case, ranks=0):
                                          (OLD, command.result)):
         size = "none" if result is None else f"{len(result)} bytes"
         wrong.append(f"status {done.returncode}, result: {size} of {len(command.result)}")
-    if done.returncode == 0 and done.stdout != command.stdout:
+    if (done.returncode == 0 and command.words[0] not in SAYS_MORE
+            and done.stdout != command.stdout):
         wrong.append(f"says something else: {first_difference(done.stdout, command.stdout)}")
     if leaks and leaks[0] != "0":
         wrong.append("blocks not given back: " + "\n    ".join(leaks[:14]))
