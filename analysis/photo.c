@@ -8,7 +8,6 @@
 #include "analysis/colour_map.h"
 #include "base/alloc.h"
 #include "io/exr.h"
-#include "io/publish.h"
 #include "io/raster.h"
 #include "optics/spectrum.h"
 
@@ -67,23 +66,9 @@ static enum rmap_status write_exr(const struct rmap_photo *photo, const char *pa
 enum rmap_status rmap_photo_write(const struct rmap_photo *photo, const char *path,
                                   struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    const char *slash = strrchr(path, '/'), *suffix = strrchr(path, '.');
-    bool png = suffix && strcasecmp(suffix, ".png") == 0;
+    const char *suffix = strrchr(path, '.');
+    const bool png = suffix && strcasecmp(suffix, ".png") == 0;
     if (!png && !(suffix && strcasecmp(suffix, ".exr") == 0))
         return rmap_error_set(err, RMAP_USAGE, "'%s': a picture's name ends in .png or .exr", path);
-    char *directory = slash
-                          ? rmap_path_format("%.*s", slash == path ? 1 : (int)(slash - path), path)
-                          : rmap_strdup(".");
-    char *temporary = directory ? rmap_temporary_path(directory, slash ? slash + 1 : path) : NULL;
-    if (!temporary)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory"));
-    RMAP_TRY(png ? write_png(photo, temporary, err) : write_exr(photo, temporary, err));
-    st = rmap_publish_over(directory, temporary, path, err);
-out:
-    if (st != RMAP_OK)
-        rmap_error_context(err, "%s", path);
-    rmap_free(temporary);
-    rmap_free(directory);
-    return st;
+    return png ? write_png(photo, path, err) : write_exr(photo, path, err);
 }

@@ -27,7 +27,8 @@ def draw(command, n, rng):
         chosen |= set(harness.spread(group, 3 * n // 4 // len(groups), lambda point: point[1], rng))
     drawn = [(at, call, rng.choice(results.suffered(call))) for at, call, _ in sorted(chosen)]
     written = [(at, call, "kill") for at, call, _ in late if call in ("write", "pwrite")]
-    return drawn + written[-1:]  # most of a result is on disk then
+    synced = [(at, call, "EIO") for at, call, _ in late if call == "fsync"]
+    return drawn + written[-1:] + synced[1:2]  # most is on disk; the name is given, not yet for good
 
 
 def main():
