@@ -156,6 +156,7 @@ static enum rmap_status index_again(const struct rmap_context *context,
     struct rmap_index_result result;
     size_t n_indexed = 0;
     uint64_t nbytes;
+    char line[256];
     enum rmap_status st = RMAP_OK;
     if (context->rank == 0)
         st = rmap_map_history_measure(map, &n_indexed, &nbytes, err);
@@ -164,6 +165,10 @@ static enum rmap_status index_again(const struct rmap_context *context,
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&any, 1, MPI_INT, 0, context->comm)));
     if (any)
         RMAP_TRY(rmap_index_run(context, request->to, 0, &result, err));
+    if (any && context->rank == 0 && !context->quiet && result.n_large > 0) {
+        rmap_index_tell_large(&result, line, sizeof line);
+        fprintf(stderr, "history indexes: %s\n", line);
+    }
 out:
     return st;
 }
