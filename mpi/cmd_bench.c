@@ -321,6 +321,7 @@ static enum rmap_status run_bench(const struct rmap_context *context,
     struct rmap_context quiet = *context;
     quiet.quiet = true;
     struct rmap_bench bench = {.context = &quiet, .alone = quiet, .results = json_array()};
+    bench.alone.json = false; /* what it calls says nothing: the document is the bench's own */
     bench.alone.comm = MPI_COMM_NULL;
     bench.alone.rank = 0;
     bench.alone.size = 1;
