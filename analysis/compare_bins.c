@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/compare_bins.h"
 
-#include <math.h>
-
 #include "analysis/csv_field.h"
 #include "base/alloc.h"
+#include "io/json_number.h"
 
 /* Bins of a number that a picture shows well. */
 enum { JOINED_BINS = 50, N_ARRAY = 7 };
@@ -60,7 +59,6 @@ static void add_part(const struct sample *sample, int32_t source, size_t bin, in
     into->rays[k] += at[0];
 }
 
-/* extent: by what flux is divided in bin b of nu in a row, or NULL. */
 static enum rmap_status fill(const struct rmap_comparison *comparison,
                              const struct sample sample[3], struct rmap_compare_bins *bins,
                              struct rmap_error *err)
@@ -206,7 +204,7 @@ static json_t *list_of(const double *value, size_t n)
 {
     json_t *list = json_array();
     for (size_t i = 0; i < n; i++)
-        (void)json_array_append_new(list, isfinite(value[i]) ? json_real(value[i]) : json_null());
+        (void)json_array_append_new(list, rmap_json_number(value[i]));
     return list;
 }
 

@@ -7,6 +7,7 @@
 
 #include "analysis/compare.h"
 #include "analysis/text_table.h"
+#include "io/json_number.h"
 
 static const char *flux_unit(const struct rmap_comparison *self)
 {
@@ -130,15 +131,11 @@ out:
     return st;
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 /* Sums of weights: whole numbers as a rule. */
 static json_t *count(double rays)
 {
-    return rays == floor(rays) && fabs(rays) < 1e15 ? json_integer((json_int_t)rays) : number(rays);
+    return rays == floor(rays) && fabs(rays) < 1e15 ? json_integer((json_int_t)rays)
+                                                    : rmap_json_number(rays);
 }
 
 static json_t *test_json(const struct rmap_compare_test *test, const char *unit)
@@ -150,24 +147,26 @@ static json_t *test_json(const struct rmap_compare_test *test, const char *unit)
         json_array_append_new(
             values, test->is_bins
                         ? json_pack("{s:o}", "rays", count(test->bins.rays[k]))
-                        : json_pack("{s:o, s:o, s:s, s:o}", "value", number(test->scalar.value[k]),
-                                    "standard_error", number(test->scalar.error[k]), "unit", unit,
-                                    "rays", count(test->scalar.rays[k])));
+                        : json_pack("{s:o, s:o, s:s, s:o}", "value",
+                                    rmap_json_number(test->scalar.value[k]), "standard_error",
+                                    rmap_json_number(test->scalar.error[k]), "unit", unit, "rays",
+                                    count(test->scalar.rays[k])));
     json_object_set_new(object, "values", values);
     if (test->is_bins) {
-        json_object_set_new(object, "chi_square", number(test->bins.chi_square));
-        json_object_set_new(object, "degrees", number(test->bins.degrees));
+        json_object_set_new(object, "chi_square", rmap_json_number(test->bins.chi_square));
+        json_object_set_new(object, "degrees", rmap_json_number(test->bins.degrees));
         json_object_set_new(object, "bins", json_integer((json_int_t)test->bins.n_bin));
     } else {
         json_object_set_new(object, "difference",
-                            json_pack("{s:o, s:o}", "value", number(test->scalar.difference),
-                                      "standard_error", number(test->scalar.standard_error)));
-        json_object_set_new(object, "z", number(test->scalar.z));
+                            json_pack("{s:o, s:o}", "value",
+                                      rmap_json_number(test->scalar.difference), "standard_error",
+                                      rmap_json_number(test->scalar.standard_error)));
+        json_object_set_new(object, "z", rmap_json_number(test->scalar.z));
     }
     const char *method = test->is_bins ? "chi-square" : test->scalar.is_exact ? "binomial" : "z";
     json_object_set_new(object, "method", isnan(test->p) ? json_null() : json_string(method));
-    json_object_set_new(object, "p", number(test->p));
-    json_object_set_new(object, "adjusted_p", number(test->adjusted));
+    json_object_set_new(object, "p", rmap_json_number(test->p));
+    json_object_set_new(object, "adjusted_p", rmap_json_number(test->adjusted));
     json_object_set_new(object, "same", json_boolean(test->same));
     if (test->note)
         json_object_set_new(object, "note", json_string(test->note));

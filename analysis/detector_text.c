@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "analysis/detector_image.h"
+#include "io/json_number.h"
 
 const char *rmap_detector_image_coordinate_unit(const struct rmap_detector_image *image)
 {
@@ -104,11 +105,6 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
                 "note");
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 /* What differs from the detector as it stands in the scene. */
 static void describe_bins(const struct rmap_detector_image *image, json_t *document)
 {
@@ -132,10 +128,10 @@ static void describe_channels(const struct rmap_detector_image *image, json_t *d
     for (size_t k = 0; k < image->n_channel; k++) {
         char channel[32];
         rmap_detector_image_channel(image, k, channel);
-        (void)json_array_append_new(list,
-                                    json_pack("{s:s, s:o, s:o}", "channel", channel, "flux",
-                                              number(image->channel_flux[k]), "standard_error",
-                                              number(image->channel_flux_error[k])));
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:o, s:o}", "channel", channel, "flux",
+                            rmap_json_number(image->channel_flux[k]), "standard_error",
+                            rmap_json_number(image->channel_flux_error[k])));
     }
     if (list)
         (void)json_object_set_new(document, "spectrum", list);
@@ -146,19 +142,20 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
     size_t c = image->peak_cell[0] + (size_t)image->peak_cell[1] * image->n[0];
     json_t *peak = json_null();
     if (isfinite(image->peak_x))
-        peak = json_pack("{s:o, s:o, s:o, s:o, s:[i, i]}", "value", number(image->peak),
-                         "standard_error", number(image->standard_error[c]), "x",
-                         number(image->peak_x), "y", number(image->peak_y), "cell",
-                         (int)image->peak_cell[0], (int)image->peak_cell[1]);
+        peak = json_pack("{s:o, s:o, s:o, s:o, s:[i, i]}", "value", rmap_json_number(image->peak),
+                         "standard_error", rmap_json_number(image->standard_error[c]), "x",
+                         rmap_json_number(image->peak_x), "y", rmap_json_number(image->peak_y),
+                         "cell", (int)image->peak_cell[0], (int)image->peak_cell[1]);
     bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
     json_t *document = json_pack(
         "{s:s, s:s, s:[i, i], s:s, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
         "detector", image->detector->name, "type", plane ? "plane" : "intensity", "cells",
         (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all",
         "registrations", (json_int_t)llround(image->registrations), "flux", "total",
-        number(image->flux), "standard_error", number(image->flux_error), "unit", image->flux_unit,
-        "quantity", image->quantity, "unit", image->unit, "mean", "value", number(image->mean),
-        "standard_error", number(image->mean_error), "peak", peak);
+        rmap_json_number(image->flux), "standard_error", rmap_json_number(image->flux_error),
+        "unit", image->flux_unit, "quantity", image->quantity, "unit", image->unit, "mean", "value",
+        rmap_json_number(image->mean), "standard_error", rmap_json_number(image->mean_error),
+        "peak", peak);
     if (!document)
         return NULL;
     describe_bins(image, document);

@@ -5,9 +5,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/csv_field.h"
 #include "analysis/energy.h"
 #include "analysis/text_table.h"
 #include "base/grouped.h"
+#include "io/json_number.h"
 
 const char *rmap_energy_end_text(enum rmap_energy_end end)
 {
@@ -159,7 +161,7 @@ static void put_line(const struct rmap_energy_table *table, const char *what,
     put_field(row->name, out);
     fprintf(out, ",%.17g", row->rays);
     for (size_t k = 0; k < sizeof number / sizeof *number; k++)
-        fprintf(out, isfinite(number[k]) ? ",%.17g" : ",", number[k]);
+        rmap_csv_put_number(number[k], out);
     fputc('\n', out);
 }
 
@@ -180,11 +182,6 @@ void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
     }
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *row_json(const struct rmap_energy_row *row)
 {
     json_t *object = json_object();
@@ -192,10 +189,10 @@ static json_t *row_json(const struct rmap_energy_row *row)
         (void)json_object_set_new(object, "name", json_string(row->name));
     (void)json_object_set_new(object, row->end == RMAP_ENERGY_DETECTOR ? "registrations" : "rays",
                               json_integer((json_int_t)rmap_energy_whole(row->rays)));
-    (void)json_object_set_new(object, "flux", number(row->flux));
-    (void)json_object_set_new(object, "standard_error", number(row->flux_error));
-    (void)json_object_set_new(object, "share", number(row->share));
-    (void)json_object_set_new(object, "share_standard_error", number(row->share_error));
+    (void)json_object_set_new(object, "flux", rmap_json_number(row->flux));
+    (void)json_object_set_new(object, "standard_error", rmap_json_number(row->flux_error));
+    (void)json_object_set_new(object, "share", rmap_json_number(row->share));
+    (void)json_object_set_new(object, "share_standard_error", rmap_json_number(row->share_error));
     return object;
 }
 
@@ -211,14 +208,14 @@ static json_t *table_json(const struct rmap_energy *energy, const struct rmap_en
         else
             list[row->end] = row_json(row);
     }
-    return json_pack("{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o}",
-                     "source", table->source ? json_string(table->source) : json_null(), "emitted",
-                     (json_int_t)rmap_energy_whole(table->rays), "flux", "value",
-                     number(table->flux), "standard_error", number(table->flux_error), "unit",
-                     energy->unit, "exact", (int)table->exact, "absorbed", "objects",
-                     list[RMAP_ENERGY_OBJECT], "media", list[RMAP_ENERGY_MEDIUM], "left",
-                     list[RMAP_ENERGY_LEFT], "limit", list[RMAP_ENERGY_LIMIT], "error",
-                     list[RMAP_ENERGY_ERROR], "detectors", list[RMAP_ENERGY_DETECTOR]);
+    return json_pack(
+        "{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o}", "source",
+        table->source ? json_string(table->source) : json_null(), "emitted",
+        (json_int_t)rmap_energy_whole(table->rays), "flux", "value", rmap_json_number(table->flux),
+        "standard_error", rmap_json_number(table->flux_error), "unit", energy->unit, "exact",
+        (int)table->exact, "absorbed", "objects", list[RMAP_ENERGY_OBJECT], "media",
+        list[RMAP_ENERGY_MEDIUM], "left", list[RMAP_ENERGY_LEFT], "limit", list[RMAP_ENERGY_LIMIT],
+        "error", list[RMAP_ENERGY_ERROR], "detectors", list[RMAP_ENERGY_DETECTOR]);
 }
 
 json_t *rmap_energy_json(const struct rmap_energy *energy)
@@ -230,7 +227,8 @@ json_t *rmap_energy_json(const struct rmap_energy *energy)
                      energy->map, "criterion", energy->criterion ? energy->criterion : "all",
                      "rays", "total", (json_int_t)rmap_energy_whole(energy->map_rays), "matched",
                      (json_int_t)rmap_energy_whole(energy->table[0].rays), "flux", "total",
-                     number(energy->map_flux), "matched", number(energy->table[0].flux),
-                     "standard_error", number(energy->table[0].flux_error), "unit", energy->unit,
-                     "total", table_json(energy, &energy->table[0]), "sources", sources);
+                     rmap_json_number(energy->map_flux), "matched",
+                     rmap_json_number(energy->table[0].flux), "standard_error",
+                     rmap_json_number(energy->table[0].flux_error), "unit", energy->unit, "total",
+                     table_json(energy, &energy->table[0]), "sources", sources);
 }

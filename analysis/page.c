@@ -7,6 +7,7 @@
 #include "analysis/page_pack.h"
 #include "analysis/page_parts.h"
 #include "io/json_memory.h"
+#include "io/json_number.h"
 #include "io/whole_file.h"
 #include "version.h"
 
@@ -40,7 +41,7 @@ static enum rmap_status make_data(const struct rmap_page *page, json_t **data_re
         "{s:o, s:s, s:o, s:I, s:I, s:o, s:o, s:s}", "title", rmap_page_string(page->title),
         "program", "raymap " RMAP_VERSION, "criterion", rmap_page_string(page->criterion), "total",
         (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)page->n_matched,
-        "flux_matched", rmap_page_number(page->flux_matched), "view", view_json(page), "color",
+        "flux_matched", rmap_json_number(page->flux_matched), "view", view_json(page), "color",
         rmap_paint_word(page->paint));
     if (!data)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page"));

@@ -7,14 +7,21 @@
 #include "analysis/path_class.h"
 #include "analysis/path_order.h"
 #include "base/alloc.h"
+#include "io/json_number.h"
 
 /* Length of sequences; the text of a longer one is cut. */
 enum { MOST_SEQUENCE = 200 };
 
-/* A class by its text, "lamp: T@lens.1 ...". */
 struct named {
-    char *text;
-    size_t row; /* of the report */
+    const char *text;
+    int32_t row;
+};
+
+/* The report's classes by their texts, "lamp: T@lens.1 ...". */
+struct names {
+    char **text;          /* [n], as the report's rows */
+    struct named *sorted; /* [n] */
+    size_t n;
 };
 
 static int compare_names(const void *a, const void *b)
@@ -22,67 +29,63 @@ static int compare_names(const void *a, const void *b)
     return strcmp(((const struct named *)a)->text, ((const struct named *)b)->text);
 }
 
-static void free_names(struct named *name, size_t n)
+static void names_fini(struct names *names)
 {
-    for (size_t i = 0; name && i < n; i++)
-        rmap_free(name[i].text);
-    rmap_free(name);
+    for (size_t i = 0; names->text && i < names->n; i++)
+        rmap_free(names->text[i]);
+    rmap_free(names->text);
+    rmap_free(names->sorted);
 }
 
-static enum rmap_status name_rows(const struct rmap_path_report *report, struct named **name_ret,
-                                  struct rmap_error *err)
+static enum rmap_status names_init(const struct rmap_path_report *report, struct names *names,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct named *name = rmap_alloc(report->n_row + 1, sizeof *name);
-    if (!name)
+    names->n = report->n_row;
+    names->text = rmap_alloc(names->n + 1, sizeof *names->text);
+    names->sorted = rmap_alloc(names->n + 1, sizeof *names->sorted);
+    if (!names->text || !names->sorted)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page");
-    for (size_t i = 0; i < report->n_row; i++) {
-        name[i].row = i;
+    for (size_t i = 0; i < names->n; i++) {
         RMAP_TRY(rmap_path_with_source(report->keys, report->row[i].source, report->row[i].sequence,
-                                       &name[i].text, err));
+                                       &names->text[i], err));
+        names->sorted[i] = (struct named){names->text[i], (int32_t)i};
     }
-    qsort(name, report->n_row, sizeof *name, compare_names);
-    *name_ret = name;
-    name = NULL;
+    qsort(names->sorted, names->n, sizeof *names->sorted, compare_names);
 out:
-    free_names(name, report->n_row);
     return st;
 }
 
 /* The row of the report that each class of the page's rays is: [classes->n], -1 for none. */
-static enum rmap_status find_rows(const struct rmap_page *page,
+static enum rmap_status find_rows(const struct names *names,
                                   const struct rmap_path_classes *classes, int32_t *row,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_path_report *report = page->paths;
-    struct named *name = NULL, own = {0};
-    RMAP_TRY(name_rows(report, &name, err));
     for (size_t k = 0; k < classes->n; k++) {
-        RMAP_TRY(rmap_path_class_label(classes, k, 0, &own.text, err));
-        const struct named *found = bsearch(&own, name, report->n_row, sizeof *name, compare_names);
-        row[k] = found ? (int32_t)found->row : -1;
-        rmap_free(own.text);
-        own.text = NULL;
+        char *own = NULL;
+        RMAP_TRY(rmap_path_class_label(classes, k, 0, &own, err));
+        const struct named key = {.text = own};
+        const struct named *found =
+            bsearch(&key, names->sorted, names->n, sizeof key, compare_names);
+        row[k] = found ? found->row : -1;
+        rmap_free(own);
     }
 out:
-    free_names(name, report->n_row);
     return st;
 }
 
 /* here: its rays in the page. criterion: null where a path is too long to write. */
-static json_t *class_json(const struct rmap_path_report *report, const struct named *name,
-                          size_t here)
+static json_t *class_json(const struct rmap_path_row *row, const char *name, size_t here)
 {
-    const struct rmap_path_row *row = &report->row[name->row];
     char sequence[MOST_SEQUENCE + 400];
-    rmap_path_shorten(name->text, MOST_SEQUENCE, sequence, sizeof sequence);
+    rmap_path_shorten(name, MOST_SEQUENCE, sequence, sizeof sequence);
     return json_pack(
         "{s:o, s:o, s:I, s:I, s:I, s:o, s:o, s:o, s:I}", "sequence", rmap_page_string(sequence),
         "criterion", rmap_page_string(row->criterion), "here", (json_int_t)here, "rays",
         (json_int_t)row->rays, "segments", (json_int_t)row->segments, "flux",
-        rmap_page_number(row->flux), "share", rmap_page_number(row->share), "standard_error",
-        rmap_page_number(row->standard_error), "first_ray", (json_int_t)row->first_ray);
+        rmap_json_number(row->flux), "share", rmap_json_number(row->share), "standard_error",
+        rmap_json_number(row->standard_error), "first_ray", (json_int_t)row->first_ray);
 }
 
 static json_t *rest_json(const struct rmap_path_report *report)
@@ -92,27 +95,20 @@ static json_t *rest_json(const struct rmap_path_report *report)
         return json_null();
     return json_pack(
         "{s:I, s:o, s:o, s:o}", "rays", (json_int_t)rest->rays, "flux",
-        rmap_page_number(rest->flux), "share",
-        rmap_page_number(report->total.flux > 0.0 ? rest->flux / report->total.flux : 0.0),
-        "standard_error", rmap_page_number(rest->standard_error));
+        rmap_json_number(rest->flux), "share",
+        rmap_json_number(report->total.flux > 0.0 ? rest->flux / report->total.flux : 0.0),
+        "standard_error", rmap_json_number(rest->standard_error));
 }
 
 /* The classes as rows, in the report's order. */
-static enum rmap_status list_classes(const struct rmap_path_report *report, const size_t *here,
-                                     json_t *list, struct rmap_error *err)
+static enum rmap_status list_classes(const struct rmap_path_report *report,
+                                     const struct names *names, const size_t *here, json_t *list,
+                                     struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; i < report->n_row; i++) {
-        struct named name = {.row = i};
-        RMAP_TRY(rmap_path_with_source(report->keys, report->row[i].source, report->row[i].sequence,
-                                       &name.text, err));
-        json_t *one = class_json(report, &name, here[i]);
-        rmap_free(name.text);
-        if (json_array_append_new(list, one) != 0)
-            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page"));
-    }
-out:
-    return st;
+    for (size_t i = 0; i < report->n_row; i++)
+        if (json_array_append_new(list, class_json(&report->row[i], names->text[i], here[i])) != 0)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page");
+    return RMAP_OK;
 }
 
 json_t *rmap_page_classes(const struct rmap_page *page, struct rmap_error *err)
@@ -121,6 +117,7 @@ json_t *rmap_page_classes(const struct rmap_page *page, struct rmap_error *err)
     const struct rmap_path_report *report = page->paths;
     const size_t n_ray = page->rays->n_row[RMAP_TABLE_RAY];
     struct rmap_path_classes *classes = NULL;
+    struct names names = {0};
     json_t *list = json_array(), *json = NULL;
     int32_t *of = rmap_alloc(n_ray + 1, sizeof *of), *row = NULL;
     size_t *here = rmap_alloc(report->n_row + 1, sizeof *here);
@@ -129,13 +126,14 @@ json_t *rmap_page_classes(const struct rmap_page *page, struct rmap_error *err)
     row = rmap_alloc(classes->n + 1, sizeof *row);
     if (!of || !here || !row)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page"));
-    RMAP_TRY(find_rows(page, classes, row, err));
+    RMAP_TRY(names_init(report, &names, err));
+    RMAP_TRY(find_rows(&names, classes, row, err));
     for (size_t i = 0; i < n_ray; i++) {
         of[i] = classes->of_ray[i] == RMAP_PATH_NO_CLASS ? -1 : row[classes->of_ray[i]];
         if (of[i] >= 0)
             here[of[i]]++;
     }
-    RMAP_TRY(list_classes(report, here, list, err));
+    RMAP_TRY(list_classes(report, &names, here, list, err));
     json = json_pack("{s:o, s:s, s:O, s:o, s:o}", "count",
                      report->exact ? json_integer((json_int_t)report->n_class) : json_null(), "by",
                      rmap_path_level_word(report->view.level), "list", list, "rest",
@@ -144,6 +142,7 @@ json_t *rmap_page_classes(const struct rmap_page *page, struct rmap_error *err)
         (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a page");
 out:
     json_decref(list);
+    names_fini(&names);
     rmap_free(of);
     rmap_free(row);
     rmap_free(here);

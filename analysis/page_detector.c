@@ -4,6 +4,7 @@
 #include "analysis/page_parts.h"
 #include "analysis/path_key.h"
 #include "base/alloc.h"
+#include "io/json_number.h"
 
 /* Cells of a page's image along each side, at most; more are averaged. */
 enum { MOST_CELLS = 256 };
@@ -58,10 +59,10 @@ static json_t *image_json(const struct rmap_detector_image *image)
     json_t *json = json_pack(
         "{s:[i, i], s:[i, i], s:i, s:o, s:o, s:s, s:s, s:o, s:o, s:o, s:o}", "n", (int)nx, (int)ny,
         "cells", (int)image->n[0], (int)image->n[1], "step", (int)step, "most",
-        rmap_page_number(most), "level", levels(value, (size_t)nx * ny, most), "quantity",
-        image->quantity, "unit", image->unit, "flux", rmap_page_number(image->flux), "flux_error",
-        rmap_page_number(image->flux_error), "peak", rmap_page_number(image->peak), "registrations",
-        rmap_page_number(image->registrations));
+        rmap_json_number(most), "level", levels(value, (size_t)nx * ny, most), "quantity",
+        image->quantity, "unit", image->unit, "flux", rmap_json_number(image->flux), "flux_error",
+        rmap_json_number(image->flux_error), "peak", rmap_json_number(image->peak), "registrations",
+        rmap_json_number(image->registrations));
     rmap_free(value);
     return json;
 }

@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/page_pack.h"
 
-#include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -98,11 +97,6 @@ json_t *rmap_page_integers(const int32_t *value, size_t n)
         json = packed("i32", word, n, 4, 0);
     rmap_free(word);
     return json;
-}
-
-json_t *rmap_page_number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
 }
 
 json_t *rmap_page_string(const char *text)

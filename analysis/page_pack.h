@@ -19,9 +19,6 @@ json_t *rmap_page_shorts(const uint16_t *value, size_t n);
 /* In the narrowest type that holds them all. */
 json_t *rmap_page_integers(const int32_t *value, size_t n);
 
-/* A number, or null where it is not finite. */
-json_t *rmap_page_number(double value);
-
 /* The text without what is not UTF-8; null for NULL. */
 json_t *rmap_page_string(const char *text);
 

@@ -11,6 +11,7 @@
 #include "analysis/csv_field.h"
 #include "analysis/path_matrix_part.h"
 #include "base/alloc.h"
+#include "io/json_number.h"
 
 static double flux_of(const struct rmap_path_cellsum *list, size_t n, enum rmap_path_part part,
                       int32_t detector)
@@ -131,11 +132,6 @@ static json_t *criterion_json(const struct rmap_path_matrix *matrix,
     return json;
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *sum_json(const struct rmap_path_matrix_part *part,
                         const struct rmap_path_cellsum *sum)
 {
@@ -155,9 +151,10 @@ static json_t *sum_json(const struct rmap_path_matrix_part *part,
                             sum->part == RMAP_PATH_LAST ? "last" : "any"));
     (void)json_object_update_new(
         json, json_pack("{s:I, s:o, s:o, s:o, s:o}", "rays", (json_int_t)sum->rays, "flux",
-                        number(sum->flux), "standard_error", number(sum->standard_error), "share",
-                        number(sum->flux / (pair ? part->stray : part->flux)), "criterion",
-                        criterion_json(part->matrix, sum)));
+                        rmap_json_number(sum->flux), "standard_error",
+                        rmap_json_number(sum->standard_error), "share",
+                        rmap_json_number(sum->flux / (pair ? part->stray : part->flux)),
+                        "criterion", criterion_json(part->matrix, sum)));
     return json;
 }
 

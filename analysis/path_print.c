@@ -10,6 +10,7 @@
 #include "analysis/path_report.h"
 #include "analysis/text_table.h"
 #include "base/alloc.h"
+#include "io/json_number.h"
 
 static const char *flux_unit(const struct rmap_scene *scene)
 {
@@ -124,19 +125,15 @@ enum rmap_status rmap_path_report_print(const struct rmap_path_report *report, s
     return st;
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *peak_json(const struct rmap_scene *scene, const struct rmap_path_peak *peak)
 {
     if (peak->detector < 0)
         return json_null();
     return json_pack("{s:s, s:o, s:o, s:o, s:o, s:s}", "detector",
-                     scene->detector[peak->detector].name, "value", number(peak->value),
-                     "standard_error", number(peak->standard_error), "x", number(peak->x), "y",
-                     number(peak->y), "unit", peak_unit(scene, peak->detector));
+                     scene->detector[peak->detector].name, "value", rmap_json_number(peak->value),
+                     "standard_error", rmap_json_number(peak->standard_error), "x",
+                     rmap_json_number(peak->x), "y", rmap_json_number(peak->y), "unit",
+                     peak_unit(scene, peak->detector));
 }
 
 static json_t *row_json(const struct rmap_path_report *report, size_t k)
@@ -146,10 +143,11 @@ static json_t *row_json(const struct rmap_path_report *report, size_t k)
     return json_pack("{s:I, s:s, s:s, s:s?, s:I, s:I, s:o, s:o, s:o, s:I, s:I, s:o}", "rank",
                      (json_int_t)(k + 1), "source", scene->source[row->source].name, "sequence",
                      row->sequence, "criterion", row->criterion, "rays", (json_int_t)row->rays,
-                     "segments", (json_int_t)row->segments, "flux", number(row->flux), "share",
-                     number(row->share), "standard_error", number(row->standard_error), "first_ray",
-                     (json_int_t)row->first_ray, "registrations", (json_int_t)row->registrations,
-                     "peak", peak_json(scene, &row->peak));
+                     "segments", (json_int_t)row->segments, "flux", rmap_json_number(row->flux),
+                     "share", rmap_json_number(row->share), "standard_error",
+                     rmap_json_number(row->standard_error), "first_ray", (json_int_t)row->first_ray,
+                     "registrations", (json_int_t)row->registrations, "peak",
+                     peak_json(scene, &row->peak));
 }
 
 json_t *rmap_path_report_json(const struct rmap_path_report *report)
@@ -170,12 +168,13 @@ json_t *rmap_path_report_json(const struct rmap_path_report *report)
         (int)view->collapsed, "detector",
         view->until_detector ? scene->detector[view->detector].name : NULL, "rays", "total",
         (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)total->rays, "flux",
-        "value", number(total->flux), "standard_error", number(total->standard_error), "unit",
-        flux_unit(scene), "classes", classes, "remainder", "classes",
+        "value", rmap_json_number(total->flux), "standard_error",
+        rmap_json_number(total->standard_error), "unit", flux_unit(scene), "classes", classes,
+        "remainder", "classes",
         report->exact ? json_integer((json_int_t)(report->n_class - report->n_row)) : json_null(),
-        "rays", (json_int_t)rest->rays, "flux", number(rest->flux), "share",
-        number(total->flux > 0.0 ? rest->flux / total->flux : 0.0), "standard_error",
-        number(rest->standard_error), "exact", (int)report->exact, "bound",
+        "rays", (json_int_t)rest->rays, "flux", rmap_json_number(rest->flux), "share",
+        rmap_json_number(total->flux > 0.0 ? rest->flux / total->flux : 0.0), "standard_error",
+        rmap_json_number(rest->standard_error), "exact", (int)report->exact, "bound",
         report->exact ? json_null() : json_real(report->bound));
 }
 

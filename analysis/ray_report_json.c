@@ -2,18 +2,14 @@
 #include <math.h>
 
 #include "analysis/ray_report.h"
-
-/* JSON has no NaN: what is undefined is null. */
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
+#include "io/json_number.h"
 
 static json_t *vector(struct rmap_vec3 v)
 {
     if (isnan(v.x))
         return json_null();
-    return json_pack("[o, o, o]", number(v.x), number(v.y), number(v.z));
+    return json_pack("[o, o, o]", rmap_json_number(v.x), rmap_json_number(v.y),
+                     rmap_json_number(v.z));
 }
 
 static json_t *index_or_null(int32_t index)
@@ -39,7 +35,7 @@ static json_t *colour_list(const double *colour, int n)
 {
     json_t *list = json_array();
     for (int c = 0; c < n; c++)
-        json_array_append_new(list, number(colour[c]));
+        json_array_append_new(list, rmap_json_number(colour[c]));
     return list;
 }
 
@@ -56,14 +52,15 @@ static json_t *step_json(const struct rmap_ray_report *report, const struct rmap
     const struct rmap_scene *scene = report->scene;
     bool object = step->object >= 0 && (size_t)step->object < scene->n_object;
     bool medium = step->medium >= 0 && (size_t)step->medium < scene->n_medium;
-    json_t *json = json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "object",
-                             text_or_null(object ? scene->object[step->object].name : NULL), "face",
-                             index_or_null(step->face), "primitive", index_or_null(step->primitive),
-                             "events", event_list(step->events), "medium",
-                             text_or_null(medium ? scene->medium[step->medium].name : NULL),
-                             "position", vector(step->position), "normal", vector(step->normal),
-                             "direction", vector(step->direction), "length", number(step->length),
-                             "colour", colour_list(step->colour, scene->channels.n));
+    json_t *json =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "object",
+                  text_or_null(object ? scene->object[step->object].name : NULL), "face",
+                  index_or_null(step->face), "primitive", index_or_null(step->primitive), "events",
+                  event_list(step->events), "medium",
+                  text_or_null(medium ? scene->medium[step->medium].name : NULL), "position",
+                  vector(step->position), "normal", vector(step->normal), "direction",
+                  vector(step->direction), "length", rmap_json_number(step->length), "colour",
+                  colour_list(step->colour, scene->channels.n));
     if (json && (step->events & RMAP_EVENT_GRADIENT))
         json_object_set_new(json, "curve", curve_list(report, step));
     return json;
@@ -75,9 +72,10 @@ static json_t *registration_json(const struct rmap_scene *scene,
     bool known = r->detector >= 0 && (size_t)r->detector < scene->n_detector;
     return json_pack("{s:o, s:i, s:[i, i], s:o, s:o, s:o, s:o, s:b}", "detector",
                      text_or_null(known ? scene->detector[r->detector].name : NULL), "step",
-                     (int)r->step, "cell", (int)r->cell[0], (int)r->cell[1], "x", number(r->x), "y",
-                     number(r->y), "angle", number(r->angle_deg), "optical_path",
-                     number(r->optical_path), "registered", (int)r->registered);
+                     (int)r->step, "cell", (int)r->cell[0], (int)r->cell[1], "x",
+                     rmap_json_number(r->x), "y", rmap_json_number(r->y), "angle",
+                     rmap_json_number(r->angle_deg), "optical_path",
+                     rmap_json_number(r->optical_path), "registered", (int)r->registered);
 }
 
 json_t *rmap_ray_report_json(const struct rmap_ray_report *report)
@@ -91,8 +89,9 @@ json_t *rmap_ray_report_json(const struct rmap_ray_report *report)
     return json_pack("{s:I, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "ray",
                      (json_int_t)report->ray, "source", report->scene->source[report->source].name,
                      "stop", text_or_null(rmap_stop_word(report->stop)), "flux",
-                     number(report->flux), "wavelength", number(report->wavelength_nm),
-                     "path_length", number(report->path_length), "optical_path",
-                     number(report->optical_path), "start", vector(report->start), "steps", steps,
-                     "registrations", registrations);
+                     rmap_json_number(report->flux), "wavelength",
+                     rmap_json_number(report->wavelength_nm), "path_length",
+                     rmap_json_number(report->path_length), "optical_path",
+                     rmap_json_number(report->optical_path), "start", vector(report->start),
+                     "steps", steps, "registrations", registrations);
 }

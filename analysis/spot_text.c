@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "analysis/spot.h"
+#include "io/json_number.h"
 
 static void print_line(const char *name, struct rmap_estimate estimate, const char *unit, FILE *out)
 {
@@ -50,15 +51,10 @@ void rmap_spot_print(const struct rmap_spot *spot, FILE *out)
     }
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *estimate_json(struct rmap_estimate estimate)
 {
-    return json_pack("{s:o, s:o}", "value", number(estimate.value), "standard_error",
-                     number(estimate.standard_error));
+    return json_pack("{s:o, s:o}", "value", rmap_json_number(estimate.value), "standard_error",
+                     rmap_json_number(estimate.standard_error));
 }
 
 /* Two lists under the names given. */
@@ -67,8 +63,8 @@ static void put_lists(json_t *object, const char *values, const char *errors,
 {
     json_t *value = json_array(), *error = json_array();
     for (size_t i = 0; i < n; i++) {
-        (void)json_array_append_new(value, number(estimate[i].value));
-        (void)json_array_append_new(error, number(estimate[i].standard_error));
+        (void)json_array_append_new(value, rmap_json_number(estimate[i].value));
+        (void)json_array_append_new(error, rmap_json_number(estimate[i].standard_error));
     }
     (void)json_object_set_new(object, values, value);
     (void)json_object_set_new(object, errors, error);
@@ -94,10 +90,10 @@ void rmap_spot_json(const struct rmap_spot *spot, json_t *document)
     for (int i = 0; i < RMAP_SPOT_FRACTIONS; i++)
         (void)json_array_append_new(
             within, json_pack("{s:f, s:o, s:o}", "fraction", spot->fraction[i], "radius",
-                              number(spot->radius[i].value), "standard_error",
-                              number(spot->radius[i].standard_error)));
+                              rmap_json_number(spot->radius[i].value), "standard_error",
+                              rmap_json_number(spot->radius[i].standard_error)));
     for (int i = 0; i < RMAP_SPOT_CURVE; i++)
-        (void)json_array_append_new(radius, number(spot->curve_radius[i]));
+        (void)json_array_append_new(radius, rmap_json_number(spot->curve_radius[i]));
     (void)json_object_set_new(curve, "radius", radius);
     put_lists(curve, "fraction", "standard_error", spot->curve, RMAP_SPOT_CURVE);
     (void)json_object_set_new(

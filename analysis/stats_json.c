@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
-#include <math.h>
 
 #include "analysis/stats_text.h"
+#include "io/json_number.h"
 
 /* json_object_set_new ignores what could not be made: the document is checked at its end. */
 static void set(json_t *object, const char *key, json_t *value, bool *short_of_memory)
@@ -16,28 +16,23 @@ static void append(json_t *array, json_t *value, bool *short_of_memory)
         *short_of_memory = true;
 }
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
 static json_t *estimate(struct rmap_stats_estimate value)
 {
-    return json_pack("{s:o, s:o}", "value", number(value.value), "standard_error",
-                     number(value.standard_error));
+    return json_pack("{s:o, s:o}", "value", rmap_json_number(value.value), "standard_error",
+                     rmap_json_number(value.standard_error));
 }
 
 static json_t *flux(const struct rmap_stats *stats, struct rmap_stats_estimate value)
 {
-    return json_pack("{s:o, s:o, s:s}", "value", number(value.value), "standard_error",
-                     number(value.standard_error), "unit", rmap_stats_flux_unit(stats));
+    return json_pack("{s:o, s:o, s:s}", "value", rmap_json_number(value.value), "standard_error",
+                     rmap_json_number(value.standard_error), "unit", rmap_stats_flux_unit(stats));
 }
 
 static json_t *numbers(const double *value, size_t n, bool *failed)
 {
     json_t *array = json_array();
     for (size_t k = 0; k < n; k++)
-        append(array, number(value[k]), failed);
+        append(array, rmap_json_number(value[k]), failed);
     return array;
 }
 
@@ -49,17 +44,17 @@ static void set_summary(json_t *object, const struct rmap_stats *stats,
     set(object, "standard_deviation", estimate(of->moment.deviation), failed);
     set(object, "skewness", estimate(of->moment.skewness), failed);
     set(object, "kurtosis", estimate(of->moment.kurtosis), failed);
-    set(object, "min", number(of->least), failed);
-    set(object, "max", number(of->greatest), failed);
+    set(object, "min", rmap_json_number(of->least), failed);
+    set(object, "max", rmap_json_number(of->greatest), failed);
     json_t *quantiles = json_array();
     for (size_t k = 0; k < stats->n_quantile; k++)
         append(quantiles,
-               json_pack("{s:o, s:o, s:o}", "p", number(stats->p[k]), "value",
-                         number(of->quantile[k].value), "standard_error",
-                         number(of->quantile[k].standard_error)),
+               json_pack("{s:o, s:o, s:o}", "p", rmap_json_number(stats->p[k]), "value",
+                         rmap_json_number(of->quantile[k].value), "standard_error",
+                         rmap_json_number(of->quantile[k].standard_error)),
                failed);
     set(object, "quantiles", quantiles, failed);
-    set(object, "quantile_resolution", number(stats->resolution[i]), failed);
+    set(object, "quantile_resolution", rmap_json_number(stats->resolution[i]), failed);
 }
 
 enum field { FIELD_FLUX, FIELD_ERROR, FIELD_RAYS };
@@ -68,7 +63,8 @@ static json_t *field_at(const struct rmap_stats_group *group, enum field field, 
 {
     if (field == FIELD_RAYS)
         return json_integer((json_int_t)group->cell_rays[cell]);
-    return number(field == FIELD_FLUX ? group->cell[cell].value : group->cell[cell].standard_error);
+    return rmap_json_number(field == FIELD_FLUX ? group->cell[cell].value
+                                                : group->cell[cell].standard_error);
 }
 
 /* A row of bins, or of two quantities rows along y of them. */
@@ -93,8 +89,8 @@ static json_t *field(const struct rmap_stats *stats, const struct rmap_stats_gro
 
 static json_t *cell(const struct rmap_stats_group *group, size_t c)
 {
-    return json_pack("{s:o, s:o, s:o}", "flux", number(group->cell[c].value), "standard_error",
-                     number(group->cell[c].standard_error), "rays",
+    return json_pack("{s:o, s:o, s:o}", "flux", rmap_json_number(group->cell[c].value),
+                     "standard_error", rmap_json_number(group->cell[c].standard_error), "rays",
                      json_integer((json_int_t)group->cell_rays[c]));
 }
 

@@ -2,7 +2,6 @@
 #include "mpi/json_out.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -31,9 +30,4 @@ enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error 
 enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err)
 {
     return write_document(document, JSON_COMPACT, out, err);
-}
-
-json_t *rmap_json_number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
 }

@@ -9,14 +9,12 @@
 #include <stdio.h>
 
 #include "base/status.h"
+#include "io/json_number.h"
 
 /* Takes the document over (NULL: memory was short). Reals with 17 digits, keys as inserted. */
 enum rmap_status rmap_json_print(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
 
 /* The same on one line, for a stream of documents. */
 enum rmap_status rmap_json_line(json_t *document, FILE *out, struct rmap_error *err) RMAP_MUST_USE;
-
-/* null for what JSON cannot say: NaN and infinities. */
-json_t *rmap_json_number(double value);
 
 #endif

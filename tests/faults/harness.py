@@ -33,40 +33,9 @@ def write_scene(path="scene.yaml"):
     return os.path.abspath(path)
 
 
-CURVED_SCENE = """
-raymap: 1
-units: mm
-spectrum: {mode: spectral, wavelengths: [480, 550, 620]}
-media:
-  air: {index: 1}
-  bk7: {glass: N-BK7}
-  fish: {gradient: {type: maxwell, n_centre: 2.2, radius: 9}}
-surfaces:
-  clear: {type: fresnel}
-  white: {type: lambert, reflectance: 0.5}
-geometries:
-  ball: {type: sphere, radius: 3}
-  drop: {type: sphere, radius: 2}
-  plate: {type: rectangle, size: [30, 30]}
-objects:
-  - {name: lens, geometry: ball, surface: clear, inside: fish, outside: air}
-  - {name: bead, geometry: drop, at: [0, 1, 8], surface: clear, inside: bk7, outside: air}
-  - {name: wall, geometry: plate, at: [0, 0, 14], surface: white, front: air, back: air}
-sources:
-  - {name: beam, type: collimated, shape: {disc: 4}, at: [0, 0, -8], direction: [0, 0, 1], flux: 1 W, medium: air}
-  - {name: panel, type: area, shape: {rectangle: [6, 6]}, at: [0, 6, -8], direction: [0, -0.4, 1], flux: 1 W, medium: air}
-detectors:
-  - {name: within, type: plane, size: [8, 8], cells: [8, 8], at: [0, 0, 0.5], side: both}
-  - {name: paper, type: plane, on: wall, size: [30, 30], cells: [6, 5], side: both}
-cameras:
-  - {name: front, at: [0, -40, 6], look_at: [0, 0, 6], fov: 30, resolution: [24, 16], medium: air}
-"""
-
-
 def write_curved_scene(path="curved.yaml"):
     """A scene with a gradient medium: maps of format 4.0 with points along curved legs."""
-    with open(path, "w", encoding="utf-8") as file:
-        file.write(CURVED_SCENE.lstrip())
+    shutil.copyfile(os.path.join(HERE, "..", "data", "curved-legs.yaml"), path)
     return os.path.abspath(path)
 
 

@@ -16,6 +16,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t nbytes);
  * when there is no k-th. */
 size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap);
 
+/* rmap_fuzz_seed of a target whose seeds are the texts [n]. */
+size_t rmap_fuzz_seed_text(const char *const *seed, size_t n, unsigned k, uint8_t *to, size_t cap);
+
 /* Mutations that the seeded driver tries: some seconds' worth. */
 extern const unsigned rmap_fuzz_rounds;
 

@@ -121,8 +121,5 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "registered(sensor, rect(-1 mm, 0, 1e1, .5) where angle < 10 deg and (x > 0 or !y != 2))",
         "wavelength in 0.4..0.6 um and surface(reflectance < 0.1, absorb) in 1..3",
     };
-    if (k >= sizeof seed / sizeof *seed || strlen(seed[k]) > cap)
-        return 0;
-    memcpy(to, seed[k], strlen(seed[k]));
-    return strlen(seed[k]);
+    return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
 }

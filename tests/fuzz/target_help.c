@@ -22,3 +22,11 @@ void rmap_fuzz_demand(int good, const char *what)
     (void)fprintf(stderr, "broken: %s\n", what);
     abort();
 }
+
+size_t rmap_fuzz_seed_text(const char *const *seed, size_t n, unsigned k, uint8_t *to, size_t cap)
+{
+    if (k >= n || strlen(seed[k]) > cap)
+        return 0;
+    memcpy(to, seed[k], strlen(seed[k]));
+    return strlen(seed[k]);
+}

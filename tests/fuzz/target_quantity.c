@@ -92,8 +92,5 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "event(scatter_volume)\nbounces",
         "crossed(film)\nflux\n\n0..1 uW",
     };
-    if (k >= sizeof seed / sizeof *seed || strlen(seed[k]) > cap)
-        return 0;
-    memcpy(to, seed[k], strlen(seed[k]));
-    return strlen(seed[k]);
+    return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
 }

@@ -3,7 +3,6 @@
  * A file of receivers from a stranger, laid over a map with curved legs. It ends in receivers that
  * register what they register, or in mistakes with their places.
  */
-#include <string.h>
 
 #include "analysis/overlay.h"
 #include "analysis/quantity.h"
@@ -93,8 +92,5 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "0]}]\n",
         "detectors: &all\n  - &x {name: c, type: plane, size: 1, cells: 1}\n  - *x\n",
     };
-    if (k >= sizeof seed / sizeof *seed || strlen(seed[k]) > cap)
-        return 0;
-    memcpy(to, seed[k], strlen(seed[k]));
-    return strlen(seed[k]);
+    return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
 }

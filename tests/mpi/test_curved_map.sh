@@ -11,31 +11,7 @@ export OMPI_MCA_orte_abort_timeout=1 OMPI_MCA_odls_base_sigkill_timeout=0
 python=/usr/bin/python3
 rm -rf ./*
 rays=60000
-cat >scene.yaml <<'SCENE'
-raymap: 1
-units: mm
-spectrum: {mode: spectral, wavelengths: [480, 550, 620]}
-media:
-  air: {index: 1}
-  bk7: {glass: N-BK7}
-  fish: {gradient: {type: maxwell, n_centre: 2.2, radius: 9}}
-surfaces:
-  clear: {type: fresnel}
-  white: {type: lambert, reflectance: 0.5}
-geometries:
-  ball: {type: sphere, radius: 3}
-  drop: {type: sphere, radius: 2}
-  plate: {type: rectangle, size: [30, 30]}
-objects:
-  - {name: lens, geometry: ball, surface: clear, inside: fish, outside: air}
-  - {name: bead, geometry: drop, at: [0, 1, 8], surface: clear, inside: bk7, outside: air}
-  - {name: wall, geometry: plate, at: [0, 0, 14], surface: white, front: air, back: air}
-sources:
-  - {name: beam, type: collimated, shape: {disc: 4}, at: [0, 0, -8], direction: [0, 0, 1], flux: 1 W, medium: air}
-detectors:
-  - {name: within, type: plane, size: [8, 8], cells: [8, 8], at: [0, 0, 0.5], side: both}
-  - {name: paper, type: plane, on: wall, size: [30, 30], cells: [6, 5], side: both}
-SCENE
+sed "/name: panel/d" "$(dirname "$0")/../data/curved-legs.yaml" >scene.yaml
 
 facts() { # MAP
     "$RAYMAP" info "$1" --json | "$python" -c '
