@@ -155,7 +155,7 @@ def check_rod_lenses():
         n0_and_so_on.append((name, n0, 2 * math.pi * pitch / long, long, offset, principal, focus))
     for name, n0, gradient, long, offset, principal, focus in n0_and_so_on:
         h = 1e-3
-        medium = f"{{type: selfoc, n0: {n0!r}, A: {gradient ** 2!r}, tolerance: 1e-13}}"
+        medium = f"{{type: selfoc, n0: {n0!r}, A: {gradient ** 2!r}}}"
         text = scene(medium, rod(long, 0.9, offset), [((h, 0, offset - 1), (0, 0, 1))])
         history = through(f"rod lens {name}", text, 3)
         exit_at, last = history["steps"][1]["position"], history["steps"][2]
@@ -210,7 +210,7 @@ def check_wood():
     with the refraction at the exit; x swings with n0 alpha z / Tz, Tz the index at the entry."""
     n0, alpha, length = 1.5, 0.05, 10.0
     heights = [0.001, 0.5, 1.0, 2.0, 4.0]
-    text = scene(f"{{type: parabolic, n0: {n0}, alpha: {alpha}, tolerance: 1e-12}}",
+    text = scene(f"{{type: parabolic, n0: {n0}, alpha: {alpha}}}",
                  rod(length, 6.0), [((h, 0, -1), (0, 0, 1)) for h in heights])
     for k, h in enumerate(heights):
         what = f"Wood's lens, h = {h}"
