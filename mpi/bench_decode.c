@@ -37,14 +37,13 @@ static enum rmap_status decode(const struct rmap_bench *bench, const struct rmap
     enum rmap_status st = RMAP_OK;
     int n_thread = bench->alone.n_thread;
     struct reading reading = {.cursor = rmap_alloc((size_t)n_thread, sizeof *reading.cursor)};
-    size_t n_portion = rmap_map_n_portion(map);
-    size_t share = (n_portion + (size_t)n_thread - 1) / (size_t)n_thread; /* work for all */
-    struct rmap_parts parts = {.last = n_portion,
-                               .step = share < RMAP_PART_PORTIONS ? share : RMAP_PART_PORTIONS,
+    struct rmap_parts parts = {.last = rmap_map_n_portion(map),
+                               .step = RMAP_PART_PORTIONS,
                                .context = &reading,
                                .work = read_part};
     if (!reading.cursor)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    rmap_parts_even(&parts, n_thread);
     double begun = rmap_clock_seconds();
     for (int i = 0; i < n_thread; i++)
         RMAP_TRY(rmap_cursor_create(map, columns, &reading.cursor[i], err));

@@ -28,6 +28,14 @@ static void work(void *context, int thread)
         atomic_store(&parts->abandoned, true);
 }
 
+void rmap_parts_even(struct rmap_parts *parts, int n_thread)
+{
+    size_t n = parts->last - parts->first, turn = parts->step * (size_t)n_thread;
+    size_t n_part = (n + turn - 1) / turn * (size_t)n_thread;
+    if (n_part > 0)
+        parts->step = (n + n_part - 1) / n_part;
+}
+
 static enum rmap_status wait(struct rmap_parts *parts, const struct rmap_workers *workers,
                              struct rmap_error *err)
 {

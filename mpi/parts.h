@@ -23,6 +23,9 @@ struct rmap_parts {
     _Atomic bool abandoned; /* one of them failed: the others may stop early */
 };
 
+/* Makes `step` smaller, if need be, so that all threads get as many parts of the same size. */
+void rmap_parts_even(struct rmap_parts *parts, int n_thread);
+
 /* Not collective. The status of the lowest thread that failed. */
 enum rmap_status rmap_parts_run(struct rmap_parts *parts, int n_thread,
                                 struct rmap_error *err) RMAP_MUST_USE;

@@ -10,8 +10,8 @@
 #include "mpi/progress.h"
 #include "mpi/tally_reduce.h"
 
-/* Items that a thread takes at a time: neighbours share chunks of /ray. */
-enum { PART_CHUNKS = 16, PART_PORTIONS = 32 };
+/* Items that a thread takes at a time: neighbouring portions share chunks of /ray. */
+enum { PART_CHUNKS = 4, PART_PORTIONS = 32 };
 
 struct worker {
     struct rmap_chunk_verifier *chunks;
@@ -109,6 +109,7 @@ static enum rmap_status verify_items(struct check *check, const char *what, size
     check->parts.work = work;
     check->parts.meanwhile = show;
     rmap_parts_share(&check->parts, size_of, n, context->rank, context->size);
+    rmap_parts_even(&check->parts, context->n_thread);
     for (size_t i = check->parts.first; i < check->parts.last; i++)
         total += size_of(check, i);
     atomic_store(&check->done, 0);
