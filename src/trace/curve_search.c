@@ -4,8 +4,8 @@
 #include <float.h>
 #include <math.h>
 
-/* The chord that decides leaves the curve by this share of the tolerance at most: the leg ends on it,
- * and steps are mostly far better than their tolerance. */
+/* The chord that decides leaves the curve by this share of the tolerance at most: the leg ends on
+ * it, and steps are mostly far better than their tolerance. */
 #define DECIDES 1e-4
 
 /* While its sag is less than this share of its length, a run is much like the line ahead, where the
