@@ -51,7 +51,7 @@ struct rmap_bundle {
                             must not make whoever opens it load code */
 };
 
-/* Reads the scene file's text (regular file, at most 64 MiB); options are taken over.
+/* Reads the scene file's text (regular file or pipe, at most 64 MiB); options are taken over.
  * RMAP_INPUT: missing, a directory, empty or binary; RMAP_SYSTEM: no permission, no memory. */
 enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
                                   struct rmap_bundle **bundle_ret,

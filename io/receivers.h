@@ -18,7 +18,7 @@ struct rmap_receivers {
     struct rmap_diagnostics *diagnostics; /* mistakes in the text, each with its place */
 };
 
-/* Reads such a file's text (regular file, at most 1 MiB); rmap_free. RMAP_INPUT: missing, a
+/* Reads such a file's text (regular file or pipe, at most 1 MiB); rmap_free. RMAP_INPUT: missing, a
  * directory, empty or binary; RMAP_SYSTEM: no permission, no memory. */
 enum rmap_status rmap_receivers_open(const char *path, char **text_ret, size_t *nbytes_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -17,9 +17,9 @@ struct rmap_text_kind {
     size_t nbytes_max;
 };
 
-/* A regular file of at most kind->nbytes_max bytes. *text_ret: with a final 0, rmap_free.
- * RMAP_INPUT: missing, a directory, empty, too long or binary; RMAP_SYSTEM: no permission, no
- * memory. */
+/* A regular file, or a pipe that has a writer, of at most kind->nbytes_max bytes. *text_ret: with a
+ * final 0, rmap_free. RMAP_INPUT: missing, a directory, empty, too long or binary; RMAP_SYSTEM: no
+ * permission, no memory. */
 enum rmap_status rmap_text_file_read(const char *path, const struct rmap_text_kind *kind,
                                      char **text_ret, size_t *nbytes_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;

@@ -11,7 +11,10 @@ expect 0 '' "$RAYMAP" check page.yaml
 "$RAYMAP" check page.yaml 2>&1 >/dev/null | grep . && { echo 'FAILED: the page is not clean'; failures=1; }
 
 mkfifo pipe.yaml
-expect 3 'not a regular file' timeout 20 "$RAYMAP" check pipe.yaml
+expect 3 'is empty' timeout 20 "$RAYMAP" check pipe.yaml
+expect 0 '' timeout 20 "$RAYMAP" check <(cat page.yaml; sleep 0.2; echo '# the end')
+expect 3 'bytes: a scene file has 64 MiB at most' timeout 60 "$RAYMAP" check <(yes '# a' | head -c 68000000)
+expect 3 'neither a regular file nor a pipe' timeout 20 "$RAYMAP" check /dev/zero
 printf 'raymap: 1\n\377\376: 2\n' >bytes.yaml
 expect 3 'bytes.yaml:2:1: error: this is not YAML' "$RAYMAP" check bytes.yaml
 yes -- '- {a: 1}' | head -n 300000 >wide.yaml
