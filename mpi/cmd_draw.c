@@ -204,8 +204,9 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
                                          self->where ? self->where : "all", "rays", "matched",
                                          (json_int_t)n_matched, "drawn", (json_int_t)n_drawn),
                                stdout, err);
-    printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
-           (unsigned long long)n_matched);
+    if (!self->context->quiet)
+        printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
+               (unsigned long long)n_matched);
     return RMAP_OK;
 }
 

@@ -274,7 +274,7 @@ static enum rmap_status conclude(const struct session *session,
         remark(session, &outcome->counts);
         if (session->context->json)
             RMAP_TRY(rmap_json_print(report_json(session, outcome), stdout, err));
-        else
+        else if (!session->context->quiet)
             report_print(session, outcome);
     }
     if (outcome->interrupt)
