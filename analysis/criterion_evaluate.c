@@ -114,26 +114,28 @@ static void compare_ray_numbers(const struct evaluation *ev, const struct rmap_c
     }
 }
 
-/* 1 where the ray ended so, and there. */
+/* 1 where the ray ended so, and there. Without a branch per ray: how they ended is random. */
 static void count_endings(const struct evaluation *ev, const struct rmap_ending_test *test)
 {
     const struct rmap_portion *portion = ev->portion;
+    const bool of_medium = test->medium.span > 0;
     size_t row = 0;
-    for (size_t i = 0; i < ev->n_ray; i++) {
+    for (size_t i = 0; i < ev->n_ray; i++)
         ev->count[i] = portion->ray.stop[i] == test->stop;
-        if (!test->somewhere)
-            continue;
-        row += portion->ray.segment_count[i];
-        if (!ev->count[i])
-            continue;
-        if (portion->ray.segment_count[i] == 0) {
+    if (!test->somewhere)
+        return;
+    for (size_t i = 0; i < ev->n_ray; i++) {
+        uint32_t n = portion->ray.segment_count[i];
+        row += n;
+        if (n == 0) {
             ev->count[i] = 0;
             continue;
         }
         int32_t object = portion->segment.object[row - 1];
-        ev->count[i] = object >= 0
-                           ? rmap_index_set_has(&test->object, object)
-                           : rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
+        bool there = rmap_index_set_has(&test->object, object);
+        if (of_medium && object < 0)
+            there = rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
+        ev->count[i] &= there;
     }
 }
 

@@ -80,12 +80,13 @@ static rmap_column_set plan_registrations(struct rmap_registration_test *test)
 
 static rmap_column_set plan_ending(struct rmap_ending_test *test)
 {
+    rmap_column_set columns = RMAP_COLUMN_BIT(RMAP_RAY_stop);
     set_bits(&test->object, test->object_bits, 256);
-    return RMAP_COLUMN_BIT(RMAP_RAY_stop) |
-           (test->somewhere
-                ? RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
-                      RMAP_COLUMN_BIT(RMAP_SEGMENT_medium)
-                : 0);
+    if (test->somewhere)
+        columns |= RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_SEGMENT_object);
+    if (test->somewhere && test->medium.span > 0)
+        columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+    return columns;
 }
 
 static rmap_column_set ray_number_columns(enum rmap_ray_number number)
