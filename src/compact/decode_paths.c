@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "compact/path_wide.h"
+
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
 static enum rmap_status damaged(const char *what, struct rmap_error *err)
@@ -93,64 +95,130 @@ static void fill_heads(const struct rmap_path_table *table, const struct rmap_ow
     }
 }
 
-static void fill_own_legs(const struct rmap_own_paths *own, size_t k, size_t from, size_t to,
-                          rmap_column_set columns, struct rmap_portion *out)
+/* Path k of the portion's own, whose legs begin at row `from`. */
+static inline struct rmap_folded_path own_path(const struct rmap_own_paths *own, size_t k,
+                                               size_t from)
 {
-    struct rmap_segment_columns *segment = &out->segment;
-    const struct rmap_folded_path path = {.source = own->source[k],
-                                          .stop = own->stop[k],
-                                          .guided = own->guided,
-                                          .n = own->segment_count[k],
-                                          .n_stored = own->n_segment - from,
-                                          .object = own->object + from,
-                                          .event = own->event + from};
-    const struct rmap_path_columns legs = {
-        .n_row = out->n_row[RMAP_TABLE_SEGMENT] - to,
-        .object = columns & BIT(RMAP_SEGMENT_object) ? segment->object + to : NULL,
-        .event = columns & BIT(RMAP_SEGMENT_event) ? segment->event + to : NULL,
-        .medium = columns & BIT(RMAP_SEGMENT_medium) ? segment->medium + to : NULL};
-    rmap_path_unfold(own->model, &path, &legs);
+    return (struct rmap_folded_path){.source = own->source[k],
+                                     .stop = own->stop[k],
+                                     .guided = own->guided,
+                                     .n = own->segment_count[k],
+                                     .n_stored = own->n_segment - from,
+                                     .object = own->object + from,
+                                     .event = own->event + from};
 }
 
-/* Known paths are copied by so many legs, into rows that are filled later, if there are as many:
- * own paths come after them. */
-#define COPIED 8
-
-static inline void copy_legs(void *to, const void *from, size_t n, size_t nbytes)
+/* Those of rows from `row` on. */
+static inline struct rmap_path_columns rows_from(const struct rmap_path_columns *all, size_t row)
 {
-    uint8_t *out = to;
-    const uint8_t *in = from;
-    if (n % COPIED != 0)
-        memcpy(out, in, n * nbytes);
-    for (size_t i = 0; n % COPIED == 0 && i < n; i += COPIED)
-        memcpy(out + i * nbytes, in + i * nbytes, COPIED * nbytes);
+    return (struct rmap_path_columns){.n_row = all->n_row - row,
+                                      .object = all->object ? all->object + row : NULL,
+                                      .event = all->event ? all->event + row : NULL,
+                                      .medium = all->medium ? all->medium + row : NULL};
+}
+
+static struct rmap_path_columns table_rows(const struct rmap_path_table *table)
+{
+    return (struct rmap_path_columns){.n_row = table->n_segment,
+                                      .object = table->object,
+                                      .event = table->event,
+                                      .medium = table->medium};
+}
+
+static inline void copy_legs(const struct rmap_path_columns *from, size_t n,
+                             const struct rmap_path_columns *to)
+{
+    if (to->object)
+        memcpy(to->object, from->object, n * sizeof *to->object);
+    if (to->event)
+        memcpy(to->event, from->event, n * sizeof *to->event);
+    if (to->medium)
+        memcpy(to->medium, from->medium, n * sizeof *to->medium);
 }
 
 /* Objects, events, and media as the paths say. */
 static void fill_legs(const struct rmap_path_table *table, const struct rmap_own_paths *own,
-                      rmap_column_set columns, struct rmap_portion *out)
+                      size_t n_ray, const struct rmap_path_columns *out)
 {
-    struct rmap_segment_columns *segment = &out->segment;
-    size_t k = 0, from = 0, to = 0, n_row = out->n_row[RMAP_TABLE_SEGMENT];
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
+    const struct rmap_path_columns known = table_rows(table);
+    size_t k = 0, from = 0, to = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const struct rmap_path_columns legs = rows_from(out, to);
         if (own->path[i] == 0) {
-            fill_own_legs(own, k, from, to, columns, out);
-            from += own->segment_count[k];
-            to += own->segment_count[k++];
+            const struct rmap_folded_path path = own_path(own, k++, from);
+            rmap_path_unfold(own->model, &path, &legs);
+            from += path.n;
+            to += path.n;
             continue;
         }
         const struct rmap_known_path *path = &table->path[own->path[i] - 1];
-        size_t n = path->n_segment, most = (n + COPIED - 1) / COPIED * COPIED;
-        most = most <= n_row - to && most <= table->n_segment - path->segment ? most : n;
-        if (columns & BIT(RMAP_SEGMENT_object))
-            copy_legs(segment->object + to, table->object + path->segment, most, 4);
-        if (columns & BIT(RMAP_SEGMENT_event))
-            copy_legs(segment->event + to, table->event + path->segment, most, 4);
-        if (columns & BIT(RMAP_SEGMENT_medium))
-            copy_legs(segment->medium + to, table->medium + path->segment, most, 2);
+        const struct rmap_path_columns its = rows_from(&known, path->segment);
+        copy_legs(&its, path->n_segment, &legs);
+        to += path->n_segment;
+    }
+}
+
+#ifdef RMAP_PATHS_AVX2
+/* Known paths that will be copied soon: where their legs are, and these. */
+static inline void expect(const struct rmap_path_table *table, const uint32_t *path, size_t n)
+{
+    enum { WHERE = 16, LEGS = 8 };
+    const uint32_t where = n > WHERE && path[WHERE] > 0 ? path[WHERE] - 1 : 0;
+    const uint32_t legs = n > LEGS && path[LEGS] > 0 ? path[LEGS] - 1 : 0;
+    __builtin_prefetch(&table->path[where]);
+    size_t row = table->n > 0 ? table->path[legs].segment : 0;
+    __builtin_prefetch(table->object + row);
+    __builtin_prefetch(table->event + row);
+    __builtin_prefetch(table->medium + row);
+}
+
+/* The same, eight legs at once. Both columns are asked for. What is written beyond a path belongs
+ * to later ones. */
+RMAP_PATHS_AVX2 static void fill_legs_8(const struct rmap_path_table *table,
+                                        const struct rmap_own_paths *own, size_t n_ray,
+                                        const struct rmap_path_columns *out)
+{
+    const struct rmap_path_columns known = table_rows(table);
+    size_t k = 0, from = 0, to = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const struct rmap_path_columns legs = rows_from(out, to);
+        expect(table, own->path + i, n_ray - i);
+        if (own->path[i] == 0) {
+            const struct rmap_folded_path path = own_path(own, k++, from);
+            if (!rmap_path_unfold_8(own->model, &path, &legs))
+                rmap_path_unfold(own->model, &path, &legs);
+            else
+                rmap_path_end(&path, &legs);
+            from += path.n;
+            to += path.n;
+            continue;
+        }
+        const struct rmap_known_path *path = &table->path[own->path[i] - 1];
+        const struct rmap_path_columns its = rows_from(&known, path->segment);
+        size_t n = path->n_segment, whole = (n + 7) / 8 * 8;
+        bool room = whole <= legs.n_row && whole <= its.n_row;
+        for (size_t j = 0; room && j < n; j += 8)
+            copy_8(&its, j, &legs);
+        if (!room)
+            copy_legs(&its, n, &legs);
         to += n;
     }
 }
+
+static bool eight_at_once(const struct rmap_own_paths *own, const struct rmap_path_columns *out)
+{
+    return (own->guided || own->n == 0) && out->object && out->event &&
+           __builtin_cpu_supports("avx2");
+}
+#else
+static bool eight_at_once(const struct rmap_own_paths *own, const struct rmap_path_columns *out)
+{
+    (void)own;
+    (void)out;
+    return false;
+}
+#define fill_legs_8 fill_legs
+#endif
 
 /* Rows [from, from + n) of a path, out of its own columns or the table's. */
 struct crossings {
@@ -191,10 +259,16 @@ static void fill_crossings(const struct rmap_path_table *table, const struct rma
 void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_table *table,
                      rmap_column_set columns, struct rmap_portion *out)
 {
+    size_t n_ray = out->n_row[RMAP_TABLE_RAY];
     if (columns & RMAP_HEAD_COLUMNS)
         fill_heads(table, own, columns, out);
-    if (columns & (BIT(RMAP_SEGMENT_object) | BIT(RMAP_SEGMENT_event)))
-        fill_legs(table, own, columns, out);
+    const struct rmap_path_columns legs = {
+        .n_row = out->n_row[RMAP_TABLE_SEGMENT],
+        .object = columns & BIT(RMAP_SEGMENT_object) ? out->segment.object : NULL,
+        .event = columns & BIT(RMAP_SEGMENT_event) ? out->segment.event : NULL,
+        .medium = columns & BIT(RMAP_SEGMENT_medium) ? out->segment.medium : NULL};
+    if (legs.object || legs.event)
+        (eight_at_once(own, &legs) ? fill_legs_8 : fill_legs)(table, own, n_ray, &legs);
     if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
                    BIT(RMAP_REGISTRATION_registered)))
         fill_crossings(table, own, columns, out);

@@ -72,6 +72,14 @@ struct rmap_path_columns {
 void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
                       const struct rmap_path_columns *out);
 
+/* The event of the last leg: another one is expected there. */
+static inline void rmap_path_end(const struct rmap_folded_path *path,
+                                 const struct rmap_path_columns *out)
+{
+    if (out->event && path->n > 0)
+        out->event[path->n - 1] = path->event[path->n - 1] ^ rmap_event_at_end(path->stop);
+}
+
 /* A path of the dictionary, decoded. */
 struct rmap_known_path {
     int32_t source, start_object;
