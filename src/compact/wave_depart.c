@@ -21,7 +21,7 @@ static inline void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_s
         counter[2][i] = 0;
         counter[3][i] = (uint32_t)slot;
     }
-    draw(seed, counter);
+    rmap_wave_draw(seed, counter);
     uniform(counter[0], u);
     uniform(counter[1], v);
 }

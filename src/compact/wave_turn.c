@@ -40,7 +40,7 @@ static inline void diffuse(const double sx[W], const double sy[W], const double 
                            uint64_t seed, struct rmap_wave_pack *p)
 {
     double cosine[W], sine[W], u[W], v[W];
-    draw(seed, p->random);
+    rmap_wave_draw(seed, p->random);
     uniform(p->random[2], u);
     uniform(p->random[3], v);
     azimuth(v, cosine, sine);
