@@ -266,6 +266,31 @@ static enum rmap_status open_map(struct rmap_verification *self, const char *pat
     return st;
 }
 
+/* What is there for the day when the index is lost; not every file system lets it be made. */
+static enum rmap_status check_start(const char *path, struct rmap_findings *findings,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_error why = {0};
+    struct rmap_finding finding;
+    struct rmap_map *map = NULL;
+    struct stat info;
+    char *start = rmap_path_format("%s/" RMAP_INDEX_START, path);
+    if (!start)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (stat(start, &info) == 0)
+        st = rmap_map_open_bare(path, RMAP_INDEX_START, &map, &why);
+    if (st == RMAP_FORMAT) {
+        rmap_finding_set(&finding, RMAP_INDEX_START, "", "%s", why.text);
+        st = rmap_findings_add(findings, &finding, err);
+    } else if (st != RMAP_OK && err) {
+        *err = why;
+    }
+    rmap_map_close(map);
+    rmap_free(start);
+    return st;
+}
+
 /* Pieces and journals beside an incomplete index that cannot be used. */
 static enum rmap_status add_trouble(struct rmap_verification *self, struct rmap_findings *findings,
                                     struct rmap_error *err)
@@ -337,6 +362,7 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
         goto out;
     }
     RMAP_TRY(open_map(self, path, findings, err));
+    RMAP_TRY(check_start(path, findings, err));
     RMAP_TRY(rmap_map_list_pieces(path, &name, &n, err));
     if (!self->map) {
         RMAP_TRY(read_raw(self, findings, err));

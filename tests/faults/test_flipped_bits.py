@@ -30,7 +30,7 @@ COMMANDS = [
 def flip(target, rng):
     """One bit of one file, and where it was."""
     files = [os.path.join(folder, name) for folder, _, names in os.walk(target)
-             for name in sorted(names) if name != "map-start.h5"]  # of use when the index is lost
+             for name in sorted(names)]
     path = rng.choice(sorted(files))
     with open(path, "r+b") as file:
         at = rng.randrange(os.path.getsize(path))
