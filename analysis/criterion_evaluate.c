@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Evaluation: every test becomes a byte per ray; and, or, not combine bytes. Tests that count
- * rows mark them strip by strip, and each ray counts its own marks as bits, so that the inner
- * loops have no branch per ray's end. A test whose columns may not all be fetched counts the rows
- * that could count: more it cannot be.
+ * Evaluation: every test becomes a byte per ray; and, or, not combine bytes. A test whose columns
+ * may not all be fetched counts the rows that could count: more it cannot be.
  */
 #include "analysis/criterion_evaluate.h"
 
@@ -11,79 +9,12 @@
 #include <string.h>
 
 #include "analysis/criterion_compare.h"
+#include "analysis/criterion_tests.h"
 #include "base/alloc.h"
-#include "base/byte_set.h"
 #include "base/wide.h"
 
-/* Rows marked at a time: marks and sums stay in the first-level cache. */
-enum { STRIP_ROWS = 4096 };
-
-struct evaluation {
-    const struct rmap_criterion *criterion;
-    const struct rmap_evidence *evidence;
-    const struct rmap_portion *portion; /* of the evidence */
-    const int32_t *slot;
-    struct rmap_judge *judge;
-    size_t n_ray;
-    uint32_t *count; /* of the judge */
-};
-
-static enum rmap_status fetch(const struct evaluation *ev, rmap_column_set columns,
-                              struct rmap_error *err)
-{
-    return ev->evidence->fetch ? ev->evidence->fetch(ev->evidence->context, columns, err) : RMAP_OK;
-}
-
-static void mark(const struct evaluation *ev, const struct rmap_criterion_node *node,
-                 const struct rmap_strip *strip, uint8_t *flag)
-{
-    if (node->kind == RMAP_CRITERION_STEPS)
-        rmap_steps_mark(ev->criterion, &node->steps, ev->portion, strip, flag);
-    else
-        rmap_registrations_mark(ev->criterion, &node->registrations, ev->portion, strip, flag);
-}
-
-/* Of a ray of more rows than a strip has. */
-static uint32_t count_long(const struct evaluation *ev, const struct rmap_criterion_node *node,
-                           size_t ray, size_t ray_row, size_t n_row)
-{
-    uint8_t flag[STRIP_ROWS];
-    uint32_t sum = 0;
-    for (size_t at = 0; at < n_row; at += STRIP_ROWS) {
-        size_t n = n_row - at < STRIP_ROWS ? n_row - at : STRIP_ROWS;
-        mark(ev, node, &(struct rmap_strip){ray_row + at, n, ray, ray_row}, flag);
-        for (size_t i = 0; i < n; i++)
-            sum += flag[i];
-    }
-    return sum;
-}
-
-/* Counts marked rows of each ray; rows [n_ray]: rows per ray. */
-static void count_rows(const struct evaluation *ev, const struct rmap_criterion_node *node,
-                       const uint32_t *rows)
-{
-    static const uint8_t is_marked[256] = {0, 1};
-    uint8_t flag[STRIP_ROWS];
-    uint64_t bits[STRIP_ROWS / 64 + 1] = {0};
-    for (size_t ray = 0, row = 0, end; ray < ev->n_ray; ray = end) {
-        struct rmap_strip strip = {row, 0, ray, row};
-        for (end = ray; end < ev->n_ray && rows[end] <= STRIP_ROWS - strip.n;)
-            strip.n += rows[end++];
-        if (end == ray) {
-            ev->count[ray] = count_long(ev, node, ray, row, rows[ray]);
-            row += rows[end++];
-            continue;
-        }
-        if (strip.n > 0)
-            mark(ev, node, &strip, flag);
-        rmap_byte_set_bits(flag, strip.n, is_marked, bits);
-        rmap_bits_count_groups(bits, rows + ray, end - ray, ev->count + ray);
-        row += strip.n;
-    }
-}
-
-static void compare_ray_numbers(const struct evaluation *ev, const struct rmap_criterion_node *node,
-                                uint8_t *verdict)
+static void compare_ray_numbers(const struct rmap_evaluation *ev,
+                                const struct rmap_criterion_node *node, uint8_t *verdict)
 {
     const struct rmap_ray_columns *ray = &ev->portion->ray;
     const double *stored = node->ray_number == RMAP_RAY_NUMBER_WAVELENGTH     ? ray->wavelength
@@ -114,79 +45,25 @@ static void compare_ray_numbers(const struct evaluation *ev, const struct rmap_c
     }
 }
 
-/* 1 where the ray ended so, and there. Without a branch per ray: how they ended is random. */
-static void count_endings(const struct evaluation *ev, const struct rmap_ending_test *test)
-{
-    const struct rmap_portion *portion = ev->portion;
-    const bool of_medium = test->medium.span > 0;
-    size_t row = 0;
-    for (size_t i = 0; i < ev->n_ray; i++)
-        ev->count[i] = portion->ray.stop[i] == test->stop;
-    if (!test->somewhere)
-        return;
-    for (size_t i = 0; i < ev->n_ray; i++) {
-        uint32_t n = portion->ray.segment_count[i];
-        row += n;
-        if (n == 0) {
-            ev->count[i] = 0;
-            continue;
-        }
-        int32_t object = portion->segment.object[row - 1];
-        bool there = rmap_index_set_has(&test->object, object);
-        if (of_medium && object < 0)
-            there = rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
-        ev->count[i] &= there;
-    }
-}
-
-static bool is_discrete(const struct rmap_criterion_node *node)
-{
-    return !(node->columns & ~RMAP_COLUMNS_DISCRETE);
-}
-
-/* 1 where the whole history is such a path. */
-static enum rmap_status count_path(const struct evaluation *ev,
-                                   const struct rmap_criterion_node *node, struct rmap_error *err)
-{
-    struct rmap_criterion_node own = *node;
-    own.interval = (struct rmap_interval){1.0, 1.0, false};
-    enum rmap_status st =
-        rmap_path_mark(ev->criterion, &own, ev->portion, (uint8_t *)ev->count, err);
-    if (st == RMAP_OK)
-        rmap_counts_of_bytes(ev->count, ev->n_ray);
-    return st;
-}
-
-/* What a test counts per ray. index: of the node, which may stand looser here. */
-static enum rmap_status count_test(const struct evaluation *ev, int32_t index,
-                                   const struct rmap_criterion_node *node, struct rmap_error *err)
+/* Verdicts by what a test counts. index: of the node, which may stand looser here. */
+static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t index,
+                                     const struct rmap_criterion_node *node, enum rmap_told told,
+                                     uint8_t *verdict, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = ev->portion;
-    bool counted = false;
-    if (ev->evidence->count && is_discrete(node))
-        RMAP_TRY(ev->evidence->count(ev->evidence->context, index, node, ev->count, &counted, err));
-    if (counted)
+    struct rmap_marks marks;
+    RMAP_TRY(rmap_test_mark(ev, index, node, &marks, err));
+    if (rmap_compare_marks(&marks, ev->n_ray, &node->interval, told, ev->judge->reach, verdict))
         return RMAP_OK;
-    RMAP_TRY(fetch(ev, node->columns, err));
-    if (node->kind == RMAP_CRITERION_SOURCE)
-        for (size_t i = 0; i < ev->n_ray; i++)
-            ev->count[i] = rmap_index_set_has(&node->source, portion->ray.source[i]);
-    else if (node->kind == RMAP_CRITERION_ENDED)
-        count_endings(ev, &node->ending);
-    else if (node->kind == RMAP_CRITERION_PATH)
-        st = count_path(ev, node, err);
-    else if (node->kind == RMAP_CRITERION_STEPS)
-        count_rows(ev, node, portion->ray.segment_count);
-    else
-        count_rows(ev, node, portion->ray.registration_count);
+    rmap_test_count(ev, &marks);
+    rmap_compare_counts(ev->count, ev->n_ray, &node->interval, told, verdict);
 out:
     return st;
 }
 
 /* A test that asks for columns which may not be fetched: without what needs them. */
-static enum rmap_status bound_test(const struct evaluation *ev, int32_t index, uint8_t *verdict,
-                                   struct rmap_error *err)
+static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t index,
+                                   uint8_t *verdict, struct rmap_error *err)
 {
     struct rmap_criterion_node loose = ev->criterion->node[index];
     loose.columns &= ev->evidence->columns;
@@ -201,14 +78,11 @@ static enum rmap_status bound_test(const struct evaluation *ev, int32_t index, u
         memset(verdict, RMAP_VERDICT_OPEN, ev->n_ray);
         return RMAP_OK;
     }
-    enum rmap_status st = count_test(ev, index, &loose, err);
-    if (st == RMAP_OK)
-        rmap_compare_bounds(ev->count, ev->n_ray, &loose.interval, verdict);
-    return st;
+    return compare_rows(ev, index, &loose, RMAP_AT_MOST, verdict, err);
 }
 
-static enum rmap_status evaluate_test(const struct evaluation *ev, int32_t index, uint8_t *verdict,
-                                      struct rmap_error *err)
+static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t index,
+                                      uint8_t *verdict, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_criterion_node *node = &ev->criterion->node[index];
@@ -218,11 +92,10 @@ static enum rmap_status evaluate_test(const struct evaluation *ev, int32_t index
         bool holds = rmap_interval_holds(&node->interval, 1.0);
         memset(verdict, holds ? RMAP_VERDICT_YES : RMAP_VERDICT_NO, ev->n_ray);
     } else if (node->kind == RMAP_CRITERION_NUMBER) {
-        RMAP_TRY(fetch(ev, node->columns, err));
+        RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
         compare_ray_numbers(ev, node, verdict);
     } else {
-        RMAP_TRY(count_test(ev, index, node, err));
-        rmap_compare_counts(ev->count, ev->n_ray, &node->interval, verdict);
+        st = compare_rows(ev, index, node, RMAP_EXACTLY, verdict, err);
     }
 out:
     return st;
@@ -237,7 +110,7 @@ RMAP_WIDE static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
     return !other;
 }
 
-static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
+static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
                                       uint8_t *verdict, struct rmap_error *err);
 
 RMAP_WIDE static void combine(const uint8_t *restrict own, size_t n, bool is_and,
@@ -253,7 +126,7 @@ RMAP_WIDE static void combine(const uint8_t *restrict own, size_t n, bool is_and
 
 /* level: masks that are in use above. is_rest: as in the evidence, and this node is its `and` or
  * `or`. */
-static enum rmap_status evaluate_logic(const struct evaluation *ev,
+static enum rmap_status evaluate_logic(const struct rmap_evaluation *ev,
                                        const struct rmap_criterion_node *node, int level,
                                        bool is_rest, uint8_t *verdict, struct rmap_error *err)
 {
@@ -266,7 +139,7 @@ static enum rmap_status evaluate_logic(const struct evaluation *ev,
     for (int32_t child = node->first;
          st == RMAP_OK && child >= 0 && !all_are(verdict, last_word, n);
          child = ev->criterion->node[child].next) {
-        if (is_rest && is_discrete(&ev->criterion->node[child]))
+        if (is_rest && !(ev->criterion->node[child].columns & ~RMAP_COLUMNS_DISCRETE))
             continue;
         st = evaluate_node(ev, child, level + 1, own, err);
         combine(own, n, is_and, verdict);
@@ -281,7 +154,7 @@ RMAP_WIDE static void negate(uint8_t *verdict, size_t n)
 }
 
 /* A node whose verdicts are not known yet. */
-static enum rmap_status evaluate_anew(const struct evaluation *ev, int32_t index, int level,
+static enum rmap_status evaluate_anew(const struct rmap_evaluation *ev, int32_t index, int level,
                                       bool is_rest, uint8_t *verdict, struct rmap_error *err)
 {
     const struct rmap_criterion_node *node = &ev->criterion->node[index];
@@ -296,7 +169,7 @@ static enum rmap_status evaluate_anew(const struct evaluation *ev, int32_t index
     return st;
 }
 
-static enum rmap_status evaluate_node(const struct evaluation *ev, int32_t index, int level,
+static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
                                       uint8_t *verdict, struct rmap_error *err)
 {
     struct rmap_judge *judge = ev->judge;
@@ -319,6 +192,10 @@ void rmap_judge_fini(struct rmap_judge *judge)
     rmap_free(judge->mask);
     rmap_free(judge->kept);
     rmap_free(judge->is_kept);
+    rmap_free(judge->mark);
+    rmap_free(judge->reach);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        rmap_bit_groups_fini(&judge->rows[t]);
     *judge = (struct rmap_judge){0};
 }
 
@@ -333,6 +210,8 @@ enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_
     judge->is_kept = is_kept;
     if (st == RMAP_OK && n_slot > 0)
         memset(judge->is_kept, 0, n_slot);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        judge->groups[t] = NULL;
     return st;
 }
 
@@ -342,7 +221,7 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
                                       struct rmap_error *err)
 {
     size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
-    void *count = judge->count, *mask = judge->mask;
+    void *count = judge->count, *mask = judge->mask, *reach = judge->reach;
     if (n_ray == 0)
         return RMAP_OK;
     enum rmap_status st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
@@ -350,15 +229,19 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
     if (st == RMAP_OK)
         st = rmap_reserve(&mask, &judge->mask_cap, n_ray * (size_t)criterion->n_mask, 1, err);
     judge->mask = mask;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&reach, &judge->reach_cap, 2 * rmap_bit_words(n_ray), sizeof(uint64_t),
+                          err);
+    judge->reach = reach;
     if (st != RMAP_OK)
         return st;
-    struct evaluation ev = {.criterion = criterion,
-                            .evidence = evidence,
-                            .portion = evidence->portion,
-                            .slot = slot,
-                            .judge = judge,
-                            .n_ray = n_ray,
-                            .count = judge->count};
+    struct rmap_evaluation ev = {.criterion = criterion,
+                                 .evidence = evidence,
+                                 .portion = evidence->portion,
+                                 .slot = slot,
+                                 .judge = judge,
+                                 .n_ray = n_ray,
+                                 .count = judge->count};
     return evidence->is_rest ? evaluate_anew(&ev, criterion->root, 0, true, verdict, err)
                              : evaluate_node(&ev, criterion->root, 0, verdict, err);
 }
@@ -413,14 +296,21 @@ enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
                                       const struct rmap_portion *portion, uint32_t *count,
                                       struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    struct rmap_judge judge = {0};
+    struct rmap_marks marks;
+    const struct rmap_criterion_node *node = &criterion->node[criterion->root];
     const struct rmap_evidence evidence = {.portion = portion, .columns = RMAP_COLUMNS_ALL};
-    struct evaluation ev = {.criterion = criterion,
-                            .evidence = &evidence,
-                            .portion = portion,
-                            .n_ray = portion->n_row[RMAP_TABLE_RAY],
-                            .count = count};
-    enum rmap_status st = check_portion(criterion, portion, err);
-    if (st == RMAP_OK)
-        st = count_test(&ev, criterion->root, &criterion->node[criterion->root], err);
+    struct rmap_evaluation ev = {.criterion = criterion,
+                                 .evidence = &evidence,
+                                 .portion = portion,
+                                 .judge = &judge,
+                                 .n_ray = portion->n_row[RMAP_TABLE_RAY],
+                                 .count = count};
+    RMAP_TRY(check_portion(criterion, portion, err));
+    RMAP_TRY(rmap_test_mark(&ev, criterion->root, node, &marks, err));
+    rmap_test_count(&ev, &marks);
+out:
+    rmap_judge_fini(&judge);
     return st;
 }

@@ -7,6 +7,7 @@
 #define RMAP_CRITERION_EVALUATE_H
 
 #include "analysis/criterion_tree.h"
+#include "base/bit_groups.h"
 
 /* Bit 0: the ray may match; bit 1: it does. `and` is &, `or` is |. */
 enum rmap_verdict { RMAP_VERDICT_NO = 0, RMAP_VERDICT_OPEN = 1, RMAP_VERDICT_YES = 3 };
@@ -15,6 +16,12 @@ static inline uint8_t rmap_verdict_not(uint8_t verdict)
 {
     return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
 }
+
+/* What a test counts: a bit per row, in groups that are the rays' rows; or a bit per ray. */
+struct rmap_marks {
+    const uint64_t *bits;           /* borrowed; one word more may be read */
+    struct rmap_bit_groups *groups; /* NULL: per ray */
+};
 
 /* Rays, and how to learn about them. */
 struct rmap_evidence {
@@ -28,11 +35,15 @@ struct rmap_evidence {
     void *context;
     /* Makes the portion have these columns, too. NULL: it has all that may be fetched. */
     enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
-    /* What a test of discrete columns counts per ray, found otherwise: count [n_ray] is set, or
-     * *counted_ret false: look at the columns. index: of a node, whose test may stand looser in
-     * `node`. NULL: always the columns. */
-    enum rmap_status (*count)(void *context, int32_t index, const struct rmap_criterion_node *node,
-                              uint32_t *count, bool *counted_ret, struct rmap_error *err);
+    /* What a test of discrete columns marks, found otherwise; bits NULL: look at the columns.
+     * Valid until the next. index: of a node, whose test may stand looser in `node`. NULL: always
+     * the columns. */
+    enum rmap_status (*mark)(void *context, int32_t index, const struct rmap_criterion_node *node,
+                             struct rmap_marks *marks, struct rmap_error *err);
+    /* The rows of each ray in /registration or /segment as groups; *groups_ret NULL: none are at
+     * hand. NULL: never. */
+    enum rmap_status (*group)(void *context, enum rmap_table table,
+                              struct rmap_bit_groups **groups_ret, struct rmap_error *err);
 };
 
 /* Memory of an evaluation, to be used again. All zero at first. */
@@ -44,6 +55,10 @@ struct rmap_judge {
     size_t kept_cap;
     uint8_t *is_kept; /* [n_slot] */
     size_t is_kept_cap;
+    uint64_t *mark, *reach; /* bits: of rows or rays; of rays, twice */
+    size_t mark_cap, reach_cap;
+    struct rmap_bit_groups rows[RMAP_TABLE_HISTORY_COUNT];    /* of a table: its own, */
+    struct rmap_bit_groups *groups[RMAP_TABLE_HISTORY_COUNT]; /* or what the same evidence has */
 };
 void rmap_judge_fini(struct rmap_judge *judge);
 

@@ -29,8 +29,8 @@ RMAP_WIDE static void mark_range(const int32_t *restrict index, size_t n, uint32
         flag[i] = (uint32_t)index[i] - low < span;
 }
 
-static void mark_set(const struct rmap_index_set *set, const int32_t *index, size_t n,
-                     uint8_t *flag)
+void rmap_index_set_mark(const struct rmap_index_set *set, const int32_t *index, size_t n,
+                         uint8_t *flag)
 {
     if (!set->member) {
         mark_range(index, n, (uint32_t)set->low, set->span, flag);
@@ -153,7 +153,7 @@ void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_s
     const struct rmap_segment_columns *segment = &portion->segment;
     size_t first = strip->first, n = strip->n;
     if (test->of_object)
-        mark_set(&test->object, segment->object + first, n, flag);
+        rmap_index_set_mark(&test->object, segment->object + first, n, flag);
     else
         memset(flag, 1, n);
     if (test->events | test->events_not)
@@ -362,7 +362,7 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
 {
     const struct rmap_registration_columns *registration = &portion->registration;
     size_t first = strip->first, n = strip->n;
-    mark_set(&test->detector, registration->detector + first, n, flag);
+    rmap_index_set_mark(&test->detector, registration->detector + first, n, flag);
     if (!test->crossed)
         keep_registered(registration->registered + first, n, flag);
     const uint16_t *at =

@@ -207,6 +207,10 @@ static inline bool rmap_object_medium_tells(const struct rmap_object *object)
 double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,
                                 bool as_relative);
 
+/* flag[i] = 1 or 0 for index[i] in [0, n). */
+void rmap_index_set_mark(const struct rmap_index_set *set, const int32_t *index, size_t n,
+                         uint8_t *flag);
+
 /* Some rows of a table, and the ray that the first of them belongs to. */
 struct rmap_strip {
     size_t first, n; /* rows */

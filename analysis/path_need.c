@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Steps that every matching history has: those that stand in the expression's sequence outside of
- * choices and of what may be left out.
+ * Steps that every matching history has, in their order: those that stand in the expression's
+ * sequence outside of choices and of what may be left out.
  */
 #include <string.h>
 
@@ -14,32 +14,38 @@ struct search {
     struct rmap_path_table *table;
 };
 
-static bool is_known(const struct search *search, const uint8_t *has)
+/* The table's own copy, or NULL. */
+static const uint8_t *find(const struct search *search, const uint8_t *has)
 {
     const struct rmap_path_table *table = search->table;
     for (int k = 0; k < table->n_need; k++)
         if (memcmp(table->need[k].has, has, table->n_symbol) == 0)
-            return true;
-    return false;
+            return table->need[k].has;
+    return NULL;
 }
 
-/* Only what steps alone or registrations alone can be: else it rules out little. */
+/* Only what steps alone or registrations alone can be: else it rules out little. Atoms come last
+ * one first. */
 static enum rmap_status add_atom(struct search *search, uint32_t atom)
 {
     struct rmap_path_table *table = search->table;
     const uint32_t letters = search->regex->atom[atom].letters;
     const uint8_t *has = search->alphabet->has + (size_t)atom * table->n_symbol;
-    void *kept = NULL;
+    const uint8_t *known = find(search, has);
     bool is_hit = letters == 1u << RMAP_PATH_LETTER_V;
-    if ((!is_hit && letters & ~(uint32_t)RMAP_PATH_STEPS) || table->n_need == RMAP_PATH_NEED_MAX ||
-        is_known(search, has))
+    if (!is_hit && letters & ~(uint32_t)RMAP_PATH_STEPS)
         return RMAP_OK;
-    enum rmap_status st = rmap_criterion_block_add(search->parser->criterion, table->n_symbol, 1,
-                                                   &kept, search->parser->err);
-    if (st != RMAP_OK)
-        return st;
-    memcpy(kept, has, table->n_symbol);
-    table->need[table->n_need++] = (struct rmap_path_need){kept, is_hit};
+    if (!known && table->n_need < RMAP_PATH_NEED_MAX) {
+        void *kept = NULL;
+        enum rmap_status st = rmap_criterion_block_add(search->parser->criterion, table->n_symbol,
+                                                       1, &kept, search->parser->err);
+        if (st != RMAP_OK)
+            return st;
+        known = memcpy(kept, has, table->n_symbol);
+        table->need[table->n_need++] = (struct rmap_path_need){known, is_hit};
+    }
+    if (known && !is_hit && table->n_chain < RMAP_PATH_CHAIN_MAX)
+        table->chain[table->n_chain++] = known;
     return RMAP_OK;
 }
 
@@ -79,5 +85,10 @@ enum rmap_status rmap_path_needs_create(struct rmap_parser *parser,
 {
     struct search search = {parser, regex, alphabet, table};
     enum rmap_status st = add_term(&search, regex->root);
+    for (int k = 0; k < table->n_chain / 2; k++) {
+        const uint8_t *other = table->chain[table->n_chain - 1 - k];
+        table->chain[table->n_chain - 1 - k] = table->chain[k];
+        table->chain[k] = other;
+    }
     return st == RMAP_OK ? fill_bits(&search) : st;
 }

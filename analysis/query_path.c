@@ -5,13 +5,13 @@
 
 #include "analysis/path_table.h"
 #include "base/alloc.h"
-#include "base/wide.h"
 
 void rmap_query_path_fini(struct rmap_query_path *self)
 {
+    rmap_free(self->may);
+    rmap_free(self->leg);
     rmap_free(self->ray);
     rmap_free(self->row_class);
-    rmap_free(self->begins);
     rmap_free(self->match);
     rmap_free(self->wanted);
     rmap_portion_destroy(self->rays);
@@ -22,17 +22,15 @@ static enum rmap_status reserve(struct rmap_query_path *self, const struct rmap_
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_leg = view->n_row[RMAP_TABLE_SEGMENT];
     size_t n_class = rmap_history_n_class(view->index), n_hit = rmap_history_n_hit(view->index);
-    void *begins = self->begins, *ray = self->ray, *match = self->match, *wanted = self->wanted;
+    void *may = self->may, *leg = self->leg, *wanted = self->wanted;
     if (!self->rays && !(self->rays = rmap_alloc(1, sizeof *self->rays)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
-    RMAP_TRY(rmap_reserve(&ray, &self->ray_cap, n_ray + 1, sizeof *self->ray, err));
-    self->ray = ray;
-    RMAP_TRY(rmap_reserve(&begins, &self->begins_cap, n_ray + 1, 1, err));
-    self->begins = begins;
-    RMAP_TRY(rmap_reserve(&match, &self->match_cap, n_ray + 1, 1, err));
-    self->match = match;
+    RMAP_TRY(rmap_reserve(&may, &self->may_cap, 2 * rmap_bit_words(n_ray), sizeof *self->may, err));
+    self->may = may;
+    RMAP_TRY(rmap_reserve(&leg, &self->leg_cap, rmap_bit_words(n_leg), sizeof *self->leg, err));
+    self->leg = leg;
     RMAP_TRY(
         rmap_reserve(&wanted, &self->wanted_cap, (n_class > n_hit ? n_class : n_hit) + 1, 1, err));
     self->wanted = wanted;
@@ -40,79 +38,130 @@ out:
     return st;
 }
 
-/* Of the listed rays, those that have a step that is needed. */
-static size_t keep_steps(struct rmap_query_path *self, const struct rmap_history_view *view,
-                         const struct rmap_path_need *need, const uint16_t *symbol, size_t n)
+/* What is being looked for in a portion. */
+struct search {
+    struct rmap_query_path *path;
+    const struct rmap_history_view *view;
+    const struct rmap_path_table *table;
+    const uint16_t *symbol;       /* of each class of legs */
+    struct rmap_bit_groups *legs; /* of each ray */
+    size_t n_word;                /* of a bit per ray */
+};
+
+/* Bits of legs with one of these symbols, or NULL. */
+static const uint64_t *mark_legs(const struct search *search, const uint8_t *has)
 {
-    for (size_t k = 0; k < rmap_history_n_class(view->index); k++)
-        self->wanted[k] = need->has[symbol[k]];
-    return rmap_history_keep(view, self->wanted, self->ray, n);
+    uint8_t *wanted = search->path->wanted;
+    size_t n_class = rmap_history_n_class(search->view->index);
+    for (size_t k = 0; k < n_class; k++)
+        wanted[k] = has[search->symbol[k]];
+    return rmap_history_mark(search->view, wanted);
 }
 
-/* Those that have a registration; count [n_ray] is used on the way. */
-static size_t keep_hits(struct rmap_query_path *self, const struct rmap_history_view *view,
-                        const struct rmap_path_table *table, const struct rmap_path_need *need,
-                        size_t n, uint32_t *count)
+/* Bits of registrations with one of these symbols, or NULL. */
+static const uint64_t *mark_hits(const struct search *search, const uint8_t *has)
 {
-    const struct rmap_history_hit *hit = rmap_history_hits(view->index);
-    size_t n_kept = 0;
-    for (size_t k = 0; k < rmap_history_n_hit(view->index); k++) {
+    const struct rmap_path_table *table = search->table;
+    const struct rmap_history_hit *hit = rmap_history_hits(search->view->index);
+    size_t n_hit = rmap_history_n_hit(search->view->index);
+    for (size_t k = 0; k < n_hit; k++) {
         size_t detector = (uint32_t)hit[k].detector < table->n_detector ? (size_t)hit[k].detector
                                                                         : table->n_detector;
-        self->wanted[k] = hit[k].registered && need->has[table->symbol_of_hit[detector]];
+        search->path->wanted[k] = hit[k].registered && has[table->symbol_of_hit[detector]];
     }
-    rmap_history_count_hits(view, self->wanted, count);
-    for (size_t i = 0; i < n; i++) {
-        self->ray[n_kept] = self->ray[i];
-        n_kept += count[self->ray[i].ray] > 0;
+    return rmap_history_mark_hits(search->view, search->path->wanted);
+}
+
+/* Rays that have a bit in their group stay; false: none do. */
+static bool keep(const struct search *search, struct rmap_bit_groups *groups, const uint64_t *bits)
+{
+    uint64_t *may = search->path->may, *own = may + search->n_word, any = 0;
+    if (!bits)
+        return false;
+    rmap_bit_groups_reach(groups, bits, 1, own);
+    for (size_t w = 0; w < search->n_word; w++)
+        any |= may[w] &= own[w];
+    return any != 0;
+}
+
+/* Those that have the steps that all matches have, in their order. */
+static bool keep_chain(const struct search *search)
+{
+    const struct rmap_path_table *table = search->table;
+    uint64_t *leg = search->path->leg;
+    size_t n_word = rmap_bit_words(search->view->n_row[RMAP_TABLE_SEGMENT]);
+    memset(leg, UINT8_MAX, n_word * sizeof *leg);
+    for (int k = 0; k < table->n_chain; k++) {
+        const uint64_t *own = mark_legs(search, table->chain[k]);
+        if (!own)
+            return false;
+        for (size_t w = 0; w < n_word; w++)
+            leg[w] &= own[w];
+        if (k + 1 < table->n_chain)
+            rmap_bit_groups_behind(search->legs, leg, leg);
     }
-    return n_kept;
+    return table->n_chain == 0 || keep(search, search->legs, leg);
 }
 
 /* Whether a registration may come before a ray's first step. */
 static bool has_free_hits(const struct rmap_history_view *view, const struct rmap_path_table *table)
 {
     const struct rmap_history_hit *hit = rmap_history_hits(view->index);
+    size_t n_hit = rmap_history_n_hit(view->index);
     bool free = false;
-    for (size_t k = 0; k < rmap_history_n_hit(view->index); k++)
+    for (size_t k = 0; k < n_hit; k++)
         free |= (uint32_t)hit[k].detector >= table->n_detector ||
                 !table->follows_object[hit[k].detector];
     return free;
 }
 
-RMAP_WIDE static void add_empty(const uint32_t *restrict count, size_t n, bool is_empty,
-                                uint8_t *restrict begins)
+/* Rays that begin as a match may; those without legs, and those that may begin with a registration,
+ * are not told by a leg. hits: of each ray, or NULL: none. */
+static void mark_beginnings(const struct search *search, const struct rmap_bit_groups *hits)
 {
-    for (size_t i = 0; i < n; i++)
-        begins[i] |= (count[i] == 0) == is_empty;
+    uint64_t *may = search->path->may;
+    const uint64_t *leg = mark_legs(search, search->table->first);
+    if (leg)
+        rmap_bit_groups_first(search->legs, leg, may);
+    else
+        memset(may, 0, search->n_word * sizeof *may);
+    for (size_t w = 0; w < search->n_word; w++)
+        may[w] |= ~search->legs->filled[w];
+    if (hits && has_free_hits(search->view, search->table))
+        for (size_t w = 0; w < search->n_word; w++)
+            may[w] |= hits->filled[w];
 }
 
-/* Lists the rays that begin as a match may; those without legs, and those that may begin with a
- * registration, are not told by a leg. */
-static size_t list_beginnings(struct rmap_query_path *self, const struct rmap_history_view *view,
-                              const struct rmap_path_table *table, const uint16_t *symbol)
+/* Lists the rays that begin so, and have all that is needed. */
+static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
+                                  struct rmap_error *err)
 {
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    for (size_t k = 0; k < rmap_history_n_class(view->index); k++)
-        self->wanted[k] = table->first[symbol[k]];
-    rmap_history_test_first(view, self->wanted, self->begins);
-    add_empty(view->segment_count, n_ray, true, self->begins);
-    if (view->registration_count && has_free_hits(view, table))
-        add_empty(view->registration_count, n_ray, false, self->begins);
-    return rmap_history_place_rays(view, self->begins, self->ray);
-}
-
-/* Lists the rays that begin so, and have all that is needed; count [n_ray] is used on the way. */
-static size_t list_rays(struct rmap_query_path *self, const struct rmap_history_view *view,
-                        const struct rmap_path_table *table, const uint16_t *symbol,
-                        uint32_t *count)
-{
-    size_t n = table->first ? list_beginnings(self, view, table, symbol)
-                            : rmap_history_place_rays(view, NULL, self->ray);
-    for (int k = 0; k < table->n_need && n > 0; k++)
-        n = table->need[k].is_hit ? keep_hits(self, view, table, &table->need[k], n, count)
-                                  : keep_steps(self, view, &table->need[k], symbol, n);
-    return n;
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_table *table = search->table;
+    struct rmap_query_path *path = search->path;
+    const size_t n_ray = search->view->n_row[RMAP_TABLE_RAY];
+    struct rmap_bit_groups *hits = NULL;
+    void *ray = path->ray;
+    bool any = true;
+    *n_ret = 0;
+    if (search->view->registration_count)
+        RMAP_TRY(rmap_history_hit_groups(search->view, &hits, err));
+    if (table->first)
+        mark_beginnings(search, hits);
+    else
+        memset(path->may, UINT8_MAX, search->n_word * sizeof *path->may);
+    if (n_ray % 64 > 0)
+        path->may[search->n_word - 1] &= (UINT64_C(1) << n_ray % 64) - 1;
+    for (int k = 0; k < table->n_need && any; k++)
+        if (table->need[k].is_hit)
+            any = hits && keep(search, hits, mark_hits(search, table->need[k].has));
+    if (!any || !keep_chain(search))
+        return RMAP_OK;
+    RMAP_TRY(rmap_reserve(&ray, &path->ray_cap, n_ray, sizeof *path->ray, err));
+    path->ray = ray;
+    *n_ret = rmap_history_place_rays(search->view, path->may, path->ray);
+out:
+    return st;
 }
 
 /* Puts their rows side by side. */
@@ -143,25 +192,35 @@ out:
     return st;
 }
 
-enum rmap_status rmap_query_path_count(struct rmap_query_path *self,
-                                       const struct rmap_history_view *view,
-                                       const struct rmap_criterion_node *node,
-                                       const uint16_t *symbol, uint32_t *count,
-                                       struct rmap_error *err)
+enum rmap_status rmap_query_path_mark(struct rmap_query_path *self,
+                                      const struct rmap_history_view *view,
+                                      const struct rmap_criterion_node *node,
+                                      const uint16_t *symbol, uint64_t *bits,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_criterion_node own = *node;
+    struct search search = {.path = self,
+                            .view = view,
+                            .table = node->path.table,
+                            .symbol = symbol,
+                            .n_word = rmap_bit_words(view->n_row[RMAP_TABLE_RAY])};
+    void *match = self->match;
+    size_t n = 0;
     own.interval = (struct rmap_interval){1.0, 1.0, false};
+    memset(bits, 0, search.n_word * sizeof *bits);
     RMAP_TRY(reserve(self, view, err));
-    size_t n = list_rays(self, view, node->path.table, symbol, count);
-    memset(count, 0, view->n_row[RMAP_TABLE_RAY] * sizeof *count);
+    RMAP_TRY(rmap_history_leg_groups(view, &search.legs, err));
+    RMAP_TRY(list_rays(&search, &n, err));
     if (n == 0)
         goto out;
     RMAP_TRY(gather(self, view, n, err));
+    RMAP_TRY(rmap_reserve(&match, &self->match_cap, n, 1, err));
+    self->match = match;
     const struct rmap_path_rows rows = {.row_class = self->row_class, .symbol = symbol};
     RMAP_TRY(rmap_path_mark_rows(&own, self->rays, &rows, self->match, err));
     for (size_t k = 0; k < n; k++)
-        count[self->ray[k].ray] = self->match[k];
+        bits[self->ray[k].ray / 64] |= (uint64_t)self->match[k] << self->ray[k].ray % 64;
 out:
     return st;
 }

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/query_rows.h"
 
+#include <string.h>
+
 #include "analysis/query_path.h"
 #include "base/alloc.h"
+#include "base/byte_set.h"
 
 /* What a test says of the classes of the piece in hand. */
 struct answer {
@@ -34,8 +37,9 @@ struct rmap_query_rows {
     const struct rmap_portion *rays;
     enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
     void *context;
-    uint8_t *is_there; /* [n_ray] */
-    size_t is_there_cap;
+    uint64_t *bits; /* [2] [words of n_ray] */
+    uint8_t *flag;  /* [n_ray] */
+    size_t bits_cap, flag_cap;
     struct rmap_query_path path;
 };
 
@@ -74,7 +78,8 @@ void rmap_query_rows_destroy(struct rmap_query_rows *self)
     rmap_free(self->medium);
     rmap_free(self->detector);
     rmap_free(self->registered);
-    rmap_free(self->is_there);
+    rmap_free(self->bits);
+    rmap_free(self->flag);
     rmap_query_path_fini(&self->path);
     rmap_free(self);
 }
@@ -166,7 +171,7 @@ static void ask(const struct rmap_query_rows *self, const struct rmap_criterion_
         symbol[i] = rmap_path_symbol(node, self->object[i], self->event[i], self->class[i].medium);
 }
 
-/* What the test says of the classes, asked once per piece. index: of the node, as `count` has it.
+/* What the test says of the classes, asked once per piece. index: of the node, as `mark` has it.
  */
 static enum rmap_status answer(struct rmap_query_rows *self, int32_t index,
                                const struct rmap_criterion_node *node, const void **of_class_ret,
@@ -182,67 +187,107 @@ static enum rmap_status answer(struct rmap_query_rows *self, int32_t index,
     return st;
 }
 
-/* 1 or 0 per kind of ray, then per ray. */
-static enum rmap_status count_kinds(const struct rmap_query_rows *self,
-                                    const struct rmap_criterion_node *node, uint32_t *count,
-                                    struct rmap_error *err)
+static enum rmap_status reserve_rays(struct rmap_query_rows *self, struct rmap_error *err)
 {
+    size_t n_ray = self->view->n_row[RMAP_TABLE_RAY];
+    void *bits = self->bits, *flag = self->flag;
+    enum rmap_status st = rmap_reserve(&bits, &self->bits_cap, 2 * (rmap_bit_words(n_ray) + 1),
+                                       sizeof *self->bits, err);
+    self->bits = bits;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&flag, &self->flag_cap, n_ray + 1, 1, err);
+    self->flag = flag;
+    return st;
+}
+
+/* A bit per ray: of a kind for which the test holds. */
+static enum rmap_status mark_kinds(struct rmap_query_rows *self,
+                                   const struct rmap_criterion_node *node, uint64_t *bits,
+                                   struct rmap_error *err)
+{
+    static const uint8_t is_one[256] = {0, 1};
     const struct rmap_history_view *view = self->view;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    uint32_t *own = rmap_alloc(view->n_kind + 1, sizeof *own);
+    uint8_t *own = rmap_alloc(view->n_kind + 1, sizeof *own);
     if (!own)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu kinds", view->n_kind);
     for (size_t k = 0; k < view->n_kind; k++)
         own[k] = node->kind == RMAP_CRITERION_SOURCE
                      ? rmap_index_set_has(&node->source, view->kind_source[k])
                      : view->kind_stop[k] == node->ending.stop;
-    for (size_t i = 0; i < n_ray; i++)
-        count[i] = own[view->kind ? view->kind[i] : 0];
+    if (view->kind)
+        for (size_t i = 0; i < n_ray; i++)
+            self->flag[i] = own[view->kind[i]];
+    else
+        memset(self->flag, own[0], n_ray);
+    rmap_byte_set_bits(self->flag, n_ray, is_one, bits);
     rmap_free(own);
     return RMAP_OK;
 }
 
 /* Of the rays that ended so, those whose last leg is of a class that passes. */
-static enum rmap_status count_places(struct rmap_query_rows *self, const uint8_t *pass,
-                                     uint32_t *count, struct rmap_error *err)
+static enum rmap_status keep_places(struct rmap_query_rows *self, const uint8_t *pass,
+                                    uint64_t *bits, struct rmap_error *err)
 {
-    size_t n_ray = self->view->n_row[RMAP_TABLE_RAY];
-    void *block = self->is_there;
-    enum rmap_status st = rmap_reserve(&block, &self->is_there_cap, n_ray, 1, err);
-    self->is_there = block;
-    if (st != RMAP_OK)
-        return st;
-    rmap_history_test_last(self->view, pass, self->is_there);
-    for (size_t i = 0; i < n_ray; i++)
-        count[i] &= self->is_there[i];
-    return RMAP_OK;
+    enum rmap_status st = RMAP_OK;
+    size_t n_word = rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]);
+    uint64_t *there = bits + n_word + 1;
+    const uint64_t *leg = rmap_history_mark(self->view, pass);
+    struct rmap_bit_groups *groups;
+    memset(there, 0, n_word * sizeof *there);
+    if (leg) {
+        RMAP_TRY(rmap_history_leg_groups(self->view, &groups, err));
+        rmap_bit_groups_last(groups, leg, there);
+    }
+    for (size_t w = 0; w < n_word; w++)
+        bits[w] &= there[w];
+out:
+    return st;
 }
 
-/* As rmap_evidence.count says. */
-static enum rmap_status count(void *context, int32_t index, const struct rmap_criterion_node *node,
-                              uint32_t *number, bool *counted_ret, struct rmap_error *err)
+/* Tests of rays: source, end, path. index: of the node, as `mark` has it. */
+static enum rmap_status mark_rays(struct rmap_query_rows *self, int32_t index,
+                                  const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const void *of_class = NULL;
+    RMAP_TRY(reserve_rays(self, err));
+    *marks = (struct rmap_marks){self->bits, NULL};
+    if (node->kind == RMAP_CRITERION_PATH) {
+        RMAP_TRY(answer(self, index, node, &of_class, err));
+        return rmap_query_path_mark(&self->path, self->view, node, of_class, self->bits, err);
+    }
+    RMAP_TRY(mark_kinds(self, node, self->bits, err));
+    if (node->kind == RMAP_CRITERION_SOURCE || !node->ending.somewhere)
+        return RMAP_OK;
+    RMAP_TRY(answer(self, index, node, &of_class, err));
+    st = keep_places(self, of_class, self->bits, err);
+out:
+    return st;
+}
+
+/* As rmap_evidence.mark says. */
+static enum rmap_status mark(void *context, int32_t index, const struct rmap_criterion_node *node,
+                             struct rmap_marks *marks, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_query_rows *self = context;
-    const bool is_ending = node->kind == RMAP_CRITERION_ENDED;
+    const bool is_step = node->kind == RMAP_CRITERION_STEPS;
     const void *of_class = NULL;
-    /* what went before a registration is told by the ray's rows, in their order */
-    *counted_ret = node->kind != RMAP_CRITERION_REGISTRATIONS || node->registrations.where < 0;
-    if (!*counted_ret)
-        return RMAP_OK;
-    if (node->kind == RMAP_CRITERION_SOURCE || is_ending)
-        RMAP_TRY(count_kinds(self, node, number, err));
-    if (node->kind == RMAP_CRITERION_SOURCE || (is_ending && !node->ending.somewhere))
-        return RMAP_OK;
+    if (!is_step && node->kind != RMAP_CRITERION_REGISTRATIONS)
+        return mark_rays(self, index, node, marks, err);
+    if (!is_step && node->registrations.where >= 0)
+        return RMAP_OK; /* what went before is told by the ray's rows, in their order */
     RMAP_TRY(answer(self, index, node, &of_class, err));
-    if (is_ending)
-        st = count_places(self, of_class, number, err);
-    else if (node->kind == RMAP_CRITERION_PATH)
-        st = rmap_query_path_count(&self->path, self->view, node, of_class, number, err);
-    else if (node->kind == RMAP_CRITERION_STEPS)
-        rmap_history_count(self->view, of_class, number);
-    else
-        rmap_history_count_hits(self->view, of_class, number);
+    marks->bits = is_step ? rmap_history_mark(self->view, of_class)
+                          : rmap_history_mark_hits(self->view, of_class);
+    if (marks->bits)
+        return (is_step ? rmap_history_leg_groups : rmap_history_hit_groups)(self->view,
+                                                                             &marks->groups, err);
+    RMAP_TRY(reserve_rays(self, err));
+    memset(self->bits, 0, rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]) * sizeof *self->bits);
+    *marks = (struct rmap_marks){self->bits, NULL};
 out:
     return st;
 }
@@ -262,7 +307,7 @@ enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c, c
                                            .columns = RMAP_COLUMNS_DISCRETE,
                                            .context = self,
                                            .fetch = fetch_columns,
-                                           .count = count};
+                                           .mark = mark};
     self->c = c;
     return rmap_criterion_judge(self->criterion[c], slot, &evidence, judge, verdict, err);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Counts the legs of each ray whose class is wanted: codes become a bit per leg, and each ray
- * counts its own.
+ * Legs whose class is wanted, and registrations: codes become a bit each, in groups that are the
+ * rays'.
  */
 #include <string.h>
 
@@ -37,6 +37,23 @@ void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t
     rmap_byte_set_bits(view->rows->code, view->n_row[RMAP_TABLE_SEGMENT], member, mark);
 }
 
+/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should,
+ * and name classes that are not there: damage that a checksum hides. */
+static void list_rare(const struct rmap_history_view *view, const uint64_t *rare)
+{
+    struct rmap_history_rows *rows = view->rows;
+    uint32_t used = 0;
+    rows->n_listed = 0;
+    for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
+        for (uint64_t left = rare[w]; left != 0 && used < rows->shape.n_rare; left &= left - 1) {
+            size_t leg = w * 64 + (size_t)__builtin_ctzll(left);
+            uint32_t k = rmap_history_rare_class(&rows->shape, rows->code[leg], rows->rare[used++]);
+            rows->rare_leg[rows->n_listed] = (uint32_t)leg;
+            rows->rare_class[rows->n_listed] = k < rows->shape.n_local ? view->local_class[k] : 0;
+            rows->n_listed += k < rows->shape.n_local;
+        }
+}
+
 const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
 {
     struct rmap_history_rows *rows = view->rows;
@@ -56,25 +73,19 @@ const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
         rows->rank[w] = n;
         n += (uint32_t)__builtin_popcountll(rare[w]);
     }
+    list_rare(view, rare);
     rows->is_ranked = true;
     return rare;
 }
 
-/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should:
- * damage that a checksum hides. */
 static void mark_rare(const struct rmap_history_view *view, const uint8_t *wanted, uint64_t *mark)
 {
     const struct rmap_history_rows *rows = view->rows;
-    const struct rmap_history_shape *shape = &rows->shape;
-    const uint64_t *rare = rmap_history_rare_legs(view);
-    uint32_t used = 0;
-    for (size_t w = 0; rare && w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
-        for (uint64_t left = rare[w]; left != 0 && used < shape->n_rare; left &= left - 1) {
-            uint8_t code = rows->code[w * 64 + (size_t)__builtin_ctzll(left)];
-            uint32_t k = rmap_history_rare_class(shape, code, rows->rare[used++]);
-            bool is = k < shape->n_local && wanted[view->local_class[k]] != 0;
-            mark[w] |= is ? left & (0 - left) : 0;
-        }
+    if (!rmap_history_rare_legs(view))
+        return;
+    for (size_t i = 0; i < rows->n_listed; i++)
+        mark[rows->rare_leg[i] / 64] |= (uint64_t)(wanted[rows->rare_class[i]] != 0)
+                                        << rows->rare_leg[i] % 64;
 }
 
 /* What is wanted as bits in the view's marks. */
@@ -87,65 +98,62 @@ static void mark_wanted(const struct rmap_history_view *view, const uint8_t *wan
         mark_rare(view, wanted, mark);
 }
 
-void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wanted,
-                        uint32_t *count)
-{
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    struct wanted local;
-    localise(view, wanted, &local);
-    if (local.rows == 0) {
-        memset(count, 0, n_ray * sizeof *count);
-    } else if (local.rows == view->n_row[RMAP_TABLE_SEGMENT]) {
-        memcpy(count, view->segment_count, n_ray * sizeof *count);
-    } else {
-        mark_wanted(view, wanted, &local);
-        rmap_bits_count_groups(view->rows->mark, view->segment_count, n_ray, count);
-    }
-}
-
-/* Of n rays those with a marked leg. */
-RMAP_WIDE static size_t keep_marked(const uint64_t *mark, const uint32_t *segment_count,
-                                    struct rmap_history_place_of_ray *ray, size_t n)
-{
-    size_t n_kept = 0;
-    for (size_t i = 0; i < n; i++) {
-        const struct rmap_history_place_of_ray it = ray[i];
-        ray[n_kept] = it;
-        n_kept += rmap_bits_count(mark, it.leg, segment_count[it.ray]) > 0;
-    }
-    return n_kept;
-}
-
-size_t rmap_history_keep(const struct rmap_history_view *view, const uint8_t *wanted,
-                         struct rmap_history_place_of_ray *ray, size_t n)
+const uint64_t *rmap_history_mark(const struct rmap_history_view *view, const uint8_t *wanted)
 {
     struct wanted local;
     localise(view, wanted, &local);
-    if (local.rows == 0 || n == 0)
-        return 0;
+    if (local.rows == 0)
+        return NULL;
     mark_wanted(view, wanted, &local);
-    return keep_marked(view->rows->mark, view->segment_count, ray, n);
+    return view->rows->mark;
 }
 
-void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t *wanted,
-                             uint32_t *count)
+const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, const uint8_t *wanted)
 {
     const struct rmap_history_rows *rows = view->rows;
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY], at = 0;
+    size_t n = view->n_row[RMAP_TABLE_REGISTRATION];
     unsigned nbytes = rows->shape.hit_nbytes;
-    if (!view->registration_count) {
-        memset(count, 0, n_ray * sizeof *count);
-        return;
-    }
-    if (nbytes == 0) {
-        uint32_t all = wanted[rmap_history_number(rows->hit, 0, 0)] ? UINT32_MAX : 0;
-        for (size_t i = 0; i < n_ray; i++)
-            count[i] = view->registration_count[i] & all;
-        return;
-    }
-    for (size_t i = 0; i < n_ray; i++) {
-        count[i] = 0;
-        for (size_t end = at + view->registration_count[i]; at < end; at++)
-            count[i] += wanted[rmap_history_number(rows->hit, nbytes, at)] != 0;
-    }
+    uint8_t member[256] = {0};
+    if (n == 0 || (nbytes == 0 && !wanted[rmap_history_number(rows->hit, 0, 0)]))
+        return NULL;
+    memset(rows->mark_hit, nbytes == 0 ? UINT8_MAX : 0,
+           rmap_history_hit_words(view) * sizeof *rows->mark_hit);
+    for (size_t k = 0; k < sizeof member && k < view->index->n_hit; k++)
+        member[k] = wanted[k] != 0;
+    if (nbytes == 1)
+        rmap_byte_set_bits(rows->hit, n, member, rows->mark_hit);
+    for (size_t i = 0; nbytes == 2 && i < n; i++)
+        rows->mark_hit[i / 64] |= (uint64_t)(wanted[rmap_history_number(rows->hit, nbytes, i)] != 0)
+                                  << i % 64;
+    return rows->mark_hit;
+}
+
+enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
+                                         struct rmap_bit_groups **groups_ret,
+                                         struct rmap_error *err)
+{
+    struct rmap_history_rows *rows = view->rows;
+    *groups_ret = &rows->legs;
+    if (rows->has_legs)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_bit_groups_set(&rows->legs, view->segment_count, view->n_row[RMAP_TABLE_RAY],
+                            view->n_row[RMAP_TABLE_SEGMENT], err);
+    rows->has_legs = st == RMAP_OK;
+    return st;
+}
+
+enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
+                                         struct rmap_bit_groups **groups_ret,
+                                         struct rmap_error *err)
+{
+    struct rmap_history_rows *rows = view->rows;
+    *groups_ret = &rows->hits;
+    if (rows->has_hits)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_bit_groups_set(&rows->hits, view->registration_count, view->n_row[RMAP_TABLE_RAY],
+                            view->n_row[RMAP_TABLE_REGISTRATION], err);
+    rows->has_hits = st == RMAP_OK;
+    return st;
 }

@@ -2,8 +2,7 @@
  *
  * Classes of legs, of all rays of a portion or of some.
  */
-#include <string.h>
-
+#include "base/wide.h"
 #include "history/history_parts.h"
 
 /* Classes by code, and what tells those of the codes that rare ones share. */
@@ -38,64 +37,32 @@ void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *ro
         row_class[i] = class_at(view, &codes, i);
 }
 
-/* Whether the classes of codes are wanted; of a rare code: UINT8_MAX, or 0 where no rare class is.
- */
-static void answer_codes(const struct rmap_history_view *view, const uint8_t *wanted,
-                         uint8_t answer[256])
+RMAP_WIDE static uint32_t add_up(const uint32_t *count, size_t first, size_t last)
 {
-    const uint32_t n_common = view->rows->shape.n_common;
-    bool rare = false;
-    for (size_t k = n_common; k < view->n_local; k++)
-        rare |= wanted[view->local_class[k]] != 0;
-    memset(answer, rare ? UINT8_MAX : 0, 256);
-    for (uint32_t k = 0; k < n_common; k++)
-        answer[k] = wanted[view->local_class[k]];
+    uint32_t sum = 0;
+    for (size_t i = first; i < last; i++)
+        sum += count[i];
+    return sum;
 }
 
-/* Whether a leg of each ray is wanted: the first, or the last. */
-static inline void test_legs(const struct rmap_history_view *view, const uint8_t *wanted,
-                             bool is_last, uint8_t *restrict is)
-{
-    const uint32_t *segment_count = view->segment_count;
-    const uint8_t *code = view->rows->code;
-    const size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    const struct class_codes codes = class_codes(view);
-    uint8_t answer[256];
-    size_t leg = 0;
-    answer_codes(view, wanted, answer);
-    for (size_t i = 0; i < n_ray; i++) {
-        uint32_t n = segment_count[i];
-        size_t at = is_last ? leg + n - (n > 0) : leg;
-        leg += n;
-        uint8_t own = n > 0 ? answer[code[at]] : 0;
-        if (__builtin_expect(own == UINT8_MAX, 0))
-            own = wanted[class_at(view, &codes, at)] != 0;
-        is[i] = own;
-    }
-}
-
-void rmap_history_test_first(const struct rmap_history_view *view, const uint8_t *wanted,
-                             uint8_t *is)
-{
-    test_legs(view, wanted, false, is);
-}
-
-void rmap_history_test_last(const struct rmap_history_view *view, const uint8_t *wanted,
-                            uint8_t *is)
-{
-    test_legs(view, wanted, true, is);
-}
-
-size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint8_t *is,
+size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint64_t *bits,
                                struct rmap_history_place_of_ray *ray)
 {
+    const size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    const uint32_t *hits = view->registration_count;
     uint32_t leg = 0, registration = 0;
     size_t n = 0;
-    for (size_t i = 0; i < view->n_row[RMAP_TABLE_RAY]; i++) {
-        ray[n] = (struct rmap_history_place_of_ray){(uint32_t)i, leg, registration};
-        n += is ? is[i] : 1;
-        leg += view->segment_count[i];
-        registration += view->registration_count ? view->registration_count[i] : 0;
+    for (size_t first = 0; first < n_ray; first += 64) {
+        size_t at = first, end = n_ray - first < 64 ? n_ray : first + 64;
+        for (uint64_t left = bits[first / 64]; left != 0; left &= left - 1) {
+            size_t i = first + (size_t)__builtin_ctzll(left);
+            leg += add_up(view->segment_count, at, i);
+            registration += hits ? add_up(hits, at, i) : 0;
+            ray[n++] = (struct rmap_history_place_of_ray){(uint32_t)i, leg, registration};
+            at = i;
+        }
+        leg += add_up(view->segment_count, at, end);
+        registration += hits ? add_up(hits, at, end) : 0;
     }
     return n;
 }

@@ -17,6 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/bit_groups.h"
 #include "base/status.h"
 #include "trace/portion.h"
 
@@ -99,38 +100,33 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_history_view_fini(struct rmap_history_view *view);
 
-/* ROWS: legs of each ray whose class is wanted. wanted: [n_class] bytes, 0 or 1; count: [n_ray],
- * set. Costs little where the wanted classes are rare or absent (see local_rows). */
-void rmap_history_count(const struct rmap_history_view *view, const uint8_t *wanted,
-                        uint32_t *count);
+/* ROWS: a bit for each leg whose class is wanted, borrowed until the next call with this view; one
+ * word more may be read. NULL: there are none. wanted: [n_class] bytes, 0 or 1. */
+const uint64_t *rmap_history_mark(const struct rmap_history_view *view, const uint8_t *wanted);
 
-/* ROWS: registrations of each ray that are wanted. wanted: [n_hit] bytes, 0 or 1; count: set. */
-void rmap_history_count_hits(const struct rmap_history_view *view, const uint8_t *wanted,
-                             uint32_t *count);
+/* ROWS: the same of registrations. wanted: [n_hit] bytes, 0 or 1. */
+const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, const uint8_t *wanted);
+
+/* ROWS: the legs of each ray as a group, its registrations as a group, for such bits. Made when
+ * first asked for. RMAP_SYSTEM. */
+enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
+                                         struct rmap_bit_groups **groups_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
+                                         struct rmap_bit_groups **groups_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* ROWS: number of the class of each leg, in order. row_class: [n_segment], set. */
 void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class);
-
-/* ROWS: whether the class of each ray's first or last leg is wanted: is [n_ray] set to 1 or 0; 0 of
- * a ray without legs. wanted: as above. */
-void rmap_history_test_first(const struct rmap_history_view *view, const uint8_t *wanted,
-                             uint8_t *is);
-void rmap_history_test_last(const struct rmap_history_view *view, const uint8_t *wanted,
-                            uint8_t *is);
 
 /* A ray of a portion: its row, and where its legs and registrations begin. */
 struct rmap_history_place_of_ray {
     uint32_t ray, leg, registration;
 };
 
-/* ROWS: the rays where `is` [n_ray] is 1 (NULL: all); how many. ray has room for one more. */
-size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint8_t *is,
+/* ROWS: the rays whose bits [words of n_ray] are set; how many. ray has room for them. */
+size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint64_t *bits,
                                struct rmap_history_place_of_ray *ray);
-
-/* ROWS: of rays, those with a leg whose class is wanted stay, in their order; how many. wanted: as
- * above. */
-size_t rmap_history_keep(const struct rmap_history_view *view, const uint8_t *wanted,
-                         struct rmap_history_place_of_ray *ray, size_t n);
 
 /* ROWS: rays side by side: ray [n], ascending. out: its columns segment_count and
  * registration_count [n] and detector, registered and segment of /registration have room for theirs

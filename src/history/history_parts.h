@@ -135,15 +135,26 @@ struct rmap_history_rows {
     struct rmap_history_shape shape;
     /* For counting: */
     uint64_t *mark; /* [2][rmap_history_mark_words], a bit per leg; the second half: of rare ones */
+    uint64_t *mark_hit;                /* [rmap_history_hit_words], a bit per registration */
+    struct rmap_bit_groups legs, hits; /* of each ray */
+    bool has_legs, has_hits;           /* they are of the portion in hand */
     uint32_t *rank; /* [rmap_history_mark_words] rare legs before each word of these */
-    size_t cap_mark, cap_rank;
-    bool is_ranked; /* both are of the portion in hand */
+    size_t cap_mark, cap_mark_hit, cap_rank, cap_rare_leg, cap_rare_class;
+    uint32_t *rare_leg;   /* [n_listed] legs of rare classes, in their order */
+    uint16_t *rare_class; /* [n_listed] their classes in the index */
+    size_t n_listed;
+    bool is_ranked; /* all these are of the portion in hand */
 };
 
 /* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */
 static inline size_t rmap_history_mark_words(const struct rmap_history_view *view)
 {
     return view->n_row[RMAP_TABLE_SEGMENT] / 64 + 2;
+}
+
+static inline size_t rmap_history_hit_words(const struct rmap_history_view *view)
+{
+    return view->n_row[RMAP_TABLE_REGISTRATION] / 64 + 2;
 }
 
 /* A bit for each leg whose code is a member. */

@@ -119,7 +119,8 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     void *segments = rows->segment_count, *registrations = rows->registration_count;
     void *kind = rows->kind, *mark = rows->mark, *local_rows = rows->local_rows;
-    void *rank = rows->rank;
+    void *rank = rows->rank, *mark_hit = rows->mark_hit;
+    void *rare_leg = rows->rare_leg, *rare_class = rows->rare_class;
     RMAP_TRY(rmap_reserve(&segments, &rows->cap_segment_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(
         rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
@@ -129,6 +130,12 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     RMAP_TRY(rmap_reserve(&mark, &rows->cap_mark, 2 * rmap_history_mark_words(view),
                           sizeof(uint64_t), err));
     RMAP_TRY(
+        rmap_reserve(&rare_leg, &rows->cap_rare_leg, rows->shape.n_rare, sizeof(uint32_t), err));
+    RMAP_TRY(rmap_reserve(&rare_class, &rows->cap_rare_class, rows->shape.n_rare, sizeof(uint16_t),
+                          err));
+    RMAP_TRY(rmap_reserve(&mark_hit, &rows->cap_mark_hit, rmap_history_hit_words(view),
+                          sizeof(uint64_t), err));
+    RMAP_TRY(
         rmap_reserve(&rank, &rows->cap_rank, rmap_history_mark_words(view), sizeof(uint32_t), err));
 out:
     rows->rank = rank;
@@ -136,6 +143,9 @@ out:
     rows->registration_count = registrations;
     rows->kind = kind;
     rows->mark = mark;
+    rows->mark_hit = mark_hit;
+    rows->rare_leg = rare_leg;
+    rows->rare_class = rare_class;
     rows->local_rows = local_rows;
     return st;
 }
@@ -281,7 +291,7 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                        .rows = rows};
     if (!rows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
-    rows->is_ranked = false;
+    rows->is_ranked = rows->has_legs = rows->has_hits = false;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         view->n_row[t] = place->n_row[t];
     enum rmap_status st = fetch(index, place, view, &bytes, err);
@@ -296,6 +306,11 @@ void rmap_history_view_fini(struct rmap_history_view *view)
         rmap_free(view->rows->registration_count);
         rmap_free(view->rows->kind);
         rmap_free(view->rows->mark);
+        rmap_free(view->rows->mark_hit);
+        rmap_free(view->rows->rare_leg);
+        rmap_free(view->rows->rare_class);
+        rmap_bit_groups_fini(&view->rows->legs);
+        rmap_bit_groups_fini(&view->rows->hits);
         rmap_free(view->rows->rank);
         rmap_free(view->rows->local_rows);
         rmap_free(view->rows);

@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
+#include "base/byte_set.h"
 #include "history/history_index.h"
 
 enum { N_OBJECT = 400, N_MEDIUM = 3, N_DETECTOR = 5, N_SOURCE = 3 };
@@ -306,6 +307,22 @@ static void check_hits(const struct rmap_history_view *view, const struct rmap_p
     }
 }
 
+/* Of each ray; bits NULL: there are none. */
+static void count_marks(const struct rmap_history_view *view, const uint64_t *bits,
+                        enum rmap_status (*group)(const struct rmap_history_view *view,
+                                                  struct rmap_bit_groups **groups_ret,
+                                                  struct rmap_error *err),
+                        uint32_t *count)
+{
+    struct rmap_bit_groups *groups = NULL;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    memset(count, 0, n_ray * sizeof *count);
+    if (!bits)
+        return;
+    assert_int_equal(group(view, &groups, NULL), RMAP_OK);
+    rmap_bits_count_groups(bits, groups->size, n_ray, count);
+}
+
 static void test_counts_are_those_of_the_rows(void **state)
 {
     struct rig *rig = *state;
@@ -327,9 +344,9 @@ static void test_counts_are_those_of_the_rows(void **state)
                 wanted[c] = draw(&random, 1000) < shares[s];
             for (size_t c = 0; c < n_hit; c++)
                 hits[c] = draw(&random, 1000) < shares[s];
-            rmap_history_count(&view, wanted, count);
+            count_marks(&view, rmap_history_mark(&view, wanted), rmap_history_leg_groups, count);
             check_counts(&view, rig->portion[i], wanted, count);
-            rmap_history_count_hits(&view, hits, count);
+            count_marks(&view, rmap_history_mark_hits(&view, hits), rmap_history_hit_groups, count);
             check_hits(&view, rig->portion[i], hits, count);
         }
     }

@@ -1,0 +1,174 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rows are marked strip by strip, rays all at once, without a branch per ray.
+ */
+#include "analysis/criterion_tests.h"
+
+#include "base/alloc.h"
+#include "base/byte_set.h"
+
+/* Rows marked at a time, whole words of bits: they stay in the first-level cache. */
+enum { STRIP_ROWS = 4096 };
+
+enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,
+                                       struct rmap_error *err)
+{
+    return ev->evidence->fetch ? ev->evidence->fetch(ev->evidence->context, columns, err) : RMAP_OK;
+}
+
+/* Room for a bit per row, or per ray; one word more is read. */
+static enum rmap_status reserve(const struct rmap_evaluation *ev, size_t n_bit,
+                                struct rmap_error *err)
+{
+    void *mark = ev->judge->mark;
+    enum rmap_status st =
+        rmap_reserve(&mark, &ev->judge->mark_cap, rmap_bit_words(n_bit) + 2, sizeof(uint64_t), err);
+    ev->judge->mark = mark;
+    return st;
+}
+
+/* Bytes that are 0 or 1 as bits from a multiple of 64 on. */
+static void keep_bits(const struct rmap_evaluation *ev, const uint8_t *flag, size_t first, size_t n)
+{
+    static const uint8_t is_marked[256] = {0, 1};
+    rmap_byte_set_bits(flag, n, is_marked, ev->judge->mark + first / 64);
+}
+
+/* A bit for each row of the test's table. size: [n_ray] rows of each ray. */
+static void mark_rows(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node,
+                      const uint32_t *size, size_t n_row)
+{
+    uint8_t flag[STRIP_ROWS];
+    const bool is_step = node->kind == RMAP_CRITERION_STEPS;
+    const bool by_ray = is_step ? node->steps.side != NULL : node->registrations.where >= 0;
+    struct rmap_strip strip = {0};
+    for (; strip.first < n_row; strip.first += strip.n) {
+        strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
+        while (by_ray && strip.ray_row + size[strip.ray] <= strip.first)
+            strip.ray_row += size[strip.ray++];
+        if (is_step)
+            rmap_steps_mark(ev->criterion, &node->steps, ev->portion, &strip, flag);
+        else
+            rmap_registrations_mark(ev->criterion, &node->registrations, ev->portion, &strip, flag);
+        keep_bits(ev, flag, strip.first, strip.n);
+    }
+}
+
+/* The rows of each ray in a table. */
+static enum rmap_status group_rows(const struct rmap_evaluation *ev, enum rmap_table table,
+                                   struct rmap_bit_groups **groups_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bit_groups **known = &ev->judge->groups[table];
+    const struct rmap_ray_columns *ray = &ev->portion->ray;
+    if (!*known && ev->evidence->group)
+        RMAP_TRY(ev->evidence->group(ev->evidence->context, table, known, err));
+    if (!*known) {
+        RMAP_TRY(rmap_bit_groups_set(&ev->judge->rows[table],
+                                     table == RMAP_TABLE_SEGMENT ? ray->segment_count
+                                                                 : ray->registration_count,
+                                     ev->n_ray, ev->portion->n_row[table], err));
+        *known = &ev->judge->rows[table];
+    }
+out:
+    *groups_ret = *known;
+    return st;
+}
+
+static enum rmap_status mark_table(const struct rmap_evaluation *ev,
+                                   const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    enum rmap_table table =
+        node->kind == RMAP_CRITERION_STEPS ? RMAP_TABLE_SEGMENT : RMAP_TABLE_REGISTRATION;
+    struct rmap_bit_groups *groups;
+    RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
+    RMAP_TRY(group_rows(ev, table, &groups, err));
+    mark_rows(ev, node, groups->size, ev->portion->n_row[table]);
+    *marks = (struct rmap_marks){ev->judge->mark, groups};
+out:
+    return st;
+}
+
+/* 1 where the ray ended so, and there. */
+static void mark_endings(const struct rmap_evaluation *ev, const struct rmap_ending_test *test,
+                         uint8_t *flag)
+{
+    const struct rmap_portion *portion = ev->portion;
+    const bool of_medium = test->medium.span > 0;
+    size_t row = 0;
+    for (size_t i = 0; i < ev->n_ray; i++)
+        flag[i] = portion->ray.stop[i] == test->stop;
+    for (size_t i = 0; test->somewhere && i < ev->n_ray; i++) {
+        uint32_t n = portion->ray.segment_count[i];
+        row += n;
+        if (n == 0) {
+            flag[i] = 0;
+            continue;
+        }
+        int32_t object = portion->segment.object[row - 1];
+        bool there = rmap_index_set_has(&test->object, object);
+        if (of_medium && object < 0)
+            there = rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
+        flag[i] &= there;
+    }
+}
+
+/* 1 where the whole history is such a path. */
+static enum rmap_status mark_path(const struct rmap_evaluation *ev,
+                                  const struct rmap_criterion_node *node, uint8_t *flag,
+                                  struct rmap_error *err)
+{
+    struct rmap_criterion_node own = *node;
+    own.interval = (struct rmap_interval){1.0, 1.0, false};
+    return rmap_path_mark(ev->criterion, &own, ev->portion, flag, err);
+}
+
+static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
+                                  const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *flag = (uint8_t *)ev->count; /* has room for them */
+    RMAP_TRY(reserve(ev, ev->n_ray, err));
+    if (node->kind == RMAP_CRITERION_PATH)
+        RMAP_TRY(mark_path(ev, node, flag, err));
+    else if (node->kind == RMAP_CRITERION_ENDED)
+        mark_endings(ev, &node->ending, flag);
+    else
+        rmap_index_set_mark(&node->source, ev->portion->ray.source, ev->n_ray, flag);
+    keep_bits(ev, flag, 0, ev->n_ray);
+    *marks = (struct rmap_marks){ev->judge->mark, NULL};
+out:
+    return st;
+}
+
+enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
+                                const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *marks = (struct rmap_marks){NULL, NULL};
+    if (ev->evidence->mark && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
+        RMAP_TRY(ev->evidence->mark(ev->evidence->context, index, node, marks, err));
+    if (marks->bits)
+        return RMAP_OK;
+    RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
+    if (node->kind == RMAP_CRITERION_STEPS || node->kind == RMAP_CRITERION_REGISTRATIONS)
+        st = mark_table(ev, node, marks, err);
+    else
+        st = mark_rays(ev, node, marks, err);
+out:
+    return st;
+}
+
+void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks)
+{
+    const struct rmap_bit_groups *groups = marks->groups;
+    if (groups)
+        rmap_bits_count_groups(marks->bits, groups->size, groups->n_group, ev->count);
+    else
+        for (size_t i = 0; i < ev->n_ray; i++)
+            ev->count[i] = marks->bits[i / 64] >> i % 64 & 1;
+}

@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: MIT */
+#include "base/bit_groups.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "base/wide.h"
+
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#include <immintrin.h>
+#define RMAP_BIT_GROUPS_BMI2 1
+#endif
+
+/* Bits that are written one after the other. */
+struct stream {
+    uint64_t *to, word;
+    unsigned n; /* of the word, below 64 */
+};
+
+static inline void put(struct stream *stream, uint64_t bits, unsigned n)
+{
+    unsigned room = 64 - stream->n;
+    stream->word |= bits << stream->n;
+    if (n >= room) {
+        *stream->to++ = stream->word;
+        stream->word = room < 64 ? bits >> room : 0;
+        stream->n = n - room;
+    } else {
+        stream->n += n;
+    }
+}
+
+/* The n < 64 lowest of the bits from `at` on; one word more is read. */
+static inline uint64_t take(const uint64_t *bits, size_t at)
+{
+    uint64_t low = bits[at / 64] >> at % 64;
+    return at % 64 > 0 ? low | bits[at / 64 + 1] << (64 - at % 64) : low;
+}
+
+static void plain_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
+{
+    struct stream stream = {.to = out};
+    for (size_t w = 0; w < n_word; w++)
+        for (uint64_t left = at[w]; left != 0; left &= left - 1)
+            put(&stream, (bits[w] & left & (0 - left)) != 0, 1);
+    *stream.to = stream.word;
+}
+
+static void plain_spread(const uint64_t *packed, const uint64_t *filled, size_t n_word,
+                         uint64_t *out)
+{
+    for (size_t w = 0, next = 0; w < n_word; w++) {
+        out[w] = 0;
+        for (uint64_t left = filled[w]; left != 0; left &= left - 1, next++)
+            out[w] |= packed[next / 64] >> next % 64 & 1 ? left & (0 - left) : 0;
+    }
+}
+
+#ifdef RMAP_BIT_GROUPS_BMI2
+__attribute__((target("bmi2,popcnt"))) static void
+wide_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
+{
+    struct stream stream = {.to = out};
+    for (size_t w = 0; w < n_word; w++)
+        put(&stream, _pext_u64(bits[w], at[w]), (unsigned)_mm_popcnt_u64(at[w]));
+    *stream.to = stream.word;
+}
+
+__attribute__((target("bmi2,popcnt"))) static void
+wide_spread(const uint64_t *packed, const uint64_t *filled, size_t n_word, uint64_t *out)
+{
+    for (size_t w = 0, next = 0; w < n_word; w++) {
+        out[w] = _pdep_u64(take(packed, next), filled[w]);
+        next += (unsigned)_mm_popcnt_u64(filled[w]);
+    }
+}
+
+static bool is_wide(void)
+{
+    return __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
+}
+#else
+#define wide_pack   plain_pack
+#define wide_spread plain_spread
+
+static bool is_wide(void)
+{
+    return false;
+}
+#endif
+
+/* bits at the places `at`, one for each group that has bits, become one for each group. */
+static void give(const struct rmap_bit_groups *groups, const uint64_t *bits, const uint64_t *at,
+                 uint64_t *out)
+{
+    const bool wide = is_wide();
+    size_t n_word = rmap_bit_words(groups->n_bit), n_out = rmap_bit_words(groups->n_group);
+    uint64_t *packed = groups->found + n_word + 1;
+    (wide ? wide_pack : plain_pack)(bits, at, n_word, packed);
+    if (groups->has_empty)
+        (wide ? wide_spread : plain_spread)(packed, groups->filled, n_out, out);
+    else
+        memcpy(out, packed, n_out * sizeof *out);
+}
+
+/* Bits of n groups, and whether one of these has none. */
+static uint64_t add_up(const uint32_t *size, size_t n, bool *has_empty_ret)
+{
+    uint64_t sum = 0;
+    uint32_t n_empty = 0;
+    for (size_t i = 0; i < n; i++) {
+        sum += size[i];
+        n_empty += size[i] == 0;
+    }
+    *has_empty_ret = n_empty > 0;
+    return sum;
+}
+
+/* Marks the ends of n <= 64 groups from bit `at` on; returns which of them have bits. */
+static inline uint64_t mark_some(const uint32_t *size, size_t n, uint64_t at, uint64_t *end)
+{
+    uint64_t filled = 0;
+    for (size_t i = 0; i < n; i++) {
+        uint64_t has = size[i] > 0;
+        at += size[i];
+        end[at / 64] |= has << at % 64;
+        filled |= has << i;
+    }
+    return filled;
+}
+
+/* Marks ends and groups that have bits; false: these are not n_bit bits. */
+RMAP_WIDE_SHIFTS static bool mark_ends(struct rmap_bit_groups *groups)
+{
+    uint64_t *end = groups->last - 1; /* of a group of no bits at the beginning: bit -1 */
+    uint64_t at = 63;
+    groups->has_empty = false;
+    for (size_t first = 0; first < groups->n_group; first += 64) {
+        const uint32_t *size = groups->size + first;
+        size_t n = groups->n_group - first < 64 ? groups->n_group - first : 64;
+        bool has_empty;
+        uint64_t sum = add_up(size, n, &has_empty);
+        if (at - 63 + sum > groups->n_bit)
+            return false;
+        groups->has_empty |= has_empty;
+        groups->filled[first / 64] = has_empty || n < 64 ? mark_some(size, n, at, end) : UINT64_MAX;
+        for (size_t i = 0, own = at; !has_empty && i < n; i++) {
+            own += size[i];
+            end[own / 64] |= UINT64_C(1) << own % 64;
+        }
+        at += sum;
+    }
+    return at - 63 == groups->n_bit;
+}
+
+enum rmap_status rmap_bit_groups_set(struct rmap_bit_groups *groups, const uint32_t *size,
+                                     size_t n_group, size_t n_bit, struct rmap_error *err)
+{
+    size_t n_word = rmap_bit_words(n_bit), n_out = rmap_bit_words(n_group);
+    void *memory = groups->memory;
+    enum rmap_status st =
+        rmap_reserve(&memory, &groups->cap, 2 * n_word + 2 * n_out + 6, sizeof(uint64_t), err);
+    groups->memory = memory;
+    if (st != RMAP_OK)
+        return st;
+    groups->n_group = n_group;
+    groups->n_bit = n_bit;
+    groups->size = size;
+    groups->last = groups->memory + 1;
+    groups->filled = groups->last + n_word + 1;
+    groups->found = groups->filled + n_out;
+    memset(groups->memory, 0, (n_word + 2) * sizeof *groups->memory);
+    if (!mark_ends(groups))
+        st = rmap_error_set(err, RMAP_FORMAT, "the rows of %zu rays do not add up to %zu", n_group,
+                            n_bit);
+    return st;
+}
+
+void rmap_bit_groups_fini(struct rmap_bit_groups *groups)
+{
+    rmap_free(groups->memory);
+    *groups = (struct rmap_bit_groups){0};
+}
+
+/* A group's bits but the last, and a bit at its end, are a number, from which a bit at its
+ * beginning is taken: that clears the lowest bit and sets those below, so that `and` leaves the
+ * others. The bit at the end stays if there was another; else a bit that counts there was the first
+ * one. Once for each bit that a group must have; then what is left at the end says whether it
+ * does. */
+static inline void drop_lowest(uint64_t end, uint64_t begin, uint64_t *inner, uint64_t *outer,
+                               uint64_t *borrow)
+{
+    uint64_t number = *inner | end, less = number - begin, rest = less - *borrow;
+    *borrow = (number < begin) | (less < *borrow);
+    *inner = number & rest & ~end;
+    *outer &= number & rest;
+}
+
+void rmap_bit_groups_reach(struct rmap_bit_groups *groups, const uint64_t *bits, uint32_t least,
+                           uint64_t *out)
+{
+    uint64_t borrow[RMAP_BIT_GROUPS_LEAST_MAX] = {0}, before = 1;
+    size_t n_word = rmap_bit_words(groups->n_bit);
+    for (size_t w = 0; w < n_word; w++) {
+        uint64_t end = groups->last[w], begin = end << 1 | before;
+        uint64_t inner = bits[w] & ~end, outer = bits[w] & end, any = end;
+        before = end >> 63;
+        for (uint32_t k = 0; k + 1 < least; k++)
+            drop_lowest(end, begin, &inner, &outer, &borrow[k]);
+        drop_lowest(end, begin, &inner, &any, &borrow[least - 1]);
+        groups->found[w] = outer | any;
+    }
+    give(groups, groups->found, groups->last, out);
+}
+
+void rmap_bit_groups_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
+                            uint64_t *out)
+{
+    uint64_t borrow = 0, before = 1;
+    size_t n_word = rmap_bit_words(groups->n_bit);
+    for (size_t w = 0; w < n_word; w++) {
+        uint64_t end = groups->last[w], begin = end << 1 | before;
+        uint64_t number = bits[w] | end, less = number - begin, rest = less - borrow;
+        borrow = (number < begin) | (less < borrow);
+        before = end >> 63;
+        out[w] = ~(number ^ rest);
+    }
+}
+
+void rmap_bit_groups_first(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)
+{
+    uint64_t before = 1;
+    size_t n_word = rmap_bit_words(groups->n_bit);
+    for (size_t w = 0; w < n_word; w++) {
+        groups->found[w] = groups->last[w] << 1 | before;
+        before = groups->last[w] >> 63;
+    }
+    if (groups->n_bit % 64 > 0) /* behind the last group there is none */
+        groups->found[n_word - 1] &= (UINT64_C(1) << groups->n_bit % 64) - 1;
+    give(groups, bits, groups->found, out);
+}
+
+void rmap_bit_groups_last(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)
+{
+    give(groups, bits, groups->last, out);
+}
+
+/* Eight bits as eight bytes of 0 or 255. */
+static inline uint64_t widen(uint64_t bits)
+{
+    uint64_t each = (bits & 255) * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
+    uint64_t one = (each + UINT64_C(0x7f7f7f7f7f7f7f7f)) >> 7 & UINT64_C(0x0101010101010101);
+    return one * 255;
+}
+
+static void plain_bytes(const uint64_t *bits, size_t first, size_t n, uint8_t is, uint8_t other,
+                        uint8_t *byte)
+{
+    const uint64_t no = other * UINT64_C(0x0101010101010101);
+    const uint64_t change = (uint8_t)(is ^ other) * UINT64_C(0x0101010101010101);
+    size_t i = first;
+    for (; i + 8 <= n; i += 8) {
+        uint64_t eight = (widen(bits[i / 64] >> i % 64) & change) ^ no;
+        memcpy(byte + i, &eight, sizeof eight);
+    }
+    for (; i < n; i++)
+        byte[i] = bits[i / 64] >> i % 64 & 1 ? is : other;
+}
+
+#ifdef RMAP_BIT_GROUPS_BMI2
+/* 32 at a time: each byte gets the byte that its bit is in, and keeps that bit. */
+__attribute__((target("avx2"))) static size_t wide_bytes(const uint64_t *bits, size_t n, uint8_t is,
+                                                         uint8_t other, uint8_t *byte)
+{
+    const __m256i own = _mm256_setr_epi8(0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 2, 2, 2, 2,
+                                         2, 2, 2, 2, 3, 3, 3, 3, 3, 3, 3, 3);
+    const __m256i bit = _mm256_set1_epi64x((long long)UINT64_C(0x8040201008040201));
+    const __m256i yes = _mm256_set1_epi8((char)is), no = _mm256_set1_epi8((char)other);
+    size_t i = 0;
+    for (; i + 32 <= n; i += 32) {
+        __m256i four = _mm256_set1_epi32((int)(uint32_t)(bits[i / 64] >> i % 64));
+        __m256i each = _mm256_and_si256(_mm256_shuffle_epi8(four, own), bit);
+        each = _mm256_cmpeq_epi8(each, bit);
+        _mm256_storeu_si256((void *)(byte + i), _mm256_blendv_epi8(no, yes, each));
+    }
+    return i;
+}
+
+static size_t vector_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte)
+{
+    return __builtin_cpu_supports("avx2") ? wide_bytes(bits, n, is, other, byte) : 0;
+}
+#else
+static size_t vector_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte)
+{
+    (void)bits;
+    (void)n;
+    (void)is;
+    (void)other;
+    (void)byte;
+    return 0;
+}
+#endif
+
+void rmap_bits_to_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte)
+{
+    plain_bytes(bits, vector_bytes(bits, n, is, other, byte), n, is, other, byte);
+}
