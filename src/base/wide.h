@@ -18,4 +18,14 @@
 #define RMAP_WIDE_SHIFTS
 #endif
 
+/* For a function with constants among its arguments: a copy for each of its callers, in which they
+ * are known and its loops are laid out. */
+#if defined(__GNUC__)
+#define RMAP_COPIED static inline __attribute__((always_inline))
+#define RMAP_UNROLL _Pragma("GCC unroll 16")
+#else
+#define RMAP_COPIED static inline
+#define RMAP_UNROLL
+#endif
+
 #endif

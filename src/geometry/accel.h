@@ -33,6 +33,13 @@ struct rmap_contact {
     bool backward;  /* the ray now runs against the first direction */
 };
 
+/* The ray starts in space: none of the surfaces counts, whatever stands there. */
+static inline void rmap_contact_clear(struct rmap_contact *contact)
+{
+    contact->n = contact->passed = 0;
+    contact->backward = false;
+}
+
 struct rmap_ray {
     struct rmap_vec3 origin;
     struct rmap_vec3 direction; /* unit */

@@ -36,11 +36,29 @@ static const double log_unit_error_6 = -11.618; /* 9e-6 */
 static const double log_unit_error_8 = -18.644; /* 8e-9 */
 static const double first_share = 0.85;         /* of that: less is lost by a step too short */
 
+static double first_step(const struct rmap_gradient *gradient, const struct rmap_curve_pair *pair,
+                         double log_unit_error)
+{
+    double allowed = log(gradient->options.tolerance / gradient->size);
+    return exp((allowed - log_unit_error) / pair->exponent);
+}
+
+void rmap_curve_prepare(struct rmap_gradient *gradient)
+{
+    gradient->options.first_6 = first_step(gradient, &rmap_curve_pair_6, log_unit_error_6);
+    gradient->options.first_8 = first_step(gradient, &rmap_curve_pair_8, log_unit_error_8);
+}
+
 /* The steps in t, of either pair, that a field like a polynomial over `best_step` allows. */
 static void guess_steps(struct rmap_curve *curve, struct rmap_vec3 direction)
 {
     const struct rmap_gradient *gradient = curve->gradient;
     const struct rmap_field *field = gradient->field;
+    double step_6 = gradient->options.first_6, step_8 = gradient->options.first_8;
+    if (!(step_8 > 0.0)) {
+        step_6 = first_step(gradient, &rmap_curve_pair_6, log_unit_error_6);
+        step_8 = first_step(gradient, &rmap_curve_pair_8, log_unit_error_8);
+    }
     double reach = gradient->size;
     if (field->ops->best_step) {
         struct rmap_vec3 p = rmap_affine_point(&gradient->to_local, curve->state.r);
@@ -51,9 +69,6 @@ static void guess_steps(struct rmap_curve *curve, struct rmap_vec3 direction)
     if (!(reach > 0.0)) {
         reach = gradient->size;
     }
-    double allowed = log(gradient->options.tolerance / gradient->size);
-    double step_6 = exp((allowed - log_unit_error_6) / rmap_curve_pair_6.exponent);
-    double step_8 = exp((allowed - log_unit_error_8) / rmap_curve_pair_8.exponent);
     curve->share_6 = step_6 / step_8;
     curve->next_h =
         rmap_min(first_share * safety * step_8 * reach, gradient->size) / curve->state.n;
@@ -101,15 +116,15 @@ static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
     return true;
 }
 
-static double change_after(const struct rmap_curve_pair *pair, double log_error)
+static inline double change_after(const struct rmap_curve_pair *pair, double log_error)
 {
     double change = safety * exp(-log_error / pair->exponent);
     return rmap_min(rmap_max(change, least_change), greatest_change);
 }
 
 /* The step that an error suggests next, of the pair of order 8. */
-static double suggest(const struct rmap_curve *curve, const struct rmap_curve_pair *pair, double h,
-                      double error, double growth)
+static inline double suggest(const struct rmap_curve *curve, const struct rmap_curve_pair *pair,
+                             double h, double error, double growth)
 {
     double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
     double change = change_after(pair, log(rmap_max(error, 1e-10)));
@@ -118,7 +133,7 @@ static double suggest(const struct rmap_curve *curve, const struct rmap_curve_pa
 }
 
 /* From the last step; one that was cut very short says little about the next. */
-static void learn(struct rmap_curve *curve)
+static inline void learn(struct rmap_curve *curve)
 {
     double h = curve->last_h;
     if (!(h > 0.0))
@@ -133,8 +148,8 @@ static void learn(struct rmap_curve *curve)
 /* Steps to the end of a way, in t: the pair of order 6 where one of its steps is enough, or where
  * neither the field nor the way is known yet; else full steps of order 8 where the rest is then one
  * of order 6; else equal ones. */
-static const struct rmap_curve_pair *plan_step(const struct rmap_curve *curve, double way,
-                                               double *h)
+static inline const struct rmap_curve_pair *plan_step(const struct rmap_curve *curve, double way,
+                                                      double *h)
 {
     double full = curve->next_h, small = curve->share_6 * full;
     double parts = ceil(way / full);
@@ -147,8 +162,8 @@ static const struct rmap_curve_pair *plan_step(const struct rmap_curve *curve, d
 }
 
 /* Error-controlled; `way`, to where the caller would like to get, and `longest` are in t. */
-static bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step, double way,
-                             double longest)
+static inline bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step,
+                                    double way, double longest)
 {
     double growth = greatest_change;
     learn(curve);
@@ -223,6 +238,7 @@ static double seed_length(const struct rmap_curve_options *options,
     return options->step_min + share * (options->step_max - options->step_min);
 }
 
+RMAP_WIDE
 bool rmap_curve_advance(struct rmap_curve *curve, double length_max, struct rmap_curve_step *step)
 {
     const struct rmap_curve_options *options = &curve->gradient->options;

@@ -67,6 +67,9 @@ struct rmap_curve {
     bool blind;          /* the last step ended where the field has no value */
 };
 
+/* Works out first_6 and first_8 of the medium's options, which stand and change no more. */
+void rmap_curve_prepare(struct rmap_gradient *gradient);
+
 /* From a point in a unit direction. False where the field has no value. */
 bool rmap_curve_begin(struct rmap_curve *curve, const struct rmap_gradient *gradient, int channel,
                       struct rmap_vec3 origin, struct rmap_vec3 direction);

@@ -13,8 +13,10 @@ void rmap_curve_at(const struct rmap_curve_step *step, double theta, struct rmap
     double t = theta * step->h;
     double share = t / step->whole;
     rmap_wide shares = {share, share, share, share};
-    rmap_wide of_r = {0}, of_T = {0};
-    for (int k = RMAP_CURVE_POWERS - 1; k >= 0; k--) {
+    rmap_wide of_r, of_T;
+    rmap_wide_load(&of_r, step->bend[RMAP_CURVE_POWERS - 1]);
+    rmap_wide_load(&of_T, step->turn[RMAP_CURVE_POWERS - 1]);
+    for (int k = RMAP_CURVE_POWERS - 2; k >= 0; k--) {
         rmap_wide_horner(&shares, step->bend[k], &of_r);
         rmap_wide_horner(&shares, step->turn[k], &of_T);
     }
@@ -133,19 +135,21 @@ void rmap_curve_measure(struct rmap_curve_step *step)
 /* The dense output's end made a step of its own, T improved where that has a need. */
 static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, double theta)
 {
-    struct rmap_curve_step whole = *step;
     struct rmap_curve_state *to = &step->to;
-    rmap_curve_at(&whole, theta, &to->r, &to->T);
+    double optical = 0.0, length = 0.0;
+    rmap_curve_at(step, theta, &to->r, &to->T);
     if (!step->rough)
-        rmap_curve_lengths(&whole, theta, &step->optical, &step->length);
-    if (whole.pair && whole.pair->has_finer && whole.between > 1.0) {
-        (void)rmap_curve_nystrom_finer(curve, &whole, theta, &to->T);
+        rmap_curve_lengths(step, theta, &optical, &length);
+    if (step->pair && step->pair->has_finer && step->between > 1.0) {
+        (void)rmap_curve_nystrom_finer(curve, step, theta, &to->T);
     }
     if (!rmap_curve_evaluate(curve, to)) { /* the edge of the field, within rounding */
         to->n = rmap_length(to->T);
     }
     to->T = rmap_scale(to->T, to->n / rmap_length(to->T));
-    step->h = theta * whole.h;
+    step->h = theta * step->h;
+    step->optical = optical;
+    step->length = length;
     if (step->rough)
         rmap_curve_measure(step);
 }

@@ -2,17 +2,26 @@
  *
  * Steps of the Runge-Kutta-Nystroem pairs and their errors.
  */
-#include "gradient/curve_internal.h"
+#include "gradient/curve_pairs.h"
+
+/* sum + weight D. A coefficient of 0 costs nothing where it is known. */
+RMAP_COPIED void add_stage(double weight, const double D[4], rmap_wide *sum)
+{
+    rmap_wide of;
+    if (weight != 0.0) {
+        rmap_wide_load(&of, D);
+        rmap_wide_axpy(weight, &of, sum);
+    }
+}
 
 /* Sum of the stages' D, weighted. */
-static inline void combine(const double *weight, const struct rmap_curve_step *step, int count,
-                           rmap_wide *sum)
+RMAP_COPIED void combine(const double *weight, const struct rmap_curve_step *step, int count,
+                         rmap_wide *sum)
 {
     *sum = (rmap_wide){0};
+    RMAP_UNROLL
     for (int i = 0; i < count; i++) {
-        rmap_wide D;
-        rmap_wide_load(&D, step->D[i]);
-        rmap_wide_axpy(weight[i], &D, sum);
+        add_stage(weight[i], step->D[i], sum);
     }
 }
 
@@ -21,36 +30,75 @@ static inline double length_of(const rmap_wide *a)
     return rmap_length(rmap_wide_vec3(a));
 }
 
+/* D = n grad n */
+static inline bool evaluate(const struct rmap_curve *curve, const rmap_wide *r, double *n,
+                            double D[4])
+{
+    struct rmap_vec3 slope;
+    rmap_wide of;
+    if (!rmap_gradient_at(curve->gradient, curve->channel, rmap_wide_vec3(r), n, &slope)) {
+        return false;
+    }
+    rmap_wide_set(&of, slope);
+    of = of * *n;
+    rmap_wide_store(&of, D);
+    return true;
+}
+
+RMAP_COPIED bool step_with(const struct rmap_curve_pair *pair, int stages, struct rmap_curve *curve,
+                           struct rmap_curve_step *step, double h)
+{
+    rmap_wide from_r, from_T, r, sum;
+    step->pair = pair;
+    step->n_stage = stages;
+    rmap_wide_set(&from_r, step->from.r);
+    rmap_wide_set(&from_T, step->from.T);
+    rmap_wide_set(&r, step->from.D);
+    rmap_wide_store(&r, step->D[0]);
+    RMAP_UNROLL
+    for (int i = 1; i < stages; i++) {
+        combine(pair->coupling[i], step, i, &sum);
+        r = from_r;
+        rmap_wide_axpy(pair->node[i] * h, &from_T, &r);
+        rmap_wide_axpy(h * h, &sum, &r);
+        curve->n_evaluation++;
+        if (!evaluate(curve, &r, &step->to.n, step->D[i])) {
+            return false;
+        }
+    }
+    combine(pair->weight_T, step, stages, &sum);
+    rmap_wide_axpy(h, &sum, &from_T);
+    step->to.r = rmap_wide_vec3(&r);
+    step->to.T = rmap_wide_vec3(&from_T);
+    const double *D = step->D[stages - 1];
+    step->to.D = rmap_vec3(D[0], D[1], D[2]);
+    return true;
+}
+
 RMAP_WIDE
 bool rmap_curve_nystrom(struct rmap_curve *curve, const struct rmap_curve_pair *pair,
                         struct rmap_curve_step *step, double h)
 {
-    struct rmap_curve_state at = {.D = step->from.D};
-    rmap_wide from_r, from_T, sum, D;
     step->h = step->whole = h;
-    step->pair = pair;
-    step->n_stage = pair->stages;
-    rmap_wide_set(&from_r, step->from.r);
-    rmap_wide_set(&from_T, step->from.T);
-    rmap_wide_set(&D, step->from.D);
-    rmap_wide_store(&D, step->D[0]);
-    for (int i = 1; i < pair->stages; i++) {
-        rmap_wide r = from_r;
-        combine(pair->coupling[i], step, i, &sum);
-        rmap_wide_axpy(pair->node[i] * h, &from_T, &r);
-        rmap_wide_axpy(h * h, &sum, &r);
-        at.r = rmap_wide_vec3(&r);
-        if (!rmap_curve_evaluate(curve, &at)) {
-            return false;
-        }
-        rmap_wide_set(&D, at.D);
-        rmap_wide_store(&D, step->D[i]);
-    }
-    combine(pair->weight_T, step, pair->stages, &sum);
-    rmap_wide_axpy(h, &sum, &from_T);
-    at.T = rmap_wide_vec3(&from_T);
-    step->to = at;
-    return true;
+    return pair == &rmap_curve_pair_8 ? step_with(&rmap_curve_pair_8, 9, curve, step, h)
+                                      : step_with(&rmap_curve_pair_6, 6, curve, step, h);
+}
+
+/* h times the error of r, the error of T, and what is two and four orders rougher. */
+struct defects {
+    double place, turn, rough, rougher;
+};
+
+RMAP_COPIED struct defects defects_with(const struct rmap_curve_pair *pair, int stages,
+                                        const struct rmap_curve_step *step)
+{
+    rmap_wide of_r, of_T, of_rough, of_rougher;
+    combine(pair->defect_r, step, stages, &of_r);
+    combine(pair->defect_T, step, stages, &of_T);
+    combine(pair->rough, step, stages, &of_rough);
+    combine(pair->rougher, step, stages, &of_rougher);
+    return (struct defects){length_of(&of_r), length_of(&of_T), length_of(&of_rough),
+                            length_of(&of_rougher)};
 }
 
 /* The embedded defect is the error of the lower order, far more than that of the step. As in
@@ -62,44 +110,38 @@ double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curv
 {
     const struct rmap_gradient *gradient = curve->gradient;
     const struct rmap_curve_pair *pair = step->pair;
-    double h = step->h;
-    rmap_wide of_r = {0}, of_T = {0}, of_rough = {0}, of_rougher = {0};
-    for (int i = 0; i < pair->stages; i++) {
-        rmap_wide D;
-        rmap_wide_load(&D, step->D[i]);
-        rmap_wide_axpy(pair->defect_r[i], &D, &of_r);
-        rmap_wide_axpy(pair->defect_T[i], &D, &of_T);
-        rmap_wide_axpy(pair->rough[i], &D, &of_rough);
-        rmap_wide_axpy(pair->rougher[i], &D, &of_rougher);
+    struct defects of = pair == &rmap_curve_pair_8 ? defects_with(&rmap_curve_pair_8, 9, step)
+                                                   : defects_with(&rmap_curve_pair_6, 6, step);
+    double h = step->h, place = h * of.place;
+    double fall = pair->smoothness * of.turn;
+    if (of.rougher > 0.0) {
+        fall = rmap_max(fall, pair->smoothness * of.rough * of.rough / of.rougher);
     }
-    double place = h * length_of(&of_r), turn = length_of(&of_T);
-    double rough = length_of(&of_rough), rougher = length_of(&of_rougher);
-    double fall = pair->smoothness * turn;
-    if (rougher > 0.0) {
-        fall = rmap_max(fall, pair->smoothness * rough * rough / rougher);
-    }
-    double share = fall < rough ? fall / rough : 1.0;
-    double angle = turn / step->to.n * gradient->size;
+    double share = fall < of.rough ? fall / of.rough : 1.0;
+    double angle = of.turn / step->to.n * gradient->size;
     step->error = share * h * place;
     step->between = sqrt(share) * h * angle / gradient->options.tolerance;
     return rmap_max(step->error, share * h * angle) / gradient->options.tolerance;
 }
 
+RMAP_COPIED void dense_with(const struct rmap_curve_pair *pair, int stages,
+                            struct rmap_curve_step *step)
+{
+    RMAP_UNROLL
+    for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
+        rmap_wide bend;
+        combine(pair->dense[k], step, stages, &bend);
+        rmap_curve_set_bend(step, k, &bend);
+    }
+}
+
 RMAP_WIDE
 void rmap_curve_nystrom_finish(struct rmap_curve_step *step)
 {
-    const struct rmap_curve_pair *pair = step->pair;
-    rmap_wide bend[RMAP_CURVE_POWERS] = {{0}};
-    for (int i = 0; i < pair->stages; i++) {
-        rmap_wide D;
-        rmap_wide_load(&D, step->D[i]);
-        for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
-            rmap_wide_axpy(pair->dense[k][i], &D, &bend[k]);
-        }
-    }
-    for (int k = 0; k < RMAP_CURVE_POWERS; k++) {
-        rmap_curve_set_bend(step, k, &bend[k]);
-    }
+    if (step->pair == &rmap_curve_pair_8)
+        dense_with(&rmap_curve_pair_8, 9, step);
+    else
+        dense_with(&rmap_curve_pair_6, 6, step);
     rmap_curve_measure(step);
 }
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "gradient/curve.h"
 #include "scene/bounds.h"
 
 static bool is_gradient(const struct rmap_scene *scene, int32_t medium)
@@ -223,6 +224,7 @@ static enum rmap_status fill_in(struct rmap_scene *scene, struct rmap_error *err
                                   "medium '%s' stands in a frame that is singular (a scale of 0?)",
                                   medium->name ? medium->name : "");
         RMAP_TRY(check_options(gradient, medium, err));
+        rmap_curve_prepare(gradient);
     }
 out:
     return st;

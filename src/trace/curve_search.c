@@ -73,7 +73,7 @@ static bool starts_on_surface(const struct rmap_curve_search *search)
 
 static void leave_surface(struct rmap_curve_search *search)
 {
-    search->ray.contact = (struct rmap_contact){0};
+    rmap_contact_clear(&search->ray.contact);
 }
 
 bool rmap_curve_search_start(struct rmap_curve_search *search, const struct rmap_curve_state *state,
@@ -127,9 +127,11 @@ static bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struc
 static bool meets_in_space(struct rmap_curve_search *search, struct rmap_vec3 from,
                            struct rmap_vec3 to)
 {
-    struct rmap_contact contact = search->ray.contact;
     struct rmap_hit hit;
     double share;
+    if (!starts_on_surface(search))
+        return meets(search, from, to, &hit, &share);
+    struct rmap_contact contact = search->ray.contact;
     leave_surface(search);
     bool met = meets(search, from, to, &hit, &share);
     search->ray.contact = contact;

@@ -164,7 +164,7 @@ static inline void rmap_walk_scatter(struct rmap_walk *walk, const struct rmap_a
     const struct rmap_medium *medium = &walk->scene->medium[walk->ray.medium];
     walk->ray.origin = arrival->leg.to;
     walk->ray.direction = rmap_scatter(medium, &walk->draw, walk->ray.direction);
-    walk->ray.contact = (struct rmap_contact){0};
+    rmap_contact_clear(&walk->ray.contact);
 }
 
 #endif

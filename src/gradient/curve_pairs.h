@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The coefficients. A unit test checks the order conditions of every column.
+ * The coefficients, for the one file that takes steps with them: there the compiler sees every
+ * number. A unit test checks the order conditions of every column.
  *
  * Order 6: RKN6(4)6FD with its interpolant (Dormand, Prince 1987, "Runge-Kutta-Nystrom triples",
  * Comput. Math. Applic. 13, 937, doi:10.1016/0898-1221(87)90066-8); closed forms in sqrt(8581).
@@ -9,6 +10,9 @@
  * the least squares of the order conditions of 7 stages' weights as polynomials of theta: exact up
  * to order 6, within 2e-9 for r of order 7, and meeting r, T and D at both ends.
  */
+#ifndef RMAP_CURVE_PAIRS_H
+#define RMAP_CURVE_PAIRS_H
+
 #include "gradient/curve_internal.h"
 
 const struct rmap_curve_pair rmap_curve_pair_6 = {
@@ -121,3 +125,5 @@ const struct rmap_curve_pair rmap_curve_pair_8 = {
                -0.00141153382176605684265, -0.00050007495494024803404, 0.00101629296640487499633,
                -0.00810154925115477938163}},
 };
+
+#endif
