@@ -16,8 +16,10 @@ void rmap_camera_ray(const struct rmap_camera *camera, const uint32_t size[2], u
     double pixel = 2.0 * camera->slope / (double)size[1];
     double right = ((double)x + u[0] - 0.5 * (double)size[0]) * pixel;
     double up = (0.5 * (double)size[1] - (double)y - u[1]) * pixel;
-    *ray = (struct rmap_ray){
-        .origin = camera->at, .medium = camera->medium, .gradient = camera->gradient};
+    ray->origin = camera->at;
+    ray->medium = camera->medium;
+    ray->gradient = camera->gradient;
+    rmap_contact_clear(&ray->contact);
     if (camera->type == RMAP_CAMERA_PINHOLE) {
         ray->direction = rmap_normalize(combine(camera, right, up, 1.0));
         return;

@@ -73,6 +73,7 @@ static enum rmap_status make_light(const struct rmap_lights *lights,
         return rmap_error_set(err, RMAP_INPUT, "source '%s': its transform is singular",
                               source->name);
     light->area = emitter_area(lights->scene, source);
+    light->normal = rmap_source_flat_normal(source);
     if (source->shape == RMAP_EMITTER_MESH)
         bound_mesh(lights->scene->geometry[source->shape_geometry].mesh, light);
     if (source->type == RMAP_SOURCE_POINT)
@@ -149,8 +150,7 @@ static bool see_point(const struct rmap_lights *lights, struct rmap_vec3 from,
         return false;
     sample->distance = sqrt(square);
     sample->direction = rmap_scale(away, 1.0 / sample->distance);
-    struct rmap_vec3 axis = rmap_affine_vector(&source->frame, rmap_vec3(0.0, 0.0, 1.0));
-    double cosine = -rmap_dot(sample->direction, rmap_normalize(axis));
+    double cosine = -rmap_dot(sample->direction, sample->light->normal);
     if (source->distribution == RMAP_DISTRIBUTION_CONE && cosine < cos(source->cone_rad))
         return false;
     if (source->distribution == RMAP_DISTRIBUTION_COSINE)
@@ -184,16 +184,20 @@ static bool see_area(const struct rmap_lights *lights, struct rmap_vec3 from, co
                      struct rmap_light_sample *sample)
 {
     const struct rmap_light *light = sample->light;
-    struct rmap_vec3 normal;
-    struct rmap_vec3 point = rmap_source_point(lights->scene, light->source, u, &normal);
+    struct rmap_vec3 point, normal = light->normal;
+    if (light->source->shape == RMAP_EMITTER_MESH)
+        point = rmap_source_point(lights->scene, light->source, u, &normal);
+    else
+        point = rmap_source_flat_point(light->source, u);
     struct rmap_vec3 away = rmap_sub(point, from);
     double square = rmap_dot(away, away);
     double towards = -rmap_dot(away, normal);
     if (!(square > 0.0) || !(towards > 0.0))
         return false;
     sample->distance = sqrt(square);
-    sample->direction = rmap_scale(away, 1.0 / sample->distance);
-    sample->irradiance = light->strength * light->area * towards / (square * sample->distance);
+    double inverse = 1.0 / sample->distance;
+    sample->direction = rmap_scale(away, inverse);
+    sample->irradiance = light->strength * light->area * towards * (inverse * inverse * inverse);
     return true;
 }
 

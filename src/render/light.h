@@ -14,6 +14,7 @@ struct rmap_light {
     double strength;                  /* AREA: radiance, flux unit / (m2 sr); POINT: intensity on
                                          the axis, per sr; COLLIMATED: irradiance, per m2 */
     double area;                      /* of an emitter, in scene units squared */
+    struct rmap_vec3 normal;          /* of all but meshes: of the side that shines */
     struct rmap_vec3 centre;          /* MESH: of a sphere about it */
     double radius;
     double share; /* MANY lights: cumulative probability of being looked at */

@@ -13,6 +13,7 @@ struct path {
     struct rmap_render_counts *counts;
     struct rmap_walk walk;
     uint64_t pixel, sample;
+    double left[2]; /* of the pixel's random numbers */
     double rgb[3];
     double scale;  /* of diffuse transmission between media of different index */
     bool looked;   /* at all lights, from where the leg in hand begins */
@@ -32,13 +33,21 @@ static double evenly(double turned, uint64_t n, int dimension)
     static const double step[6] = {0.8986537126286993, 0.8075784952213448, 0.7257324129541098,
                                    0.6521813758735186, 0.5860842155744211, 0.5266857563519894};
     double place = turned + (double)n * step[dimension];
-    return place - floor(place);
+    return place - (double)(int64_t)place; /* floor() is a call */
 }
 
-static void draw_camera(const struct path *path, double u[4])
+/* A pinhole has no need of a place on a lens: its pixel's random numbers for that are left. */
+static bool has_lens(const struct path *path)
+{
+    return path->renderer->camera->type != RMAP_CAMERA_PINHOLE;
+}
+
+static void draw_camera(struct path *path, double u[4])
 {
     rmap_rng(path->renderer->seed, path->pixel, 0, RMAP_RNG_CAMERA, u);
-    for (int k = 0; k < 4; k++)
+    path->left[0] = u[2];
+    path->left[1] = u[3];
+    for (int k = 0; k < (has_lens(path) ? 4 : 2); k++)
         u[k] = evenly(u[k], path->sample, k);
 }
 
@@ -46,12 +55,13 @@ static void draw_light(const struct path *path, int draw, double u[4])
 {
     const struct rmap_draw *at = &path->walk.draw;
     uint32_t which = (uint32_t)draw << 28; /* above every step that a path can have */
-    double turned[4];
+    double turned[4] = {path->left[0], path->left[1]};
     if (path->lit_once || path->renderer->lights->four_numbers)
         rmap_rng(at->seed, at->ray, at->step | which, RMAP_RNG_LIGHT, u);
     if (path->lit_once)
         return;
-    rmap_rng(at->seed, path->pixel, which, RMAP_RNG_LIGHT, turned);
+    if (draw > 0 || has_lens(path))
+        rmap_rng(at->seed, path->pixel, which, RMAP_RNG_LIGHT, turned);
     for (int k = 0; k < 2; k++)
         u[k] = evenly(turned[k], path->sample, 4 + k);
 }
@@ -194,7 +204,7 @@ static double response(const struct path *path, const struct receiver *receiver,
 {
     double cosine = rmap_dot(light, receiver->normal);
     if (!receiver->inside)
-        return cosine > 0.0 ? receiver->factor * cosine / RMAP_PI : 0.0;
+        return cosine > 0.0 ? receiver->factor * cosine * (1.0 / RMAP_PI) : 0.0;
     double g = path->renderer->scene->medium[receiver->ray.medium].scattering_g;
     double square = 1.0 + g * g - 2.0 * g * rmap_dot(light, receiver->direction);
     return (1.0 - g * g) / (4.0 * RMAP_PI * square * sqrt(square));
@@ -318,7 +328,7 @@ static bool scatter(struct path *path, const struct rmap_arrival *arrival)
     struct receiver receiver = {
         .ray = walk->ray, .direction = walk->ray.direction, .inside = true, .factor = 1.0};
     receiver.ray.origin = arrival->leg.to;
-    receiver.ray.contact = (struct rmap_contact){0};
+    rmap_contact_clear(&receiver.ray.contact);
     path->looked = walk->ray.gradient == 0;
     if (path->looked)
         look(path, &receiver);

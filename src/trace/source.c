@@ -79,12 +79,17 @@ static struct rmap_vec3 point_on_mesh(const struct rmap_scene *scene,
     return rmap_axpy(root * (1.0 - u[1]), a, rmap_axpy(root * u[1], b, corner[0]));
 }
 
-struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct rmap_source *source,
-                                   const double u[4], struct rmap_vec3 *normal)
+struct rmap_vec3 rmap_source_flat_normal(const struct rmap_source *source)
+{
+    return rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(0.0, 0.0, 1.0)));
+}
+
+struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const double u[4])
 {
     struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 0.0);
     switch (source->shape) {
     case RMAP_EMITTER_POINT:
+    case RMAP_EMITTER_MESH:
         break;
     case RMAP_EMITTER_DISC:
         local = point_on_disc(source->shape_size[0], u);
@@ -93,11 +98,17 @@ struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct 
         local = rmap_vec3((u[0] - 0.5) * source->shape_size[0],
                           (u[1] - 0.5) * source->shape_size[1], 0.0);
         break;
-    case RMAP_EMITTER_MESH:
-        return point_on_mesh(scene, source, u, normal);
     }
-    *normal = rmap_normalize(rmap_affine_vector(&source->frame, rmap_vec3(0.0, 0.0, 1.0)));
     return rmap_affine_point(&source->frame, local);
+}
+
+struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct rmap_source *source,
+                                   const double u[4], struct rmap_vec3 *normal)
+{
+    if (source->shape == RMAP_EMITTER_MESH)
+        return point_on_mesh(scene, source, u, normal);
+    *normal = rmap_source_flat_normal(source);
+    return rmap_source_flat_point(source, u);
 }
 
 static void emit_list(const struct rmap_source *source, uint64_t ordinal,

@@ -21,4 +21,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
 struct rmap_vec3 rmap_source_point(const struct rmap_scene *scene, const struct rmap_source *source,
                                    const double u[4], struct rmap_vec3 *normal);
 
+/* The same of an emitter that is no mesh, and its normal everywhere. */
+struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const double u[4]);
+struct rmap_vec3 rmap_source_flat_normal(const struct rmap_source *source);
+
 #endif
