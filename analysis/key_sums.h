@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
- * Sums by keys of 128 bits: an open-addressing table of entries of 64 bytes, a line of a cache
- * each. It holds a stated number of keys and never more, and says so when it is full: whether it is
- * depends on the keys alone, not on their order.
+ * Sums by keys of 128 bits. Entries of 64 bytes, a line of a cache each, stand in the order in
+ * which their keys came; an open-addressing table of small slots, of which many fit into a cache,
+ * tells where. It holds a stated number of keys and never more, and says so when it is full:
+ * whether it is depends on the keys alone, not on their order.
  */
 #ifndef RMAP_KEY_SUMS_H
 #define RMAP_KEY_SUMS_H
@@ -23,56 +24,85 @@ struct rmap_key_sum {
     uint64_t number[4]; /* what they are is the user's; 0 in a new entry */
 };
 
+/* Keys that it may be asked to hold. */
+#define RMAP_KEY_SUMS_MOST ((size_t)1 << 31)
+
 struct rmap_key_sums {
-    struct rmap_key_sum *slot; /* [n_slot]; key.high 0: free */
-    size_t n_slot, n;
+    struct rmap_key_sum *entry; /* [n_entry]: a few, or room for `most` whose pages come with use */
+    uint32_t *slot;  /* [n_slot]; 0: free; else index of an entry + 1, and bits of its key above */
+    uint32_t number; /* bits of a slot that are the index */
+    size_t n_slot, n_entry, n;
     size_t most; /* keys */
 };
 
-/* Memory that a full table takes; while it grows to that, a quarter more. */
+/* Memory that a full table takes. */
 size_t rmap_key_sums_nbytes(size_t most);
 
+/* most: below RMAP_KEY_SUMS_MOST. */
 void rmap_key_sums_init(struct rmap_key_sums *sums, size_t most);
 void rmap_key_sums_fini(struct rmap_key_sums *sums);
 
-/* The key's entry, which is new where weight and numbers are all 0. *entry_ret: NULL when the table
- * is full and has no such key. Valid until the next call. RMAP_SYSTEM. */
-enum rmap_status rmap_key_sums_enter(struct rmap_key_sums *sums, struct rmap_key key,
-                                     struct rmap_key_sum **entry_ret,
-                                     struct rmap_error *err) RMAP_MUST_USE;
-
-static inline size_t rmap_key_sums_slot(const struct rmap_key_sums *sums, struct rmap_key key)
+static inline uint64_t rmap_key_sums_mixed(struct rmap_key key)
 {
-    const uint64_t mixed =
-        (key.low ^ key.high * UINT64_C(0x9e3779b97f4a7c15)) * UINT64_C(0xd6e8feb86659fd93);
-    return (size_t)(mixed >> 32) & (sums->n_slot - 1);
+    return (key.low ^ key.high * UINT64_C(0x9e3779b97f4a7c15)) * UINT64_C(0xd6e8feb86659fd93);
 }
 
-/* Where the key is, or the free slot where it would be. There are slots. */
-static inline size_t rmap_key_sums_place(const struct rmap_key_sums *sums, struct rmap_key key)
+static inline size_t rmap_key_sums_slot(const struct rmap_key_sums *sums, uint64_t mixed)
 {
-    size_t at = rmap_key_sums_slot(sums, key);
-    while (sums->slot[at].key.high != 0 &&
-           (sums->slot[at].key.low != key.low || sums->slot[at].key.high != key.high))
-        at = (at + 1) & (sums->n_slot - 1);
-    return at;
+    return (size_t)(mixed >> 20) & (sums->n_slot - 1);
+}
+
+/* The key's entry, or NULL; *slot_ret: where it is, or the free slot where it would be. There are
+ * slots. */
+static inline struct rmap_key_sum *rmap_key_sums_look(const struct rmap_key_sums *sums,
+                                                      struct rmap_key key, size_t *slot_ret)
+{
+    const uint64_t mixed = rmap_key_sums_mixed(key);
+    const uint32_t bits = (uint32_t)(mixed >> 32);
+    size_t at = rmap_key_sums_slot(sums, mixed);
+    for (uint32_t found; (found = sums->slot[at]) != 0; at = (at + 1) & (sums->n_slot - 1)) {
+        if ((found ^ bits) & ~sums->number)
+            continue;
+        struct rmap_key_sum *sum = &sums->entry[(found & sums->number) - 1];
+        if (sum->key.low == key.low && sum->key.high == key.high) {
+            *slot_ret = at;
+            return sum;
+        }
+    }
+    *slot_ret = at;
+    return NULL;
 }
 
 /* The key's entry, or NULL. */
 static inline struct rmap_key_sum *rmap_key_sums_find(const struct rmap_key_sums *sums,
                                                       struct rmap_key key)
 {
-    if (sums->n_slot == 0)
-        return NULL;
-    struct rmap_key_sum *found = &sums->slot[rmap_key_sums_place(sums, key)];
-    return found->key.high != 0 ? found : NULL;
+    size_t slot;
+    return sums->n_slot > 0 ? rmap_key_sums_look(sums, key, &slot) : NULL;
+}
+
+/* Of a key that is not there; slot: as found by rmap_key_sums_look. */
+enum rmap_status rmap_key_sums_add(struct rmap_key_sums *sums, struct rmap_key key, size_t slot,
+                                   struct rmap_key_sum **entry_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* The key's entry, which is new where weight and numbers are all 0. *entry_ret: NULL when the table
+ * is full and has no such key. Valid until the next call. RMAP_SYSTEM. */
+static inline RMAP_MUST_USE enum rmap_status rmap_key_sums_enter(struct rmap_key_sums *sums,
+                                                                 struct rmap_key key,
+                                                                 struct rmap_key_sum **entry_ret,
+                                                                 struct rmap_error *err)
+{
+    size_t slot = 0;
+    *entry_ret = sums->n_slot > 0 ? rmap_key_sums_look(sums, key, &slot) : NULL;
+    return *entry_ret ? RMAP_OK : rmap_key_sums_add(sums, key, slot, entry_ret, err);
 }
 
 /* The key will be asked for soon. */
 static inline void rmap_key_sums_expect(const struct rmap_key_sums *sums, struct rmap_key key)
 {
     if (sums->n_slot > 0)
-        __builtin_prefetch(&sums->slot[rmap_key_sums_slot(sums, key)], 1);
+        __builtin_prefetch(&sums->slot[rmap_key_sums_slot(sums, rmap_key_sums_mixed(key))], 0);
 }
 
 /* All entries [n], in no order: rmap_free. */

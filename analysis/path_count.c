@@ -95,10 +95,10 @@ static enum rmap_status spill(struct rmap_path_counts *self, struct rmap_error *
         return RMAP_OK;
     if (!self->context->sketch) {
         RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
-        for (size_t i = 0; i < self->classes.n_slot; i++)
-            if (self->classes.slot[i].key.high != 0)
-                rmap_path_sketch_add(&self->sketch, self->classes.slot[i].key,
-                                     self->classes.slot[i].number[RMAP_PATH_RAYS]);
+        for (size_t i = 0; i < self->classes.n; i++) {
+            const struct rmap_key_sum *sum = &self->classes.entry[i];
+            rmap_path_sketch_add(&self->sketch, sum->key, sum->number[RMAP_PATH_RAYS]);
+        }
     }
     self->is_full = true;
     rmap_key_sums_fini(&self->classes);
@@ -260,6 +260,47 @@ static enum rmap_status reserve(struct rmap_path_buffers *buffers, size_t n, str
     return st;
 }
 
+/* Whether a ray's key alone says what it is added to. */
+static bool is_plain(const struct rmap_path_counts *self)
+{
+    const struct rmap_path_counting *context = self->context;
+    return !self->is_full && !context->chosen && !context->sketch && context->detector < 0 &&
+           (context->most_cells == 0 || self->cells_full);
+}
+
+/* Returns how many were added: all, unless there are more classes than may be. */
+static enum rmap_status add_plain(struct rmap_path_counts *self, const struct rmap_portion *portion,
+                                  size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_ray_columns *ray = &portion->ray;
+    const struct rmap_path_of_ray *list = self->buffers->ray;
+    const size_t n = self->buffers->n_ray;
+    struct rmap_key_sums *classes = &self->classes;
+    size_t i = 0;
+    for (; i < n; i++) {
+        const size_t row = list[i].place.ray;
+        const double weight = ray->weight[row];
+        struct rmap_key_sum *sum;
+        if (i + AHEAD < n)
+            rmap_key_sums_expect(classes, list[i + AHEAD].key);
+        RMAP_TRY(rmap_key_sums_enter(classes, list[i].key, &sum, err));
+        if (!sum)
+            break;
+        const uint64_t id = ray->id[row], first = sum->number[RMAP_PATH_FIRST_RAY];
+        const bool is_first = sum->number[RMAP_PATH_RAYS] == 0 || id < first;
+        sum->number[RMAP_PATH_FIRST_RAY] = is_first ? id : first;
+        sum->number[RMAP_PATH_RAYS]++;
+        sum->number[RMAP_PATH_SEGMENTS] += ray->segment_count[row];
+        sum->number[RMAP_PATH_REGISTRATIONS] += list[i].n_hit;
+        sum->weight += weight;
+        sum->weight_squared += weight * weight;
+    }
+out:
+    *n_ret = i;
+    return st;
+}
+
 static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
                                  struct rmap_error *err)
 {
@@ -271,7 +312,10 @@ static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rma
     RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, rays, err));
     buffers->n_ray = rmap_path_hasher_list(&buffers->hasher, rays, buffers->ray);
     add_totals(self, rays->portion);
-    for (size_t i = 0; i < buffers->n_ray; i++) {
+    size_t i = 0;
+    if (is_plain(self))
+        RMAP_TRY(add_plain(self, rays->portion, &i, err));
+    for (; i < buffers->n_ray; i++) {
         if (i + AHEAD < buffers->n_ray)
             expect(self, buffers->ray[i + AHEAD].key);
         if (counts(self->context, buffers->ray[i].key))
@@ -356,9 +400,8 @@ static enum rmap_status merge_classes(struct rmap_path_counts *into,
     enum rmap_status st = RMAP_OK;
     if (from->is_full)
         RMAP_TRY(spill(into, err));
-    for (size_t i = 0; i < from->classes.n_slot; i++)
-        if (from->classes.slot[i].key.high != 0)
-            RMAP_TRY(add_class(into, &from->classes.slot[i], err));
+    for (size_t i = 0; i < from->classes.n; i++)
+        RMAP_TRY(add_class(into, &from->classes.entry[i], err));
     if (from->sketch.rays)
         rmap_path_sketch_merge(&into->sketch, &from->sketch);
 out:
@@ -371,11 +414,9 @@ static enum rmap_status merge_cells(struct rmap_path_counts *into,
     enum rmap_status st = RMAP_OK;
     if (from->cells_full)
         drop_cells(into);
-    for (size_t i = 0; i < from->cells.n_slot && !into->cells_full; i++) {
-        const struct rmap_key_sum *more = &from->cells.slot[i];
+    for (size_t i = 0; i < from->cells.n && !into->cells_full; i++) {
+        const struct rmap_key_sum *more = &from->cells.entry[i];
         struct rmap_key_sum *sum = NULL;
-        if (more->key.high == 0)
-            continue;
         RMAP_TRY(rmap_key_sums_enter(&into->cells, more->key, &sum, err));
         if (!sum) {
             drop_cells(into);

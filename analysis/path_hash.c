@@ -162,50 +162,60 @@ static inline uint64_t finish(uint64_t x)
     return x ^ x >> 33;
 }
 
-/* Registrations stand among the legs: each with its place there. */
-static inline void mix_hits(const struct rmap_path_hasher *hasher,
-                            const struct rmap_path_place_of_ray *place, size_t n_leg, size_t n_hit,
-                            struct hash *hash)
+/* Registrations stand among the legs: each with its place there. Returns how many there are. */
+static inline size_t mix_hits(const struct rmap_path_hasher *hasher,
+                              const struct rmap_path_place_of_ray *place, size_t n_leg,
+                              size_t n_row, struct hash *hash)
 {
     const struct rmap_path_keys *keys = hasher->keys;
     const struct rmap_registration_columns *hit = &hasher->portion->registration;
-    size_t at = 0;
-    bool any = false;
-    for (size_t i = place->registration; i < place->registration + n_hit; i++) {
+    size_t at = 0, n_hit = 0;
+    for (size_t i = place->registration; i < place->registration + n_row; i++) {
         if (!hit->registered[i])
             continue;
         size_t leg = (size_t)hit->segment[i] + keys->follows[hit->detector[i]];
         leg = leg < n_leg ? leg : n_leg;
         at = leg > at ? leg : at;
         mix(hash, (uint64_t)at << 32 | rmap_path_hit_step(keys, hit->detector[i]));
-        any = true;
+        n_hit++;
     }
-    if (!any)
-        return;
+    if (n_hit == 0)
+        return 0;
     hash->low = finish(hash->low);
     hash->high = finish(hash->high ^ hash->low);
     hash->low += hash->high;
+    return n_hit;
 }
 
 static inline struct hash hash_simple(const struct rmap_path_hasher *hasher,
                                       const struct rmap_path_place_of_ray *place, size_t n_leg,
-                                      size_t n_hit)
+                                      size_t *n_hit)
 {
     struct hash hash = hasher->is_narrow
                            ? hash_of(hasher->few + place->segment, n_leg * sizeof *hasher->few)
                            : hash_of(hasher->many + place->segment, n_leg * sizeof *hasher->many);
-    if (n_hit > 0)
-        mix_hits(hasher, place, n_leg, n_hit, &hash);
+    if (*n_hit > 0)
+        *n_hit = mix_hits(hasher, place, n_leg, *n_hit, &hash);
     return hash;
 }
 
+static size_t count_hits(const struct rmap_portion *portion, size_t first, size_t n_row)
+{
+    size_t n = 0;
+    for (size_t i = first; i < first + n_row; i++)
+        n += portion->registration.registered[i] != 0;
+    return n;
+}
+
 static bool hash_walked(const struct rmap_path_hasher *hasher,
-                        const struct rmap_path_place_of_ray *place, struct hash *hash_ret)
+                        const struct rmap_path_place_of_ray *place, size_t *n_hit,
+                        struct hash *hash_ret)
 {
     size_t n;
     const bool has_path =
         rmap_path_key_of(hasher->keys, hasher->portion, place, hasher->scratch, &n);
     *hash_ret = hash_of(hasher->scratch, n * sizeof *hasher->scratch);
+    *n_hit = count_hits(hasher->portion, place->registration, *n_hit);
     return has_path;
 }
 
@@ -226,17 +236,19 @@ size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct
     size_t n = 0;
     for (; place.ray < n_ray; place.ray++) {
         const size_t n_leg = ray->segment_count[place.ray];
-        const size_t n_hit = ray->registration_count[place.ray];
+        const size_t n_row = ray->registration_count[place.ray];
+        size_t n_hit = n_row;
         bool has_path = !rays->match || rays->match[place.ray];
         struct hash hash;
         if (has_path && hasher->is_simple)
-            hash = hash_simple(hasher, &place, n_leg, n_hit);
+            hash = hash_simple(hasher, &place, n_leg, &n_hit);
         else if (has_path)
-            has_path = hash_walked(hasher, &place, &hash);
+            has_path = hash_walked(hasher, &place, &n_hit, &hash);
         if (has_path)
-            list[n++] = (struct rmap_path_of_ray){key_of(ray->source[place.ray], hash), place};
+            list[n++] =
+                (struct rmap_path_of_ray){key_of(ray->source[place.ray], hash), place, n_hit};
         place.segment += n_leg;
-        place.registration += n_hit;
+        place.registration += n_row;
     }
     return n;
 }

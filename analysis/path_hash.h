@@ -23,6 +23,7 @@ static inline int32_t rmap_path_source_of(struct rmap_key key)
 struct rmap_path_of_ray {
     struct rmap_key key;
     struct rmap_path_place_of_ray place;
+    size_t n_hit; /* its registrations */
 };
 
 /* One thread's; all zero at first. */

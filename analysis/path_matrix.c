@@ -187,9 +187,8 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_key_sums *sums = &((const struct rmap_path_matrix_sums *)from)->sums;
-    for (size_t i = 0; i < sums->n_slot && st == RMAP_OK; i++)
-        if (sums->slot[i].key.high != 0)
-            st = merge_sum(into, &sums->slot[i], err);
+    for (size_t i = 0; i < sums->n && st == RMAP_OK; i++)
+        st = merge_sum(into, &sums->entry[i], err);
     return st;
 }
 
@@ -280,12 +279,12 @@ enum rmap_status rmap_path_matrix_list(const struct rmap_path_matrix_sums *sums,
                                        struct rmap_error *err)
 {
     struct rmap_path_cellsum *list = rmap_alloc(sums->sums.n + 1, sizeof *list);
-    size_t n = 0, n_open = 0;
+    const size_t n_open = sums->sums.n;
+    size_t n = 0;
     if (!list)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu sums", sums->sums.n);
-    for (size_t i = 0; i < sums->sums.n_slot; i++)
-        if (sums->sums.slot[i].key.high != 0)
-            list[n_open++] = open_sum(sums->context->map, &sums->sums.slot[i]);
+    for (size_t i = 0; i < n_open; i++)
+        list[i] = open_sum(sums->context->map, &sums->sums.entry[i]);
     qsort(list, n_open, sizeof *list, compare_places);
     for (size_t i = 0; i < n_open; i++) {
         struct rmap_path_cellsum cell = list[i], *last = n > 0 ? &list[n - 1] : NULL;

@@ -21,9 +21,8 @@ static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
 
 static uint8_t *put_sums(uint8_t *to, const struct rmap_key_sums *sums)
 {
-    for (size_t i = 0; i < sums->n_slot; i++)
-        if (sums->slot[i].key.high != 0)
-            to = put(to, &sums->slot[i], sizeof sums->slot[i]);
+    for (size_t i = 0; i < sums->n; i++)
+        to = put(to, &sums->entry[i], sizeof(struct rmap_key_sum));
     return to;
 }
 

@@ -73,10 +73,8 @@ static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_pa
     size_t n = 0;
     if (!ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
-    for (size_t i = 0; n_row > 0 && i < classes->n_slot; i++) {
-        const struct rmap_key_sum *sum = &classes->slot[i];
-        if (sum->key.high == 0)
-            continue;
+    for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
+        const struct rmap_key_sum *sum = &classes->entry[i];
         const double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
         const struct ranked entry = {sum, value_of(sum, sort, flux), flux};
         if (n < n_row) {
@@ -217,13 +215,12 @@ static enum rmap_status place_cells(const struct rmap_path_report *report,
     for (size_t k = 0; k < report->n_row; k++)
         owner[k] = (struct owner){report->row[k].key.low, k};
     qsort(owner, report->n_row, sizeof *owner, compare_owners);
-    for (size_t i = 0; i < cells->n_slot; i++) {
-        const struct rmap_key_sum *sum = &cells->slot[i];
+    for (size_t i = 0; i < cells->n; i++) {
+        const struct rmap_key_sum *sum = &cells->entry[i];
         const struct rmap_path_cell at = rmap_path_cell_of(sum);
         const struct owner wanted = {.class_low = at.class_low};
-        const struct owner *found = sum->key.high == 0 ? NULL
-                                                       : bsearch(&wanted, owner, report->n_row,
-                                                                 sizeof *owner, compare_owners);
+        const struct owner *found =
+            bsearch(&wanted, owner, report->n_row, sizeof *owner, compare_owners);
         if (found)
             placed[(*n_ret)++] = (struct placed){found->row, at, sum->weight, sum->weight_squared};
     }

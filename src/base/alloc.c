@@ -18,7 +18,8 @@ static int must_fail(void)
     return atomic_fetch_sub(&fail_countdown, 1) == 1;
 }
 
-/* Large blocks are read here and there: with huge pages, their addresses are found at once. */
+/* Large blocks are read here and there: with huge pages, their addresses are found at once, and one
+ * fault brings what else are 512. */
 #define HUGE_PAGE ((uintptr_t)2 << 20)
 
 #ifdef MADV_HUGEPAGE
@@ -26,23 +27,38 @@ static void prefer_huge_pages(void *block, size_t nbytes)
 {
     uintptr_t first = ((uintptr_t)block + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
     uintptr_t end = ((uintptr_t)block + nbytes) / HUGE_PAGE * HUGE_PAGE;
-    if (nbytes >= 2 * HUGE_PAGE && end > first)
+    if (nbytes >= HUGE_PAGE && end > first)
         (void)madvise((void *)first, end - first, MADV_HUGEPAGE);
 }
 #else
 #define prefer_huge_pages(block, nbytes) ((void)(block), (void)(nbytes))
 #endif
 
-void *rmap_alloc(size_t n, size_t size)
+static void *counted(void *block, size_t nbytes)
 {
-    if (must_fail())
-        return NULL;
-    void *block = calloc(n ? n : 1, size ? size : 1);
     if (!block)
         return NULL;
-    prefer_huge_pages(block, n * size);
+    prefer_huge_pages(block, nbytes);
     atomic_fetch_add_explicit(&live_count, 1, memory_order_relaxed);
     return block;
+}
+
+void *rmap_alloc(size_t n, size_t size)
+{
+    return must_fail() ? NULL : counted(calloc(n ? n : 1, size ? size : 1), n * size);
+}
+
+void *rmap_alloc_unset(size_t n, size_t size)
+{
+    void *block = NULL;
+    if (must_fail() || (size && n > SIZE_MAX / size))
+        return NULL;
+    const size_t nbytes = n * size;
+    if (nbytes < HUGE_PAGE)
+        block = malloc(nbytes > 0 ? nbytes : 1);
+    else if (posix_memalign(&block, HUGE_PAGE, nbytes) != 0)
+        return NULL;
+    return counted(block, nbytes);
 }
 
 void *rmap_realloc(void *block, size_t n, size_t size)
