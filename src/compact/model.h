@@ -71,11 +71,20 @@ struct rmap_compact_guide {
     uint16_t step[RMAP_GUIDE_STEPS]; /* of a leg with this one event: flags << 8 | queue */
 };
 
+/* The light of the ray in hand. */
+struct rmap_compact_light {
+    int begin, end;                       /* live channels */
+    bool changed;                         /* `quantised` is not up to date */
+    double share[RMAP_CHANNEL_MAX];       /* [n_channel] */
+    uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
+};
+
 struct rmap_compact_source {
-    struct rmap_vec3 axis;       /* unit */
-    double cone;                 /* CONE: 2 sin^2 of half the opening */
-    struct rmap_vec3 tangent[2]; /* about the axis */
-    uint16_t *colour;            /* [n_channel], quantised */
+    struct rmap_vec3 axis;           /* unit */
+    double cone;                     /* CONE: 2 sin^2 of half the opening */
+    struct rmap_vec3 tangent[2];     /* about the axis */
+    uint16_t *colour;                /* [n_channel], quantised */
+    struct rmap_compact_light light; /* as it leaves */
 };
 
 struct rmap_compact_model {
@@ -110,14 +119,6 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
 
 /* How a leg's event turns the ray. */
 enum rmap_turn { RMAP_TURN_NONE, RMAP_TURN_REFLECT, RMAP_TURN_REFRACT, RMAP_TURN_DIFFUSE };
-
-/* The light of the ray in hand. */
-struct rmap_compact_light {
-    int begin, end;                       /* live channels */
-    bool changed;                         /* `quantised` is not up to date */
-    double share[RMAP_CHANNEL_MAX];       /* [n_channel] */
-    uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
-};
 
 /* retrace_emit.c */
 struct rmap_departure {

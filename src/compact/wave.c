@@ -24,6 +24,7 @@ void rmap_wave_fini(struct rmap_wave *wave)
     rmap_free(wave->leg);
     rmap_free(wave->room);
     rmap_free(wave->queue);
+    rmap_free(wave->start);
     *wave = (struct rmap_wave){0};
 }
 
@@ -31,12 +32,15 @@ static enum rmap_status make_room(struct rmap_wave *wave, const struct rmap_retr
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n_leg = 0;
-    for (size_t i = 0; i < r->n_ray; i++)
+    size_t n_leg = 0, most = 0;
+    for (size_t i = 0; i < r->n_ray; i++) {
         n_leg += r->segment_count[i];
+        most = r->segment_count[i] > most ? r->segment_count[i] : most;
+    }
     RMAP_TRY(rmap_reserve((void **)&wave->careful, &wave->cap_careful, r->n_ray,
                           sizeof *wave->careful, err));
     RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, n_leg, sizeof *wave->leg, err));
+    RMAP_TRY(rmap_reserve((void **)&wave->start, &wave->cap_start, most, sizeof *wave->start, err));
     RMAP_TRY(rmap_reserve((void **)&wave->queue, &wave->cap_queue, RMAP_WAVE_QUEUES,
                           sizeof *wave->queue, err));
     RMAP_TRY(rmap_reserve(&wave->room, &wave->cap_room,
@@ -377,7 +381,7 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
                                struct rmap_portion *predicted, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_wave_run run = {.wave = wave, .r = r, .out = predicted, .light_source = -1};
+    struct rmap_wave_run run = {.wave = wave, .r = r, .out = predicted};
     RMAP_TRY(make_room(wave, r, err));
     for (size_t i = 0; i < RMAP_WAVE_RAYS; i++)
         if (replace(&run, &wave->ray[i]))

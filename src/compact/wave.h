@@ -115,6 +115,11 @@ void rmap_wave_guide_out(const struct rmap_compact_model *model, struct rmap_com
 /* Queue and flags, as rmap_compact_guide has them, of a leg of this kind. */
 uint32_t rmap_wave_step(const struct rmap_compact_guide *guide, uint32_t kind, uint32_t event);
 
+/* Where a leg starts, of the ray that is summed up. */
+struct rmap_wave_start {
+    double optical_path, index; /* up to there; on the leg */
+};
+
 /* Rays that wait for a leg of one kind: a ring. */
 struct rmap_wave_queue {
     uint32_t first, n;
@@ -127,7 +132,8 @@ struct rmap_wave {
     void *room;                    /* of `ray` */
     struct rmap_wave_ray *ray;     /* [RMAP_WAVE_RAYS + 1]: the last is nobody's; on a cache line */
     struct rmap_wave_queue *queue; /* [RMAP_WAVE_QUEUES] */
-    size_t cap_careful, cap_leg, cap_room, cap_queue;
+    struct rmap_wave_start *start; /* [legs of the longest ray] */
+    size_t cap_careful, cap_leg, cap_room, cap_queue, cap_start;
 };
 #define RMAP_WAVE_TURNS  4
 #define RMAP_WAVE_QUEUES (RMAP_WAVE_KINDS * RMAP_WAVE_TURNS)
@@ -148,8 +154,6 @@ struct rmap_wave_run {
     size_t ready, ready_row, ready_crossing;          /* legs of rays before that one are there */
     struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
     struct rmap_compact_light light;                  /* of the ray that is summed up */
-    int32_t light_source; /* `light` is as at its rays' start; -1: it is not */
-    int light_departs;
 };
 
 /* wave_depart.c: how rays [first, end) set out, at most RMAP_WAVE_AHEAD. */

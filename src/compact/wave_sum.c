@@ -9,8 +9,7 @@
 struct sum {
     struct rmap_wave_run *run;
     size_t index, first, end; /* of the ray, of its legs */
-    size_t crossing, crossing_end;
-    int channel; /* that it ends with; -1: several */
+    int channel;              /* that it ends with; -1: several */
     double path_length, optical_path;
 };
 
@@ -53,15 +52,19 @@ static inline void note_colour(const struct rmap_compact_light *light, size_t n,
         memcpy(out, light->quantised, n * sizeof *out);
 }
 
-/* Registrations on a leg: their optical paths are distances from its start yet. */
-static void sum_crossings(struct sum *sum, size_t row, double index)
+/* Registrations of a ray that has been summed up: their optical paths are distances from their
+ * legs' starts yet. */
+static void sum_crossings(const struct sum *sum, size_t crossing, size_t crossing_end)
 {
+    const struct rmap_wave_start *start = sum->run->wave->start;
     const uint32_t *segment = sum->run->r->crossing_segment;
     double *optical_path = sum->run->out->registration.optical_path;
-    for (; sum->crossing < sum->crossing_end && segment[sum->crossing] <= row - sum->first;
-         sum->crossing++)
-        optical_path[sum->crossing] =
-            rmap_step_double(sum->optical_path + index * optical_path[sum->crossing]);
+    size_t leg = 0;
+    for (; crossing < crossing_end; crossing++) {
+        leg = segment[crossing] > leg ? segment[crossing] : leg;
+        optical_path[crossing] =
+            rmap_step_double(start[leg].optical_path + start[leg].index * optical_path[crossing]);
+    }
 }
 
 /* One leg, at which the light may change. */
@@ -79,8 +82,8 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
     size_t n = (size_t)r->model->n_channel;
     if (sum->run->out->colour)
         note_colour(light, n, sum->run->out->colour + n * row);
-    if (sum->crossing < sum->crossing_end)
-        sum_crossings(sum, row, index);
+    sum->run->wave->start[row - sum->first] =
+        (struct rmap_wave_start){.optical_path = sum->optical_path, .index = index};
     if (!(leg->flags & RMAP_WAVE_LEFT)) {
         sum->path_length += leg->way.length;
         sum->optical_path += index * leg->way.length;
@@ -91,64 +94,82 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
         rmap_light_quantise(r->model->n_channel, light);
 }
 
-/* The same colour in rows [row, end) of n channels each. */
-static void fill_colour(const struct rmap_compact_light *light, size_t n, size_t row, size_t end,
-                        uint16_t *colour)
+/* Into all rows of a ray but the last: of three channels, which the next row takes one back of. */
+static inline void note_early_colour(uint64_t four, const struct rmap_compact_light *light,
+                                     size_t n, uint16_t *out)
 {
-    uint64_t four;
-    uint16_t *out = colour + n * row;
-    memcpy(&four, light->quantised, sizeof four);
-    for (; n == 3 && row + 1 < end; row++, out += 3) /* of which the next row takes one back */
+    if (n == 3)
         memcpy(out, &four, sizeof four);
-    for (; row < end; row++, out += n)
+    else
         note_colour(light, n, out);
 }
 
-/* Legs from `row` on up to the first at which the light may change; which one that is. */
-static size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_light *light)
+/* Legs from `row` on up to the first at which the light may change; which one that is. colour: of
+ * n channels each, or NULL. */
+static inline size_t sum_steady(struct sum *sum, size_t row, const struct rmap_compact_light *light,
+                                size_t n_channel, uint16_t *colour)
 {
     const struct rmap_compact_model *model = sum->run->r->model;
-    size_t first = row, end = sum->end;
     bool single = light->end - light->begin == 1;
     uint32_t any = single ? RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT : 0;
     uint32_t tints = single ? 0 : RMAP_WAVE_TINTS;
     const double *index = model->index + (model->n_medium + 1) * (size_t)light->begin;
     double path_length = sum->path_length, optical_path = sum->optical_path;
     const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
-    for (; row < end; row++, leg++) {
+    struct rmap_wave_start *start = &sum->run->wave->start[row - sum->first];
+    uint64_t four;
+    memcpy(&four, light->quantised, sizeof four);
+    for (; row < sum->end; row++, leg++, start++) {
         uint32_t flags = leg->flags;
         uint32_t grey = RMAP_WAVE_GREY_BACK << (leg->cosine < 0.0);
-        if ((flags & tints) || !((flags | any) & grey))
+        if ((flags & tints) | (~(flags | any) & grey))
             break;
         double n = index[leg->medium], length = flags & RMAP_WAVE_LEFT ? 0.0 : leg->way.length;
-        if (flags & RMAP_WAVE_CROSSES) {
-            sum->optical_path = optical_path;
-            sum_crossings(sum, row, n);
-        }
+        start->optical_path = optical_path;
+        start->index = n;
         path_length += length;
         optical_path += n * length;
+        if (colour && row + 1 < sum->end)
+            note_early_colour(four, light, n_channel, colour + n_channel * row);
     }
+    if (colour && row == sum->end)
+        note_colour(light, n_channel, colour + n_channel * (row - 1));
     sum->path_length = path_length;
     sum->optical_path = optical_path;
-    if (sum->run->r->colour && sum->run->out->colour)
-        fill_colour(light, (size_t)model->n_channel, first, row, sum->run->out->colour);
     return row;
 }
 
-/* Most rays leave the light as the one before had it. */
+static size_t sum_along(struct sum *sum, size_t row, const struct rmap_compact_light *light)
+{
+    size_t n = (size_t)sum->run->r->model->n_channel;
+    uint16_t *colour = sum->run->r->colour ? sum->run->out->colour : NULL;
+    if (n == 3 && colour)
+        return sum_steady(sum, row, light, 3, colour);
+    return sum_steady(sum, row, light, n, colour);
+}
+
+/* As it leaves the source. */
 static void begin_light(struct rmap_wave_run *run, size_t i, int departs)
 {
+    enum { FEW = 4 }; /* channels: worth a copy of constant size */
     const struct rmap_retrace *r = run->r;
-    if (run->light_source >= 0 && run->light_source == r->source[i] &&
-        run->light_departs == departs)
-        return;
-    run->light_source = r->source[i];
-    run->light_departs = departs;
-    run->light.begin = 0;
-    run->light.end = 1;
-    run->light.changed = false;
-    if (r->colour)
-        rmap_light_begin(r->model, r->source[i], departs, &run->light);
+    struct rmap_compact_light *light = &run->light;
+    size_t source = (uint32_t)r->source[i];
+    bool plain = departs < 0 && source < r->model->n_source && r->model->n_channel <= FEW;
+    if (!r->colour) {
+        light->begin = 0;
+        light->end = 1;
+        light->changed = false;
+    } else if (plain) {
+        const struct rmap_compact_light *from = &r->model->source[source].light;
+        light->begin = from->begin;
+        light->end = from->end;
+        light->changed = false;
+        memcpy(light->share, from->share, FEW * sizeof *light->share);
+        memcpy(light->quantised, from->quantised, FEW * sizeof *light->quantised);
+    } else {
+        rmap_light_begin(r->model, r->source[i], departs, light);
+    }
 }
 
 void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
@@ -162,18 +183,16 @@ void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
                       .index = i,
                       .first = ray->end - r->segment_count[i],
                       .end = ray->end,
-                      .crossing_end = crossings ? ray->crossing : 0,
                       .channel = channel};
-    if (crossings)
-        sum.crossing = ray->crossing_end - r->registration_count[i];
     begin_light(run, i, ray->departs);
     for (size_t row = sum.first; row < sum.end; row++) {
-        row = run->light.changed ? row : sum_steady(&sum, row, &run->light);
+        row = run->light.changed ? row : sum_along(&sum, row, &run->light);
         if (row == sum.end)
             break;
         sum_leg(&sum, row, &run->light);
-        run->light_source = -1;
     }
+    if (crossings)
+        sum_crossings(&sum, ray->crossing_end - r->registration_count[i], ray->crossing);
     if (ray->crossing < ray->crossing_end)
         run->wave->careful[i] = 1;
     if (out->path_length)
