@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "analysis/criterion_tree.h"
+#include "analysis/registration_angle.h"
 #include "base/byte_set.h"
 #include "base/wide.h"
 #include "trace/event.h"
@@ -180,17 +181,6 @@ double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t s
     return (r - 0.5) * detector->size[axis];
 }
 
-/* Degrees between the axis and the reversed ray, or, on an intensity grid, the ray itself, as the
- * tracer counts them. atan2 keeps its digits near 0 and 180. */
-static double angle_deg(const struct rmap_detector *detector, const float *direction)
-{
-    double sign = detector->type == RMAP_DETECTOR_INTENSITY ? 1.0 : -1.0;
-    struct rmap_vec3 d = rmap_vec3(sign * (double)direction[0], sign * (double)direction[1],
-                                   sign * (double)direction[2]);
-    return atan2(rmap_length(rmap_cross(d, detector->axis)), rmap_dot(d, detector->axis)) *
-           (180.0 / RMAP_PI);
-}
-
 double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
                                 size_t row, enum rmap_registration_number number)
 {
@@ -199,7 +189,7 @@ double rmap_registration_number(const struct rmap_scene *scene, const struct rma
     const struct rmap_detector *detector = &scene->detector[registration->detector[row]];
     switch (number) {
     case RMAP_REGISTRATION_ANGLE:
-        return angle_deg(detector, registration->direction + 3 * row);
+        return rmap_registration_angle(detector, registration->direction + 3 * row);
     case RMAP_REGISTRATION_X:
         return rmap_detector_coordinate(detector, registration->relative[2 * row], 0, false);
     case RMAP_REGISTRATION_Y:
@@ -265,6 +255,10 @@ static bool where_holds(const struct seen *seen, int32_t index)
 {
     const struct rmap_criterion *criterion = seen->criterion;
     const struct rmap_criterion_node *node = &criterion->node[index];
+    const struct rmap_registration_columns *its = &seen->portion->registration;
+    if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE)
+        return rmap_angle_holds(&criterion->scene->detector[its->detector[seen->row]],
+                                its->direction + 3 * seen->row, &node->interval, &node->angle);
     if (node->kind == RMAP_CRITERION_ITS_NUMBER)
         return rmap_interval_holds(
             &node->interval,

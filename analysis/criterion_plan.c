@@ -2,7 +2,7 @@
  *
  * What a criterion will need: the columns of every test, and an order of evaluation.
  */
-#include "analysis/criterion_tree.h"
+#include "analysis/registration_angle.h"
 #include "trace/event.h"
 
 /* Relative cost of evaluating a node, cheapest first: what is read, and how much is done per row.
@@ -195,6 +195,8 @@ static enum cost plan_node(struct rmap_criterion *criterion, int32_t index, int 
         return COST_ROWS;
     case RMAP_CRITERION_ITS_NUMBER:
         node->columns = rmap_registration_number_columns(node->its_number);
+        if (node->its_number == RMAP_REGISTRATION_ANGLE)
+            rmap_angle_ends_set(&node->angle, &node->interval);
         return COST_NONE;
     }
     return COST_NONE;

@@ -4,6 +4,8 @@
  */
 #include "analysis/criterion_tests.h"
 
+#include <string.h>
+
 #include "base/alloc.h"
 #include "base/byte_set.h"
 
@@ -75,6 +77,28 @@ out:
     return st;
 }
 
+/* By objects that follow each other, or all, and by events. */
+static bool is_plain(const struct rmap_step_test *test)
+{
+    return !(test->of_object && test->object.member) && !test->of_medium && !test->events_not &&
+           test->part == RMAP_PART_ALL && !test->side;
+}
+
+/* The same of such a test. */
+static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
+                       size_t n_row)
+{
+    const struct rmap_segment_columns *segment = &ev->portion->segment;
+    uint64_t *mark = ev->judge->mark;
+    if (test->of_object)
+        rmap_range_bits(segment->object, n_row, (uint32_t)test->object.low, test->object.span,
+                        mark);
+    else
+        memset(mark, UINT8_MAX, rmap_bit_words(n_row) * sizeof *mark);
+    if (test->events)
+        rmap_keep_any_bits(segment->event, n_row, test->events, mark);
+}
+
 static enum rmap_status mark_table(const struct rmap_evaluation *ev,
                                    const struct rmap_criterion_node *node, struct rmap_marks *marks,
                                    struct rmap_error *err)
@@ -85,7 +109,10 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
     struct rmap_bit_groups *groups;
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
     RMAP_TRY(group_rows(ev, table, &groups, err));
-    mark_rows(ev, node, groups->size, ev->portion->n_row[table]);
+    if (table == RMAP_TABLE_SEGMENT && is_plain(&node->steps))
+        mark_steps(ev, &node->steps, ev->portion->n_row[table]);
+    else
+        mark_rows(ev, node, groups->size, ev->portion->n_row[table]);
     *marks = (struct rmap_marks){ev->judge->mark, groups};
 out:
     return st;
@@ -108,10 +135,11 @@ static void mark_endings(const struct rmap_evaluation *ev, const struct rmap_end
             continue;
         }
         int32_t object = portion->segment.object[row - 1];
-        bool there = rmap_index_set_has(&test->object, object);
+        flag[i] &= test->object.member ? rmap_index_set_member(&test->object, object)
+                                       : rmap_index_set_has(&test->object, object);
         if (of_medium && object < 0)
-            there = rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
-        flag[i] &= there;
+            flag[i] = portion->ray.stop[i] == test->stop &&
+                      rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
     }
 }
 

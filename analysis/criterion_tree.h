@@ -73,6 +73,13 @@ enum rmap_registration_number {
     RMAP_REGISTRATION_OPTICAL_PATH /* scene's length unit, from emission */
 };
 
+/* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.
+ */
+struct rmap_angle_ends {
+    bool is_set;
+    double low[2], high[2];
+};
+
 /* Part of an object. Ranges are closed. */
 enum rmap_part { RMAP_PART_ALL, RMAP_PART_FACE, RMAP_PART_TRIANGLE };
 
@@ -141,7 +148,10 @@ struct rmap_criterion_node {
             enum rmap_ray_number ray_number;
             uint64_t id_low, id_high; /* of ID the interval, exactly: a double holds 2^53 */
         };
-        enum rmap_registration_number its_number;
+        struct {
+            enum rmap_registration_number its_number;
+            struct rmap_angle_ends angle; /* of ANGLE; set by the plan */
+        };
         struct {
             struct rmap_index_set source;
             uint64_t source_bits;

@@ -78,26 +78,35 @@ RMAP_WIDE static bool are_below(const int32_t *source, size_t n, size_t n_source
     return n == 0 || most < n_source;
 }
 
-enum rmap_status rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
-                                    const uint8_t *verdict, size_t n_source, struct rmap_error *err)
+enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
+                                struct rmap_sums_facts *facts, struct rmap_error *err)
 {
-    const struct rmap_ray_columns *ray = &portion->ray;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    if (!are_below(ray->source, n_ray, n_source))
+    *facts = (struct rmap_sums_facts){
+        .n_source = n_source,
+        .are_counted = n_source <= SOURCE_MAX && rmap_weights_are_one(portion->ray.weight, n_ray)};
+    if (!are_below(portion->ray.source, n_ray, n_source))
         return rmap_error_set(err, RMAP_FORMAT,
                               "a ray of the portion from id %llu on has a source beyond the %zu",
                               (unsigned long long)portion->first_ray, n_source);
+    return RMAP_OK;
+}
+
+void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
+                        const uint8_t *verdict, const struct rmap_sums_facts *facts)
+{
+    const struct rmap_ray_columns *ray = &portion->ray;
+    size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     (void)add_numbers(count, ray->segment_count, verdict, n_ray);
-    if (n_source <= SOURCE_MAX && rmap_weights_are_one(ray->weight, n_ray)) {
-        count_sources(count, ray->source, verdict, n_ray, n_source);
-        return RMAP_OK;
+    if (facts->are_counted) {
+        count_sources(count, ray->source, verdict, n_ray, facts->n_source);
+        return;
     }
     for (size_t i = 0; i < n_ray; i++) {
         double weight = verdict[i] >> 1 ? ray->weight[i] : 0.0;
         count->source_weight[ray->source[i]] += weight;
         count->source_weight_squared[ray->source[i]] += weight * weight;
     }
-    return RMAP_OK;
 }
 
 void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,

@@ -11,11 +11,20 @@
 
 bool rmap_weights_are_one(const double *weight, size_t n);
 
-/* verdict: [n_ray], bit 1 set where a ray matches. RMAP_FORMAT when a source is none of n_source.
+/* What a portion's columns say, whichever rays match. RMAP_FORMAT when a source is none of
+ * n_source.
  */
-enum rmap_status rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
-                                    const uint8_t *verdict, size_t n_source,
-                                    struct rmap_error *err) RMAP_MUST_USE;
+struct rmap_sums_facts {
+    size_t n_source;
+    bool are_counted; /* weights are 1, sources few */
+};
+enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
+                                struct rmap_sums_facts *facts,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* verdict: [n_ray], bit 1 set where a ray matches. */
+void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
+                        const uint8_t *verdict, const struct rmap_sums_facts *facts);
 
 /* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
  * dictionary's rays. ROWS: verdict [n_ray]. */

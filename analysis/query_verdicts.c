@@ -27,12 +27,14 @@ struct rmap_query_verdicts {
     size_t n_ray;
     bool is_entered;                    /* by the cursor */
     const struct rmap_portion *portion; /* the cursor's */
-    rmap_column_set known;              /* columns unfolded from its history */
-    struct rmap_portion joined;         /* these, and those of the cursor */
-    bool *is_open;                      /* [n_criterion] its history leaves rays undecided */
-    uint8_t *verdict;                   /* [n_criterion][n_ray] of its history */
-    uint8_t *own, *marked;              /* [n_ray] of undecided rays; of all rays */
-    uint32_t *path_rays;                /* [n_path] that match */
+    bool is_looked_at;                  /* for what the sums need to know: */
+    struct rmap_sums_facts facts;
+    rmap_column_set known;      /* columns unfolded from its history */
+    struct rmap_portion joined; /* these, and those of the cursor */
+    bool *is_open;              /* [n_criterion] its history leaves rays undecided */
+    uint8_t *verdict;           /* [n_criterion][n_ray] of its history */
+    uint8_t *own, *marked;      /* [n_ray] of undecided rays; of all rays */
+    uint32_t *path_rays;        /* [n_path] that match */
     size_t verdict_cap, path_cap;
 };
 
@@ -199,7 +201,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
 {
     enum rmap_status st = RMAP_OK;
     self->index = portion;
-    self->is_entered = false;
+    self->is_entered = self->is_looked_at = false;
     self->known = 0;
     self->n_ray = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(rmap_query_history_enter(self->history, portion, &self->view, err));
@@ -308,7 +310,10 @@ static enum rmap_status add_rays(struct rmap_query_verdicts *self, size_t c,
         return RMAP_OK;
     RMAP_TRY(enter_columns(self, err));
     RMAP_TRY(fetch(self, sum_columns, err));
-    RMAP_TRY(rmap_sums_add_rays(count, self->portion, verdict, self->n_source, err));
+    if (!self->is_looked_at)
+        RMAP_TRY(rmap_sums_look(self->portion, self->n_source, &self->facts, err));
+    self->is_looked_at = true;
+    rmap_sums_add_rays(count, self->portion, verdict, &self->facts);
 out:
     return st;
 }

@@ -28,7 +28,83 @@ static void plain_flags(const uint8_t *byte, size_t first, size_t n, const uint8
         flag[i] = member[byte[i]];
 }
 
+static void plain_range(const int32_t *number, size_t first, size_t n, uint32_t low, uint32_t span,
+                        uint64_t *bits)
+{
+    for (size_t i = first; i < n; i++) {
+        uint64_t is = (uint32_t)number[i] - low < span;
+        bits[i / 64] = i % 64 == 0 ? is : bits[i / 64] | is << i % 64;
+    }
+}
+
+static void plain_any(const uint32_t *word, size_t first, size_t n, uint32_t any, uint64_t *bits)
+{
+    for (size_t i = first; i < n; i++)
+        bits[i / 64] &= ~((uint64_t)((word[i] & any) == 0) << i % 64);
+}
+
 #ifdef RMAP_BYTE_SET_AVX2
+/* 32 numbers as 32 bytes, all ones or all zeros, in their order: packing keeps to halves. */
+__attribute__((target("avx2"))) static inline uint64_t bits_of(__m256i a, __m256i b, __m256i c,
+                                                               __m256i d)
+{
+    const __m256i order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+    __m256i byte = _mm256_packs_epi16(_mm256_packs_epi32(a, b), _mm256_packs_epi32(c, d));
+    return (uint32_t)_mm256_movemask_epi8(_mm256_permutevar8x32_epi32(byte, order));
+}
+
+__attribute__((target("avx2"))) static inline __m256i load_8(const void *number)
+{
+    return _mm256_loadu_si256(number);
+}
+
+/* low <= number < low + span, as number - low <= span - 1 */
+__attribute__((target("avx2"))) static inline __m256i in_range(const int32_t *number, __m256i low,
+                                                               __m256i last)
+{
+    __m256i at = _mm256_sub_epi32(load_8(number), low);
+    return _mm256_cmpeq_epi32(_mm256_min_epu32(at, last), at);
+}
+
+__attribute__((target("avx2"))) static size_t
+wide_range(const int32_t *number, size_t n, uint32_t low, uint32_t span, uint64_t *bits)
+{
+    const __m256i from = _mm256_set1_epi32((int)low), last = _mm256_set1_epi32((int)(span - 1));
+    size_t i = 0;
+    for (; i + 64 <= n; i += 64) {
+        uint64_t half[2];
+        for (int k = 0; k < 2; k++) {
+            const int32_t *at = number + i + 32 * k;
+            half[k] = bits_of(in_range(at, from, last), in_range(at + 8, from, last),
+                              in_range(at + 16, from, last), in_range(at + 24, from, last));
+        }
+        bits[i / 64] = half[0] | half[1] << 32;
+    }
+    return i;
+}
+
+__attribute__((target("avx2"))) static inline __m256i has_none(const uint32_t *word, __m256i any)
+{
+    return _mm256_cmpeq_epi32(_mm256_and_si256(load_8(word), any), _mm256_setzero_si256());
+}
+
+__attribute__((target("avx2"))) static size_t wide_any(const uint32_t *word, size_t n, uint32_t any,
+                                                       uint64_t *bits)
+{
+    const __m256i all = _mm256_set1_epi32((int)any);
+    size_t i = 0;
+    for (; i + 64 <= n; i += 64) {
+        uint64_t half[2];
+        for (int k = 0; k < 2; k++) {
+            const uint32_t *at = word + i + 32 * k;
+            half[k] = bits_of(has_none(at, all), has_none(at + 8, all), has_none(at + 16, all),
+                              has_none(at + 24, all));
+        }
+        bits[i / 64] &= ~(half[0] | half[1] << 32);
+    }
+    return i;
+}
+
 /* A set of bytes as two tables by the low half of the byte: bit h of an entry stands for the high
  * half h (and h + 8). */
 struct nibbles {
@@ -110,6 +186,26 @@ static void wide_flags(const uint8_t *byte, size_t n, const uint8_t member[256],
     plain_flags(byte, 0, n, member, flag);
 }
 
+static size_t wide_range(const int32_t *number, size_t n, uint32_t low, uint32_t span,
+                         uint64_t *bits)
+{
+    (void)number;
+    (void)n;
+    (void)low;
+    (void)span;
+    (void)bits;
+    return 0;
+}
+
+static size_t wide_any(const uint32_t *word, size_t n, uint32_t any, uint64_t *bits)
+{
+    (void)word;
+    (void)n;
+    (void)any;
+    (void)bits;
+    return 0;
+}
+
 static void wide_count(const uint64_t *bits, const uint32_t *size, size_t n_group, uint32_t *count)
 {
     (void)bits;
@@ -138,6 +234,17 @@ void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256
         wide_flags(byte, n, member, flag);
     else
         plain_flags(byte, 0, n, member, flag);
+}
+
+void rmap_range_bits(const int32_t *number, size_t n, uint32_t low, uint32_t span, uint64_t *bits)
+{
+    size_t first = is_wide() && span > 0 ? wide_range(number, n, low, span, bits) : 0;
+    plain_range(number, first, n, low, span, bits);
+}
+
+void rmap_keep_any_bits(const uint32_t *word, size_t n, uint32_t any, uint64_t *bits)
+{
+    plain_any(word, is_wide() ? wide_any(word, n, any, bits) : 0, n, any, bits);
 }
 
 void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,

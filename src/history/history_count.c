@@ -37,20 +37,26 @@ void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t
     rmap_byte_set_bits(view->rows->code, view->n_row[RMAP_TABLE_SEGMENT], member, mark);
 }
 
-/* Rare classes stand in their list in the order of the legs. Lists may be shorter than they should,
- * and name classes that are not there: damage that a checksum hides. */
+/* Lists the legs of each rare class. What is stored in the order of the legs may be shorter than it
+ * should, name classes that are not there, or differ from their rows: damage that a checksum hides.
+ */
 static void list_rare(const struct rmap_history_view *view, const uint64_t *rare)
 {
     struct rmap_history_rows *rows = view->rows;
-    uint32_t used = 0;
-    rows->n_listed = 0;
+    const struct rmap_history_shape *shape = &rows->shape;
+    uint32_t used = 0, first = 0;
+    for (uint32_t k = shape->n_common; k < shape->n_local; k++) {
+        uint32_t room = shape->n_rare - first;
+        rows->rare_first[k] = rows->rare_end[k] = first;
+        first += view->local_rows[k] < room ? view->local_rows[k] : room;
+    }
     for (size_t w = 0; w * 64 < view->n_row[RMAP_TABLE_SEGMENT]; w++)
-        for (uint64_t left = rare[w]; left != 0 && used < rows->shape.n_rare; left &= left - 1) {
+        for (uint64_t left = rare[w]; left != 0 && used < shape->n_rare; left &= left - 1) {
             size_t leg = w * 64 + (size_t)__builtin_ctzll(left);
-            uint32_t k = rmap_history_rare_class(&rows->shape, rows->code[leg], rows->rare[used++]);
-            rows->rare_leg[rows->n_listed] = (uint32_t)leg;
-            rows->rare_class[rows->n_listed] = k < rows->shape.n_local ? view->local_class[k] : 0;
-            rows->n_listed += k < rows->shape.n_local;
+            uint32_t k = rmap_history_rare_class(shape, rows->code[leg], rows->rare[used++]);
+            uint32_t end = k + 1 < shape->n_local ? rows->rare_first[k + 1] : first;
+            if (k < shape->n_local && rows->rare_end[k] < end)
+                rows->rare_leg[rows->rare_end[k]++] = (uint32_t)leg;
         }
 }
 
@@ -83,9 +89,10 @@ static void mark_rare(const struct rmap_history_view *view, const uint8_t *wante
     const struct rmap_history_rows *rows = view->rows;
     if (!rmap_history_rare_legs(view))
         return;
-    for (size_t i = 0; i < rows->n_listed; i++)
-        mark[rows->rare_leg[i] / 64] |= (uint64_t)(wanted[rows->rare_class[i]] != 0)
-                                        << rows->rare_leg[i] % 64;
+    for (uint32_t k = rows->shape.n_common; k < rows->shape.n_local; k++)
+        for (uint32_t i = rows->rare_first[k];
+             wanted[view->local_class[k]] && i < rows->rare_end[k]; i++)
+            mark[rows->rare_leg[i] / 64] |= UINT64_C(1) << rows->rare_leg[i] % 64;
 }
 
 /* What is wanted as bits in the view's marks. */

@@ -139,11 +139,10 @@ struct rmap_history_rows {
     struct rmap_bit_groups legs, hits; /* of each ray */
     bool has_legs, has_hits;           /* they are of the portion in hand */
     uint32_t *rank; /* [rmap_history_mark_words] rare legs before each word of these */
-    size_t cap_mark, cap_mark_hit, cap_rank, cap_rare_leg, cap_rare_class;
-    uint32_t *rare_leg;   /* [n_listed] legs of rare classes, in their order */
-    uint16_t *rare_class; /* [n_listed] their classes in the index */
-    size_t n_listed;
-    bool is_ranked; /* all these are of the portion in hand */
+    size_t cap_mark, cap_mark_hit, cap_rank, cap_rare_leg, cap_rare_first, cap_rare_end;
+    uint32_t *rare_leg;              /* [n_rare] legs of rare classes, class by class: */
+    uint32_t *rare_first, *rare_end; /* [n_local] those of a local class */
+    bool is_ranked;                  /* all these are of the portion in hand */
 };
 
 /* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */

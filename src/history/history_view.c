@@ -120,7 +120,7 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     void *segments = rows->segment_count, *registrations = rows->registration_count;
     void *kind = rows->kind, *mark = rows->mark, *local_rows = rows->local_rows;
     void *rank = rows->rank, *mark_hit = rows->mark_hit;
-    void *rare_leg = rows->rare_leg, *rare_class = rows->rare_class;
+    void *rare_leg = rows->rare_leg, *rare_first = rows->rare_first, *rare_end = rows->rare_end;
     RMAP_TRY(rmap_reserve(&segments, &rows->cap_segment_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(
         rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
@@ -131,8 +131,10 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
                           sizeof(uint64_t), err));
     RMAP_TRY(
         rmap_reserve(&rare_leg, &rows->cap_rare_leg, rows->shape.n_rare, sizeof(uint32_t), err));
-    RMAP_TRY(rmap_reserve(&rare_class, &rows->cap_rare_class, rows->shape.n_rare, sizeof(uint16_t),
+    RMAP_TRY(rmap_reserve(&rare_first, &rows->cap_rare_first, rows->shape.n_local, sizeof(uint32_t),
                           err));
+    RMAP_TRY(
+        rmap_reserve(&rare_end, &rows->cap_rare_end, rows->shape.n_local, sizeof(uint32_t), err));
     RMAP_TRY(rmap_reserve(&mark_hit, &rows->cap_mark_hit, rmap_history_hit_words(view),
                           sizeof(uint64_t), err));
     RMAP_TRY(
@@ -145,7 +147,8 @@ out:
     rows->mark = mark;
     rows->mark_hit = mark_hit;
     rows->rare_leg = rare_leg;
-    rows->rare_class = rare_class;
+    rows->rare_first = rare_first;
+    rows->rare_end = rare_end;
     rows->local_rows = local_rows;
     return st;
 }
@@ -308,7 +311,8 @@ void rmap_history_view_fini(struct rmap_history_view *view)
         rmap_free(view->rows->mark);
         rmap_free(view->rows->mark_hit);
         rmap_free(view->rows->rare_leg);
-        rmap_free(view->rows->rare_class);
+        rmap_free(view->rows->rare_first);
+        rmap_free(view->rows->rare_end);
         rmap_bit_groups_fini(&view->rows->legs);
         rmap_bit_groups_fini(&view->rows->hits);
         rmap_free(view->rows->rank);

@@ -72,6 +72,30 @@ static void test_groups(void **state)
     }
 }
 
+static void test_numbers(void **state)
+{
+    (void)state;
+    uint32_t random = 13;
+    for (int round = 0; round < 300; round++) {
+        int32_t number[N];
+        uint32_t word[N], low = next(&random) % 9 - 2, span = next(&random) % 8;
+        uint32_t any = next(&random) % 64 | (round % 9 == 0 ? UINT32_C(1) << 31 : 0);
+        uint64_t bits[N / 64 + 1];
+        size_t n = next(&random) % (N + 1);
+        for (size_t i = 0; i < n; i++) {
+            number[i] = (int32_t)(next(&random) % 12) - 3;
+            word[i] = next(&random) << 8 & next(&random) << 8 & next(&random) << 4;
+        }
+        rmap_range_bits(number, n, low, span, bits);
+        for (size_t i = 0; i < n; i++)
+            assert_int_equal(bits[i / 64] >> i % 64 & 1, (uint32_t)number[i] - low < span);
+        rmap_keep_any_bits(word, n, any, bits);
+        for (size_t i = 0; i < n; i++)
+            assert_int_equal(bits[i / 64] >> i % 64 & 1,
+                             (uint32_t)number[i] - low < span && (word[i] & any) != 0);
+    }
+}
+
 static bool has(const uint64_t *bits, size_t i)
 {
     return bits[i / 64] >> i % 64 & 1;
@@ -148,9 +172,8 @@ static void test_bytes_of_bits(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_members),
-        cmocka_unit_test(test_groups),
-        cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_members),       cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_groups),        cmocka_unit_test(test_reach),
         cmocka_unit_test(test_bytes_of_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
