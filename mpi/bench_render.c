@@ -55,8 +55,9 @@ out:
 /* ---- what is neither index evaluation nor search for surfaces ---- */
 
 struct evaluation {
-    struct rmap_vec3 point;
+    struct rmap_vec3 point, direction;
     int channel;
+    bool best_step; /* asked for, from there in the direction, both of the field's frame */
 };
 
 /* What a run asked of one field, and of the accelerator. Points are of the world. */
@@ -78,25 +79,32 @@ struct watched {
 };
 
 /* The one measurement where a field changes when it is asked. */
-static bool watch_at(const struct rmap_field *field, int channel, struct rmap_vec3 p, double *n,
-                     struct rmap_vec3 *gradient)
+static void keep(const struct rmap_field *field, const struct evaluation *evaluation)
 {
     struct watched_field *self = (struct watched_field *)(uintptr_t)field;
     void *block = self->evaluation;
     if (rmap_reserve(&block, &self->cap, self->n + 1, sizeof *self->evaluation, NULL) == RMAP_OK) {
         self->evaluation = block;
-        self->evaluation[self->n++] =
-            (struct evaluation){rmap_affine_point(&self->place->to_world, p), channel};
+        self->evaluation[self->n++] = *evaluation;
     } else {
         self->failed = true;
     }
+}
+
+static bool watch_at(const struct rmap_field *field, int channel, struct rmap_vec3 p, double *n,
+                     struct rmap_vec3 *gradient)
+{
+    const struct watched_field *self = (const struct watched_field *)field;
+    struct rmap_vec3 point = rmap_affine_point(&self->place->to_world, p);
+    keep(field, &(struct evaluation){.point = point, .channel = channel});
     return self->real->ops->at(self->real, channel, p, n, gradient);
 }
 
-static double pass_best_step(const struct rmap_field *field, struct rmap_vec3 p,
-                             struct rmap_vec3 direction)
+static double watch_best_step(const struct rmap_field *field, struct rmap_vec3 p,
+                              struct rmap_vec3 direction)
 {
     const struct rmap_field *real = ((const struct watched_field *)field)->real;
+    keep(field, &(struct evaluation){.point = p, .direction = direction, .best_step = true});
     return real->ops->best_step(real, p, direction);
 }
 
@@ -145,7 +153,7 @@ static enum rmap_status watch(const struct rmap_bench_scene *scene,
         field->base = *field->real;
         field->ops = *field->real->ops;
         field->ops.at = watch_at;
-        field->ops.best_step = field->real->ops->best_step ? pass_best_step : NULL;
+        field->ops.best_step = field->real->ops->best_step ? watch_best_step : NULL;
         field->ops.quadratic = pass_quadratic;
         field->base.ops = &field->ops;
         scene->scene->gradient[g].field = &field->base;
@@ -171,13 +179,16 @@ static double evaluate_again(const struct watched *watched, double nothing)
     for (size_t g = 0; g < watched->n_field; g++) {
         const struct watched_field *field = &watched->field[g];
         for (size_t i = 0; i < field->n; i++) {
-            struct rmap_vec3 point = field->evaluation[i].point;
-            point = rmap_axpy(nothing * n, slope, point);
-            (void)rmap_gradient_at(field->place, field->evaluation[i].channel, point, &n, &slope);
+            const struct evaluation *asked = &field->evaluation[i];
+            struct rmap_vec3 point = rmap_axpy(nothing, slope, asked->point);
+            if (asked->best_step)
+                n = field->real->ops->best_step(field->real, point, asked->direction);
+            else
+                (void)rmap_gradient_at(field->place, asked->channel, point, &n, &slope);
             sum += n + slope.x;
         }
     }
-    return sum;
+    return isfinite(sum) ? sum : 0.0;
 }
 
 /* The queries as the picture puts them: by sieve and Embree, with positions and normals. */

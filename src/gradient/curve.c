@@ -2,6 +2,7 @@
 #include "gradient/curve.h"
 
 #include <float.h>
+#include <string.h>
 
 #include "gradient/curve_internal.h"
 
@@ -116,10 +117,26 @@ static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
     return true;
 }
 
-static inline double change_after(const struct rmap_curve_pair *pair, double log_error)
+/* x^(-1/k) to 1 %: the logarithm is read from the bits of x (Mitchell 1962,
+ * doi:10.1109/TEC.1962.5219391), and a parabola stands for the power of 2. */
+static inline double inverse_root_about(double x, double k)
 {
-    double change = safety * exp(-log_error / pair->exponent);
-    return rmap_min(rmap_max(change, least_change), greatest_change);
+    const double one = 0x1p52 * 1023.0;
+    int64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    double power = (one - (double)bits) * 0x1p-52 / k;
+    double whole = floor(power), part = power - whole;
+    bits = ((int64_t)whole + 1023) << 52;
+    memcpy(&x, &bits, sizeof bits);
+    return x * (1.0 + part * (0.6565 + 0.3435 * part));
+}
+
+static inline double change_after(const struct rmap_curve *curve,
+                                  const struct rmap_curve_pair *pair, double error)
+{
+    double change = curve->rough ? inverse_root_about(error, pair->exponent)
+                                 : exp(-log(error) / pair->exponent);
+    return rmap_min(rmap_max(safety * change, least_change), greatest_change);
 }
 
 /* The step that an error suggests next, of the pair of order 8. */
@@ -127,7 +144,7 @@ static inline double suggest(const struct rmap_curve *curve, const struct rmap_c
                              double h, double error, double growth)
 {
     double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
-    double change = change_after(pair, log(rmap_max(error, 1e-10)));
+    double change = change_after(curve, pair, rmap_max(error, 1e-10));
     double next = h / share * rmap_min(change, growth);
     return share < 1.0 ? next * (safety * safety) : next; /* across the pairs it is less sure */
 }

@@ -58,7 +58,8 @@ struct rmap_curve {
     const struct rmap_curve_pair *last_pair;
     uint64_t n_evaluation; /* of the field, so far */
     uint64_t n_step;
-    bool rough;          /* false at first; true: the lengths of steps to come may be estimates */
+    bool rough;          /* false at first; true: the lengths of steps to come may be estimates,
+                            and are chosen quickly */
     bool closed;         /* the field's rays have a closed form: */
     double bend[3][4];   /* dD/dr, column by column */
     double closed_norm;  /* of it: omega^2 at most */

@@ -41,19 +41,18 @@ static double run_time(const struct rmap_curve_run *run)
 }
 
 /* The ends of steps exactly as their neighbours have them. */
-static struct point point_at(const struct rmap_curve_run *run, double time)
+static void point_at(const struct rmap_curve_run *run, double time, struct point *p)
 {
-    struct point p = {.time = time};
     double theta;
     int i = rmap_curve_run_find(run, time, &theta);
     const struct rmap_curve_step *step = &run->step[i];
+    p->time = time;
     if (time == run->time[i + 1]) {
-        p.r = step->to.r;
-        p.T = step->to.T;
+        p->r = step->to.r;
+        p->T = step->to.T;
     } else {
-        rmap_curve_at(step, theta, &p.r, &p.T);
+        rmap_curve_at(step, theta, &p->r, &p->T);
     }
-    return p;
 }
 
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
@@ -185,7 +184,8 @@ static double cross_plane(const struct rmap_curve_run *run, const struct piece *
                           const struct rmap_hit *hit, double time, double enough)
 {
     for (int i = 0; i < 3; i++) {
-        struct point p = point_at(run, time);
+        struct point p;
+        point_at(run, time, &p);
         double rate = rmap_dot(p.T, hit->normal);
         double step = rmap_dot(rmap_sub(p.r, hit->position), hit->normal) / rate;
         double next = time - step;
@@ -236,10 +236,10 @@ static void set_piece(struct rmap_curve_search *search, struct piece *piece, dou
     double bend = 0.125 * run->bend, shortest = SHORTEST * run_time(run);
     double most = sqrt(search->options->sag / bend); /* bend 0: infinite */
     double span = rmap_min(end - piece->a.time, rmap_max(most, shortest));
-    piece->b = point_at(run, span < end - piece->a.time ? piece->a.time + span : end);
+    point_at(run, span < end - piece->a.time ? piece->a.time + span : end, &piece->b);
     while (starts_on_surface(search) && !same_side(search, piece) && span > shortest) {
         span *= 0.25;
-        piece->b = point_at(run, piece->a.time + span);
+        point_at(run, piece->a.time + span, &piece->b);
     }
     if (starts_on_surface(search) && !same_side(search, piece))
         leave_surface(search); /* along it within rounding: its media tell where the light is */
@@ -289,8 +289,9 @@ static enum verdict judge(struct rmap_curve_search *search, const struct piece *
 bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struct rmap_hit *hit)
 {
     double end = *time;
-    struct piece piece = {.a = point_at(&search->run, 0.0)};
+    struct piece piece;
     struct aim aim = {.next = end, .after = 0.0, .wider = 1.0};
+    point_at(&search->run, 0.0, &piece.a);
     while (piece.a.time < end) {
         set_piece(search, &piece, aim.next);
         double span = piece.b.time - piece.a.time;

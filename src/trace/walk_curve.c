@@ -165,7 +165,6 @@ static void travel(struct bend *bend, const struct rmap_curve_step *step, struct
     bend->length += step->length;
     bend->optical += step->optical;
     bend->arrival->leg.to = to;
-    bend->arrival->leg.direction = rmap_normalize(step->to.T);
 }
 
 /* The run up to a time; `surface`: it ends on the surface of the arrival's hit. */
@@ -183,6 +182,7 @@ static void travel_run(struct bend *bend, double time, bool surface)
             (void)rmap_curve_cut(&bend->curve, step, theta);
         travel(bend, step, from, i == last && surface ? bend->arrival->hit.position : step->to.r);
     }
+    bend->arrival->leg.direction = rmap_normalize(run->step[last].to.T);
 }
 
 static enum rmap_leg_end follow(struct bend *bend)
