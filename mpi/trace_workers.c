@@ -73,7 +73,11 @@ static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worke
         return rmap_error_set(&self->error, portion_recorder.status,
                               "out of memory for the histories of rays %llu to %llu",
                               (unsigned long long)rays.first, (unsigned long long)(end - 1));
-    return keep_block(all, self);
+    portion_recorder.strays.seed = plan->seed;
+    self->portion->strays = &portion_recorder.strays;
+    enum rmap_status st = keep_block(all, self);
+    self->portion->strays = NULL;
+    return st;
 }
 
 /* A block that another rank traced, into this rank's shard. */

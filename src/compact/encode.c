@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "compact/few.h"
 #include "compact/paths.h"
 #include "compact/settle.h"
 
@@ -33,6 +34,7 @@ struct rmap_compact_encoder {
     size_t n_curve, cap_ray, cap_segment, cap_position;
     struct rmap_wave wave;
     struct rmap_portion *predicted;
+    struct rmap_few *few;
 };
 
 enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *model,
@@ -45,6 +47,9 @@ enum rmap_status rmap_compact_encoder_create(const struct rmap_compact_model *mo
     encoder->model = model;
     rmap_lanes_init(encoder->lane);
     enum rmap_status st = rmap_portion_create(1, model->n_channel, &encoder->predicted, err);
+    encoder->few = rmap_alloc(1, sizeof *encoder->few);
+    if (st == RMAP_OK && !encoder->few)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
     if (st == RMAP_OK)
         *encoder_ret = encoder;
     else
@@ -60,6 +65,7 @@ void rmap_compact_encoder_destroy(struct rmap_compact_encoder *encoder)
     rmap_lane_store_fini(&encoder->store);
     rmap_wave_fini(&encoder->wave);
     rmap_portion_destroy(encoder->predicted);
+    rmap_few_destroy(encoder->few);
     rmap_path_rows_fini(&encoder->own);
     rmap_path_rows_fini(&encoder->entered);
     rmap_free(encoder->path);
@@ -255,36 +261,55 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
                           sizeof *encoder->medium, encoder->medium);
 }
 
+static struct rmap_retrace retrace_of(struct rmap_compact_encoder *encoder, uint64_t seed,
+                                      const struct rmap_portion *portion, const uint8_t *channel)
+{
+    return (struct rmap_retrace){.model = encoder->model,
+                                 .seed = seed,
+                                 .n_ray = portion->n_row[RMAP_TABLE_RAY],
+                                 .id = portion->ray.id,
+                                 .source = portion->ray.source,
+                                 .stop = portion->ray.stop,
+                                 .segment_count = portion->ray.segment_count,
+                                 .registration_count = portion->ray.registration_count,
+                                 .start_object = portion->ray.start_object,
+                                 .channel = channel,
+                                 .object = portion->segment.object,
+                                 .primitive = portion->segment.primitive,
+                                 .event = portion->segment.event,
+                                 .medium = portion->segment.medium,
+                                 .crossing_segment = portion->registration.segment,
+                                 .crossing_detector = portion->registration.detector,
+                                 .colour = true,
+                                 .lane = encoder->lane};
+}
+
+/* What was recorded against what is predicted: of all rays, or of those that need it. */
 static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
                                 const struct rmap_portion *portion, bool *one_by_one_ret,
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
-    struct rmap_retrace r = {.model = encoder->model,
-                             .seed = seed,
-                             .n_ray = encoder->n_ray,
-                             .id = portion->ray.id,
-                             .source = portion->ray.source,
-                             .stop = portion->ray.stop,
-                             .segment_count = portion->ray.segment_count,
-                             .registration_count = portion->ray.registration_count,
-                             .start_object = portion->ray.start_object,
-                             .channel = encoder->channel,
-                             .object = portion->segment.object,
-                             .primitive = portion->segment.primitive,
-                             .event = portion->segment.event,
-                             .medium = portion->segment.medium,
-                             .crossing_segment = portion->registration.segment,
-                             .crossing_detector = portion->registration.detector,
-                             .colour = true,
-                             .lane = encoder->lane};
+    const struct rmap_retrace r = retrace_of(encoder, seed, portion, encoder->channel);
+    const struct rmap_portion *rows = portion;
+    bool few = rmap_few_choose(encoder->few, encoder->model, seed, portion);
+    if (few) {
+        RMAP_TRY(rmap_few_gather(encoder->few, portion, encoder->channel, err));
+        rows = encoder->few->rows;
+    }
     rmap_portion_clear(predicted);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        RMAP_TRY(rmap_portion_reserve(predicted, (enum rmap_table)t, portion->n_row[t],
+        RMAP_TRY(rmap_portion_reserve(predicted, (enum rmap_table)t, rows->n_row[t],
                                       RMAP_COLUMNS_ALL, err));
-    memcpy(predicted->n_row, portion->n_row, sizeof predicted->n_row);
-    RMAP_TRY(rmap_settle_encode(&encoder->wave, &r, predicted, one_by_one_ret, err));
+    memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
+    if (few) {
+        const struct rmap_retrace of_few = retrace_of(encoder, seed, rows, encoder->few->channel);
+        RMAP_TRY(rmap_settle_encode_few(&encoder->wave, &r, &of_few, encoder->few, predicted,
+                                        one_by_one_ret, err));
+    } else {
+        RMAP_TRY(rmap_settle_encode(&encoder->wave, &r, predicted, one_by_one_ret, err));
+    }
 out:
     return st;
 }

@@ -206,6 +206,20 @@ static void set_media(struct rmap_compact_model *model)
         model->tint[i] = medium[i].dispersive || medium[i].absorbing;
 }
 
+/* Is the channel that refracts known, wherever it matters? */
+static bool names_channels(const struct rmap_scene *scene)
+{
+    const struct rmap_channels *channels = &scene->channels;
+    bool dispersive = false;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        dispersive = dispersive || scene->medium[i].dispersive;
+    for (int i = 0; i < channels->n && dispersive; i++)
+        for (int k = 0; k < i; k++)
+            if (channels->wavelength_nm[k] == channels->wavelength_nm[i])
+                return false;
+    return !dispersive || channels->mode == RMAP_COLOUR_SPECTRAL;
+}
+
 static void set_quadric(const struct rmap_compact_object *o, double quadric[12])
 {
     double inner2 = -1.0, outer2 = INFINITY, sheet = 0.0, low = -INFINITY, high = INFINITY;
@@ -247,6 +261,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->n_medium = scene->n_medium;
     model->n_detector = scene->n_detector;
     model->epsilon = 1e-12 * scene->radius;
+    model->foretells = names_channels(scene);
     for (size_t i = 0; i < scene->n_medium; i++)
         model->absorbing = model->absorbing || scene->medium[i].absorbing;
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);

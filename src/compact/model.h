@@ -100,9 +100,11 @@ struct rmap_compact_model {
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
-    double *index;           /* [n_channel][n_medium + 1]: the last is that of no medium */
-    uint8_t *tint;           /* [n_medium + 1]: 1: legs through it may change colours */
-    float *corner;           /* of all triangles, each in a cache line of its own */
+    bool foretells; /* rays that the tracer says are foretold: the last wavelength tells the
+                       channel that refracts */
+    double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
+    uint8_t *tint;  /* [n_medium + 1]: 1: legs through it may change colours */
+    float *corner;  /* of all triangles, each in a cache line of its own */
 };
 
 /* Where a leg ends on the surface that the path names. */

@@ -40,9 +40,10 @@ struct strip {
     bool leads;
 };
 
-/* Rows [first, end) of a ray by span. */
+/* Rows [first, end) of a ray by span, among the predictions; and where its rows begin in the
+ * lanes. */
 struct rows {
-    size_t first[3], end[3];
+    size_t first[3], end[3], at[3];
 };
 
 static int strips_of(const struct rmap_retrace *r, const struct rmap_portion *predicted,
@@ -73,15 +74,17 @@ static void next_rows(const struct rmap_retrace *r, size_t i, struct rows *rows)
     rows->end[SPAN_RAY] = i + 1;
     rows->end[SPAN_SEGMENT] += r->segment_count[i];
     rows->end[SPAN_REGISTRATION] += r->registration_count[i];
+    memcpy(rows->at, rows->first, sizeof rows->at);
 }
 
 static void settle_ray(const struct strip *strip, int n, const struct rows *rows)
 {
     for (int k = 0; k < n; k++) {
         size_t first = rows->first[strip[k].span] * strip[k].width,
-               end = rows->end[strip[k].span] * strip[k].width;
+               end = rows->end[strip[k].span] * strip[k].width,
+               at = rows->at[strip[k].span] * strip[k].width;
         if (first < end)
-            rmap_lane_settle(strip[k].lane, first, end,
+            rmap_lane_settle(strip[k].lane, at, at + (end - first),
                              strip[k].predicted + first * strip[k].lane->element_nbytes);
     }
 }
@@ -124,8 +127,8 @@ static bool misleads(const struct strip *strip, int n, const struct rows *rows)
     for (int k = 0; k < n && strip[k].leads; k++) {
         const struct strip *s = &strip[k];
         size_t nbytes = s->width * s->lane->element_nbytes, first = rows->first[s->span] * nbytes,
-               end = rows->end[s->span] * nbytes;
-        if (first < end && memcmp(s->lane->from + first, s->predicted + first, end - first) != 0)
+               end = rows->end[s->span] * nbytes, at = rows->at[s->span] * nbytes;
+        if (first < end && memcmp(s->lane->from + at, s->predicted + first, end - first) != 0)
             return true;
     }
     return false;
@@ -139,13 +142,21 @@ static size_t leading_patches(const struct strip *strip, int n)
     return sum;
 }
 
+static size_t all_patches(const struct strip *strip, int n)
+{
+    size_t sum = 0;
+    for (int k = 0; k < n; k++)
+        sum += strip[k].lane->n_patch;
+    return sum;
+}
+
 enum rmap_status rmap_settle_decode(struct rmap_wave *wave, const struct rmap_retrace *r,
                                     bool one_by_one, struct rmap_portion *out,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct strip strip[LEG_LANES];
-    struct rows rows = {{0}, {0}};
+    struct rows rows = {.end = {0}};
     int n = strips_of(r, out, strip);
     for (int k = 0; k < n && strip[k].leads; k++)
         one_by_one = one_by_one || strip[k].lane->mode == RMAP_LANE_RESIDUAL ||
@@ -167,24 +178,42 @@ out:
     return st;
 }
 
-/* False when a ray that the wave got wrong came out right by itself: a decoder could not know. */
+/* A ray at `rows`, ray number `ray` of r. False when the wave got it wrong and it came out right by
+ * itself: a decoder could not know. */
+static bool encode_ray(const struct rmap_retrace *r, size_t ray, bool careful,
+                       const struct strip *strip, int n, const struct rows *rows)
+{
+    if (!careful && !misleads(strip, n, rows)) {
+        settle_ray(strip, n, rows);
+        return true;
+    }
+    size_t before = leading_patches(strip, n);
+    rmap_retrace(r, ray, rows->at[SPAN_SEGMENT], rows->at[SPAN_REGISTRATION]);
+    return careful || leading_patches(strip, n) > before;
+}
+
 static bool encode_side_by_side(const struct rmap_wave *wave, const struct rmap_retrace *r,
                                 const struct strip *strip, int n)
 {
-    struct rows rows = {{0}, {0}};
+    struct rows rows = {.end = {0}};
     for (size_t i = 0; i < r->n_ray; i++) {
         next_rows(r, i, &rows);
-        bool careful = wave->careful[i];
-        if (!careful && !misleads(strip, n, &rows)) {
-            settle_ray(strip, n, &rows);
-            continue;
-        }
-        size_t before = leading_patches(strip, n);
-        rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
-        if (!careful && leading_patches(strip, n) == before)
+        if (!encode_ray(r, i, wave->careful[i], strip, n, &rows))
             return false;
     }
     return true;
+}
+
+/* What was found is forgotten, and every ray is followed by itself. */
+static void encode_one_by_one(const struct rmap_retrace *r, const struct strip *strip, int n)
+{
+    struct rows rows = {.end = {0}};
+    for (int k = 0; k < n; k++)
+        strip[k].lane->n_patch = strip[k].lane->last = 0;
+    for (size_t i = 0; i < r->n_ray; i++) {
+        next_rows(r, i, &rows);
+        rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+    }
 }
 
 enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_retrace *r,
@@ -193,7 +222,6 @@ enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_re
 {
     enum rmap_status st = RMAP_OK;
     struct strip strip[LEG_LANES];
-    struct rows rows = {{0}, {0}};
     int n = strips_of(r, predicted, strip);
     RMAP_TRY(rmap_wave_run(wave, r, predicted, err));
     n = drop_right_ones(strip, n, predicted->n_row);
@@ -201,15 +229,37 @@ enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_re
     if (n == 0 && !any_careful(wave, r->n_ray))
         return RMAP_OK;
     *one_by_one_ret = !encode_side_by_side(wave, r, strip, n);
-    if (!*one_by_one_ret)
-        return RMAP_OK;
-    n = strips_of(r, predicted, strip);
-    for (int k = 0; k < n; k++)
-        strip[k].lane->n_patch = strip[k].lane->last = 0;
-    for (size_t i = 0; i < r->n_ray; i++) {
-        next_rows(r, i, &rows);
-        rmap_retrace(r, i, rows.first[SPAN_SEGMENT], rows.first[SPAN_REGISTRATION]);
+    if (*one_by_one_ret)
+        encode_one_by_one(r, strip, strips_of(r, predicted, strip));
+out:
+    return st;
+}
+
+enum rmap_status rmap_settle_encode_few(struct rmap_wave *wave, const struct rmap_retrace *r,
+                                        const struct rmap_retrace *of_few,
+                                        const struct rmap_few *few, struct rmap_portion *predicted,
+                                        bool *one_by_one_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct strip strip[LEG_LANES];
+    struct rows rows = {.end = {0}};
+    int n = strips_of(of_few, predicted, strip);
+    *one_by_one_ret = false;
+    RMAP_TRY(rmap_wave_run(wave, of_few, predicted, err));
+    for (size_t k = 0; k < few->n && !*one_by_one_ret; k++) {
+        size_t before = all_patches(strip, n);
+        next_rows(of_few, k, &rows);
+        rows.at[SPAN_RAY] = few->ray[k];
+        rows.at[SPAN_SEGMENT] = few->first_segment[k];
+        rows.at[SPAN_REGISTRATION] = few->first_registration[k];
+        *one_by_one_ret = !encode_ray(r, few->ray[k], wave->careful[k], strip, n, &rows);
+        if (few->sample[k] && (*one_by_one_ret || all_patches(strip, n) != before))
+            return rmap_error_set(err, RMAP_INTERNAL,
+                                  "ray %llu is not what its path foretells, as was promised",
+                                  (unsigned long long)r->id[few->ray[k]]);
     }
+    if (*one_by_one_ret)
+        encode_one_by_one(r, strip, n);
 out:
     return st;
 }

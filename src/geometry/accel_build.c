@@ -331,6 +331,7 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
 {
     enum rmap_status st = RMAP_OK;
     accel->n_object = scene->n_object;
+    accel->behind = -1e-11 * scene->radius;
     accel->object = rmap_alloc(scene->n_object, sizeof(*accel->object));
     accel->instance_object = rmap_alloc(scene->n_object, sizeof(*accel->instance_object));
     accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));

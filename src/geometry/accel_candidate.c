@@ -143,8 +143,8 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
      * has no more and an asphere's others lie farther off */
     for (int i = 0; i < 3; i++) {
         struct rmap_shape_hit hit;
-        const struct rmap_shape_query line = {query->local.origin, query->local.direction, own,
-                                              from, to};
+        const struct rmap_shape_query line = {
+            query->local.origin, query->local.direction, own, from, to, query->accel->behind};
         if (!rmap_shape_solve(o->shape, &line, &hit))
             return false;
         double facing = rmap_dot(hit.normal, query->local.direction);
@@ -158,6 +158,7 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
                                            .point = hit.point,
                                            .normal = hit.normal,
                                            .object = object,
+                                           .foretold = hit.foretold,
                                            .rank = rmap_candidate_rank(query, object, facing)};
         if (own || shape_counts(query, &candidate, facing, length, tolerance))
             return rmap_candidate_add(query, &candidate);

@@ -123,8 +123,9 @@ struct rmap_accel {
     size_t n_instance;
     struct rmap_vec3 centre; /* origin of Embree's world */
     double radius;
-    double error; /* largest of the instances' float errors */
-    double reach; /* how far behind its start a ray enters Embree */
+    double error;  /* largest of the instances' float errors */
+    double reach;  /* how far behind its start a ray enters Embree */
+    double behind; /* as in struct rmap_shape_query: beyond the slack that src/compact allows */
     int level;
     struct rmap_accel_failure failure;
     void (*watch)(void *context, const struct rmap_ray *ray, double length); /* or NULL */
@@ -151,6 +152,7 @@ struct rmap_candidate {
     int32_t object, primitive;
     int32_t listed; /* triangle that the contact list has for this face */
     bool touches;   /* the start */
+    bool foretold;  /* shapes: as in struct rmap_hit */
     enum rmap_rank rank;
 };
 

@@ -12,6 +12,7 @@ struct rmap_shape_query {
     struct rmap_vec3 origin, direction;
     bool on_surface;
     double t_min, t_max;
+    double behind; /* a root up to here lies behind the start, whoever asks */
 };
 
 /* Sag of a CONIC as a function of s = r^2, and its derivative dz/ds. */

@@ -128,7 +128,19 @@ static inline bool rmap_quadric_other_side(const struct rmap_shape *shape,
     double t = -2 * rmap_dot(rmap_quadric_half_gradient(f, query->origin), d) / a;
     if (!isfinite(t))
         return false;
+    hit->foretold = true;
     return rmap_quadric_take(shape, f, query, t, rmap_axpy(t, d, query->origin), hit);
+}
+
+/* Is root i of n, which was taken, the one that src/compact takes? The first one ahead that belongs
+ * to the surface, failing that the last. */
+static inline bool rmap_quadric_foretold(const struct rmap_shape *shape, double behind,
+                                         const double root[2], int i, double shift,
+                                         struct rmap_vec3 first)
+{
+    if (i == 0)
+        return shift + root[0] > 0;
+    return shift + root[0] <= behind || !rmap_quadric_belongs(shape, first);
 }
 
 static inline bool rmap_quadric_intersect(const struct rmap_shape *shape,
@@ -147,9 +159,15 @@ static inline bool rmap_quadric_intersect(const struct rmap_shape *shape,
     double b = rmap_dot(rmap_quadric_half_gradient(&f, p), d);
     double t[2];
     int n = rmap_quadric_roots(a, b, rmap_quadric_value(&f, p), t);
-    for (int i = 0; i < n; i++)
-        if (rmap_quadric_take(shape, &f, query, shift + t[i], rmap_axpy(t[i], d, p), hit))
-            return true;
+    for (int i = 0; i < n; i++) {
+        if (!rmap_quadric_take(shape, &f, query, shift + t[i], rmap_axpy(t[i], d, p), hit))
+            continue;
+        /* b = -0 leads to roots that are rounded in another way there */
+        hit->foretold =
+            !(b == 0 && signbit(b)) &&
+            rmap_quadric_foretold(shape, query->behind, t, i, shift, rmap_axpy(t[0], d, p));
+        return true;
+    }
     return false;
 }
 
@@ -172,7 +190,7 @@ static inline bool rmap_flat_intersect(const struct rmap_shape *shape,
     double x = p.x + t * d.x, y = p.y + t * d.y;
     if (!(t > query->t_min && t < query->t_max) || !rmap_inside_flat(shape, x, y))
         return false;
-    *hit = (struct rmap_shape_hit){t, rmap_vec3(x, y, 0), rmap_vec3(0, 0, 1)};
+    *hit = (struct rmap_shape_hit){t, rmap_vec3(x, y, 0), rmap_vec3(0, 0, 1), true};
     return true;
 }
 

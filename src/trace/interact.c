@@ -20,13 +20,14 @@ struct side {
 
 /* False when the light travels in another medium than the side says. */
 static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
-                 const struct rmap_hit *hit, struct side *side)
+                 const struct rmap_hit *hit, struct side *side, struct rmap_decision *decision)
 {
     const struct rmap_object *object = &scene->object[hit->object];
     double cosine = rmap_dot(ray->direction, hit->normal);
     bool front = cosine < 0.0;
     if (cosine == 0.0) /* grazing exactly: the side that the light can be on */
         front = object->medium_front == ray->medium || object->medium_back != ray->medium;
+    decision->foretold = cosine != 0.0;
     int32_t near = front ? object->medium_front : object->medium_back;
     int32_t far = front ? object->medium_back : object->medium_front;
     if (near != RMAP_MEDIUM_ANY && near != ray->medium)
@@ -99,6 +100,7 @@ static void pass_specular(const struct rmap_ray *ray, const struct side *side, i
     if (!refract(ray->direction, side, side->n1[channel], side->n2[channel],
                  &decision->direction)) {
         turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
+        decision->foretold = false; /* the colour of what was drawn goes with it */
         return;
     }
     decision->events = RMAP_EVENT_TRANSMIT_SPECULAR;
@@ -238,6 +240,7 @@ static void decide_mirror(const struct rmap_scene *scene, const struct rmap_ray 
     const struct rmap_surface *surface = side->surface;
     struct outcome outcome[] = {{RMAP_EVENT_REFLECT_SPECULAR, surface->reflect_specular}, {0}};
     if (surface->is_metal) {
+        decision->foretold = decision->foretold && rmap_colour_single(colour);
         for (int i = colour->begin; i < colour->end; i++)
             decision->scratch[i] = rmap_fresnel_metal(side->n1[i], surface->metal_n[i],
                                                       surface->metal_k[i], side->cos_i);
@@ -287,12 +290,13 @@ static bool index_at(const struct rmap_gradient *gradient, const struct rmap_col
 /* False where a gradient medium has no index. near, far: room for its indices. */
 static bool look_up(const struct rmap_scene *scene, const struct rmap_ray *ray,
                     const struct rmap_hit *hit, const struct rmap_colour *colour, struct side *side,
-                    double *near, double *far)
+                    double *near, double *far, struct rmap_decision *decision)
 {
     side->n1 = scene->medium[ray->medium].n;
     side->n2 = scene->medium[side->far].n;
     if (!(ray->gradient | side->far_gradient) || !refracts(side->surface))
         return true;
+    decision->foretold = false;
     if (ray->gradient) {
         side->n1 = near;
         if (!index_at(&scene->gradient[ray->gradient - 1], colour, hit->position, side->normal,
@@ -321,7 +325,8 @@ void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
     decision->collapse = -1;
     decision->weigh = NULL;
     decision->events = RMAP_EVENT_ERROR;
-    if (!meet(scene, ray, hit, &side) || !look_up(scene, ray, hit, colour, &side, near, far))
+    if (!meet(scene, ray, hit, &side, decision) ||
+        !look_up(scene, ray, hit, colour, &side, near, far, decision))
         return;
     switch (side.surface->type) {
     case RMAP_SURFACE_FRESNEL:

@@ -23,6 +23,7 @@ struct rmap_decision {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_vec3 direction; /* unit, if it goes on */
     int collapse;               /* channel drawn, or -1 */
+    bool foretold;              /* as in struct rmap_hit, of direction and colour */
     const double *weigh; /* probabilities that the colour is to be weighed with, or NULL; may point
                             into `scratch` */
     double scratch[RMAP_CHANNEL_MAX];

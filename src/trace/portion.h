@@ -16,6 +16,15 @@
  * depend on ranks, threads or the number of rays asked for. */
 #define RMAP_BLOCK_RAYS 4096
 
+/* Rays that src/compact may not foretell from their paths, in ascending order: all others of the
+ * portion it does, bit by bit, with this seed. Whoever traced the rays knows. */
+#define RMAP_STRAYS_MAX 1024
+struct rmap_strays {
+    uint64_t seed;
+    size_t n; /* beyond RMAP_STRAYS_MAX: they are not listed */
+    uint32_t ray[RMAP_STRAYS_MAX];
+};
+
 #define RMAP_FIELD(field, path, type, element, width, unit, text) type *field;
 struct rmap_ray_columns {
     RMAP_RAY_COLUMNS(RMAP_FIELD)
@@ -42,6 +51,7 @@ struct rmap_portion {
     int n_channel;
     uint16_t *colour; /* [n_row[RMAP_TABLE_SEGMENT]][n_channel], sum of a row = 65535; colour on
                          the leg's arrival */
+    const struct rmap_strays *strays; /* of the rows as they are, borrowed; NULL: not known */
 };
 
 /* What a portion's index row says of it, so that a query can skip it. */

@@ -285,6 +285,11 @@ static void end(struct rmap_recorder *base, const struct rmap_ending *ending)
     ray->path_length[i] = plain(ending->path_length);
     ray->optical_path[i] = plain(ending->optical_path);
     store_float3(ray->end_direction + 3 * i, ending->direction);
+    if (ending->foretold)
+        return;
+    if (self->strays.n < RMAP_STRAYS_MAX)
+        self->strays.ray[self->strays.n] = (uint32_t)i;
+    self->strays.n++;
 }
 
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,

@@ -133,7 +133,8 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .object = -1,
                                        .primitive = -1,
                                        .medium = source->medium,
-                                       .colour = colour->share};
+                                       .colour = colour->share,
+                                       .foretold = true};
     if (source->type == RMAP_SOURCE_RAYS) {
         emit_list(source, ordinal, colour, emission);
         return;
@@ -150,6 +151,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         emission->normal = normal;
         emission->direction = lambertian(normal, way);
     } else {
+        emission->foretold = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
         emission->direction =
             rmap_normalize(rmap_affine_vector(&source->frame, point_direction(source, way)));
     }

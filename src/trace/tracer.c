@@ -17,6 +17,7 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
                                        .medium = emission.medium,
                                        .gradient = tracer->scene->source[emission.source].gradient},
                     recorder);
+    walk->foretold = emission.foretold;
     recorder->emit(recorder, &emission);
 }
 
@@ -27,7 +28,8 @@ static void end(struct rmap_walk *walk, enum rmap_stop stop)
                                  .weight = walk->weight,
                                  .wavelength_nm = (double)NAN,
                                  .path_length = walk->path_length,
-                                 .optical_path = walk->optical_path};
+                                 .optical_path = walk->optical_path,
+                                 .foretold = walk->foretold};
     if (channels->mode == RMAP_COLOUR_SPECTRAL && rmap_colour_single(&walk->colour))
         ending.wavelength_nm = channels->wavelength_nm[walk->colour.begin];
     if (stop == RMAP_STOP_LEFT)
@@ -84,8 +86,10 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
                       enum rmap_stop stop)
 {
     record_step(walk, arrival, event);
-    if (stop == RMAP_STOP_LEFT)
+    if (stop == RMAP_STOP_LEFT && walk->scene->n_far_detector > 0) {
         rmap_detect_far(walk->scene, &arrival->leg, walk->recorder);
+        walk->foretold = false; /* angles of another library */
+    }
     end(walk, stop);
     return false;
 }

@@ -95,7 +95,9 @@ static inline void rig_close(struct rig *rig)
     rmap_diagnostics_fini(&rig->diagnostics);
 }
 
-static inline struct rmap_portion *rig_trace(const struct rig *rig, uint64_t first, size_t n)
+/* strays: those of the rays that the tracer does not promise anything about. */
+static inline struct rmap_portion *rig_trace_told(const struct rig *rig, uint64_t first, size_t n,
+                                                  struct rmap_strays *strays)
 {
     struct rmap_error err = {0};
     struct rmap_accel *accel = NULL;
@@ -109,7 +111,15 @@ static inline struct rmap_portion *rig_trace(const struct rig *rig, uint64_t fir
         rmap_trace_ray(&tracer, ray, &recorder.base);
     assert_int_equal(recorder.status, RMAP_OK);
     rmap_accel_destroy(accel);
+    *strays = recorder.strays;
+    strays->seed = RIG_SEED;
     return portion;
+}
+
+static inline struct rmap_portion *rig_trace(const struct rig *rig, uint64_t first, size_t n)
+{
+    struct rmap_strays strays;
+    return rig_trace_told(rig, first, n, &strays);
 }
 
 static inline size_t stream_nbytes(const struct rmap_rows *rows, int s)

@@ -106,6 +106,159 @@ static void test_examples(void **state)
     assert_true(room < 2.5);
 }
 
+/* Rooms of all surfaces and shapes whose rays are mostly foretold; in RGB, too. */
+static const char colours[2][80] = {
+    "spectrum: {mode: spectral, wavelengths: [450, 500, 550, 600, 650]}\n",
+    "spectrum: {mode: rgb}\n",
+};
+static const char room_of_kinds[] =
+    "surfaces:\n"
+    "  clear: {type: fresnel}\n"
+    "  coated: {type: fresnel, coat: {reflectance: {wavelength: [450, 650], value: [0.1, 0.3]}}}\n"
+    "  white: {type: lambert, reflectance: {wavelength: [450, 650], value: [0.95, 0.9]}}\n"
+    "  half: {type: mixture, reflect_specular: {wavelength: [450, 650], value: [0.4, 0.2]}, "
+    "reflect_diffuse: 0.2, transmit_specular: {wavelength: [450, 650], value: [0.1, 0.3]}, "
+    "transmit_diffuse: 0.2}\n"
+    "  metal: {type: mirror, metal: {n: 0.2, k: 3.4}}\n"
+    "  mirror: {type: mirror, reflectance: 0.98}\n"
+    "geometries:\n"
+    "  ball: {type: sphere, radius: 3}\n"
+    "  hall: {type: sphere, radius: 40}\n"
+    "  bowl: {type: conic, radius: -20, conic: -1, aperture: 9}\n"
+    "  horn: {type: conic, radius: 4, conic: -3, aperture: 9, inner: 1}\n"
+    "  egg: {type: conic, radius: 6, conic: 0.5, aperture: 1.5}\n"
+    "  funnel: {type: cone, radius: 6, radius2: 9, length: 10}\n"
+    "  pipe: {type: cylinder, radius: 2, length: 7}\n"
+    "  bent: {type: conic, radius: 30, conic: -0.5, asphere: {4: 1.0e-5}, aperture: 3}\n"
+    "  plate: {type: rectangle, size: [30, 30]}\n"
+    "  ring: {type: disc, radius: 9, inner: 2}\n"
+    "objects:\n"
+    "  - {name: walls, geometry: hall, surface: white, inside: air, outside: air}\n"
+    "  - {name: glass_ball, geometry: ball, at: [-7, 0, 12], scale: [-1, 1, 1], surface: clear, "
+    "inside: bk7, outside: air}\n"
+    "  - {name: stretched, geometry: ball, at: [7, 1, 12], scale: [1, 2, 1.5], rotate: [10, 20, "
+    "30], surface: coated, inside: water, outside: air}\n"
+    "  - {name: nested, geometry: ball, at: [-7, 0, 12], scale: 0.5, surface: clear, inside: "
+    "water, outside: bk7}\n"
+    "  - {name: bowl, geometry: bowl, at: [0, 0, 30], surface: mirror, front: air, back: air}\n"
+    "  - {name: horn, geometry: horn, at: [0, 20, 0], surface: half, front: air, back: air}\n"
+    "  - {name: egg, geometry: egg, at: [0, -20, 0], surface: metal, front: air, back: air}\n"
+    "  - {name: tunnel, geometry: funnel, at: [0, 0, 19], surface: half, inside: air, outside: "
+    "air}\n"
+    "  - {name: pipe, geometry: pipe, at: [20, 0, 0], rotate: [0, 50, 0], surface: half, inside: "
+    "air, outside: air}\n"
+    "  - {name: bend, geometry: bent, at: [-20, 9, 25], surface: half, front: air, back: air}\n"
+    "  - {name: floor, geometry: plate, at: [0, -12, 10], rotate: [90, 0, 0], surface: half, "
+    "front: air, back: air}\n"
+    "  - {name: stuck, geometry: plate, at: [5, -12, 15], rotate: [90, 0, 0], scale: 0.2, surface: "
+    "half, "
+    "front: air, back: air}\n"
+    "  - {name: pane, geometry: ring, at: [1, 1, 2], rotate: [5, 0, 0], surface: half, front: air, "
+    "back: air}\n"
+    "sources:\n"
+    "  - {name: sun, type: collimated, shape: {disc: 9}, at: [0, 0, -5], flux: 1 W, medium: air}\n"
+    "  - {name: axis, type: collimated, shape: {disc: 0.1}, at: [0, 0, -5], direction: [0, 1, 0], "
+    "flux: 1 W, medium: "
+    "air}\n"
+    "  - {name: bulb, type: point, at: [0, 5, 8], flux: 1 W, medium: air}\n"
+    "  - {name: torch, type: point, at: [0, 0, -8], distribution: {cone: 40}, flux: 1 W, "
+    "rays_share: 0.05, medium: air}\n"
+    "  - {name: panel, type: area, shape: {rectangle: [4, 6]}, at: [0, 11, 10], "
+    "direction: [0, -1, 0], flux: 1 W, medium: air}\n"
+    "detectors:\n"
+    "  - {name: free, type: plane, size: [20, 20], cells: [100, 60], at: [0, 0, 7], "
+    "direction: [0, 0.2, -1]}\n"
+    "  - {name: below, type: plane, on: floor, size: [40, 40], cells: [70, 70], at: [0, -12, 10], "
+    "direction: [0, 1, 0]}\n";
+
+/* As a new piece. */
+static void encode_afresh(struct rig *rig, const struct rmap_portion *portion,
+                          struct rmap_rows *own)
+{
+    struct rmap_error err = {0};
+    rmap_path_book_destroy(rig->book);
+    rig->book = NULL;
+    rig_ok(rmap_path_book_create(&rig->book, &err), &err);
+    rows_free(&rig->whole);
+    rig->whole.layout = &rmap_compact_layout;
+    rig_encode(rig, RIG_SEED, portion, own);
+}
+
+/* The same streams with the tracer's promises and without; how many rays it promised nothing of. */
+static size_t check_foretold(struct rig *rig, uint64_t first, size_t n)
+{
+    struct rmap_strays *strays = rmap_alloc(1, sizeof *strays);
+    struct rmap_portion *portion = rig_trace_told(rig, first, n, strays);
+    struct rmap_rows told, followed;
+    size_t n_stray = strays->n;
+    encode_afresh(rig, portion, &followed);
+    portion->strays = strays;
+    encode_afresh(rig, portion, &told);
+    for (int s = 0; s < rmap_compact_layout.n_stream; s++) {
+        assert_int_equal(stream_nbytes(&told, s), stream_nbytes(&followed, s));
+        if (told.data[s])
+            assert_memory_equal(told.data[s], followed.data[s], stream_nbytes(&told, s));
+    }
+    rig_decode(rig, &told, portion, RMAP_COLUMNS_ALL);
+    assert_columns_equal(portion, rig->decoded, RMAP_COLUMNS_ALL);
+    rows_free(&told);
+    rows_free(&followed);
+    rmap_portion_destroy(portion);
+    rmap_free(strays);
+    return n_stray;
+}
+
+/* What the tracer says of a ray holds for every kind of surface, shape, source and detector. */
+static void test_foretold(void **state)
+{
+    (void)state;
+    struct rig rig;
+    for (int mode = 0; mode < 2; mode++) {
+        char text[8192];
+        (void)snprintf(
+            text, sizeof text,
+            "raymap: 1\n%smedia:\n  air: {index: 1}\n  water: {index: 1.33}\n  bk7: %s\n%s",
+            colours[mode], mode == 0 ? "{glass: N-BK7}" : "{index: 1.52}", room_of_kinds);
+        rig_open_text(&rig, text);
+        for (uint64_t block = 0; block < 8; block++) {
+            size_t n = check_foretold(&rig, 4096 * block, 4096);
+            if (block == 0)
+                print_message("mode %d: %zu strays of 4096\n", mode, n);
+            assert_in_range(n, 1, 1024); /* else nothing was tried here */
+        }
+        rig_close(&rig);
+    }
+    rig_open_text(&rig, all_kinds);
+    check_foretold(&rig, 0, 4096);
+    rig_close(&rig);
+    rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/double-gauss/scene.yaml");
+    assert_true(check_foretold(&rig, 0, 16384) < 16);
+    rig_close(&rig);
+    rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/room/scene.yaml");
+    assert_true(check_foretold(&rig, 0, 4096) < 16);
+    rig_close(&rig);
+}
+
+/* A promise that does not hold is found out. */
+static void test_broken_promise(void **state)
+{
+    (void)state;
+    struct rig rig;
+    struct rmap_error err = {0};
+    struct rmap_strays strays;
+    rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/double-gauss/scene.yaml");
+    struct rmap_portion *portion = rig_trace_told(&rig, 0, 4096, &strays);
+    portion->strays = &strays;
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_SEGMENT]; i++)
+        portion->segment.position[3 * i] = nextafterf(portion->segment.position[3 * i], 1e9F);
+    assert_int_equal(rmap_compact_encode(rig.encoder, RIG_SEED, portion, &err), RMAP_INTERNAL);
+    assert_int_equal(rmap_compact_encode(rig.encoder, RIG_SEED + 1, portion, &err), RMAP_OK);
+    portion->strays = NULL;
+    assert_int_equal(rmap_compact_encode(rig.encoder, RIG_SEED, portion, &err), RMAP_OK);
+    rmap_portion_destroy(portion);
+    rig_close(&rig);
+}
+
 /* A wrong seed predicts nothing, and still every bit comes back, in no more bytes than plain. */
 static void test_wrong_seed(void **state)
 {
@@ -274,6 +427,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_kind), cmocka_unit_test(test_examples),
+        cmocka_unit_test(test_foretold),   cmocka_unit_test(test_broken_promise),
         cmocka_unit_test(test_wrong_seed), cmocka_unit_test(test_selection),
         cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_patches),
         cmocka_unit_test(test_curved),
