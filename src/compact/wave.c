@@ -240,8 +240,8 @@ static bool replace(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
     return false;
 }
 
-/* False: there are no more rays. */
-static bool next_leg(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
+/* On to the next leg; false: that was the last. */
+static inline bool next_leg(struct rmap_wave_ray *ray)
 {
     ray->leg->way.length = ray->state[6];
     ray->leg->cosine = ray->state[7];
@@ -249,10 +249,27 @@ static bool next_leg(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
     ray->step++;
     ray->leg++;
     soon(ray->leg + 1);
-    if (ray->row < ray->end)
-        return true;
-    rmap_wave_sum(run, ray);
-    return replace(run, ray);
+    return ray->row < ray->end;
+}
+
+/* n rays go on. */
+static inline void go_on(struct rmap_wave_run *run, struct rmap_wave_ray *const *ray, size_t n)
+{
+    struct rmap_wave_ray *on[RMAP_WAVE_WIDTH + 1], *arrived[RMAP_WAVE_WIDTH + 1];
+    size_t n_on = 0, n_arrived = 0;
+    for (size_t i = 0; i < n; i++) { /* no branches */
+        bool more = next_leg(ray[i]);
+        on[n_on] = arrived[n_arrived] = ray[i];
+        n_on += more;
+        n_arrived += !more;
+    }
+    for (size_t i = 0; i < n_arrived; i++) {
+        rmap_wave_sum(run, arrived[i]);
+        if (replace(run, arrived[i]))
+            on[n_on++] = arrived[i];
+    }
+    for (size_t i = 0; i < n_on; i++)
+        line_up(run, on[i]);
 }
 
 static void load_turns(const struct rmap_retrace *r, enum rmap_turn turn,
@@ -305,8 +322,7 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
     enum rmap_turn turn = (enum rmap_turn)(which % RMAP_WAVE_TURNS);
     struct rmap_wave_pack pack;
     struct rmap_wave_ray *to[RMAP_WAVE_WIDTH];
-    size_t row[RMAP_WAVE_WIDTH], left = 0;
-    uint32_t flags = 0;
+    size_t row[RMAP_WAVE_WIDTH], crosses[RMAP_WAVE_WIDTH + 1], n_cross = 0;
     double odd = 0.0;
     for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++) {
         size_t at = queue->ray[(queue->first + (i < n ? i : 0)) & (RMAP_WAVE_RAYS - 1)];
@@ -316,17 +332,22 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
         const struct rmap_wave_leg *leg = pack.ray[i]->leg;
         pack.corner[i] = leg->way.corner;
         pack.object[i] = &r->model->object[leg->object];
-        flags |= leg->flags;
+        crosses[n_cross] = i;
+        n_cross += i < n && (leg->flags & RMAP_WAVE_CROSSES);
     }
     queue->first += (uint32_t)n;
     queue->n -= (uint32_t)n;
     rmap_wave_load(&pack);
     load_turns(r, turn, &pack);
     meet(r->model, kind, &pack);
-    rmap_wave_note(&pack, row, n, run->out->segment.position, run->out->segment.normal);
-    for (size_t i = 0; (flags & RMAP_WAVE_CROSSES) && i < n; i++)
-        if (to[i]->leg->flags & RMAP_WAVE_CROSSES)
-            rmap_wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
+    if (n == RMAP_WAVE_WIDTH && turn != RMAP_TURN_NONE)
+        rmap_wave_note_on(&pack, row, run->out->segment.position, run->out->segment.normal);
+    else
+        rmap_wave_note(&pack, row, n, run->out->segment.position, run->out->segment.normal);
+    for (size_t k = 0; k < n_cross; k++) {
+        size_t i = crosses[k];
+        rmap_wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
+    }
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, r->seed, &pack);
     rmap_wave_store(&pack, to);
@@ -335,11 +356,7 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
     for (size_t i = 0; odd != 0.0 && i < n; i++)
         if (pack.odd[i] != 0.0)
             run->wave->careful[to[i]->index] = 1;
-    for (size_t i = 0; i < n; i++)
-        if (next_leg(run, to[i]))
-            to[left++] = to[i];
-    for (size_t i = 0; i < left; i++)
-        line_up(run, to[i]);
+    go_on(run, to, n);
 }
 
 static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
@@ -357,8 +374,7 @@ static void advance_alone(struct rmap_wave_run *run, size_t which)
     queue->first++;
     queue->n--;
     rmap_wave_advance_alone(run, ray);
-    if (next_leg(run, ray))
-        line_up(run, ray);
+    go_on(run, &ray, 1);
 }
 
 /* All full packs that there are; false when there was none. */

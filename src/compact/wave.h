@@ -71,6 +71,11 @@ void rmap_wave_store(const struct rmap_wave_pack *pack,
 void rmap_wave_note(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH], size_t n,
                     float *position, int16_t *normal);
 
+/* The same of a full pack, of legs that are none their rays' last: what comes after a row is
+ * written later. */
+void rmap_wave_note_on(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH],
+                       float *position, int16_t *normal);
+
 /* To the end of the legs, which are all of this kind: wave_kernel.c, wave_mesh.c (triangles that
  * exist). */
 void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wave_pack *pack);

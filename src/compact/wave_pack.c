@@ -67,3 +67,24 @@ void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t 
     else
         note(p, end, row, n, position, normal);
 }
+
+/* The store of a row reaches into the next one. */
+void rmap_wave_note_on(const struct rmap_wave_pack *p, const size_t row[W], float *position,
+                       int16_t *normal)
+{
+    words end[W];
+    uint64_t three[W];
+    for (size_t i = 0; i < W; i += 4) {
+        words xy, z;
+        turn_ends(p, i, end + i);
+        memcpy(&xy, p->normal_xy + i, sizeof xy);
+        memcpy(&z, p->normal_z + i, sizeof z);
+        words low = MIX4(xy, z, 0, 4, 1, 5), high = MIX4(xy, z, 2, 6, 3, 7);
+        memcpy(three + i, &low, sizeof low);
+        memcpy(three + i + 2, &high, sizeof high);
+    }
+    for (size_t i = 0; position && i < W; i++)
+        memcpy(position + 3 * row[i], &end[i], sizeof end[i]);
+    for (size_t i = 0; normal && i < W; i++)
+        memcpy(normal + 3 * row[i], &three[i], sizeof three[i]);
+}
