@@ -64,34 +64,52 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
     return RMAP_OK;
 }
 
-/* Sources, stops, counts. */
+#if defined(__GNUC__)
+#define soon(address) __builtin_prefetch(address)
+#else
+#define soon(address) ((void)(address))
+#endif
+
+/* The known path of a later ray. */
+static inline const struct rmap_known_path *later(const struct rmap_path_table *table,
+                                                  const uint32_t *path, size_t n, size_t ahead)
+{
+    uint32_t its = path[n > ahead ? ahead : 0];
+    return &table->path[its - (its > 0)]; /* no branch */
+}
+
+/* x where the mask is all ones, y where it is 0. */
+static inline uint32_t either(uint32_t mask, uint32_t x, uint32_t y)
+{
+    return y ^ ((x ^ y) & mask);
+}
+
+/* Sources, stops, counts. Whether a path is known is anybody's guess: both are read, and there are
+ * some of both. */
 static void fill_heads(const struct rmap_path_table *table, const struct rmap_own_paths *own,
                        rmap_column_set columns, struct rmap_portion *out)
 {
-    size_t k = 0;
     const struct rmap_ray_columns *ray = &out->ray;
-    for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        struct rmap_known_path path;
-        if (own->path[i] > 0) {
-            path = table->path[own->path[i] - 1];
-        } else {
-            path = (struct rmap_known_path){.source = own->source[k],
-                                            .stop = own->stop[k],
-                                            .start_object = (int32_t)(own->start_object[k] - 1),
-                                            .n_segment = own->segment_count[k],
-                                            .n_registration = own->registration_count[k]};
-            k++;
-        }
+    size_t k = 0, n = out->n_row[RMAP_TABLE_RAY];
+    for (size_t i = 0; i < n; i++) {
+        size_t its = k < own->n ? k : own->n - 1;
+        uint32_t known = own->path[i] > 0, mask = (uint32_t)0 - known;
+        const struct rmap_known_path *path = &table->path[own->path[i] - known];
+        soon(later(table, own->path + i, n - i, 16));
+        k += 1 - known;
         if (columns & BIT(RMAP_RAY_source))
-            ray->source[i] = path.source;
+            ray->source[i] =
+                (int32_t)either(mask, (uint32_t)path->source, (uint32_t)own->source[its]);
         if (columns & BIT(RMAP_RAY_stop))
-            ray->stop[i] = path.stop;
+            ray->stop[i] = (uint8_t)either(mask, path->stop, own->stop[its]);
         if (columns & BIT(RMAP_RAY_start_object))
-            ray->start_object[i] = path.start_object;
+            ray->start_object[i] =
+                (int32_t)either(mask, (uint32_t)path->start_object, own->start_object[its] - 1);
         if (columns & BIT(RMAP_RAY_segment_count))
-            ray->segment_count[i] = path.n_segment;
+            ray->segment_count[i] = either(mask, path->n_segment, own->segment_count[its]);
         if (columns & BIT(RMAP_RAY_registration_count))
-            ray->registration_count[i] = path.n_registration;
+            ray->registration_count[i] =
+                either(mask, path->n_registration, own->registration_count[its]);
     }
 }
 
@@ -162,14 +180,11 @@ static void fill_legs(const struct rmap_path_table *table, const struct rmap_own
 /* Known paths that will be copied soon: where their legs are, and these. */
 static inline void expect(const struct rmap_path_table *table, const uint32_t *path, size_t n)
 {
-    enum { WHERE = 16, LEGS = 8 };
-    const uint32_t where = n > WHERE && path[WHERE] > 0 ? path[WHERE] - 1 : 0;
-    const uint32_t legs = n > LEGS && path[LEGS] > 0 ? path[LEGS] - 1 : 0;
-    __builtin_prefetch(&table->path[where]);
-    size_t row = table->n > 0 ? table->path[legs].segment : 0;
-    __builtin_prefetch(table->object + row);
-    __builtin_prefetch(table->event + row);
-    __builtin_prefetch(table->medium + row);
+    soon(later(table, path, n, 16));
+    size_t row = table->n > 0 ? later(table, path, n, 8)->segment : 0;
+    soon(table->object + row);
+    soon(table->event + row);
+    soon(table->medium + row);
 }
 
 /* The same, eight legs at once. Both columns are asked for. What is written beyond a path belongs
@@ -220,48 +235,82 @@ static bool eight_at_once(const struct rmap_own_paths *own, const struct rmap_pa
 #define fill_legs_8 fill_legs
 #endif
 
-/* Rows [from, from + n) of a path, out of its own columns or the table's. */
+/* Registrations of paths: their own ones, or the table's. */
 struct crossings {
     const uint32_t *segment;
     const int32_t *detector;
     const uint8_t *registered;
+    size_t n; /* rows */
 };
 
+static inline void copy_crossings(const struct crossings *from, size_t row, size_t n,
+                                  rmap_column_set columns,
+                                  const struct rmap_registration_columns *out, size_t to)
+{
+    if (columns & BIT(RMAP_REGISTRATION_segment))
+        memcpy(out->segment + to, from->segment + row, n * sizeof *out->segment);
+    if (columns & BIT(RMAP_REGISTRATION_detector))
+        memcpy(out->detector + to, from->detector + row, n * sizeof *out->detector);
+    if (columns & BIT(RMAP_REGISTRATION_registered))
+        memcpy(out->registered + to, from->registered + row, n * sizeof *out->registered);
+}
+
+/* As for the heads. Most rays have few: two are copied where there is room, into rows that are
+ * filled later if they are not the path's. */
 static void fill_crossings(const struct rmap_path_table *table, const struct rmap_own_paths *own,
                            rmap_column_set columns, struct rmap_portion *out)
 {
-    const struct crossings known = {table->segment, table->detector, table->registered},
-                           rare = {own->segment, own->detector, own->registered};
-    struct rmap_registration_columns *registration = &out->registration;
-    size_t k = 0, own_from = 0, to = 0;
+    enum { FEW = 2 };
+    const struct crossings from[2] = {
+        {own->segment, own->detector, own->registered, own->n_registration},
+        {table->segment, table->detector, table->registered, table->n_registration}};
+    size_t to = 0, k = 0, next = 0, n_row = out->n_row[RMAP_TABLE_REGISTRATION];
     for (size_t i = 0; i < out->n_row[RMAP_TABLE_RAY]; i++) {
-        const struct crossings *c = &rare;
-        size_t from = own_from, n;
-        if (own->path[i] > 0) {
-            c = &known;
-            from = table->path[own->path[i] - 1].registration;
-            n = table->path[own->path[i] - 1].n_registration;
-        } else {
-            n = own->registration_count[k++];
-            own_from += n;
-        }
-        for (size_t j = 0; j < n; j++, to++) {
-            if (columns & BIT(RMAP_REGISTRATION_segment))
-                registration->segment[to] = c->segment[from + j];
-            if (columns & BIT(RMAP_REGISTRATION_detector))
-                registration->detector[to] = c->detector[from + j];
-            if (columns & BIT(RMAP_REGISTRATION_registered))
-                registration->registered[to] = c->registered[from + j];
-        }
+        uint32_t known = own->path[i] > 0, mask = (uint32_t)0 - known;
+        const struct rmap_known_path *path = &table->path[own->path[i] - known];
+        const struct crossings *c = &from[known];
+        uint32_t its = own->registration_count[k < own->n ? k : own->n - 1] & ~mask;
+        size_t n = its | (path->n_registration & mask);
+        size_t row = next ^ ((next ^ path->registration) & ((size_t)0 - known));
+        size_t done = n_row - to >= FEW && c->n >= FEW && row <= c->n - FEW ? FEW : 0;
+        next += its;
+        k += 1 - known;
+        if (done > 0)
+            copy_crossings(c, row, FEW, columns, &out->registration, to);
+        if (done < n)
+            copy_crossings(c, row + done, n - done, columns, &out->registration, to + done);
+        to += n;
     }
+}
+
+/* Something to read where there are no paths of a kind. */
+static const int32_t no_source;
+static const uint8_t no_stop;
+static const uint32_t no_number;
+
+static struct rmap_own_paths own_or_one(const struct rmap_own_paths *own)
+{
+    struct rmap_own_paths some = *own;
+    if (own->n > 0)
+        return some;
+    some.n = 1;
+    some.source = &no_source;
+    some.stop = &no_stop;
+    some.start_object = some.segment_count = some.registration_count = &no_number;
+    return some;
 }
 
 void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_table *table,
                      rmap_column_set columns, struct rmap_portion *out)
 {
     size_t n_ray = out->n_row[RMAP_TABLE_RAY];
+    const struct rmap_own_paths some = own_or_one(own);
+    struct rmap_known_path no_path = {.source = 0};
+    struct rmap_path_table known = *table;
+    if (table->n == 0)
+        known.path = &no_path;
     if (columns & RMAP_HEAD_COLUMNS)
-        fill_heads(table, own, columns, out);
+        fill_heads(&known, &some, columns, out);
     const struct rmap_path_columns legs = {
         .n_row = out->n_row[RMAP_TABLE_SEGMENT],
         .object = columns & BIT(RMAP_SEGMENT_object) ? out->segment.object : NULL,
@@ -271,5 +320,5 @@ void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_ta
         (eight_at_once(own, &legs) ? fill_legs_8 : fill_legs)(table, own, n_ray, &legs);
     if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
                    BIT(RMAP_REGISTRATION_registered)))
-        fill_crossings(table, own, columns, out);
+        fill_crossings(&known, &some, columns, out);
 }
