@@ -63,6 +63,45 @@ static enum rmap_status add_term(struct search *search, int32_t index)
     return st;
 }
 
+/* Any number of anything. */
+static bool is_gap(const struct rmap_path_regex *regex, int32_t index)
+{
+    const struct rmap_path_term *term = &regex->term[index];
+    if (term->kind != RMAP_PATH_REPEAT || term->least > 0 || term->most != RMAP_PATH_UNBOUNDED ||
+        regex->term[term->last].kind != RMAP_PATH_ATOM)
+        return false;
+    const struct rmap_path_atom *atom = &regex->atom[regex->term[term->last].atom];
+    return atom->letters == RMAP_PATH_ANY && atom->place < 0;
+}
+
+/* Whether the expression is its steps, perhaps a registration behind them, and gaps in between and
+ * at the end, each of which the table has kept. */
+static void find_chain(const struct search *search)
+{
+    const struct rmap_path_regex *regex = search->regex;
+    struct rmap_path_table *table = search->table;
+    const struct rmap_path_term *root = &regex->term[regex->root];
+    int32_t child = root->kind == RMAP_PATH_SEQUENCE ? root->last : -1;
+    const uint8_t *seen = NULL;
+    bool gap = true, is_last = true;
+    int n_step = 0;
+    for (; child >= 0; child = regex->term[child].prev, gap = !gap) {
+        const struct rmap_path_term *term = &regex->term[child];
+        if (gap != is_gap(regex, child) || (!gap && term->kind != RMAP_PATH_ATOM))
+            return;
+        if (gap)
+            continue;
+        const uint32_t letters = regex->atom[term->atom].letters;
+        if (is_last && letters == 1u << RMAP_PATH_LETTER_V)
+            seen = find(search, search->alphabet->has + (size_t)term->atom * table->n_symbol);
+        n_step += !(is_last && seen);
+        is_last = false;
+    }
+    table->is_chain = n_step > 0 && n_step == table->n_chain;
+    table->is_from_start = gap; /* a gap would have come next */
+    table->seen = seen;
+}
+
 /* Needs as bits of symbols. */
 static enum rmap_status fill_bits(struct search *search)
 {
@@ -90,5 +129,7 @@ enum rmap_status rmap_path_needs_create(struct rmap_parser *parser,
         table->chain[table->n_chain - 1 - k] = table->chain[k];
         table->chain[k] = other;
     }
+    if (st == RMAP_OK)
+        find_chain(&search);
     return st == RMAP_OK ? fill_bits(&search) : st;
 }

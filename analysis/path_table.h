@@ -44,6 +44,9 @@ struct rmap_path_table {
     struct rmap_path_need need[RMAP_PATH_NEED_MAX];
     int n_chain; /* steps that every match has, one after the other: */
     const uint8_t *chain[RMAP_PATH_CHAIN_MAX]; /* [n_symbol] that each may be */
+    bool is_chain;       /* and nothing else: with anything between them and behind */
+    bool is_from_start;  /* the first of them is the history's first symbol */
+    const uint8_t *seen; /* [n_symbol] the last thing is such a registration; or NULL */
 };
 
 /* What the automaton is built over. */
@@ -60,7 +63,8 @@ enum rmap_status rmap_path_alphabet_create(struct rmap_parser *parser,
                                            struct rmap_path_table *table,
                                            struct rmap_path_alphabet *alphabet) RMAP_MUST_USE;
 
-/* Fills need and chain, which keep parts of alphabet->has: the criterion's copy of it. */
+/* Fills need, chain and what is said of it, which keep parts of alphabet->has: the criterion's copy
+ * of it. */
 enum rmap_status rmap_path_needs_create(struct rmap_parser *parser,
                                         const struct rmap_path_regex *regex,
                                         const struct rmap_path_alphabet *alphabet,

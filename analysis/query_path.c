@@ -31,8 +31,8 @@ static enum rmap_status reserve(struct rmap_query_path *self, const struct rmap_
     self->may = may;
     RMAP_TRY(rmap_reserve(&leg, &self->leg_cap, rmap_bit_words(n_leg), sizeof *self->leg, err));
     self->leg = leg;
-    RMAP_TRY(
-        rmap_reserve(&wanted, &self->wanted_cap, (n_class > n_hit ? n_class : n_hit) + 1, 1, err));
+    RMAP_TRY(rmap_reserve(&wanted, &self->wanted_cap,
+                          (n_class > 2 * n_hit ? n_class : 2 * n_hit) + 1, 1, err));
     self->wanted = wanted;
 out:
     return st;
@@ -58,8 +58,8 @@ static const uint64_t *mark_legs(const struct search *search, const uint8_t *has
     return rmap_history_mark(search->view, wanted);
 }
 
-/* Bits of registrations with one of these symbols, or NULL. */
-static const uint64_t *mark_hits(const struct search *search, const uint8_t *has)
+/* Registrations with one of these symbols: path->wanted. */
+static void want_hits(const struct search *search, const uint8_t *has)
 {
     const struct rmap_path_table *table = search->table;
     const struct rmap_history_hit *hit = rmap_history_hits(search->view->index);
@@ -69,6 +69,12 @@ static const uint64_t *mark_hits(const struct search *search, const uint8_t *has
                                                                         : table->n_detector;
         search->path->wanted[k] = hit[k].registered && has[table->symbol_of_hit[detector]];
     }
+}
+
+/* Bits of these, or NULL. */
+static const uint64_t *mark_hits(const struct search *search, const uint8_t *has)
+{
+    want_hits(search, has);
     return rmap_history_mark_hits(search->view, search->path->wanted);
 }
 
@@ -84,13 +90,39 @@ static bool keep(const struct search *search, struct rmap_bit_groups *groups, co
     return any != 0;
 }
 
-/* Those that have the steps that all matches have, in their order. */
+/* Whether a registration may come before a ray's first step. */
+static bool has_free_hits(const struct rmap_history_view *view, const struct rmap_path_table *table)
+{
+    const struct rmap_history_hit *hit = rmap_history_hits(view->index);
+    size_t n_hit = rmap_history_n_hit(view->index);
+    bool free = false;
+    for (size_t k = 0; k < n_hit; k++)
+        free |= (uint32_t)hit[k].detector >= table->n_detector ||
+                !table->follows_object[hit[k].detector];
+    return free;
+}
+
+/* Whether the chain is all that matters, so that no ray need be run. */
+static bool is_told(const struct search *search)
+{
+    const struct rmap_path_table *table = search->table;
+    return table->is_chain && !(table->is_from_start && search->view->registration_count &&
+                                has_free_hits(search->view, table));
+}
+
+/* Those that have the steps that all matches have, in their order. Bits of legs that may be the
+ * last of these are left in path->leg. */
 static bool keep_chain(const struct search *search)
 {
     const struct rmap_path_table *table = search->table;
     uint64_t *leg = search->path->leg;
     size_t n_word = rmap_bit_words(search->view->n_row[RMAP_TABLE_SEGMENT]);
     memset(leg, UINT8_MAX, n_word * sizeof *leg);
+    if (table->is_from_start && is_told(search)) { /* the first leg: none of all is before it */
+        rmap_bit_groups_behind(search->legs, leg, leg);
+        for (size_t w = 0; w < n_word; w++)
+            leg[w] = ~leg[w];
+    }
     for (int k = 0; k < table->n_chain; k++) {
         const uint64_t *own = mark_legs(search, table->chain[k]);
         if (!own)
@@ -103,16 +135,21 @@ static bool keep_chain(const struct search *search)
     return table->n_chain == 0 || keep(search, search->legs, leg);
 }
 
-/* Whether a registration may come before a ray's first step. */
-static bool has_free_hits(const struct rmap_history_view *view, const struct rmap_path_table *table)
+/* Of the rays that have the chain, those with the registration behind it: bits. */
+static void keep_seen(const struct search *search, const struct rmap_history_place_of_ray *ray,
+                      size_t n, uint64_t *bits)
 {
-    const struct rmap_history_hit *hit = rmap_history_hits(view->index);
-    size_t n_hit = rmap_history_n_hit(view->index);
-    bool free = false;
+    const struct rmap_path_table *table = search->table;
+    const struct rmap_history_hit *hit = rmap_history_hits(search->view->index);
+    size_t n_hit = rmap_history_n_hit(search->view->index);
+    uint8_t *wanted = search->path->wanted, *follows = wanted + n_hit;
+    uint64_t *leg = search->path->leg;
+    want_hits(search, table->seen);
     for (size_t k = 0; k < n_hit; k++)
-        free |= (uint32_t)hit[k].detector >= table->n_detector ||
-                !table->follows_object[hit[k].detector];
-    return free;
+        follows[k] =
+            (uint32_t)hit[k].detector < table->n_detector && table->follows_object[hit[k].detector];
+    rmap_bit_groups_from(search->legs, leg, leg);
+    rmap_history_seen_behind(search->view, ray, n, leg, wanted, follows, bits);
 }
 
 /* Rays that begin as a match may; those without legs, and those that may begin with a registration,
@@ -146,7 +183,7 @@ static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
     *n_ret = 0;
     if (search->view->registration_count)
         RMAP_TRY(rmap_history_hit_groups(search->view, &hits, err));
-    if (table->first)
+    if (table->first && !is_told(search))
         mark_beginnings(search, hits);
     else
         memset(path->may, UINT8_MAX, search->n_word * sizeof *path->may);
@@ -214,6 +251,13 @@ enum rmap_status rmap_query_path_mark(struct rmap_query_path *self,
     RMAP_TRY(list_rays(&search, &n, err));
     if (n == 0)
         goto out;
+    if (is_told(&search)) {
+        if (search.table->seen)
+            keep_seen(&search, self->ray, n, bits);
+        else
+            memcpy(bits, self->may, search.n_word * sizeof *bits);
+        return RMAP_OK;
+    }
     RMAP_TRY(gather(self, view, n, err));
     RMAP_TRY(rmap_reserve(&match, &self->match_cap, n, 1, err));
     self->match = match;

@@ -16,7 +16,7 @@ struct rmap_query_path {
     struct rmap_history_place_of_ray *ray; /* [n] that may match */
     uint16_t *row_class;                   /* of their legs */
     uint8_t *match;                        /* [n] that do */
-    uint8_t *wanted;                       /* per class of legs, or of registrations */
+    uint8_t *wanted;                       /* [2] per class of legs, or of registrations */
     size_t may_cap, leg_cap, ray_cap, row_class_cap, match_cap, wanted_cap;
     struct rmap_portion *rays; /* these, side by side */
 };

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/byte_set.h"
 #include "base/wide.h"
 
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
@@ -103,53 +104,39 @@ static void give(const struct rmap_bit_groups *groups, const uint64_t *bits, con
         memcpy(out, packed, n_out * sizeof *out);
 }
 
-/* Bits of n groups, and whether one of these has none. */
-static uint64_t add_up(const uint32_t *size, size_t n, bool *has_empty_ret)
+static uint64_t add_up(const uint32_t *size, size_t n)
 {
     uint64_t sum = 0;
-    uint32_t n_empty = 0;
-    for (size_t i = 0; i < n; i++) {
+    for (size_t i = 0; i < n; i++)
         sum += size[i];
-        n_empty += size[i] == 0;
-    }
-    *has_empty_ret = n_empty > 0;
     return sum;
-}
-
-/* Marks the ends of n <= 64 groups from bit `at` on; returns which of them have bits. */
-static inline uint64_t mark_some(const uint32_t *size, size_t n, uint64_t at, uint64_t *end)
-{
-    uint64_t filled = 0;
-    for (size_t i = 0; i < n; i++) {
-        uint64_t has = size[i] > 0;
-        at += size[i];
-        end[at / 64] |= has << at % 64;
-        filled |= has << i;
-    }
-    return filled;
 }
 
 /* Marks ends and groups that have bits; false: these are not n_bit bits. */
 RMAP_WIDE_SHIFTS static bool mark_ends(struct rmap_bit_groups *groups)
 {
     uint64_t *end = groups->last - 1; /* of a group of no bits at the beginning: bit -1 */
-    uint64_t at = 63;
-    groups->has_empty = false;
+    uint64_t at = 63, empty = 0;
     for (size_t first = 0; first < groups->n_group; first += 64) {
         const uint32_t *size = groups->size + first;
-        size_t n = groups->n_group - first < 64 ? groups->n_group - first : 64;
-        bool has_empty;
-        uint64_t sum = add_up(size, n, &has_empty);
-        if (at - 63 + sum > groups->n_bit)
+        const size_t n = groups->n_group - first < 64 ? groups->n_group - first : 64;
+        const uint64_t all = UINT64_MAX >> (64 - n);
+        uint64_t filled;
+        if (add_up(size, n) > groups->n_bit - (at - 63))
             return false;
-        groups->has_empty |= has_empty;
-        groups->filled[first / 64] = has_empty || n < 64 ? mark_some(size, n, at, end) : UINT64_MAX;
-        for (size_t i = 0, own = at; !has_empty && i < n; i++) {
-            own += size[i];
-            end[own / 64] |= UINT64_C(1) << own % 64;
+        rmap_keep_any_bits(size, n, UINT32_MAX, memcpy(&filled, &all, sizeof filled));
+        groups->filled[first / 64] = filled;
+        empty |= filled ^ all;
+        for (size_t i = 0; filled == all && i < n; i++) {
+            at += size[i];
+            end[at / 64] |= UINT64_C(1) << at % 64;
         }
-        at += sum;
+        for (uint64_t left = filled == all ? 0 : filled; left != 0; left &= left - 1) {
+            at += size[__builtin_ctzll(left)];
+            end[at / 64] |= UINT64_C(1) << at % 64;
+        }
     }
+    groups->has_empty = empty != 0;
     return at - 63 == groups->n_bit;
 }
 
@@ -213,8 +200,9 @@ void rmap_bit_groups_reach(struct rmap_bit_groups *groups, const uint64_t *bits,
     give(groups, groups->found, groups->last, out);
 }
 
-void rmap_bit_groups_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
-                            uint64_t *out)
+/* own: the bit itself, too. */
+static inline void fill(const struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t own,
+                        uint64_t *out)
 {
     uint64_t borrow = 0, before = 1;
     size_t n_word = rmap_bit_words(groups->n_bit);
@@ -223,8 +211,19 @@ void rmap_bit_groups_behind(const struct rmap_bit_groups *groups, const uint64_t
         uint64_t number = bits[w] | end, less = number - begin, rest = less - borrow;
         borrow = (number < begin) | (less < borrow);
         before = end >> 63;
-        out[w] = ~(number ^ rest);
+        out[w] = ~(number ^ rest) | (bits[w] & own);
     }
+}
+
+void rmap_bit_groups_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
+                            uint64_t *out)
+{
+    fill(groups, bits, 0, out);
+}
+
+void rmap_bit_groups_from(const struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)
+{
+    fill(groups, bits, UINT64_MAX, out);
 }
 
 void rmap_bit_groups_first(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)

@@ -80,6 +80,35 @@ static uint32_t far_before(const struct rmap_history_rows *rows, struct far_walk
     return walk->n;
 }
 
+/* The leg on which a registration happened; later ones must be asked for after earlier ones. */
+static uint32_t leg_of_hit(const struct rmap_history_rows *rows, struct far_walk *walk, size_t hit)
+{
+    uint32_t leg = rows->leg[hit];
+    return leg == UINT8_MAX && far_before(rows, walk, hit) < rows->shape.n_far ? rows->far[walk->n]
+                                                                               : leg;
+}
+
+void rmap_history_seen_behind(const struct rmap_history_view *view,
+                              const struct rmap_history_place_of_ray *ray, size_t n,
+                              const uint64_t *leg, const uint8_t *wanted, const uint8_t *follows,
+                              uint64_t *bits)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    struct far_walk walk = {0};
+    for (size_t k = 0; view->registration_count && k < n; k++) {
+        size_t first = ray[k].registration, end = first + view->registration_count[ray[k].ray];
+        uint32_t n_leg = view->segment_count[ray[k].ray];
+        uint64_t is = 0;
+        for (size_t i = first; i < end; i++) {
+            uint32_t hit = rmap_history_number(rows->hit, rows->shape.hit_nbytes, i);
+            uint64_t before = (uint64_t)leg_of_hit(rows, &walk, i) + follows[hit];
+            size_t last = ray[k].leg + (before < n_leg ? before : n_leg) - 1;
+            is |= before > 0 && n_leg > 0 && wanted[hit] ? leg[last / 64] >> last % 64 : 0;
+        }
+        bits[ray[k].ray / 64] |= (is & 1) << ray[k].ray % 64;
+    }
+}
+
 static void copy_hits(const struct rmap_history_view *view, struct far_walk *walk, size_t first,
                       uint32_t n, struct rmap_portion *out)
 {
@@ -88,12 +117,9 @@ static void copy_hits(const struct rmap_history_view *view, struct far_walk *wal
         size_t to = out->n_row[RMAP_TABLE_REGISTRATION]++;
         const struct rmap_history_hit *hit =
             &view->index->hit[rmap_history_number(rows->hit, rows->shape.hit_nbytes, i)];
-        uint32_t leg = rows->leg[i];
-        if (leg == UINT8_MAX && far_before(rows, walk, i) < rows->shape.n_far)
-            leg = rows->far[walk->n];
         out->registration.detector[to] = hit->detector;
         out->registration.registered[to] = (uint8_t)hit->registered;
-        out->registration.segment[to] = leg;
+        out->registration.segment[to] = leg_of_hit(rows, walk, i);
     }
 }
 

@@ -280,6 +280,46 @@ static void test_same(void **state)
     assert_true(n_some > N_RANDOM / 2); /* they are not all trivial */
 }
 
+/* Steps one after the other with anything between them, from the start or not, with a registration
+ * behind them, before them or none; some with a neighbour in place of a gap. */
+static void make_chain(struct dice *dice, char *text)
+{
+    static const char *const step[] = {"T",         "R",      ".",          "[TR]@lens",
+                                       "T@barrel",  "R@lens", "[^A]",       "D@'*'",
+                                       "T@housing", "X",      "[TRD]@lens", "A"};
+    size_t n = 1 + roll(dice, 4);
+    append(text, roll(dice, 3) ? "path(\"" : "path(\".* ");
+    if (roll(dice, 8) == 0)
+        append(text, "V@film .* ");
+    for (size_t k = 0; k < n; k++) {
+        append(text, step[roll(dice, roll(dice, 3) ? 4 : sizeof step / sizeof *step)]);
+        append(text, k + 1 < n && roll(dice, 9) == 0 ? " " : " .* ");
+    }
+    append(text, roll(dice, 2) ? "V@film .*\")" : "\")");
+}
+
+static void test_chains(void **state)
+{
+    (void)state;
+    size_t n_some = 0;
+    for (size_t i = 0; i < 300; i++) {
+        struct dice dice = {1000 + i, 0};
+        struct rmap_count with[1], without[1];
+        char text[TEXT] = "";
+        make_chain(&dice, text);
+        struct rmap_criterion *criterion = compile(text);
+        scan(indexed, &criterion, 1, with);
+        scan(plain, &criterion, 1, without);
+        assert_same(text, with, without);
+        compare_marks(criterion);
+        n_some += without->rays > 0 && without->rays < BLOCK * N_BLOCK;
+        rmap_count_fini(with);
+        rmap_count_fini(without);
+        rmap_criterion_destroy(criterion);
+    }
+    assert_true(n_some > 100);
+}
+
 /* What map.h5 says of rows is no reason to ask for memory. */
 static void test_rows_that_no_chunk_vouches_for(void **state)
 {
@@ -314,6 +354,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_forms),
         cmocka_unit_test(test_same),
+        cmocka_unit_test(test_chains),
         cmocka_unit_test(test_rows_that_no_chunk_vouches_for),
     };
     return cmocka_run_group_tests(tests, make_map, drop_map);
