@@ -90,12 +90,13 @@ bool rmap_quantities_may_count(const struct rmap_quantities *quantities,
 /* What was read of a portion. All zero at first; used again from portion to portion. */
 struct rmap_readings {
     size_t n;
-    uint32_t *ray;                      /* [n] row of /ray, ascending */
-    uint32_t *place;                    /* [n] row of /registration; of rays unset */
-    int16_t *channel;                   /* [n] for spreading */
-    double *share;                      /* [n] of the ray's weight; 1 unless it spreads */
-    double *value[RMAP_QUANTITIES_MAX]; /* [n], finite */
-    uint64_t n_undefined;               /* readings of the portion that are no number: left out */
+    uint32_t *ray;                         /* [n] row of /ray, ascending */
+    uint32_t *place;                       /* [n] row of /registration; of rays unset */
+    int16_t *channel;                      /* [n] for spreading */
+    double *share;                         /* [n] of the ray's weight; 1 unless it spreads */
+    double *value[RMAP_QUANTITIES_MAX];    /* [n], finite */
+    const double *at[RMAP_QUANTITIES_MAX]; /* lean: where they are, here or in the portion */
+    uint64_t n_undefined; /* readings of the portion that are no number: left out */
     /* Set by who reads: he needs neither ray nor place nor share where each matching ray, in their
      * order, is one reading. Still set then; otherwise not, and they are there. */
     bool lean;

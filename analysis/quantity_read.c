@@ -9,6 +9,7 @@
 #include "analysis/criterion_evaluate.h"
 #include "analysis/quantity.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 #include "base/wide.h"
 
 void rmap_readings_fini(struct rmap_readings *readings)
@@ -129,18 +130,19 @@ static bool all_are_stored(const struct search *search)
     return true;
 }
 
+static bool all_match(const struct rmap_matched *rays)
+{
+    return !rays->match || rays->n_match == rays->portion->n_row[RMAP_TABLE_RAY];
+}
+
 /* A column's values of the matching rays. */
 static void read_column(const struct rmap_matched *rays, const double *column, double *value)
 {
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    if (!rays->match || rays->n_match == n_ray) {
+    if (all_match(rays))
         memcpy(value, column, n_ray * sizeof *value);
-        return;
-    }
-    for (size_t i = 0, n = 0; i < n_ray; i++) { /* room for one more: no branch */
-        value[n] = column[i];
-        n += rays->match[i];
-    }
+    else
+        (void)rmap_pick_matching(column, rays->match, n_ray, value);
 }
 
 /* Rays that are one place each. */
@@ -149,7 +151,7 @@ static enum rmap_status list_rays(struct search *search, struct rmap_error *err)
     const struct rmap_matched *rays = search->rays;
     struct rmap_readings *readings = search->readings;
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    enum rmap_status st = reserve(readings, n_ray + 1, err);
+    enum rmap_status st = reserve(readings, n_ray + RMAP_PICK_MORE, err);
     if (st != RMAP_OK)
         return st;
     if (readings->lean && all_are_stored(search)) {
@@ -303,8 +305,9 @@ static void read_cells(const struct rmap_quantities *self, const struct rmap_qua
     }
 }
 
-static enum rmap_status read_one(const struct search *search, const struct rmap_quantity *quantity,
-                                 double *value, struct rmap_error *err)
+static enum rmap_status read_values(const struct search *search,
+                                    const struct rmap_quantity *quantity, double *value,
+                                    struct rmap_error *err)
 {
     const struct rmap_quantities *self = search->self;
     const struct rmap_portion *portion = search->rays->portion;
@@ -341,6 +344,20 @@ static enum rmap_status read_one(const struct search *search, const struct rmap_
     return RMAP_OK;
 }
 
+/* Stored values of all rays stay where they are for those who are content with that. */
+static enum rmap_status read_one(const struct search *search, size_t index, struct rmap_error *err)
+{
+    const struct rmap_quantity *quantity = &search->self->of[index];
+    struct rmap_readings *readings = search->readings;
+    const double *column = column_of(quantity, &search->rays->portion->ray);
+    readings->at[index] = readings->value[index];
+    if (column && readings->lean && all_match(search->rays)) {
+        readings->at[index] = column;
+        return RMAP_OK;
+    }
+    return read_values(search, quantity, readings->value[index], err);
+}
+
 RMAP_WIDE static uint64_t any_infinite(const double *value, size_t n)
 {
     uint64_t any = 0;
@@ -353,7 +370,7 @@ static bool all_finite(const struct rmap_quantities *self, const struct rmap_rea
 {
     uint64_t any = 0;
     for (size_t i = 0; i < self->n; i++)
-        any |= any_infinite(readings->value[i], readings->n);
+        any |= any_infinite(readings->at[i], readings->n);
     return !any;
 }
 
@@ -361,7 +378,6 @@ static bool all_finite(const struct rmap_quantities *self, const struct rmap_rea
 static void keep_defined(const struct rmap_quantities *self, struct rmap_readings *readings)
 {
     size_t n = 0;
-    readings->n_undefined = 0;
     if (all_finite(self, readings))
         return;
     for (size_t k = 0; k < readings->n; k++) {
@@ -390,18 +406,20 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         rays->portion->n_channel == channels->n)
         search.channels = channels;
     readings->n = 0;
+    readings->n_undefined = 0;
     readings->lean = readings->lean && !self->of_registrations && !search.channels;
     if (self->of_registrations)
         RMAP_TRY(find_registrations(&search, err));
     else
         RMAP_TRY(find_rays(&search, err));
     for (size_t i = 0; i < self->n && readings->n > 0; i++)
-        RMAP_TRY(read_one(&search, &self->of[i], readings->value[i], err));
-    if (readings->lean && !all_finite(self, readings)) {
+        RMAP_TRY(read_one(&search, i, err));
+    if (!readings->lean) {
+        keep_defined(self, readings);
+    } else if (!all_finite(self, readings)) {
         readings->lean = false;
         return rmap_quantities_read(self, rays, readings, err);
     }
-    keep_defined(self, readings);
 out:
     return st;
 }

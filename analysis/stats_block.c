@@ -5,6 +5,7 @@
 
 #include "analysis/query_sums.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 #include "base/wide.h"
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
@@ -200,7 +201,7 @@ static const int32_t *sources_of(struct rmap_stats_reader *reader, const struct 
 }
 
 /* Puts readings in the order of their sources, those of a source keeping theirs, and lists the
- * runs. There is room for one more reading. */
+ * runs. There is room for picking. */
 static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
                          const int32_t *source, struct rmap_stats_block *block)
 {
@@ -209,13 +210,8 @@ static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_sta
     for (size_t s = 0; s < setup->n_source; s++) {
         const size_t first = end;
         for (size_t q = 0; q < n_quantity; q++) {
-            const double *value = block->value[q];
-            double *to = reader->arranged.value[q];
-            end = first;
-            for (size_t k = 0; k < n; k++) {
-                to[end] = value[k];
-                end += source[k] == (int32_t)s;
-            }
+            double *to = reader->arranged.value[q] + first;
+            end = first + rmap_pick_of(block->value[q], source, (int32_t)s, n, to);
         }
         if (end > first)
             reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, (int32_t)s)};
@@ -247,7 +243,7 @@ static enum rmap_status read_plain(struct rmap_stats_reader *reader,
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
     *block = (struct rmap_stats_block){
-        .n = readings->n, .value = {readings->value[0], readings->value[1]}, .run = reader->run};
+        .n = readings->n, .value = {readings->at[0], readings->at[1]}, .run = reader->run};
     if (readings->n == 0)
         return RMAP_OK;
     if (setup->n_source == 1 || !any_other(ray->source, n_ray)) {
@@ -256,7 +252,7 @@ static enum rmap_status read_plain(struct rmap_stats_reader *reader,
         return RMAP_OK;
     }
     RMAP_TRY(hold(&reader->source, &reader->source_cap, n_ray + 1, sizeof *reader->source, err));
-    RMAP_TRY(reserve_arranged(&reader->arranged, readings->n + 1, setup, err));
+    RMAP_TRY(reserve_arranged(&reader->arranged, readings->n + RMAP_PICK_MORE, setup, err));
     arrange_rays(reader, setup, sources_of(reader, rays), block);
 out:
     return st;

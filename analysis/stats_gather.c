@@ -140,37 +140,65 @@ struct measured {
     double low[LANES], high[LANES], sum[LANES], squared[LANES];
 };
 
+/* The same of VECTOR lanes. */
+struct vectors {
+    vector low, high, sum, squared;
+};
+
+static inline void take_lanes(struct vectors *its, const struct measured *measured, size_t lane)
+{
+    memcpy(&its->low, measured->low + lane, sizeof its->low);
+    memcpy(&its->high, measured->high + lane, sizeof its->high);
+    memcpy(&its->sum, measured->sum + lane, sizeof its->sum);
+    memcpy(&its->squared, measured->squared + lane, sizeof its->squared);
+}
+
+static inline void give_lanes(const struct vectors *its, struct measured *measured, size_t lane)
+{
+    memcpy(measured->low + lane, &its->low, sizeof its->low);
+    memcpy(measured->high + lane, &its->high, sizeof its->high);
+    memcpy(measured->sum + lane, &its->sum, sizeof its->sum);
+    memcpy(measured->squared + lane, &its->squared, sizeof its->squared);
+}
+
+static inline void look_at_vector(struct vectors *its, const double *value)
+{
+    vector v;
+    memcpy(&v, value, sizeof v);
+    const mask less = v<its->low, more = v> its->high;
+    its->low = (vector)(((mask)v & less) | ((mask)its->low & ~less));
+    its->high = (vector)(((mask)v & more) | ((mask)its->high & ~more));
+    its->sum += v;
+    its->squared += v * v;
+}
+
 /* n: a multiple of LANES. */
 RMAP_WIDE static void measure(const double *value, size_t n, struct measured *measured)
 {
-    enum { HALVES = LANES / VECTOR };
-    vector low[HALVES], high[HALVES], sum[HALVES], squared[HALVES], v[HALVES];
-    memcpy(low, measured->low, sizeof low);
-    memcpy(high, measured->high, sizeof high);
-    memcpy(sum, measured->sum, sizeof sum);
-    memcpy(squared, measured->squared, sizeof squared);
+    struct vectors first, second;
+    take_lanes(&first, measured, 0);
+    take_lanes(&second, measured, VECTOR);
     for (size_t k = 0; k < n; k += LANES) {
-        memcpy(v, value + k, sizeof v);
-        for (int h = 0; h < HALVES; h++) {
-            const mask less = v[h]<low[h], more = v[h]> high[h];
-            low[h] = (vector)(((mask)v[h] & less) | ((mask)low[h] & ~less));
-            high[h] = (vector)(((mask)v[h] & more) | ((mask)high[h] & ~more));
-            sum[h] += v[h];
-            squared[h] += v[h] * v[h];
-        }
+        look_at_vector(&first, value + k);
+        look_at_vector(&second, value + k + VECTOR);
     }
-    memcpy(measured->low, low, sizeof low);
-    memcpy(measured->high, high, sizeof high);
-    memcpy(measured->sum, sum, sizeof sum);
-    memcpy(measured->squared, squared, sizeof squared);
+    give_lanes(&first, measured, 0);
+    give_lanes(&second, measured, VECTOR);
 }
 
-static double least_positive(const double *value, size_t n)
+/* Of bits: positive numbers stand in the order of theirs, below all others. */
+RMAP_WIDE static double least_positive(const double *value, size_t n)
 {
-    double least = (double)INFINITY;
-    for (size_t k = 0; k < n; k++)
-        least = value[k] > 0.0 && value[k] < least ? value[k] : least;
-    return least;
+    uint64_t least = UINT64_C(0x7ff0000000000000) - 1; /* of infinity */
+    for (size_t k = 0; k < n; k++) {
+        uint64_t bits;
+        memcpy(&bits, value + k, sizeof bits);
+        least = bits - 1 < least ? bits - 1 : least; /* 0 is the greatest of all */
+    }
+    const uint64_t bits = least + 1;
+    double number;
+    memcpy(&number, &bits, sizeof number);
+    return number;
 }
 
 RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)

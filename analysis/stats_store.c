@@ -5,8 +5,8 @@
 
 #include "base/alloc.h"
 
-/* Chunks grow until huge pages can stand behind them. */
-enum { CHUNK_FIRST = 1 << 18, CHUNK_LAST = 1 << 23, ALIGNMENT = 64 };
+/* A small chunk, then such as huge pages stand behind. */
+enum { CHUNK_FIRST = 1 << 16, CHUNK_SECOND = 1 << 21, CHUNK_LAST = 1 << 23, ALIGNMENT = 64 };
 
 void rmap_stats_store_fini(struct rmap_stats_store *store)
 {
@@ -25,10 +25,12 @@ static enum rmap_status add_chunk(struct rmap_stats_store *store, size_t nbytes,
     store->chunk = list;
     if (st != RMAP_OK)
         return st;
-    size_t size = store->size > 0 ? 2 * store->size : CHUNK_FIRST;
+    size_t size = store->n_chunk == 0   ? CHUNK_FIRST
+                  : store->n_chunk == 1 ? CHUNK_SECOND
+                                        : 2 * store->size;
     size = size < CHUNK_LAST ? size : CHUNK_LAST;
     size = size > nbytes ? size : nbytes;
-    void *chunk = rmap_alloc(size, 1);
+    void *chunk = rmap_alloc_unset(size, 1);
     if (!chunk)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory: %zu bytes of readings", size);
     store->chunk[store->n_chunk++] = chunk;

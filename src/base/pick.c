@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT */
+#include "base/pick.h"
+
+#include <string.h>
+
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#include <immintrin.h>
+#define RMAP_PICK_AVX2 1
+#endif
+
+#ifdef RMAP_PICK_AVX2
+enum { WIDTH = 4 };
+
+/* For each set of four doubles: those of it first, by their halves. */
+static const uint32_t order[16][2 * WIDTH] = {
+    {0, 1, 2, 3, 4, 5, 6, 7}, {0, 1, 2, 3, 4, 5, 6, 7}, {2, 3, 0, 1, 4, 5, 6, 7},
+    {0, 1, 2, 3, 4, 5, 6, 7}, {4, 5, 0, 1, 2, 3, 6, 7}, {0, 1, 4, 5, 2, 3, 6, 7},
+    {2, 3, 4, 5, 0, 1, 6, 7}, {0, 1, 2, 3, 4, 5, 6, 7}, {6, 7, 0, 1, 2, 3, 4, 5},
+    {0, 1, 6, 7, 2, 3, 4, 5}, {2, 3, 6, 7, 0, 1, 4, 5}, {0, 1, 2, 3, 6, 7, 4, 5},
+    {4, 5, 6, 7, 0, 1, 2, 3}, {0, 1, 4, 5, 6, 7, 2, 3}, {2, 3, 4, 5, 6, 7, 0, 1},
+    {0, 1, 2, 3, 4, 5, 6, 7}};
+
+__attribute__((target("avx2,popcnt"))) static inline size_t pick_4(const double *value,
+                                                                   uint32_t which, double *to)
+{
+    const __m256i four = _mm256_loadu_si256((const void *)value);
+    const __m256i place = _mm256_loadu_si256((const void *)order[which]);
+    _mm256_storeu_si256((void *)to, _mm256_permutevar8x32_epi32(four, place));
+    return (size_t)_mm_popcnt_u32(which);
+}
+
+/* n: a multiple of WIDTH. */
+__attribute__((target("avx2,popcnt"))) static size_t
+pick_matching_wide(const double *value, const uint8_t *match, size_t n, double *to)
+{
+    size_t at = 0;
+    for (size_t k = 0; k < n; k += WIDTH) {
+        uint32_t bytes;
+        memcpy(&bytes, match + k, sizeof bytes);
+        at += pick_4(value + k, (bytes * 0x01020408u) >> 24 & 15, to + at); /* bit k: byte k */
+    }
+    return at;
+}
+
+__attribute__((target("avx2,popcnt"))) static size_t
+pick_of_wide(const double *value, const int32_t *of, int32_t which, size_t n, double *to)
+{
+    const __m128i wanted = _mm_set1_epi32(which);
+    size_t at = 0;
+    for (size_t k = 0; k < n; k += WIDTH) {
+        const __m128i equal = _mm_cmpeq_epi32(_mm_loadu_si128((const void *)(of + k)), wanted);
+        at += pick_4(value + k, (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(equal)), to + at);
+    }
+    return at;
+}
+
+static size_t wide_part(size_t n)
+{
+    return __builtin_cpu_supports("avx2") ? n / WIDTH * WIDTH : 0;
+}
+#else
+#define wide_part(n)                            ((size_t)0)
+#define pick_matching_wide(value, match, n, to) ((size_t)0)
+#define pick_of_wide(value, of, which, n, to)   ((size_t)0)
+#endif
+
+size_t rmap_pick_matching(const double *value, const uint8_t *match, size_t n, double *to)
+{
+    const size_t n_wide = wide_part(n);
+    size_t at = n_wide > 0 ? pick_matching_wide(value, match, n_wide, to) : 0;
+    for (size_t k = n_wide; k < n; k++) {
+        to[at] = value[k];
+        at += match[k];
+    }
+    return at;
+}
+
+size_t rmap_pick_of(const double *value, const int32_t *of, int32_t which, size_t n, double *to)
+{
+    const size_t n_wide = wide_part(n);
+    size_t at = n_wide > 0 ? pick_of_wide(value, of, which, n_wide, to) : 0;
+    for (size_t k = n_wide; k < n; k++) {
+        to[at] = value[k];
+        at += of[k] == which;
+    }
+    return at;
+}
