@@ -53,6 +53,7 @@ static void destroy(void *state)
     rmap_free(self->buffers);
     rmap_key_sums_fini(&self->classes);
     rmap_key_sums_fini(&self->cells);
+    rmap_path_steps_fini(&self->steps);
     rmap_path_sketch_fini(&self->sketch);
     rmap_count_fini(&self->total);
     rmap_free(self);
@@ -100,8 +101,9 @@ static enum rmap_status spill(struct rmap_path_counts *self, struct rmap_error *
             rmap_path_sketch_add(&self->sketch, sum->key, sum->number[RMAP_PATH_RAYS]);
         }
     }
-    self->is_full = true;
+    self->is_full = self->steps.is_closed = true;
     rmap_key_sums_fini(&self->classes);
+    rmap_path_steps_fini(&self->steps);
     drop_cells(self);
 out:
     return st;
@@ -136,6 +138,12 @@ static enum rmap_status add_class(struct rmap_path_counts *self, const struct rm
         rmap_path_sketch_add(&self->sketch, more->key, more->number[RMAP_PATH_RAYS]);
 out:
     return st;
+}
+
+/* Whether the class that came last wants its steps. */
+static inline bool wants_steps(const struct rmap_path_counts *self)
+{
+    return !self->steps.is_closed && self->steps.n < self->classes.n;
 }
 
 /* Numbers of a cell's entry: the last ray, and what it brought so far in weights. */
@@ -233,11 +241,9 @@ static inline enum rmap_status add_ray(struct rmap_path_counts *self,
                                           [RMAP_PATH_FIRST_RAY] = ray->id[row]}};
     if (ray->registration_count[row] > 0)
         RMAP_TRY(add_hits(self, portion, its, &one.number[RMAP_PATH_REGISTRATIONS], err));
-    struct rmap_key_sum *known = rmap_key_sums_find(&self->classes, its->key);
-    if (known)
-        add_to(known, &one);
-    else
-        st = add_class(self, &one, err);
+    RMAP_TRY(add_class(self, &one, err));
+    if (wants_steps(self))
+        st = rmap_path_steps_add_ray(&self->steps, self->context->keys, portion, &its->place, err);
 out:
     return st;
 }
@@ -287,6 +293,9 @@ static enum rmap_status add_plain(struct rmap_path_counts *self, const struct rm
         RMAP_TRY(rmap_key_sums_enter(classes, list[i].key, &sum, err));
         if (!sum)
             break;
+        if (wants_steps(self))
+            RMAP_TRY(rmap_path_steps_add_ray(&self->steps, self->context->keys, portion,
+                                             &list[i].place, err));
         const uint64_t id = ray->id[row], first = sum->number[RMAP_PATH_FIRST_RAY];
         const bool is_first = sum->number[RMAP_PATH_RAYS] == 0 || id < first;
         sum->number[RMAP_PATH_FIRST_RAY] = is_first ? id : first;
@@ -378,8 +387,12 @@ static enum rmap_status add_view(struct rmap_path_counts *self, const struct rma
         self->total.source_weight[path->source] += some.weight;
         self->total.source_weight_squared[path->source] += some.weight_squared;
         self->most_weight = self->most_weight > 1.0 ? self->most_weight : 1.0;
-        if (counts(context, path->key))
-            RMAP_TRY(add_class(self, &some, err));
+        if (!counts(context, path->key))
+            continue;
+        RMAP_TRY(add_class(self, &some, err));
+        if (wants_steps(self))
+            RMAP_TRY(rmap_path_steps_add_ray(&self->steps, context->keys,
+                                             rmap_history_paths(view->index), &path->place, err));
     }
 out:
     return st;
@@ -394,14 +407,29 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     return add_rays(self, rays, err);
 }
 
+static enum rmap_status hand_on_steps(struct rmap_path_counts *into,
+                                      const struct rmap_path_counts *from, size_t class,
+                                      struct rmap_error *err)
+{
+    size_t n;
+    const rmap_path_step *step = rmap_path_steps_of(&from->steps, class, &n);
+    if (step)
+        return rmap_path_steps_add(&into->steps, step, n, err);
+    into->steps.is_closed = true;
+    return RMAP_OK;
+}
+
 static enum rmap_status merge_classes(struct rmap_path_counts *into,
                                       const struct rmap_path_counts *from, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (from->is_full)
         RMAP_TRY(spill(into, err));
-    for (size_t i = 0; i < from->classes.n; i++)
+    for (size_t i = 0; i < from->classes.n; i++) {
         RMAP_TRY(add_class(into, &from->classes.entry[i], err));
+        if (wants_steps(into))
+            RMAP_TRY(hand_on_steps(into, from, i, err));
+    }
     if (from->sketch.rays)
         rmap_path_sketch_merge(&into->sketch, &from->sketch);
 out:

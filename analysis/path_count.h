@@ -11,6 +11,7 @@
 #include "analysis/fold.h"
 #include "analysis/path_hash.h"
 #include "analysis/path_sketch.h"
+#include "analysis/path_steps.h"
 #include "analysis/query.h"
 
 /* Numbers of a class's entry. */
@@ -42,6 +43,7 @@ struct rmap_path_counts {
     struct rmap_count total; /* of all rays that have a path; portions and bytes are 0 */
     double most_weight;      /* of a ray */
     struct rmap_key_sums classes, cells;
+    struct rmap_path_steps steps;   /* of classes, in the order of their entries */
     bool is_full, cells_full;       /* more than `most`: without entries then */
     struct rmap_path_sketch sketch; /* when is_full without a sketch to begin with */
     struct rmap_path_buffers *buffers;

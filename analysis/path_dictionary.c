@@ -48,7 +48,7 @@ static enum rmap_status read_piece(struct rmap_path_dictionary *self,
         const struct rmap_path_place_of_ray *place = &list[k].place;
         self->path[place->ray] = (struct rmap_path_known){
             list[k].key, paths->ray.source[place->ray], paths->ray.segment_count[place->ray],
-            count_hits(paths, place, detector)};
+            count_hits(paths, place, detector), *place};
     }
 out:
     rmap_free(list);

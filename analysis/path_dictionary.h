@@ -14,7 +14,8 @@ struct rmap_path_known {
     struct rmap_key key; /* high 0: rays that took it have no path */
     int32_t source;
     uint32_t n_leg;
-    uint32_t n_hit; /* registrations that count */
+    uint32_t n_hit;                      /* registrations that count */
+    struct rmap_path_place_of_ray place; /* in the dictionary */
 };
 
 /* One thread's; all zero at first. */

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The texts of classes, each from its first ray.
+ * The texts of classes, each from its steps or from its first ray.
  */
 #include <inttypes.h>
 #include <stdlib.h>
@@ -80,14 +80,45 @@ static enum rmap_status narrow(const char *where, char **criterion, struct rmap_
     return RMAP_OK;
 }
 
-static enum rmap_status add_texts(struct reading *reading, struct rmap_path_row *row,
-                                  struct rmap_error *err)
+static enum rmap_status write_texts(const struct rmap_path_report *report,
+                                    struct rmap_path_row *row, const rmap_path_step *step, size_t n,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_path_key_text(report->keys, step, n, 0, &row->sequence, err));
+    RMAP_TRY(rmap_path_criterion_of(report->keys, row->source, step, n,
+                                    row->rays == 1 ? row->first_ray : RMAP_PATH_MANY_RAYS,
+                                    &row->criterion, err));
+    st = narrow(report->criterion, &row->criterion, err);
+out:
+    return st;
+}
+
+/* Where the map is read; made when first needed. */
+static enum rmap_status open_map(struct reading *reading, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_report *report = reading->report;
+    rmap_column_set columns = rmap_path_keys_columns(report->keys);
+    if (reading->cursor)
+        return RMAP_OK;
+    if (report->overlay) {
+        columns = rmap_overlay_columns(report->overlay, columns);
+        RMAP_TRY(rmap_overlay_view_create(report->overlay, &reading->view, err));
+    }
+    st = rmap_cursor_create(report->map, columns, &reading->cursor, err);
+out:
+    return st;
+}
+
+static enum rmap_status read_texts(struct reading *reading, struct rmap_path_row *row,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
     struct rmap_path_place_of_ray place;
     size_t n = 0;
     void *symbol = reading->symbol;
+    RMAP_TRY(open_map(reading, err));
     RMAP_TRY(find_ray(reading, row->first_ray, &place, err));
     st = rmap_reserve(&symbol, &reading->symbol_cap,
                       (size_t)reading->portion->ray.segment_count[place.ray] +
@@ -95,12 +126,8 @@ static enum rmap_status add_texts(struct reading *reading, struct rmap_path_row 
                       sizeof *reading->symbol, err);
     reading->symbol = symbol;
     RMAP_TRY(st);
-    (void)rmap_path_key_of(report->keys, reading->portion, &place, reading->symbol, &n);
-    RMAP_TRY(rmap_path_key_text(report->keys, reading->symbol, n, 0, &row->sequence, err));
-    RMAP_TRY(rmap_path_criterion_of(report->keys, row->source, reading->symbol, n,
-                                    row->rays == 1 ? row->first_ray : RMAP_PATH_MANY_RAYS,
-                                    &row->criterion, err));
-    st = narrow(report->criterion, &row->criterion, err);
+    (void)rmap_path_key_of(reading->report->keys, reading->portion, &place, reading->symbol, &n);
+    st = write_texts(reading->report, row, reading->symbol, n, err);
 out:
     return st;
 }
@@ -118,17 +145,12 @@ enum rmap_status rmap_path_report_add_texts(struct rmap_path_report *report, str
     struct rmap_path_row **row = rmap_alloc(report->n_row + 1, sizeof *row);
     if (!row)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", report->n_row);
-    rmap_column_set columns = rmap_path_keys_columns(report->keys);
-    if (report->overlay) {
-        columns = rmap_overlay_columns(report->overlay, columns);
-        RMAP_TRY(rmap_overlay_view_create(report->overlay, &reading.view, err));
-    }
-    RMAP_TRY(rmap_cursor_create(report->map, columns, &reading.cursor, err));
     for (size_t k = 0; k < report->n_row; k++)
         row[k] = &report->row[k];
     qsort(row, report->n_row, sizeof(struct rmap_path_row *), compare_rows);
     for (size_t k = 0; k < report->n_row; k++)
-        RMAP_TRY(add_texts(&reading, row[k], err));
+        RMAP_TRY(row[k]->step ? write_texts(report, row[k], row[k]->step, row[k]->n_step, err)
+                              : read_texts(&reading, row[k], err));
 out:
     rmap_overlay_view_destroy(reading.view);
     rmap_cursor_destroy(reading.cursor);

@@ -5,11 +5,13 @@
 
 #include "base/alloc.h"
 
-/* What a state is as bytes: this, weights [2][n_source], classes, cells, and the sketch. */
+/* What a state is as bytes: this, weights [2][n_source], classes, cells, steps
+ * and the sketch. */
 struct head {
     uint64_t rays, segments, n_class, n_cell;
     double most_weight;
     uint64_t is_full, cells_full, has_sketch;
+    uint64_t n_with_steps, n_step_word, steps_closed;
 };
 
 static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
@@ -30,6 +32,7 @@ static size_t state_nbytes(const struct head *head, size_t n_source)
 {
     return sizeof *head + 2 * n_source * sizeof(double) +
            (size_t)(head->n_class + head->n_cell) * sizeof(struct rmap_key_sum) +
+           (size_t)head->n_step_word * sizeof(uint32_t) +
            (head->has_sketch ? RMAP_PATH_SKETCH_NBYTES : 0);
 }
 
@@ -38,9 +41,17 @@ enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, s
 {
     const struct rmap_path_counts *self = state;
     const size_t n_source = rmap_map_scene(self->context->map)->n_source;
-    const struct head head = {self->total.rays, self->total.segments,     self->classes.n,
-                              self->cells.n,    self->most_weight,        self->is_full,
-                              self->cells_full, self->sketch.rays != NULL};
+    const struct head head = {.rays = self->total.rays,
+                              .segments = self->total.segments,
+                              .n_class = self->classes.n,
+                              .n_cell = self->cells.n,
+                              .most_weight = self->most_weight,
+                              .is_full = self->is_full,
+                              .cells_full = self->cells_full,
+                              .has_sketch = self->sketch.rays != NULL,
+                              .n_with_steps = self->steps.n,
+                              .n_step_word = self->steps.n_word,
+                              .steps_closed = self->steps.is_closed};
     const size_t nbytes = state_nbytes(&head, n_source);
     uint8_t *bytes = rmap_alloc(nbytes, 1), *at = bytes;
     if (!bytes)
@@ -50,6 +61,7 @@ enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, s
     at = put(at, self->total.source_weight_squared, n_source * sizeof(double));
     at = put_sums(at, &self->classes);
     at = put_sums(at, &self->cells);
+    at = put(at, self->steps.word, (size_t)head.n_step_word * sizeof *self->steps.word);
     if (head.has_sketch)
         (void)put(at, self->sketch.rays, RMAP_PATH_SKETCH_NBYTES);
     *bytes_ret = bytes;
@@ -71,6 +83,23 @@ static enum rmap_status take_sums(struct rmap_key_sums *sums, const uint8_t **at
     }
 out:
     return st;
+}
+
+static enum rmap_status take_steps(struct rmap_path_steps *steps, const uint8_t **at,
+                                   const struct head *head, struct rmap_error *err)
+{
+    const size_t nbytes = (size_t)head->n_step_word * sizeof *steps->word;
+    steps->is_closed = head->steps_closed != 0;
+    if (nbytes == 0)
+        return RMAP_OK;
+    steps->word = rmap_alloc_unset((size_t)head->n_step_word, sizeof *steps->word);
+    if (!steps->word)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a rank");
+    memcpy(steps->word, *at, nbytes);
+    steps->n_word = (size_t)head->n_step_word;
+    steps->n = (size_t)head->n_with_steps;
+    *at += nbytes;
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_path_counts_unpack(const void *context_, const uint8_t *bytes, size_t nbytes,
@@ -100,6 +129,7 @@ enum rmap_status rmap_path_counts_unpack(const void *context_, const uint8_t *by
     at += n_source * sizeof(double);
     RMAP_TRY(take_sums(&self->classes, &at, head.n_class, err));
     RMAP_TRY(take_sums(&self->cells, &at, head.n_cell, err));
+    RMAP_TRY(take_steps(&self->steps, &at, &head, err));
     if (head.has_sketch) {
         RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
         memcpy(self->sketch.rays, at, RMAP_PATH_SKETCH_NBYTES);

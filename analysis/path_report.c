@@ -112,6 +112,23 @@ static void fill_row(struct rmap_path_report *report, const struct rmap_key_sum 
     rest->source_weight_squared[source] -= sum->weight_squared;
 }
 
+static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
+                                   const struct rmap_key_sum *sum, struct rmap_path_row *row,
+                                   struct rmap_error *err)
+{
+    size_t n;
+    const rmap_path_step *step =
+        rmap_path_steps_of(&counts->steps, (size_t)(sum - counts->classes.entry), &n);
+    if (!step)
+        return RMAP_OK;
+    row->step = rmap_alloc(n + 1, sizeof *row->step);
+    if (!row->step)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
+    memcpy(row->step, step, n * sizeof *step);
+    row->n_step = n;
+    return RMAP_OK;
+}
+
 static struct rmap_path_total total_of(const struct rmap_map *map, const struct rmap_count *count)
 {
     struct rmap_path_total total = {.rays = count->rays, .segments = count->segments};
@@ -147,8 +164,10 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
     RMAP_TRY(rmap_count_init(&rest, n_source, err));
     rmap_count_add(&rest, &counts->total, n_source);
     RMAP_TRY(rank(counts, sort, report->n_row, &ranked, err));
-    for (size_t k = 0; k < report->n_row; k++)
+    for (size_t k = 0; k < report->n_row; k++) {
         fill_row(report, ranked[k].sum, &report->row[k], &rest);
+        RMAP_TRY(copy_steps(counts, ranked[k].sum, &report->row[k], err));
+    }
     report->rest = total_of(map, &rest);
     *report_ret = report;
     report = NULL;
@@ -166,6 +185,7 @@ void rmap_path_report_destroy(struct rmap_path_report *report)
     for (size_t k = 0; report->row && k < report->n_row; k++) {
         rmap_free(report->row[k].sequence);
         rmap_free(report->row[k].criterion);
+        rmap_free(report->row[k].step);
     }
     rmap_free(report->row);
     rmap_free(report);

@@ -13,7 +13,7 @@
 /* Zeroed memory for n elements of size bytes; NULL when it cannot be had. rmap_free releases. */
 void *rmap_alloc(size_t n, size_t size);
 
-/* The same, but what the memory holds is undefined. From 2 MiB on, whole MiB pairs are cheapest. */
+/* The same, but what the memory holds is undefined; from 2 MiB on it is on huge pages. */
 void *rmap_alloc_unset(size_t n, size_t size);
 
 /* Grows or shrinks a block of rmap_alloc to n elements of size bytes; new bytes are undefined.
