@@ -28,15 +28,34 @@ void rmap_wave_fini(struct rmap_wave *wave)
     *wave = (struct rmap_wave){0};
 }
 
+/* Shelves for r's rays; how many legs they take. *most_ret: legs of the longest ray. */
+static size_t plan_shelves(struct rmap_wave *wave, const struct rmap_retrace *r, size_t *most_ret)
+{
+    size_t n_leg = 0, most = 0, together = 0, largest = 0;
+    for (size_t i = 0; i < r->n_ray; i++) {
+        size_t n = r->segment_count[i];
+        together = i % RMAP_WAVE_AHEAD > 0 ? together + n : n;
+        largest = together > largest ? together : largest;
+        most = n > most ? n : most;
+        n_leg += n;
+    }
+    size_t n_shelf = (r->n_ray + RMAP_WAVE_AHEAD - 1) / RMAP_WAVE_AHEAD;
+    n_shelf = n_shelf < RMAP_WAVE_SHELVES ? n_shelf : RMAP_WAVE_SHELVES;
+    bool even = n_shelf * largest <= 2 * n_leg;
+    wave->shelf_legs = even ? largest : 0;
+    wave->n_idle = even ? n_shelf : 0;
+    for (size_t k = 0; k < wave->n_idle; k++)
+        wave->idle[k] = (uint16_t)(n_shelf - 1 - k);
+    wave->on_shelf[0] = even ? 0 : SIZE_MAX;
+    *most_ret = most;
+    return even ? n_shelf * largest : n_leg;
+}
+
 static enum rmap_status make_room(struct rmap_wave *wave, const struct rmap_retrace *r,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n_leg = 0, most = 0;
-    for (size_t i = 0; i < r->n_ray; i++) {
-        n_leg += r->segment_count[i];
-        most = r->segment_count[i] > most ? r->segment_count[i] : most;
-    }
+    size_t most, n_leg = plan_shelves(wave, r, &most);
     RMAP_TRY(rmap_reserve((void **)&wave->careful, &wave->cap_careful, r->n_ray,
                           sizeof *wave->careful, err));
     RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, n_leg, sizeof *wave->leg, err));
@@ -57,134 +76,9 @@ out:
  */
 #if defined(__GNUC__)
 #define soon(address) __builtin_prefetch(address)
-static inline uint32_t first_bit(uint32_t x) /* x > 0 */
-{
-    return (uint32_t)__builtin_ctz(x);
-}
 #else
 #define soon(address) ((void)(address))
-static inline uint32_t first_bit(uint32_t x)
-{
-    uint32_t k = 0;
-    while (!(x >> k & 1))
-        k++;
-    return k;
-}
 #endif
-
-/* What legs follow from, in registers. */
-struct legs {
-    const int32_t *object, *primitive;
-    const uint32_t *event;
-    const int16_t *medium;
-    const struct rmap_compact_guide *guide;
-    const uint8_t *tint;
-    size_t n_object, n_medium;
-};
-
-/* The leg of a row that starts on the object `from`, and is not the last. No branches: what a ray
- * meets is anybody's guess. Not 0: it is of a kind that set_odd_leg tells. */
-static inline uint32_t set_leg(const struct legs *l, size_t row, int32_t from,
-                               struct rmap_wave_leg *leg)
-{
-    size_t object = (uint32_t)l->object[row], primitive = (uint32_t)l->primitive[row];
-    size_t medium = (uint16_t)l->medium[row];
-    uint32_t event = l->event[row], same = (uint32_t)0 - (l->object[row] == from);
-    object = object < l->n_object ? object : l->n_object;
-    medium = medium < l->n_medium ? medium : l->n_medium;
-    const struct rmap_compact_guide *guide = &l->guide[object];
-    uint32_t step = guide->step[first_bit(event | 1u << (RMAP_GUIDE_STEPS - 1))];
-    leg->way.corner = guide->corner + guide->stride * primitive;
-    leg->object = (uint32_t)object;
-    leg->medium = (uint16_t)medium;
-    leg->queue = (uint8_t)(step + (guide->quadric & same));
-    leg->flags = (uint8_t)(step >> 8 | (uint32_t)RMAP_WAVE_TINTS * l->tint[medium]);
-    return (event & (event - 1)) | event >> (RMAP_GUIDE_STEPS - 1) |
-           (primitive >= guide->n_primitive);
-}
-
-/* With several events, or a triangle that is not there. */
-static void set_odd_leg(const struct legs *l, size_t row, int32_t from, struct rmap_wave_leg *leg)
-{
-    const struct rmap_compact_guide *guide = &l->guide[leg->object];
-    bool there = (uint32_t)l->primitive[row] < guide->n_primitive;
-    uint32_t own = there && l->object[row] == from ? guide->quadric : 0;
-    uint32_t step =
-        own + rmap_wave_step(guide, there ? guide->wave : RMAP_WAVE_ALONE, l->event[row]);
-    leg->way.corner = there ? leg->way.corner : guide->corner;
-    leg->queue = (uint8_t)step;
-    leg->flags = (uint8_t)(step >> 8 | (leg->flags & RMAP_WAVE_TINTS));
-}
-
-/* Legs of rows [first, end). */
-static void set_legs(const struct rmap_retrace *r, size_t first, size_t end,
-                     struct rmap_wave_leg *leg)
-{
-    const struct legs l = {.object = r->object,
-                           .primitive = r->primitive,
-                           .event = r->event,
-                           .medium = r->medium,
-                           .guide = r->model->guide,
-                           .tint = r->model->tint,
-                           .n_object = r->model->n_object,
-                           .n_medium = r->model->n_medium};
-    int32_t from = -1;
-    uint32_t odd = 0;
-    for (size_t k = first; k < end; k++) {
-        odd |= set_leg(&l, k, from, &leg[k]);
-        from = l.object[k];
-    }
-    for (size_t k = first; odd && k < end; k++)
-        if (set_leg(&l, k, k > first ? l.object[k - 1] : -1, &leg[k]))
-            set_odd_leg(&l, k, k > first ? l.object[k - 1] : -1, &leg[k]);
-}
-
-/* Of the ray that is made ready next. */
-static void mark_crossings(struct rmap_wave_run *run, struct rmap_wave_leg *leg, size_t n)
-{
-    const uint32_t *segment = run->r->crossing_segment + run->ready_crossing;
-    size_t n_crossing = run->r->registration_count[run->ready];
-    for (size_t k = 0; k < n_crossing; k++)
-        if (segment[k] < n)
-            leg[segment[k]].flags |= RMAP_WAVE_CROSSES;
-    run->ready_crossing += n_crossing;
-}
-
-/* A quadric of a ray's first leg may be the one that the ray starts on. */
-static void set_first(const struct rmap_retrace *r, size_t ray, struct rmap_wave_leg *leg)
-{
-    uint32_t kind = leg->queue / RMAP_WAVE_TURNS, turn = leg->queue % RMAP_WAVE_TURNS;
-    bool own = r->start_object[ray] >= 0 && (uint32_t)r->start_object[ray] == leg->object;
-    if (kind != RMAP_WAVE_QUADRIC && kind != RMAP_WAVE_OWN_QUADRIC)
-        return;
-    kind = own ? RMAP_WAVE_OWN_QUADRIC : RMAP_WAVE_QUADRIC;
-    leg->queue = (uint8_t)(kind * RMAP_WAVE_TURNS + turn);
-}
-
-/* Departures and legs of the next rays. */
-static void make_ready(struct rmap_wave_run *run)
-{
-    const struct rmap_retrace *r = run->r;
-    size_t row = run->ready_row, end = row;
-    size_t last = run->ready + RMAP_WAVE_AHEAD < r->n_ray ? run->ready + RMAP_WAVE_AHEAD : r->n_ray;
-    rmap_wave_depart(r, run->ready, last, run->departure);
-    for (size_t i = run->ready; i < last; i++)
-        end += r->segment_count[i];
-    set_legs(r, row, end, run->wave->leg);
-    for (; run->ready < last; run->ready++) {
-        size_t n = r->segment_count[run->ready];
-        if (n > 0)
-            set_first(r, run->ready, &run->wave->leg[row]);
-        if (r->crossing_segment)
-            mark_crossings(run, run->wave->leg + row, n);
-        row += n;
-        if (n == 0)
-            continue;
-        run->wave->leg[row - 1].queue &= (uint8_t) ~(RMAP_WAVE_TURNS - 1);
-        run->wave->leg[row - 1].flags |= RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT;
-    }
-    run->ready_row = end;
-}
 
 /* Lines a ray up for the leg in hand. */
 static void line_up(const struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
@@ -199,7 +93,7 @@ static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
 {
     const struct rmap_retrace *r = run->r;
     if (run->ray == run->ready)
-        make_ready(run);
+        rmap_wave_ready(run);
     size_t i = run->ray++;
     int channel = r->channel[i] > 0 ? r->channel[i] - 1 : 0;
     const struct rmap_departure *departure = &run->departure[i % RMAP_WAVE_AHEAD];
@@ -214,7 +108,8 @@ static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
     ray->state[3] = departure->direction.x;
     ray->state[4] = departure->direction.y;
     ray->state[5] = departure->direction.z;
-    ray->leg = run->wave->leg + run->row;
+    ray->leg = run->leg;
+    ray->shelf = run->shelf;
     ray->row = run->row;
     ray->end = run->row + r->segment_count[i];
     ray->crossing = run->crossing;
@@ -225,7 +120,21 @@ static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
     ray->departs = (int16_t)departure->channel;
     ray->channel = (int16_t)(channel < r->model->n_channel ? channel : 0);
     run->row = ray->end;
+    run->leg += r->segment_count[i];
     run->crossing = ray->crossing_end;
+}
+
+static inline void leave_shelf(struct rmap_wave *wave, const struct rmap_wave_ray *ray)
+{
+    wave->idle[wave->n_idle] = ray->shelf;
+    wave->n_idle += --wave->on_shelf[ray->shelf] == 0;
+}
+
+/* At the end of its legs. */
+static void arrive(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
+{
+    rmap_wave_sum(run, ray);
+    leave_shelf(run->wave, ray);
 }
 
 /* The next rays of the portion, up to one that has a leg: false when there is none. */
@@ -235,7 +144,7 @@ static bool replace(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
         set_out(run, ray);
         if (ray->row < ray->end)
             return true;
-        rmap_wave_sum(run, ray);
+        arrive(run, ray);
     }
     return false;
 }
@@ -264,7 +173,7 @@ static inline void go_on(struct rmap_wave_run *run, struct rmap_wave_ray *const 
         n_arrived += !more;
     }
     for (size_t i = 0; i < n_arrived; i++) {
-        rmap_wave_sum(run, arrived[i]);
+        arrive(run, arrived[i]);
         if (replace(run, arrived[i]))
             on[n_on++] = arrived[i];
     }

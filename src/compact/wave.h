@@ -14,6 +14,10 @@
 
 #define RMAP_WAVE_AHEAD 64 /* rays that are looked at together before they set out */
 
+/* Legs of rays that are looked at together lie on a shelf, which is used again when all of them
+ * have arrived: so few stay in the cache. Whatever is under way, one is free. */
+#define RMAP_WAVE_SHELVES (RMAP_WAVE_RAYS + 1)
+
 /* What a leg comes to. */
 enum rmap_wave_kind {
     RMAP_WAVE_ALONE,   /* one by one */
@@ -39,6 +43,7 @@ struct rmap_wave_ray {
     uint32_t step;   /* number of the leg, from 0 */
     int16_t channel; /* that refracts */
     int16_t departs; /* channel that the ray starts with; -1: the source's colour */
+    uint16_t shelf;  /* that its legs lie on */
 };
 
 /* Rays whose legs are of one kind: in the world, before and after. */
@@ -132,8 +137,12 @@ struct rmap_wave_queue {
 };
 
 struct rmap_wave {
-    uint8_t *careful;              /* [rays]: only rmap_retrace can tell */
-    struct rmap_wave_leg *leg;     /* [legs] */
+    uint8_t *careful;                   /* [rays]: only rmap_retrace can tell */
+    struct rmap_wave_leg *leg;          /* [shelves][shelf_legs], or [legs] */
+    size_t shelf_legs;                  /* 0: rays' legs are too uneven: one shelf of all of them */
+    size_t on_shelf[RMAP_WAVE_SHELVES]; /* rays that have not arrived */
+    uint16_t idle[RMAP_WAVE_SHELVES];   /* [n_idle] shelves */
+    size_t n_idle;
     void *room;                    /* of `ray` */
     struct rmap_wave_ray *ray;     /* [RMAP_WAVE_RAYS + 1]: the last is nobody's; on a cache line */
     struct rmap_wave_queue *queue; /* [RMAP_WAVE_QUEUES] */
@@ -155,7 +164,9 @@ struct rmap_wave_run {
     struct rmap_wave *wave;
     const struct rmap_retrace *r;
     struct rmap_portion *out;
-    size_t ray, row, crossing;                        /* the next that sets out */
+    size_t ray, row, crossing; /* the next that sets out */
+    struct rmap_wave_leg *leg; /* its first */
+    uint16_t shelf;
     size_t ready, ready_row, ready_crossing;          /* legs of rays before that one are there */
     struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
     struct rmap_compact_light light;                  /* of the ray that is summed up */
@@ -164,6 +175,9 @@ struct rmap_wave_run {
 /* wave_depart.c: how rays [first, end) set out, at most RMAP_WAVE_AHEAD. */
 void rmap_wave_depart(const struct rmap_retrace *r, size_t first, size_t end,
                       struct rmap_departure *departure);
+
+/* wave_ready.c: departures and legs of the next rays. */
+void rmap_wave_ready(struct rmap_wave_run *run);
 
 /* wave_alone.c: one leg, up to the next one. */
 void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ray);

@@ -9,7 +9,8 @@
 struct sum {
     struct rmap_wave_run *run;
     size_t index, first, end; /* of the ray, of its legs */
-    int channel;              /* that it ends with; -1: several */
+    const struct rmap_wave_leg *leg;
+    int channel; /* that it ends with; -1: several */
     double path_length, optical_path;
 };
 
@@ -71,7 +72,7 @@ static void sum_crossings(const struct sum *sum, size_t crossing, size_t crossin
 static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *light)
 {
     const struct rmap_retrace *r = sum->run->r;
-    const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
+    const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
     double index = index_of(light, medium);
     if (medium && medium->absorbing && leg->way.length > 0.0 && light->end - light->begin > 1)
@@ -115,7 +116,7 @@ static inline size_t sum_steady(struct sum *sum, size_t row, const struct rmap_c
     uint32_t tints = single ? 0 : RMAP_WAVE_TINTS;
     const double *index = model->index + (model->n_medium + 1) * (size_t)light->begin;
     double path_length = sum->path_length, optical_path = sum->optical_path;
-    const struct rmap_wave_leg *leg = &sum->run->wave->leg[row];
+    const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
     struct rmap_wave_start *start = &sum->run->wave->start[row - sum->first];
     uint64_t four;
     memcpy(&four, light->quantised, sizeof four);
@@ -183,6 +184,7 @@ void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
                       .index = i,
                       .first = ray->end - r->segment_count[i],
                       .end = ray->end,
+                      .leg = ray->leg - r->segment_count[i],
                       .channel = channel};
     begin_light(run, i, ray->departs);
     for (size_t row = sum.first; row < sum.end; row++) {
