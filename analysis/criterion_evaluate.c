@@ -215,13 +215,22 @@ enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_
     return st;
 }
 
+enum rmap_status rmap_judge_reserve(struct rmap_judge *judge, size_t n_ray, struct rmap_error *err)
+{
+    void *reach = judge->reach;
+    enum rmap_status st = rmap_reserve(&reach, &judge->reach_cap, 2 * rmap_bit_words(n_ray),
+                                       sizeof *judge->reach, err);
+    judge->reach = reach;
+    return st;
+}
+
 enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
                                       const struct rmap_evidence *evidence,
                                       struct rmap_judge *judge, uint8_t *verdict,
                                       struct rmap_error *err)
 {
     size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
-    void *count = judge->count, *mask = judge->mask, *reach = judge->reach;
+    void *count = judge->count, *mask = judge->mask;
     if (n_ray == 0)
         return RMAP_OK;
     enum rmap_status st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
@@ -230,9 +239,7 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
         st = rmap_reserve(&mask, &judge->mask_cap, n_ray * (size_t)criterion->n_mask, 1, err);
     judge->mask = mask;
     if (st == RMAP_OK)
-        st = rmap_reserve(&reach, &judge->reach_cap, 2 * rmap_bit_words(n_ray), sizeof(uint64_t),
-                          err);
-    judge->reach = reach;
+        st = rmap_judge_reserve(judge, n_ray, err);
     if (st != RMAP_OK)
         return st;
     struct rmap_evaluation ev = {.criterion = criterion,

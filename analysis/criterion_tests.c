@@ -80,7 +80,7 @@ out:
 /* By objects that follow each other, or all, and by events. */
 static bool is_plain(const struct rmap_step_test *test)
 {
-    return !(test->of_object && test->object.member) && !test->of_medium && !test->events_not &&
+    return !(test->of_object && test->object.member) && !test->of_medium &&
            test->part == RMAP_PART_ALL && !test->side;
 }
 
@@ -97,6 +97,8 @@ static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_
         memset(mark, UINT8_MAX, rmap_bit_words(n_row) * sizeof *mark);
     if (test->events)
         rmap_keep_any_bits(segment->event, n_row, test->events, mark);
+    if (test->events_not)
+        rmap_keep_none_bits(segment->event, n_row, test->events_not, mark);
 }
 
 static enum rmap_status mark_table(const struct rmap_evaluation *ev,
@@ -153,13 +155,44 @@ static enum rmap_status mark_path(const struct rmap_evaluation *ev,
     return rmap_path_mark(ev->criterion, &own, ev->portion, flag, err);
 }
 
+/* Of rays that ended so, 1 for those whose last leg ended at one of the objects, which follow each
+ * other. */
+static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
+                                  const struct rmap_ending_test *test, uint8_t *flag,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = ev->portion;
+    size_t n_row = portion->n_row[RMAP_TABLE_SEGMENT];
+    uint64_t *mark = ev->judge->mark, *last;
+    struct rmap_bit_groups *groups;
+    RMAP_TRY(rmap_judge_reserve(ev->judge, ev->n_ray, err));
+    last = ev->judge->reach;
+    RMAP_TRY(group_rows(ev, RMAP_TABLE_SEGMENT, &groups, err));
+    rmap_range_bits(portion->segment.object, n_row, (uint32_t)test->object.low, test->object.span,
+                    mark);
+    rmap_bit_groups_last(groups, mark, last);
+    for (size_t i = 0; i < ev->n_ray; i++)
+        flag[i] = portion->ray.stop[i] == test->stop;
+    keep_bits(ev, flag, 0, ev->n_ray);
+    for (size_t w = 0; w < rmap_bit_words(ev->n_ray); w++)
+        mark[w] &= last[w];
+out:
+    return st;
+}
+
 static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
                                   const struct rmap_criterion_node *node, struct rmap_marks *marks,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *flag = (uint8_t *)ev->count; /* has room for them */
-    RMAP_TRY(reserve(ev, ev->n_ray, err));
+    const size_t n_leg = ev->portion->n_row[RMAP_TABLE_SEGMENT];
+    RMAP_TRY(reserve(ev, ev->n_ray > n_leg ? ev->n_ray : n_leg, err));
+    *marks = (struct rmap_marks){ev->judge->mark, NULL};
+    if (node->kind == RMAP_CRITERION_ENDED && node->ending.somewhere &&
+        !node->ending.object.member && node->ending.medium.span == 0)
+        return mark_ends(ev, &node->ending, flag, err);
     if (node->kind == RMAP_CRITERION_PATH)
         RMAP_TRY(mark_path(ev, node, flag, err));
     else if (node->kind == RMAP_CRITERION_ENDED)
@@ -167,7 +200,6 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
     else
         rmap_index_set_mark(&node->source, ev->portion->ray.source, ev->n_ray, flag);
     keep_bits(ev, flag, 0, ev->n_ray);
-    *marks = (struct rmap_marks){ev->judge->mark, NULL};
 out:
     return st;
 }

@@ -37,10 +37,12 @@ static void plain_range(const int32_t *number, size_t first, size_t n, uint32_t 
     }
 }
 
-static void plain_any(const uint32_t *word, size_t first, size_t n, uint32_t any, uint64_t *bits)
+/* flip: all ones to keep words with one of the bits `which`, 0 those with none. */
+static void plain_words(const uint32_t *word, size_t first, size_t n, uint32_t which, uint64_t flip,
+                        uint64_t *bits)
 {
     for (size_t i = first; i < n; i++)
-        bits[i / 64] &= ~((uint64_t)((word[i] & any) == 0) << i % 64);
+        bits[i / 64] &= ~(((uint64_t)((word[i] & which) != 0) ^ (flip & 1)) << i % 64);
 }
 
 #ifdef RMAP_BYTE_SET_AVX2
@@ -88,10 +90,10 @@ __attribute__((target("avx2"))) static inline __m256i has_none(const uint32_t *w
     return _mm256_cmpeq_epi32(_mm256_and_si256(load_8(word), any), _mm256_setzero_si256());
 }
 
-__attribute__((target("avx2"))) static size_t wide_any(const uint32_t *word, size_t n, uint32_t any,
-                                                       uint64_t *bits)
+__attribute__((target("avx2"))) static size_t
+wide_words(const uint32_t *word, size_t n, uint32_t which, uint64_t flip, uint64_t *bits)
 {
-    const __m256i all = _mm256_set1_epi32((int)any);
+    const __m256i all = _mm256_set1_epi32((int)which);
     size_t i = 0;
     for (; i + 64 <= n; i += 64) {
         uint64_t half[2];
@@ -100,7 +102,7 @@ __attribute__((target("avx2"))) static size_t wide_any(const uint32_t *word, siz
             half[k] = bits_of(has_none(at, all), has_none(at + 8, all), has_none(at + 16, all),
                               has_none(at + 24, all));
         }
-        bits[i / 64] &= ~(half[0] | half[1] << 32);
+        bits[i / 64] &= (half[0] | half[1] << 32) ^ flip;
     }
     return i;
 }
@@ -197,11 +199,13 @@ static size_t wide_range(const int32_t *number, size_t n, uint32_t low, uint32_t
     return 0;
 }
 
-static size_t wide_any(const uint32_t *word, size_t n, uint32_t any, uint64_t *bits)
+static size_t wide_words(const uint32_t *word, size_t n, uint32_t which, uint64_t flip,
+                         uint64_t *bits)
 {
     (void)word;
     (void)n;
-    (void)any;
+    (void)which;
+    (void)flip;
     (void)bits;
     return 0;
 }
@@ -242,9 +246,21 @@ void rmap_range_bits(const int32_t *number, size_t n, uint32_t low, uint32_t spa
     plain_range(number, first, n, low, span, bits);
 }
 
+static void keep_words(const uint32_t *word, size_t n, uint32_t which, uint64_t flip,
+                       uint64_t *bits)
+{
+    size_t first = is_wide() ? wide_words(word, n, which, flip, bits) : 0;
+    plain_words(word, first, n, which, flip, bits);
+}
+
 void rmap_keep_any_bits(const uint32_t *word, size_t n, uint32_t any, uint64_t *bits)
 {
-    plain_any(word, is_wide() ? wide_any(word, n, any, bits) : 0, n, any, bits);
+    keep_words(word, n, any, UINT64_MAX, bits);
+}
+
+void rmap_keep_none_bits(const uint32_t *word, size_t n, uint32_t none, uint64_t *bits)
+{
+    keep_words(word, n, none, 0, bits);
 }
 
 void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,

@@ -17,10 +17,13 @@ void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256]
 /* The same as bytes 1 and 0; flag may be `byte`. */
 void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag);
 
-/* Bits as above of numbers [n] with low <= number < low + span, 32 bits throughout; and of words
- * with one of the bits `any`: bits stay set where that holds. */
+/* Bits as above of numbers [n] with low <= number < low + span, 32 bits throughout. */
 void rmap_range_bits(const int32_t *number, size_t n, uint32_t low, uint32_t span, uint64_t *bits);
+
+/* Bits stay set where a word [n] has one of the bits `any`; where it has none of the bits `none`.
+ */
 void rmap_keep_any_bits(const uint32_t *word, size_t n, uint32_t any, uint64_t *bits);
+void rmap_keep_none_bits(const uint32_t *word, size_t n, uint32_t none, uint64_t *bits);
 
 /* Eight bytes from any byte on hold so many bits from any bit of it on. */
 enum { RMAP_BITS_READ = 57 };

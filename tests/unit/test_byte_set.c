@@ -93,6 +93,11 @@ static void test_numbers(void **state)
         for (size_t i = 0; i < n; i++)
             assert_int_equal(bits[i / 64] >> i % 64 & 1,
                              (uint32_t)number[i] - low < span && (word[i] & any) != 0);
+        rmap_keep_none_bits(word, n, any >> 1, bits);
+        for (size_t i = 0; i < n; i++)
+            assert_int_equal(bits[i / 64] >> i % 64 & 1, (uint32_t)number[i] - low < span &&
+                                                             (word[i] & any) != 0 &&
+                                                             (word[i] & any >> 1) == 0);
     }
 }
 
