@@ -61,11 +61,12 @@ RMAP_COPIED bool step_with(const struct rmap_curve_pair *pair, int stages, struc
         r = from_r;
         rmap_wide_axpy(pair->node[i] * h, &from_T, &r);
         rmap_wide_axpy(h * h, &sum, &r);
-        curve->n_evaluation++;
         if (!evaluate(curve, &r, &step->to.n, step->D[i])) {
+            curve->n_evaluation += (uint64_t)i;
             return false;
         }
     }
+    curve->n_evaluation += (uint64_t)pair->evaluations;
     combine(pair->weight_T, step, stages, &sum);
     rmap_wide_axpy(h, &sum, &from_T);
     step->to.r = rmap_wide_vec3(&r);

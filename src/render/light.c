@@ -293,21 +293,6 @@ static bool meet_mesh(const struct rmap_lights *lights, const struct rmap_light 
     return met;
 }
 
-bool rmap_lights_aside(const struct rmap_lights *lights, struct rmap_vec3 from, struct rmap_vec3 to)
-{
-    const double beyond = 1e-8;
-    for (size_t l = 0; l < lights->n_area; l++) {
-        const struct rmap_affine *map = &lights->light[l].to_local;
-        const struct rmap_vec3 z = {map->m[2][0], map->m[2][1], map->m[2][2]};
-        if (lights->light[l].source->shape == RMAP_EMITTER_MESH)
-            return false;
-        double begin = rmap_dot(z, from) + map->t.z, end = rmap_dot(z, to) + map->t.z;
-        if (begin > 0.0 && !(end > beyond * begin)) /* from the shining side to the other */
-            return false;
-    }
-    return true;
-}
-
 bool rmap_light_met(const struct rmap_lights *lights, const struct rmap_light *light,
                     const struct rmap_way *way, double *distance)
 {

@@ -134,17 +134,11 @@ static double live_sum(const struct path *path, const double *share, const doubl
 
 /* On from `point`, straight to `to`. A path that got so far has been weighed for it (analog): its
  * shares there are those it began with, times the transmittance, over their sum. */
-static void search(struct path *path, struct rmap_vec3 to)
+static void search_near(struct path *path, struct rmap_vec3 to)
 {
     const double touch = 1e-9; /* a lamp may lie in the very plane of a surface */
     const struct rmap_lights *lights = path->renderer->lights;
     const struct rmap_ray *ray = &path->walk.ray;
-    const struct rmap_medium *medium = &path->renderer->scene->medium[ray->medium];
-    if (rmap_lights_aside(lights, path->point, to) && !medium->absorbing &&
-        !medium->scattering_at_all) {
-        path->point = to;
-        return;
-    }
     struct rmap_vec3 way = rmap_sub(to, path->point);
     double length = rmap_length(way), distance, store[RMAP_CHANNEL_MAX];
     if (!(length > 0.0))
@@ -174,9 +168,20 @@ static void search(struct path *path, struct rmap_vec3 to)
     path->point = to;
 }
 
+/* Mostly there is no lamp near. */
+static inline void search(struct path *path, const struct rmap_vec3 *to)
+{
+    const struct rmap_walk *walk = &path->walk;
+    if (rmap_lights_aside(path->renderer->lights, path->point, *to) &&
+        !rmap_medium_is_turbid(&walk->scene->medium[walk->ray.medium]))
+        path->point = *to;
+    else
+        search_near(path, *to);
+}
+
 static void keep_point(struct rmap_recorder *self, const struct rmap_curve_point *point)
 {
-    search((struct path *)self, point->position);
+    search((struct path *)self, &point->position);
 }
 
 static void keep_nothing(struct rmap_recorder *self, const struct rmap_registration *registration)
@@ -365,7 +370,7 @@ static bool advance(struct path *path)
     rmap_walk_leg(walk, &arrival);
     path->counts->n_leg++;
     if (seek)
-        search(path, arrival.leg.to);
+        search(path, &arrival.leg.to);
     switch (arrival.end) {
     case RMAP_LEG_SURFACE:
         return meet_surface(path, &arrival);
@@ -391,7 +396,6 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
 {
     struct rmap_tracer tracer = {renderer->scene, renderer->accel, renderer->seed};
     struct path path;
-    struct rmap_ray ray;
     double u[4];
     uint64_t n_pixel = (uint64_t)renderer->size[0] * renderer->size[1];
     path.base = (struct rmap_recorder){.curve = keep_point, .registration = keep_nothing};
@@ -403,8 +407,8 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
     path.scale = 1.0;
     path.looked = path.lit_once = false;
     draw_camera(&path, u);
-    rmap_camera_ray(renderer->camera, renderer->size, x, y, u, &ray);
-    rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, &ray, NULL);
+    rmap_camera_ray(renderer->camera, renderer->size, x, y, u, &path.walk.ray);
+    rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, NULL);
     path.walk.rough = true;
     rmap_colour_set(&path.walk.colour, renderer->share, renderer->scene->channels.n);
     counts->n_path++;

@@ -4,6 +4,8 @@
 #include <float.h>
 #include <math.h>
 
+#include "base/wide.h"
+
 /* The chord that decides leaves the curve by this share of the tolerance at most: the leg ends on
  * it, and steps are mostly far better than their tolerance. */
 #define DECIDES 1e-4
@@ -41,7 +43,7 @@ static double run_time(const struct rmap_curve_run *run)
 }
 
 /* The ends of steps exactly as their neighbours have them. */
-static void point_at(const struct rmap_curve_run *run, double time, struct point *p)
+RMAP_COPIED void point_at(const struct rmap_curve_run *run, double time, struct point *p)
 {
     double theta;
     int i = rmap_curve_run_find(run, time, &theta);
@@ -61,7 +63,9 @@ void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap
 {
     search->accel = accel;
     search->options = options;
-    search->ray = *ray;
+    search->ray.medium = ray->medium;
+    search->ray.gradient = ray->gradient;
+    search->ray.contact = ray->contact;
     search->normal = normal;
 }
 
@@ -107,8 +111,8 @@ bool rmap_curve_search_add(struct rmap_curve_search *search)
 }
 
 /* Does a surface cross the line between two points? The contact counts where it starts the leg. */
-static bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struct rmap_vec3 to,
-                  struct rmap_hit *hit, double *share)
+RMAP_COPIED bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struct rmap_vec3 to,
+                       struct rmap_hit *hit, double *share)
 {
     struct rmap_vec3 way = rmap_sub(to, from);
     double length = rmap_length(way);
@@ -123,8 +127,8 @@ static bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struc
 }
 
 /* The same from a point inside the curve's way, in space. */
-static bool meets_in_space(struct rmap_curve_search *search, struct rmap_vec3 from,
-                           struct rmap_vec3 to)
+RMAP_COPIED bool meets_in_space(struct rmap_curve_search *search, struct rmap_vec3 from,
+                                struct rmap_vec3 to)
 {
     struct rmap_hit hit;
     double share;
@@ -139,7 +143,7 @@ static bool meets_in_space(struct rmap_curve_search *search, struct rmap_vec3 fr
 
 /* Where the tangents at both ends meet: middle of their nearest points. False where the piece is
  * no arc that turns one way. */
-static bool corner_of(const struct piece *piece, struct rmap_vec3 *corner)
+RMAP_COPIED bool corner_of(const struct piece *piece, struct rmap_vec3 *corner)
 {
     struct rmap_vec3 w = rmap_sub(piece->b.r, piece->a.r), a = piece->a.T, b = piece->b.T;
     double aa = rmap_dot(a, a), bb = rmap_dot(b, b), ab = rmap_dot(a, b);
@@ -152,8 +156,8 @@ static bool corner_of(const struct piece *piece, struct rmap_vec3 *corner)
 }
 
 /* What lies straight ahead of the run's start is known. */
-static bool tangent_is_clear(struct rmap_curve_search *search, const struct piece *piece,
-                             struct rmap_vec3 corner)
+RMAP_COPIED bool tangent_is_clear(struct rmap_curve_search *search, const struct piece *piece,
+                                  struct rmap_vec3 corner)
 {
     struct rmap_hit hit;
     double share;
@@ -163,7 +167,7 @@ static bool tangent_is_clear(struct rmap_curve_search *search, const struct piec
 }
 
 /* Is there nothing between the chord, which is clear, and the curve? */
-static bool polygon_is_clear(struct rmap_curve_search *search, const struct piece *piece)
+RMAP_COPIED bool polygon_is_clear(struct rmap_curve_search *search, const struct piece *piece)
 {
     struct rmap_vec3 corner[2];
     int n = 1;
@@ -180,8 +184,8 @@ static bool polygon_is_clear(struct rmap_curve_search *search, const struct piec
 
 /* When the curve crosses the tangent plane of the surface that its chord met, near `time`: by
  * Newton's steps, until the next one would be less than `enough` off the plane. */
-static double cross_plane(const struct rmap_curve_run *run, const struct piece *piece,
-                          const struct rmap_hit *hit, double time, double enough)
+RMAP_COPIED double cross_plane(const struct rmap_curve_run *run, const struct piece *piece,
+                               const struct rmap_hit *hit, double time, double enough)
 {
     for (int i = 0; i < 3; i++) {
         struct point p;
@@ -201,7 +205,7 @@ static double cross_plane(const struct rmap_curve_run *run, const struct piece *
 
 /* The surface may leave the plane where the curve meets it by sag^2 / (2 R cosine^2), along the
  * curve; R: as long as the chord. This as a share of the chord; *off: how far off the plane. */
-static double astray(const struct piece *piece, const struct rmap_hit *hit, double *off)
+RMAP_COPIED double astray(const struct piece *piece, const struct rmap_hit *hit, double *off)
 {
     struct rmap_vec3 chord = rmap_sub(piece->b.r, piece->a.r);
     double square = rmap_dot(chord, chord), depth = fabs(rmap_dot(chord, hit->normal));
@@ -213,15 +217,15 @@ static double astray(const struct piece *piece, const struct rmap_hit *hit, doub
 
 /* Half the time of a piece that should hold the crossing and, if it can be, is short enough to
  * decide. */
-static double half_window(const struct rmap_curve_search *search, const struct piece *piece,
-                          double share)
+RMAP_COPIED double half_window(const struct rmap_curve_search *search, const struct piece *piece,
+                               double share)
 {
     double span = piece->b.time - piece->a.time;
     double decides = 0.45 * span * sqrt(DECIDES * search->options->tolerance / piece->sag);
     return rmap_min(rmap_max(decides, share * span), 0.5 * span);
 }
 
-static bool same_side(const struct rmap_curve_search *search, const struct piece *piece)
+RMAP_COPIED bool same_side(const struct rmap_curve_search *search, const struct piece *piece)
 {
     double chord = rmap_dot(rmap_sub(piece->b.r, piece->a.r), search->normal);
     double tangent = rmap_dot(piece->a.T, search->normal);
@@ -230,7 +234,7 @@ static bool same_side(const struct rmap_curve_search *search, const struct piece
 
 /* The piece up to `end`, or a shorter one whose sag the medium allows; one that starts the leg on
  * a surface leaves it to the side to which the curve does. */
-static void set_piece(struct rmap_curve_search *search, struct piece *piece, double end)
+RMAP_COPIED void set_piece(struct rmap_curve_search *search, struct piece *piece, double end)
 {
     const struct rmap_curve_run *run = &search->run;
     double bend = 0.125 * run->bend, shortest = SHORTEST * run_time(run);
@@ -254,8 +258,8 @@ struct aim {
     double wider; /* of the window about the crossing, after failures */
 };
 
-static enum verdict judge(struct rmap_curve_search *search, const struct piece *piece,
-                          struct aim *aim, struct rmap_hit *hit)
+RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct piece *piece,
+                               struct aim *aim, struct rmap_hit *hit)
 {
     double share = 0.0, from = piece->a.time, span = piece->b.time - from;
     bool decides = piece->sag <= DECIDES * search->options->tolerance ||
@@ -286,6 +290,7 @@ static enum verdict judge(struct rmap_curve_search *search, const struct piece *
     return UNDECIDED;
 }
 
+RMAP_WIDE
 bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struct rmap_hit *hit)
 {
     double end = *time;

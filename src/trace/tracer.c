@@ -11,12 +11,12 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
 {
     struct rmap_emission emission;
     rmap_source_emit(tracer->scene, tracer->seed, ray, &walk->colour, &emission);
-    rmap_walk_begin(walk, tracer, ray,
-                    &(struct rmap_ray){.origin = emission.position,
-                                       .direction = emission.direction,
-                                       .medium = emission.medium,
-                                       .gradient = tracer->scene->source[emission.source].gradient},
-                    recorder);
+    rmap_walk_begin(walk, tracer, ray, recorder);
+    walk->ray.origin = emission.position;
+    walk->ray.direction = emission.direction;
+    walk->ray.medium = emission.medium;
+    walk->ray.gradient = tracer->scene->source[emission.source].gradient;
+    rmap_contact_clear(&walk->ray.contact);
     walk->foretold = emission.foretold;
     recorder->emit(recorder, &emission);
 }

@@ -52,17 +52,15 @@ struct rmap_arrival {
     struct rmap_hit hit; /* SURFACE */
 };
 
-/* Sets all but the colour. The ray: from anywhere; its contact is zero unless it starts where a
- * leg of another walk ended. */
+/* Sets all but the colour and the ray. That may start anywhere; its contact is zero unless it
+ * starts where a leg of another walk ended. */
 static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tracer *tracer,
-                                   uint64_t ray_id, const struct rmap_ray *ray,
-                                   struct rmap_recorder *recorder)
+                                   uint64_t ray_id, struct rmap_recorder *recorder)
 {
     walk->scene = tracer->scene;
     walk->accel = tracer->accel;
     walk->recorder = recorder;
     walk->draw = (struct rmap_draw){tracer->seed, ray_id, 0};
-    walk->ray = *ray;
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
     walk->rough = false;
