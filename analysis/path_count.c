@@ -4,22 +4,9 @@
 #include <inttypes.h>
 #include <string.h>
 
-#include "analysis/path_dictionary.h"
-#include "analysis/path_hash.h"
+#include "analysis/path_count_internal.h"
 #include "analysis/path_pack.h"
 #include "base/alloc.h"
-
-struct rmap_path_buffers {
-    struct rmap_path_hasher hasher;
-    struct rmap_path_dictionary dictionary;
-    /* What is added once all keys are known: by then the lines of the tables that are needed are on
-     * their way from memory. */
-    struct rmap_path_of_ray *ray;
-    size_t n_ray, ray_cap;
-};
-
-/* As many rays ahead as memory takes to answer. */
-enum { AHEAD = 12 };
 
 static struct rmap_key cell_key(struct rmap_key class, int32_t detector, uint32_t cell)
 {
@@ -81,7 +68,7 @@ out:
     return st;
 }
 
-static void drop_cells(struct rmap_path_counts *self)
+void rmap_path_counts_drop_cells(struct rmap_path_counts *self)
 {
     self->cells_full = true;
     rmap_key_sums_fini(&self->cells);
@@ -89,7 +76,7 @@ static void drop_cells(struct rmap_path_counts *self)
 }
 
 /* More classes than may be: from now on there is the sketch alone. */
-static enum rmap_status spill(struct rmap_path_counts *self, struct rmap_error *err)
+enum rmap_status rmap_path_counts_spill(struct rmap_path_counts *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (self->is_full)
@@ -104,7 +91,7 @@ static enum rmap_status spill(struct rmap_path_counts *self, struct rmap_error *
     self->is_full = self->steps.is_closed = true;
     rmap_key_sums_fini(&self->classes);
     rmap_path_steps_fini(&self->steps);
-    drop_cells(self);
+    rmap_path_counts_drop_cells(self);
 out:
     return st;
 }
@@ -122,15 +109,15 @@ static inline void add_to(struct rmap_key_sum *sum, const struct rmap_key_sum *m
 }
 
 /* Adds what another entry, or one ray, brings to its class. */
-static enum rmap_status add_class(struct rmap_path_counts *self, const struct rmap_key_sum *more,
-                                  struct rmap_error *err)
+enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *self,
+                                            const struct rmap_key_sum *more, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_key_sum *sum = NULL;
     if (!self->is_full) {
         RMAP_TRY(rmap_key_sums_enter(&self->classes, more->key, &sum, err));
         if (!sum)
-            RMAP_TRY(spill(self, err));
+            RMAP_TRY(rmap_path_counts_spill(self, err));
     }
     if (sum)
         add_to(sum, more);
@@ -138,12 +125,6 @@ static enum rmap_status add_class(struct rmap_path_counts *self, const struct rm
         rmap_path_sketch_add(&self->sketch, more->key, more->number[RMAP_PATH_RAYS]);
 out:
     return st;
-}
-
-/* Whether the class that came last wants its steps. */
-static inline bool wants_steps(const struct rmap_path_counts *self)
-{
-    return !self->steps.is_closed && self->steps.n < self->classes.n;
 }
 
 /* Numbers of a cell's entry: the last ray, and what it brought so far in weights. */
@@ -157,7 +138,7 @@ static enum rmap_status add_cell(struct rmap_path_counts *self, struct rmap_key 
     struct rmap_key_sum *sum = NULL;
     RMAP_TRY(rmap_key_sums_enter(&self->cells, key, &sum, err));
     if (!sum) {
-        drop_cells(self);
+        rmap_path_counts_drop_cells(self);
         goto out;
     }
     bool again = sum->number[LAST_COUNT] > 0 && sum->number[LAST_RAY] == ray;
@@ -198,7 +179,7 @@ out:
     return st;
 }
 
-static bool counts(const struct rmap_path_counting *context, struct rmap_key key)
+bool rmap_path_counts_has(const struct rmap_path_counting *context, struct rmap_key key)
 {
     if (context->chosen && !rmap_key_sums_find(context->chosen, key))
         return false;
@@ -225,6 +206,30 @@ static void add_totals(struct rmap_path_counts *self, const struct rmap_portion 
     self->most_weight = most;
 }
 
+enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *self,
+                                            const struct rmap_portion *portion,
+                                            const struct rmap_path_place_of_ray *place,
+                                            rmap_path_step **to, struct rmap_error *err)
+{
+    const size_t most = (size_t)portion->ray.segment_count[place->ray] +
+                        portion->ray.registration_count[place->ray];
+    return rmap_path_steps_make_room(&self->steps, most, to, err);
+}
+
+/* Of a new class, by a ray of the portion in hand. */
+static enum rmap_status keep_steps(struct rmap_path_counts *self,
+                                   const struct rmap_portion *portion,
+                                   const struct rmap_path_place_of_ray *place,
+                                   struct rmap_error *err)
+{
+    rmap_path_step *to;
+    enum rmap_status st = rmap_path_counts_make_room(self, portion, place, &to, err);
+    if (to)
+        rmap_path_steps_end_class(&self->steps,
+                                  rmap_path_hasher_steps(&self->buffers->hasher, place, to));
+    return st;
+}
+
 static inline enum rmap_status add_ray(struct rmap_path_counts *self,
                                        const struct rmap_portion *portion,
                                        const struct rmap_path_of_ray *its, struct rmap_error *err)
@@ -241,9 +246,9 @@ static inline enum rmap_status add_ray(struct rmap_path_counts *self,
                                           [RMAP_PATH_FIRST_RAY] = ray->id[row]}};
     if (ray->registration_count[row] > 0)
         RMAP_TRY(add_hits(self, portion, its, &one.number[RMAP_PATH_REGISTRATIONS], err));
-    RMAP_TRY(add_class(self, &one, err));
-    if (wants_steps(self))
-        st = rmap_path_steps_add_ray(&self->steps, self->context->keys, portion, &its->place, err);
+    RMAP_TRY(rmap_path_counts_add_class(self, &one, err));
+    if (rmap_path_counts_want_steps(self))
+        st = keep_steps(self, portion, &its->place, err);
 out:
     return st;
 }
@@ -288,14 +293,13 @@ static enum rmap_status add_plain(struct rmap_path_counts *self, const struct rm
         const size_t row = list[i].place.ray;
         const double weight = ray->weight[row];
         struct rmap_key_sum *sum;
-        if (i + AHEAD < n)
-            rmap_key_sums_expect(classes, list[i + AHEAD].key);
+        if (i + RMAP_PATH_AHEAD < n)
+            rmap_key_sums_expect(classes, list[i + RMAP_PATH_AHEAD].key);
         RMAP_TRY(rmap_key_sums_enter(classes, list[i].key, &sum, err));
         if (!sum)
             break;
-        if (wants_steps(self))
-            RMAP_TRY(rmap_path_steps_add_ray(&self->steps, self->context->keys, portion,
-                                             &list[i].place, err));
+        if (rmap_path_counts_want_steps(self))
+            RMAP_TRY(keep_steps(self, portion, &list[i].place, err));
         const uint64_t id = ray->id[row], first = sum->number[RMAP_PATH_FIRST_RAY];
         const bool is_first = sum->number[RMAP_PATH_RAYS] == 0 || id < first;
         sum->number[RMAP_PATH_FIRST_RAY] = is_first ? id : first;
@@ -325,74 +329,10 @@ static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rma
     if (is_plain(self))
         RMAP_TRY(add_plain(self, rays->portion, &i, err));
     for (; i < buffers->n_ray; i++) {
-        if (i + AHEAD < buffers->n_ray)
-            expect(self, buffers->ray[i + AHEAD].key);
-        if (counts(self->context, buffers->ray[i].key))
+        if (i + RMAP_PATH_AHEAD < buffers->n_ray)
+            expect(self, buffers->ray[i + RMAP_PATH_AHEAD].key);
+        if (rmap_path_counts_has(self->context, buffers->ray[i].key))
             RMAP_TRY(add_ray(self, rays->portion, &buffers->ray[i], err));
-    }
-out:
-    return st;
-}
-
-/* n rays of weight 1 that took a path of the dictionary. */
-static struct rmap_key_sum sum_of(const struct rmap_path_known *path, uint64_t n, uint64_t first)
-{
-    return (struct rmap_key_sum){.key = path->key,
-                                 .weight = (double)n,
-                                 .weight_squared = (double)n,
-                                 .number = {[RMAP_PATH_RAYS] = n,
-                                            [RMAP_PATH_SEGMENTS] = n * path->n_leg,
-                                            [RMAP_PATH_REGISTRATIONS] = n * path->n_hit,
-                                            [RMAP_PATH_FIRST_RAY] = first}};
-}
-
-/* Whether ids of the portion's rays matter to the classes of its paths. */
-static bool needs_ids(const struct rmap_path_counts *self, const struct rmap_matched *rays)
-{
-    const struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
-    for (size_t k = 0; !self->is_full && k < rays->view->n_path; k++) {
-        const struct rmap_path_known *path = &dictionary->path[rays->view->path_row[k]];
-        if (dictionary->n_ray[k] == 0 || path->key.high == 0)
-            continue;
-        const struct rmap_key_sum *known = rmap_key_sums_find(&self->classes, path->key);
-        if (!known || known->number[RMAP_PATH_FIRST_RAY] > rays->view->first_ray)
-            return true;
-    }
-    return false;
-}
-
-/* By the index: path by path, not ray by ray. */
-static enum rmap_status add_view(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                 struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_path_counting *context = self->context;
-    const struct rmap_history_view *view = rays->view;
-    struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
-    const size_t piece = (size_t)rmap_map_portion(context->map, rays->index)->piece;
-    RMAP_TRY(rmap_path_dictionary_enter(dictionary, &self->buffers->hasher, context->keys,
-                                        context->detector, piece, rays, err));
-    if (needs_ids(self, rays)) {
-        RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_id), err));
-        rmap_path_dictionary_find_first(dictionary, rays);
-    }
-    for (size_t k = 0; k < view->n_path; k++) {
-        const struct rmap_path_known *path = &dictionary->path[view->path_row[k]];
-        const uint64_t n = dictionary->n_ray[k];
-        if (n == 0 || path->key.high == 0)
-            continue;
-        const struct rmap_key_sum some = sum_of(path, n, dictionary->first[k]);
-        self->total.rays += n;
-        self->total.segments += some.number[RMAP_PATH_SEGMENTS];
-        self->total.source_weight[path->source] += some.weight;
-        self->total.source_weight_squared[path->source] += some.weight_squared;
-        self->most_weight = self->most_weight > 1.0 ? self->most_weight : 1.0;
-        if (!counts(context, path->key))
-            continue;
-        RMAP_TRY(add_class(self, &some, err));
-        if (wants_steps(self))
-            RMAP_TRY(rmap_path_steps_add_ray(&self->steps, context->keys,
-                                             rmap_history_paths(view->index), &path->place, err));
     }
 out:
     return st;
@@ -403,77 +343,13 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     struct rmap_path_counts *self = state;
     const bool cells = self->context->most_cells > 0 && !self->cells_full;
     if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
-        return add_view(self, rays, err);
+        return rmap_path_counts_add_view(self, rays, err);
     return add_rays(self, rays, err);
-}
-
-static enum rmap_status hand_on_steps(struct rmap_path_counts *into,
-                                      const struct rmap_path_counts *from, size_t class,
-                                      struct rmap_error *err)
-{
-    size_t n;
-    const rmap_path_step *step = rmap_path_steps_of(&from->steps, class, &n);
-    if (step)
-        return rmap_path_steps_add(&into->steps, step, n, err);
-    into->steps.is_closed = true;
-    return RMAP_OK;
-}
-
-static enum rmap_status merge_classes(struct rmap_path_counts *into,
-                                      const struct rmap_path_counts *from, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    if (from->is_full)
-        RMAP_TRY(spill(into, err));
-    for (size_t i = 0; i < from->classes.n; i++) {
-        RMAP_TRY(add_class(into, &from->classes.entry[i], err));
-        if (wants_steps(into))
-            RMAP_TRY(hand_on_steps(into, from, i, err));
-    }
-    if (from->sketch.rays)
-        rmap_path_sketch_merge(&into->sketch, &from->sketch);
-out:
-    return st;
-}
-
-static enum rmap_status merge_cells(struct rmap_path_counts *into,
-                                    const struct rmap_path_counts *from, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    if (from->cells_full)
-        drop_cells(into);
-    for (size_t i = 0; i < from->cells.n && !into->cells_full; i++) {
-        const struct rmap_key_sum *more = &from->cells.entry[i];
-        struct rmap_key_sum *sum = NULL;
-        RMAP_TRY(rmap_key_sums_enter(&into->cells, more->key, &sum, err));
-        if (!sum) {
-            drop_cells(into);
-            break;
-        }
-        sum->weight += more->weight;
-        sum->weight_squared += more->weight_squared;
-    }
-out:
-    return st;
-}
-
-static enum rmap_status merge(void *into_, const void *from_, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_path_counts *into = into_;
-    const struct rmap_path_counts *from = from_;
-    rmap_count_add(&into->total, &from->total, rmap_map_scene(into->context->map)->n_source);
-    if (from->most_weight > into->most_weight)
-        into->most_weight = from->most_weight;
-    RMAP_TRY(merge_classes(into, from, err));
-    st = merge_cells(into, from, err);
-out:
-    return st;
 }
 
 const struct rmap_fold_kind rmap_path_count_kind = {.create = create,
                                                     .destroy = destroy,
                                                     .add = add,
-                                                    .merge = merge,
+                                                    .merge = rmap_path_counts_merge,
                                                     .pack = rmap_path_counts_pack,
                                                     .unpack = rmap_path_counts_unpack};

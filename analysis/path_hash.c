@@ -252,3 +252,38 @@ size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct
     }
     return n;
 }
+
+/* Steps of legs [first, last); returns how many. */
+static inline size_t copy_legs(const struct rmap_path_hasher *hasher, size_t first, size_t last,
+                               rmap_path_step *to)
+{
+    for (size_t i = first; i < last; i++)
+        to[i - first] = hasher->is_narrow ? hasher->few[i] : hasher->many[i];
+    return last - first;
+}
+
+size_t rmap_path_hasher_steps(const struct rmap_path_hasher *hasher,
+                              const struct rmap_path_place_of_ray *place, rmap_path_step *to)
+{
+    const struct rmap_path_keys *keys = hasher->keys;
+    const struct rmap_portion *portion = hasher->portion;
+    const struct rmap_registration_columns *hit = &portion->registration;
+    const size_t n_leg = portion->ray.segment_count[place->ray];
+    const size_t end = place->registration + portion->ray.registration_count[place->ray];
+    size_t at = 0, n = 0;
+    if (!hasher->is_simple) {
+        (void)rmap_path_key_of(keys, portion, place, to, &n);
+        return n;
+    }
+    for (size_t i = place->registration; i < end; i++) {
+        if (!hit->registered[i])
+            continue;
+        size_t leg = (size_t)hit->segment[i] + keys->follows[hit->detector[i]];
+        leg = leg < n_leg ? leg : n_leg;
+        if (leg > at)
+            n += copy_legs(hasher, place->segment + at, place->segment + leg, to + n);
+        at = leg > at ? leg : at;
+        to[n++] = rmap_path_hit_step(keys, hit->detector[i]);
+    }
+    return n + copy_legs(hasher, place->segment + at, place->segment + n_leg, to + n);
+}

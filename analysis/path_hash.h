@@ -54,4 +54,9 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
 size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
                              struct rmap_path_of_ray *list);
 
+/* The steps of a ray that was listed: at most as many as it has legs and registrations; returns how
+ * many. */
+size_t rmap_path_hasher_steps(const struct rmap_path_hasher *hasher,
+                              const struct rmap_path_place_of_ray *place, rmap_path_step *to);
+
 #endif

@@ -41,9 +41,8 @@ static enum rmap_status grow(struct rmap_path_steps *steps, size_t n_word, struc
     return RMAP_OK;
 }
 
-/* For one more class, of at most n steps: where they go; NULL: nowhere. */
-static enum rmap_status make_room(struct rmap_path_steps *steps, size_t n,
-                                  rmap_path_step **step_ret, struct rmap_error *err)
+enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t n,
+                                           rmap_path_step **step_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t used = rmap_path_steps_end(steps, steps->n) + steps->n + 1;
@@ -59,9 +58,9 @@ static enum rmap_status make_room(struct rmap_path_steps *steps, size_t n,
     return st;
 }
 
-static void end_class(struct rmap_path_steps *steps, size_t n_step)
+void rmap_path_steps_end_class(struct rmap_path_steps *steps, size_t n)
 {
-    const size_t end = rmap_path_steps_end(steps, steps->n) + n_step;
+    const size_t end = rmap_path_steps_end(steps, steps->n) + n;
     steps->n++;
     steps->word[steps->n_word - steps->n] = (uint32_t)end;
 }
@@ -70,29 +69,11 @@ enum rmap_status rmap_path_steps_add(struct rmap_path_steps *steps, const rmap_p
                                      size_t n, struct rmap_error *err)
 {
     rmap_path_step *to;
-    enum rmap_status st = make_room(steps, n, &to, err);
+    enum rmap_status st = rmap_path_steps_make_room(steps, n, &to, err);
     if (!to)
         return st;
     if (n > 0)
         memcpy(to, step, n * sizeof *step);
-    end_class(steps, n);
-    return RMAP_OK;
-}
-
-enum rmap_status rmap_path_steps_add_ray(struct rmap_path_steps *steps,
-                                         const struct rmap_path_keys *keys,
-                                         const struct rmap_portion *portion,
-                                         const struct rmap_path_place_of_ray *place,
-                                         struct rmap_error *err)
-{
-    const size_t most = (size_t)portion->ray.segment_count[place->ray] +
-                        portion->ray.registration_count[place->ray];
-    size_t n = 0;
-    rmap_path_step *to;
-    enum rmap_status st = make_room(steps, most, &to, err);
-    if (!to)
-        return st;
-    (void)rmap_path_key_of(keys, portion, place, to, &n);
-    end_class(steps, n);
+    rmap_path_steps_end_class(steps, n);
     return RMAP_OK;
 }

@@ -26,13 +26,17 @@ static inline size_t rmap_path_steps_end(const struct rmap_path_steps *steps, si
 const rmap_path_step *rmap_path_steps_of(const struct rmap_path_steps *steps, size_t class,
                                          size_t *n_ret);
 
-/* The next class's; closes them when they are too many. RMAP_SYSTEM. */
+/* Room for the next class's steps, of which there are at most n: NULL when they are too many, which
+ * closes them. RMAP_SYSTEM. */
+enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t n,
+                                           rmap_path_step **step_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* n steps of the next class stand in the room. */
+void rmap_path_steps_end_class(struct rmap_path_steps *steps, size_t n);
+
+/* Both. */
 enum rmap_status rmap_path_steps_add(struct rmap_path_steps *steps, const rmap_path_step *step,
                                      size_t n, struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_path_steps_add_ray(struct rmap_path_steps *steps,
-                                         const struct rmap_path_keys *keys,
-                                         const struct rmap_portion *portion,
-                                         const struct rmap_path_place_of_ray *place,
-                                         struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What path_count.c, path_count_view.c and path_count_merge.c share.
+ */
+#ifndef RMAP_PATH_COUNT_INTERNAL_H
+#define RMAP_PATH_COUNT_INTERNAL_H
+
+#include "analysis/path_count.h"
+#include "analysis/path_dictionary.h"
+
+/* As many rays, or classes, ahead as memory takes to answer. */
+enum { RMAP_PATH_AHEAD = 12 };
+
+struct rmap_path_buffers {
+    struct rmap_path_hasher hasher;
+    struct rmap_path_dictionary dictionary;
+    /* What is added once all keys are known: by then the lines of the tables that are needed are on
+     * their way from memory. */
+    struct rmap_path_of_ray *ray;
+    size_t n_ray, ray_cap;
+};
+
+/* Adds what another entry, or one ray, brings to its class. */
+enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *counts,
+                                            const struct rmap_key_sum *more,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* More classes, or cells, than may be. */
+enum rmap_status rmap_path_counts_spill(struct rmap_path_counts *counts,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_counts_drop_cells(struct rmap_path_counts *counts);
+
+/* Whether a class is one of those that count. */
+bool rmap_path_counts_has(const struct rmap_path_counting *context, struct rmap_key key);
+
+/* Whether the class that came last wants its steps. */
+static inline bool rmap_path_counts_want_steps(const struct rmap_path_counts *self)
+{
+    return !self->steps.is_closed && self->steps.n < self->classes.n;
+}
+
+/* Room for the steps of a row of the portion; NULL: there is none. */
+enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *counts,
+                                            const struct rmap_portion *portion,
+                                            const struct rmap_path_place_of_ray *place,
+                                            rmap_path_step **to,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* Functions of the kind. */
+enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,
+                                           const struct rmap_matched *rays,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_path_counts_merge(void *into, const void *from, struct rmap_error *err);
+
+#endif
