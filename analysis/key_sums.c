@@ -17,11 +17,6 @@ static size_t slots_for(size_t n)
     return n_slot;
 }
 
-size_t rmap_key_sums_nbytes(size_t most)
-{
-    return slots_for(most) * sizeof(uint32_t) + most * sizeof(struct rmap_key_sum);
-}
-
 void rmap_key_sums_init(struct rmap_key_sums *sums, size_t most)
 {
     uint32_t number = 1;

@@ -35,9 +35,6 @@ struct rmap_key_sums {
     size_t most; /* keys */
 };
 
-/* Memory that a full table takes. */
-size_t rmap_key_sums_nbytes(size_t most);
-
 /* most: below RMAP_KEY_SUMS_MOST. */
 void rmap_key_sums_init(struct rmap_key_sums *sums, size_t most);
 void rmap_key_sums_fini(struct rmap_key_sums *sums);
