@@ -200,7 +200,11 @@ static void list_triangles(struct rmap_compact_encoder *encoder, const struct rm
     const struct rmap_compact_model *model = encoder->model;
     size_t n = portion->n_row[RMAP_TABLE_SEGMENT], n_listed = 0;
     uint32_t wrong = 0;
-    for (size_t i = 0; i < n; i++) { /* no branches: what a leg meets is anybody's guess */
+    for (size_t i = 0; i < n && !model->meshes; i++) /* no listed one */
+        wrong |= (uint32_t)portion->segment.primitive[i] ^
+                 ((uint32_t)0 - ((uint32_t)portion->segment.object[i] >> 31));
+    for (size_t i = 0; i < n && model->meshes;
+         i++) { /* no branches: what a leg meets is anybody's guess */
         uint32_t object = (uint32_t)portion->segment.object[i];
         uint32_t primitive = (uint32_t)portion->segment.primitive[i];
         bool mesh = model->body[object < model->n_object ? object : model->n_object].mesh;

@@ -281,6 +281,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     for (size_t i = 0; i < scene->n_object; i++) {
         set_object(scene, &scene->object[i], &model->object[i]);
         set_body(scene, &scene->object[i], &model->body[i]);
+        model->meshes = model->meshes || model->body[i].mesh;
     }
     model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
     set_signs(model);

@@ -100,6 +100,7 @@ struct rmap_compact_model {
     uint16_t *source_colour; /* [n_source][n_channel] */
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
+    bool meshes;             /* some object is one */
     bool foretells; /* rays that the tracer says are foretold: the last wavelength tells the
                        channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */

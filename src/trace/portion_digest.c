@@ -6,6 +6,7 @@
  */
 #include "trace/portion_hash.h"
 
+#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -59,28 +60,30 @@ static uint8_t *gather_rows(const struct strip *strip, int first_column, int end
     return to;
 }
 
-/* The same where STRIDE rows follow those of the ray; and up to STRIDE bytes behind `to`. */
-static inline uint8_t *gather_over(const struct strip *strip, int first_column, int end_column,
-                                   const size_t *first, const size_t *n, uint8_t *to)
+/* Rows that STRIDE more follow; and up to STRIDE bytes behind `to`. */
+static inline uint8_t *copy_over(const void *from, size_t nbytes, uint8_t *to)
 {
-    for (int c = first_column; c < end_column; c++) {
-        size_t row = strip[c].row_nbytes, nbytes = n[strip[c].table] * row;
-        const uint8_t *from = strip[c].start + first[strip[c].table] * row;
-        for (size_t k = 0; k < nbytes; k += STRIDE)
-            memcpy(to + k, from + k, STRIDE);
-        to += nbytes;
-    }
+    for (size_t k = 0; k < nbytes; k += STRIDE)
+        memcpy(to + k, (const uint8_t *)from + k, STRIDE);
+    return to + nbytes;
+}
+
+/* n rows of legs from `first` on, which STRIDE more follow: sizes are constant. */
+static inline uint8_t *gather_legs(const struct rmap_portion *portion, size_t first, size_t n,
+                                   uint8_t *to)
+{
+#define COPY(field, path, type, element, width, unit, text)                                        \
+    to = copy_over(portion->segment.field + first * (width), n * (width) * sizeof(type), to);
+    RMAP_SEGMENT_COLUMNS(COPY)
+#undef COPY
     return to;
 }
 
-static inline uint8_t *gather_legs(const struct rmap_portion *portion, const struct strip *strip,
-                                   int first_column, int end_column, const size_t *first,
-                                   const size_t *n, uint8_t *to)
+static inline uint8_t *gather_colours(const struct rmap_portion *portion, size_t first, size_t n,
+                                      uint8_t *to)
 {
-    const enum rmap_table legs = RMAP_TABLE_SEGMENT;
-    if (portion->n_row[legs] - first[legs] >= n[legs] + STRIDE)
-        return gather_over(strip, first_column, end_column, first, n, to);
-    return gather_rows(strip, first_column, end_column, first, n, to);
+    size_t row = (size_t)portion->n_channel * sizeof *portion->colour;
+    return copy_over((const uint8_t *)portion->colour + first * row, n * row, to);
 }
 
 /* The one row of /ray is copied by constant sizes, which costs a few moves in place of a call
@@ -96,10 +99,14 @@ static struct rmap_digest hash_short(const struct rmap_portion *portion, rmap_ha
     to += (width) * sizeof(type);
     RMAP_RAY_COLUMNS(PUT)
 #undef PUT
-    to = gather_legs(portion, strip, RMAP_SEGMENT_object, RMAP_REGISTRATION_segment, first, n, to);
+    size_t leg = first[RMAP_TABLE_SEGMENT], n_leg = n[RMAP_TABLE_SEGMENT];
+    bool room = portion->n_row[RMAP_TABLE_SEGMENT] - leg >= n_leg + STRIDE;
+    to = room ? gather_legs(portion, leg, n_leg, to)
+              : gather_rows(strip, RMAP_SEGMENT_object, RMAP_REGISTRATION_segment, first, n, to);
     if (n[RMAP_TABLE_REGISTRATION] > 0)
         to = gather_rows(strip, RMAP_REGISTRATION_segment, RMAP_SEGMENT_colour, first, n, to);
-    to = gather_legs(portion, strip, RMAP_SEGMENT_colour, RMAP_CURVE_ray, first, n, to);
+    to = room ? gather_colours(portion, leg, n_leg, to)
+              : gather_rows(strip, RMAP_SEGMENT_colour, RMAP_CURVE_ray, first, n, to);
     if (n[RMAP_TABLE_CURVE] > 0)
         to = gather_rows(strip, RMAP_CURVE_ray, RMAP_COLUMN_COUNT, first, n, to);
     return hash(gather, (size_t)(to - gather));

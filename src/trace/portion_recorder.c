@@ -19,15 +19,20 @@ static double plain(double x)
     return isnan(x) ? (double)NAN : x + 0.0;
 }
 
-static void store_float3(float *out, struct rmap_vec3 v)
+static RMAP_SELDOM void store_nan(float *out)
 {
-    float x = (float)v.x + 0.0f, y = (float)v.y + 0.0f, z = (float)v.z + 0.0f;
+    for (int i = 0; i < 3; i++)
+        out[i] = isnan(out[i]) ? NAN : out[i];
+}
+
+static inline void store_float3(float *out, const struct rmap_vec3 *v)
+{
+    float x = (float)v->x + 0.0f, y = (float)v->y + 0.0f, z = (float)v->z + 0.0f;
     out[0] = x;
     out[1] = y;
     out[2] = z;
     if (isnan(x + y + z)) /* rarely; infinities may do that too */
-        for (int i = 0; i < 3; i++)
-            out[i] = isnan(out[i]) ? NAN : out[i];
+        store_nan(out);
 }
 
 /* As fmax(low, fmin(high, x)), NaN included, which are calls. */
@@ -41,20 +46,25 @@ static double clamp(double x, double low, double high)
  * compilers make branches of it, and whether a wall's normal is 1 or a hair less is anybody's
  * guess. */
 #ifdef __SSE2__
-/* Two at a time. */
+/* In memory as they are used: compilers put together what is written as one number. */
+static const _Alignas(16) double one[2] = {1.0, 1.0}, half[2] = {0.5, 0.5};
+static const _Alignas(16) double top[2] = {32767.0, 32767.0}, minus[2] = {-0.0, -0.0};
+static const _Alignas(16) int16_t bottom[8] = {-32767, -32767, -32767, -32767,
+                                               -32767, -32767, -32767, -32767};
+
+/* Two at a time; those below -1 come out below -32767. */
 static inline __m128i quantise_cosines(__m128d x)
 {
-    const __m128d one = _mm_set1_pd(1.0);
-    x = _mm_max_pd(_mm_min_pd(x, one), _mm_set1_pd(-1.0)); /* NaN: 1 */
-    __m128d scaled = _mm_mul_pd(_mm_set1_pd(32767.0), x);
-    __m128d sign = _mm_and_pd(scaled, _mm_set1_pd(-0.0));
-    return _mm_cvttpd_epi32(_mm_add_pd(scaled, _mm_or_pd(sign, _mm_set1_pd(0.5))));
+    __m128d scaled = _mm_mul_pd(_mm_min_pd(x, _mm_load_pd(one)), _mm_load_pd(top)); /* NaN: 1 */
+    __m128d sign = _mm_and_pd(scaled, _mm_load_pd(minus));
+    return _mm_cvttpd_epi32(_mm_add_pd(scaled, _mm_or_pd(sign, _mm_load_pd(half))));
 }
 
 static inline void store_normal(int16_t *out, const struct rmap_vec3 *n)
 {
     __m128i xy = quantise_cosines(_mm_loadu_pd(&n->x)), z = quantise_cosines(_mm_load_sd(&n->z));
     __m128i xyz = _mm_packs_epi32(_mm_unpacklo_epi64(xy, z), z);
+    xyz = _mm_max_epi16(xyz, _mm_load_si128((const __m128i *)(const void *)bottom));
     int32_t first = _mm_cvtsi128_si32(xyz);
     memcpy(out, &first, sizeof first);
     out[2] = (int16_t)_mm_extract_epi16(xyz, 2);
@@ -156,7 +166,7 @@ static inline bool same_colour(const struct rmap_known_colour *known, const doub
 
 /* Another colour than that of the leg before: the other one that is known, or a new one in its
  * place. */
-static RMAP_SELDOM void change_colour(struct rmap_portion_recorder *self, const double *colour)
+static void change_colour(struct rmap_portion_recorder *self, const double *colour)
 {
     int n = self->portion->n_channel;
     struct rmap_known_colour *known =
@@ -168,16 +178,23 @@ static RMAP_SELDOM void change_colour(struct rmap_portion_recorder *self, const 
     memcpy(known->share, colour, (size_t)n * sizeof *colour);
 }
 
-static inline void store_colour(struct rmap_portion_recorder *self, const double *colour,
-                                uint16_t *out)
+static RMAP_SELDOM void store_any_colour(struct rmap_portion_recorder *self, const double *colour,
+                                         uint16_t *out)
 {
     int n = self->portion->n_channel;
     if (!same_colour(self->last, colour, n))
         change_colour(self, colour);
-    if (n == 3)
+    memcpy(out, self->last->quantised, (size_t)n * sizeof *out);
+}
+
+/* Three channels, of the colour that was last, on the shortest way. */
+static inline void store_colour(struct rmap_portion_recorder *self, int n, const double *colour,
+                                uint16_t *out)
+{
+    if (n == 3 && same_colour(self->last, colour, 3))
         memcpy(out, self->last->quantised, 3 * sizeof *out);
     else
-        memcpy(out, self->last->quantised, (size_t)n * sizeof *out);
+        store_any_colour(self, colour, out);
 }
 
 /* Room for a row more, or false once memory ran short. */
@@ -189,13 +206,17 @@ static RMAP_SELDOM bool make_room(struct rmap_portion_recorder *self, enum rmap_
     return self->status == RMAP_OK;
 }
 
+static inline bool is_full(const struct rmap_portion_recorder *self, enum rmap_table table)
+{
+    return self->status != RMAP_OK || self->portion->n_row[table] == self->portion->cap[table];
+}
+
 /* A new row of the table, or false once memory ran short. */
 static inline bool next_row(struct rmap_portion_recorder *self, enum rmap_table table,
                             size_t *row_ret)
 {
     struct rmap_portion *portion = self->portion;
-    if ((self->status != RMAP_OK || portion->n_row[table] == portion->cap[table]) &&
-        !make_room(self, table))
+    if (is_full(self, table) && !make_room(self, table))
         return false;
     *row_ret = portion->n_row[table]++;
     return true;
@@ -213,30 +234,41 @@ static void emit(struct rmap_recorder *base, const struct rmap_emission *emissio
         portion->first_ray = emission->ray;
     ray->id[i] = emission->ray;
     ray->source[i] = emission->source;
-    ray->segment_count[i] = 0;
     ray->registration_count[i] = 0;
+    self->first_segment = portion->n_row[RMAP_TABLE_SEGMENT];
     ray->start_object[i] = emission->object;
     ray->start_primitive[i] = emission->primitive;
-    store_float3(ray->start + 3 * i, emission->position);
+    store_float3(ray->start + 3 * i, &emission->position);
     store_normal(ray->start_normal + 3 * i, &emission->normal);
 }
 
+static void step(struct rmap_recorder *base, const struct rmap_step *leg);
+
+static RMAP_SELDOM void step_with_room(struct rmap_recorder *base, const struct rmap_step *leg)
+{
+    if (make_room((struct rmap_portion_recorder *)base, RMAP_TABLE_SEGMENT))
+        step(base, leg);
+}
+
+/* Calls come last here, so that nothing need be kept over them: it runs once a leg. */
 static void step(struct rmap_recorder *base, const struct rmap_step *leg)
 {
     struct rmap_portion_recorder *self = (struct rmap_portion_recorder *)base;
     struct rmap_portion *portion = self->portion;
     struct rmap_segment_columns *segment = &portion->segment;
-    size_t i;
-    if (!next_row(self, RMAP_TABLE_SEGMENT, &i))
+    if (is_full(self, RMAP_TABLE_SEGMENT)) {
+        step_with_room(base, leg);
         return;
+    }
+    size_t i = portion->n_row[RMAP_TABLE_SEGMENT]++;
+    int n_channel = portion->n_channel;
     segment->object[i] = leg->object;
     segment->primitive[i] = leg->primitive;
     segment->event[i] = leg->events;
     segment->medium[i] = (int16_t)leg->medium;
-    store_float3(segment->position + 3 * i, leg->position);
+    store_float3(segment->position + 3 * i, &leg->position);
     store_normal(segment->normal + 3 * i, &leg->normal);
-    store_colour(self, leg->colour, portion->colour + i * (size_t)portion->n_channel);
-    portion->ray.segment_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
+    store_colour(self, n_channel, leg->colour, portion->colour + i * (size_t)n_channel);
 }
 
 /* Of the ray that was emitted last. */
@@ -249,7 +281,7 @@ static void curve(struct rmap_recorder *base, const struct rmap_curve_point *poi
         return;
     portion->curve.ray[i] = portion->ray.id[portion->n_row[RMAP_TABLE_RAY] - 1];
     portion->curve.segment[i] = point->segment;
-    store_float3(portion->curve.position + 3 * i, point->position);
+    store_float3(portion->curve.position + 3 * i, &point->position);
 }
 
 static void registration(struct rmap_recorder *base, const struct rmap_registration *hit)
@@ -267,7 +299,7 @@ static void registration(struct rmap_recorder *base, const struct rmap_registrat
         out->relative[2 * i + k] = quantise_relative(hit->relative[k]);
     }
     out->registered[i] = hit->registered;
-    store_float3(out->direction + 3 * i, hit->direction);
+    store_float3(out->direction + 3 * i, &hit->direction);
     out->optical_path[i] = plain(hit->optical_path);
     portion->ray.registration_count[portion->n_row[RMAP_TABLE_RAY] - 1]++;
 }
@@ -278,13 +310,15 @@ static void end(struct rmap_recorder *base, const struct rmap_ending *ending)
     struct rmap_ray_columns *ray = &self->portion->ray;
     if (self->status != RMAP_OK)
         return;
-    size_t i = self->portion->n_row[RMAP_TABLE_RAY] - 1;
+    const size_t *n_row = self->portion->n_row;
+    size_t i = n_row[RMAP_TABLE_RAY] - 1;
+    ray->segment_count[i] = (uint32_t)(n_row[RMAP_TABLE_SEGMENT] - self->first_segment);
     ray->stop[i] = (uint8_t)ending->stop;
     ray->weight[i] = plain(ending->weight);
     ray->wavelength[i] = plain(ending->wavelength_nm);
     ray->path_length[i] = plain(ending->path_length);
     ray->optical_path[i] = plain(ending->optical_path);
-    store_float3(ray->end_direction + 3 * i, ending->direction);
+    store_float3(ray->end_direction + 3 * i, &ending->direction);
     if (ending->foretold)
         return;
     if (self->strays.n < RMAP_STRAYS_MAX)

@@ -23,6 +23,7 @@ struct rmap_portion_recorder {
     /* The last two colours: most legs keep that of the one before, and most rays begin alike. */
     struct rmap_known_colour colour[2];
     struct rmap_known_colour *last;
+    size_t first_segment;      /* of the ray in hand */
     struct rmap_strays strays; /* so far; its seed is the caller's to set */
 };
 
