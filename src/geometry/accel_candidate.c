@@ -124,6 +124,7 @@ static bool shape_counts(struct rmap_query *query, struct rmap_candidate *candid
         .point = rmap_affine_point(&o->to_world, candidate->point),
     };
     candidate->touches = true;
+    candidate->foretold = false;
     candidate->t = rmap_greater(touch.t, 0);
     return rmap_start_meets(query, &touch);
 }

@@ -195,16 +195,6 @@ static void finish_triangle(const struct rmap_accel_object *object,
     hit->normal = rmap_scale(best->normal, 1 / best->length);
 }
 
-static bool is_foretold(const struct rmap_query *query, const struct rmap_candidate *best)
-{
-    const struct rmap_start *start = &query->start;
-    bool nudged = start->nudged && start->object == best->object;
-    bool straight = query->accel->object[best->object].shape
-                        ? best->foretold
-                        : best->listed == best->primitive && !nudged;
-    return straight && !best->touches;
-}
-
 static void finish(struct rmap_query *query, struct rmap_hit *hit)
 {
     const struct rmap_candidate *best = rmap_query_best(query);
@@ -214,7 +204,7 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
     hit->t = best->touches ? 0 : rmap_greater(best->t + query->local.ahead, 0);
     hit->object = best->object;
     hit->primitive = best->listed;
-    hit->foretold = is_foretold(query, best);
+    hit->foretold = best->foretold;
     if (object->shape) {
         hit->position = rmap_affine_point(&object->to_world, best->point);
         hit->normal = rmap_affine_transposed(&object->to_local, best->normal);

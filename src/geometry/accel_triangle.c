@@ -126,6 +126,7 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
         .point = rmap_affine_point(&o->to_world, corner),
     };
     candidate->touches = true;
+    candidate->foretold = false; /* nor may it be the triangle that is listed */
     candidate->t = rmap_greater(t, 0);
     bool meets = rmap_start_meets(query, &touch);
     candidate->listed = touch.primitive;
@@ -143,6 +144,7 @@ static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
     candidate->normal = rmap_affine_transposed(&o->to_local, n);
     candidate->length = rmap_length(candidate->normal);
     candidate->listed = candidate->primitive;
+    candidate->foretold = !(query->start.nudged && query->start.object == candidate->object);
     candidate->cosine = fabs(facing) / candidate->length;
     candidate->tolerance = rmap_along(o->tolerance, candidate->cosine);
     candidate->rank = rmap_candidate_rank(query, candidate->object, facing);
