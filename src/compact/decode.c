@@ -3,6 +3,7 @@
 
 #include "base/alloc.h"
 #include "compact/decode_paths.h"
+#include "compact/primitives.h"
 #include "compact/settle.h"
 
 struct rmap_compact_decoder {
@@ -97,19 +98,8 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
 {
     const uint32_t *triangle = rows->data[RMAP_STREAM_triangle];
     size_t n = out->n_row[RMAP_TABLE_SEGMENT], n_triangle = rows->n_row[RMAP_COMPACT_TRIANGLE];
-    size_t k = 0;
-    for (size_t i = 0; i < n && n_triangle == 0; i++)
-        out->segment.primitive[i] = out->segment.object[i] < 0 ? -1 : 0;
-    for (size_t i = 0; i < n && n_triangle > 0; i++) {
-        /* no branch: whether it is a mesh is anybody's guess */
-        size_t object = (uint32_t)out->segment.object[i];
-        uint32_t listed = model->body[object < model->n_object ? object : model->n_object].mesh;
-        uint32_t plain = out->segment.object[i] < 0 ? UINT32_MAX : 0;
-        uint32_t next = triangle[k < n_triangle ? k : 0];
-        uint32_t primitive = plain ^ ((plain ^ next) & ((uint32_t)0 - listed));
-        out->segment.primitive[i] = (int32_t)primitive;
-        k += listed;
-    }
+    size_t k = rmap_primitives_place(model, out->segment.object, n, triangle, n_triangle,
+                                     out->segment.primitive);
     correct(lane);
     if (k > n_triangle)
         return damaged("it has too few triangles", err);

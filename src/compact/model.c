@@ -267,6 +267,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
     model->sign = rmap_alloc(scene->n_object + 1, sizeof *model->sign);
+    model->listed = rmap_alloc(scene->n_object + 1, sizeof *model->listed);
     model->guide = rmap_alloc(scene->n_object + 1, sizeof *model->guide);
     model->source = rmap_alloc(scene->n_source + 1, sizeof *model->source);
     model->source_colour =
@@ -274,14 +275,15 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->index =
         rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
     model->tint = rmap_alloc(scene->n_medium + 1, sizeof *model->tint);
-    if (!model->object || !model->body || !model->sign || !model->guide || !model->source ||
-        !model->source_colour || !model->index || !model->tint)
+    if (!model->object || !model->body || !model->sign || !model->listed || !model->guide ||
+        !model->source || !model->source_colour || !model->index || !model->tint)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
     set_media(model);
     for (size_t i = 0; i < scene->n_object; i++) {
         set_object(scene, &scene->object[i], &model->object[i]);
         set_body(scene, &scene->object[i], &model->body[i]);
         model->meshes = model->meshes || model->body[i].mesh;
+        model->listed[i] = model->body[i].mesh ? UINT32_MAX : 0;
     }
     model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
     set_signs(model);
@@ -311,6 +313,7 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
     rmap_free(model->object);
     rmap_free(model->body);
     rmap_free(model->sign);
+    rmap_free(model->listed);
     rmap_free(model->guide);
     rmap_free(model->source);
     rmap_free(model->source_colour);

@@ -95,6 +95,7 @@ struct rmap_compact_model {
     struct rmap_compact_body *body;     /* [n_object + 1]: the last is that of no object */
     uint32_t *sign;                     /* [n_object + 1]: the first is that of no object */
     bool signs;                         /* can be used */
+    uint32_t *listed;                   /* [n_object + 1]: all ones for a mesh, else 0 */
     struct rmap_compact_guide *guide;   /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_source *source;
     uint16_t *source_colour; /* [n_source][n_channel] */
