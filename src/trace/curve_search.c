@@ -6,10 +6,6 @@
 
 #include "base/wide.h"
 
-/* The chord that decides leaves the curve by this share of the tolerance at most: the leg ends on
- * it, and steps are mostly far better than their tolerance. */
-#define DECIDES 1e-4
-
 /* While its sag is less than this share of its length, a run is much like the line ahead, where the
  * next surface is known. */
 #define STRAIGHT 0.1
@@ -58,11 +54,12 @@ RMAP_COPIED void point_at(const struct rmap_curve_run *run, double time, struct 
 }
 
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
-                             const struct rmap_curve_options *options, const struct rmap_ray *ray,
-                             struct rmap_vec3 normal)
+                             const struct rmap_curve_options *options, double decides,
+                             const struct rmap_ray *ray, struct rmap_vec3 normal)
 {
     search->accel = accel;
     search->options = options;
+    search->decides = decides;
     search->ray.medium = ray->medium;
     search->ray.gradient = ray->gradient;
     search->ray.contact = ray->contact;
@@ -221,7 +218,7 @@ RMAP_COPIED double half_window(const struct rmap_curve_search *search, const str
                                double share)
 {
     double span = piece->b.time - piece->a.time;
-    double decides = 0.45 * span * sqrt(DECIDES * search->options->tolerance / piece->sag);
+    double decides = 0.45 * span * sqrt(search->decides / piece->sag);
     return rmap_min(rmap_max(decides, share * span), 0.5 * span);
 }
 
@@ -262,8 +259,7 @@ RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct pi
                                struct aim *aim, struct rmap_hit *hit)
 {
     double share = 0.0, from = piece->a.time, span = piece->b.time - from;
-    bool decides = piece->sag <= DECIDES * search->options->tolerance ||
-                   span <= SHORTEST * run_time(&search->run);
+    bool decides = piece->sag <= search->decides || span <= SHORTEST * run_time(&search->run);
     aim->next = from + 0.5 * span;
     if (!meets(search, piece->a.r, piece->b.r, hit, &share))
         return decides || polygon_is_clear(search, piece) ? CLEAR : UNDECIDED;

@@ -33,16 +33,18 @@ int rmap_curve_run_find(const struct rmap_curve_run *run, double time, double *t
 struct rmap_curve_search {
     const struct rmap_accel *accel;           /* borrowed */
     const struct rmap_curve_options *options; /* borrowed */
+    double decides;                           /* sag of a chord that may end the leg */
     struct rmap_curve_run run;
     double ahead;            /* distance to a surface straight ahead of the run's start */
     struct rmap_ray ray;     /* of the chord in hand; contact: as long as it starts the leg */
     struct rmap_vec3 normal; /* of the surface that the leg starts on */
 };
 
-/* A leg that starts as `ray` does; normal: of the surface it starts on, if its contact has one. */
+/* A leg that starts as `ray` does; normal: of the surface it starts on, if its contact has one. It
+ * ends on a chord that leaves the curve by `decides` at most. */
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
-                             const struct rmap_curve_options *options, const struct rmap_ray *ray,
-                             struct rmap_vec3 normal);
+                             const struct rmap_curve_options *options, double decides,
+                             const struct rmap_ray *ray, struct rmap_vec3 normal);
 
 /* A run with no steps yet, from a point of the curve in the direction of T. True with *hit when a
  * surface touches its very start. */

@@ -11,6 +11,10 @@
 #include "trace/curve_search.h"
 #include "trace/walk.h"
 
+/* Shares of the tolerance that the chord on which a leg ends may leave the curve by: steps are
+ * mostly far better than the tolerance. Pictures do not show it. */
+static const double chord_off = 1e-4, chord_off_in_pictures = 0.1;
+
 /* A curved leg on its way. */
 struct bend {
     struct rmap_walk *walk;
@@ -22,6 +26,11 @@ struct bend {
     double length, optical; /* of the steps so far */
     double free_path;       /* the leg ends there inside the medium */
 };
+
+static bool is_rough(const struct rmap_walk *walk)
+{
+    return walk->rough && !walk->recorder;
+}
 
 /* A dispersive medium bends each wavelength apart: it is drawn before the leg. */
 static void choose_wavelength(struct rmap_walk *walk)
@@ -41,7 +50,7 @@ static bool begin_curve(struct bend *bend, int channel)
         rmap_curve_begin(&bend->curve, bend->gradient, channel, ray->origin, ray->direction) ||
         rmap_curve_begin(&bend->curve, bend->gradient, channel,
                          rmap_axpy(inside, ray->direction, ray->origin), ray->direction);
-    bend->curve.rough = walk->rough && !walk->recorder && !(bend->free_path < HUGE_VAL);
+    bend->curve.rough = is_rough(walk) && !(bend->free_path < HUGE_VAL);
     return begun;
 }
 
@@ -219,8 +228,9 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     leg->optical_from = walk->optical_path;
     leg->length = leg->index = 0.0;
     leg->segment = walk->draw.step++;
-    rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, &walk->ray,
-                            walk->start_normal);
+    double off = is_rough(walk) ? chord_off_in_pictures : chord_off;
+    rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options,
+                            off * gradient->options.tolerance, &walk->ray, walk->start_normal);
     rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline);
 }
 
