@@ -87,12 +87,13 @@ void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *va
     }
 }
 
-void rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void *value)
+bool rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void *value)
 {
     uint8_t *number = value;
     size_t nbytes = lane->element_nbytes;
+    bool right = true;
     for (size_t i = 0; i < count; i++) {
-        uint64_t bits = get_bits(number, i, nbytes);
+        uint64_t predicted = get_bits(number, i, nbytes), bits = predicted;
         switch (lane->mode) {
         case RMAP_LANE_VERBATIM:
             bits = get_bits(lane->dense, first + i, nbytes);
@@ -107,10 +108,12 @@ void rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void 
             lane->patches_left--;
             lane->next = lane->patches_left > 0 ? lane->next + 1 + *++lane->patch_skip : SIZE_MAX;
         }
+        right = right && bits == predicted;
         rmap_put_bits(number, i, nbytes, bits);
     }
     if (lane->to)
         memcpy(lane->to + first * nbytes, number, count * nbytes);
+    return right;
 }
 
 bool rmap_lane_match(struct rmap_lane *lane, size_t first, size_t count, const void *predicted)
@@ -139,7 +142,7 @@ void rmap_lane_amend(struct rmap_lane *lane, size_t first, size_t end)
         i = dense || lane->next < i ? i : lane->next;
         if (lane->to)
             memcpy(one, lane->to + i * nbytes, nbytes);
-        rmap_lane_correct(lane, i, 1, one);
+        (void)rmap_lane_correct(lane, i, 1, one);
     }
 }
 

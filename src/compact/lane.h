@@ -96,9 +96,10 @@ static inline void rmap_put_bits(uint8_t *data, size_t i, size_t nbytes, uint64_
 /* Numbers that the lane has in a portion. */
 size_t rmap_lane_numbers(const struct rmap_lane *lane, const struct rmap_portion *portion);
 
-/* Slow sides of rmap_lane_offer: *value becomes the truth. */
+/* Slow sides of rmap_lane_offer: *value becomes the truth. rmap_lane_correct: true when it was, as
+ * numbers of a lane that is stored whole may be. */
 void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *value);
-void rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void *value);
+bool rmap_lane_correct(struct rmap_lane *lane, size_t first, size_t count, void *value);
 
 /* Encoding: as rmap_lane_offer, but the predictions stay. */
 bool rmap_lane_match(struct rmap_lane *lane, size_t first, size_t count, const void *predicted);
@@ -122,8 +123,7 @@ static inline bool rmap_lane_offer(struct rmap_lane *lane, size_t first, size_t 
             memcpy(lane->to + first * element_nbytes, value, count * element_nbytes);
         return true;
     }
-    rmap_lane_correct(lane, first, count, value);
-    return false;
+    return rmap_lane_correct(lane, first, count, value);
 }
 
 /* Decoding: numbers [first, end) stand in the column as predicted (or it is not asked for); makes
