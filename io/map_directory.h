@@ -38,6 +38,11 @@ struct rmap_leftover {
 enum rmap_status rmap_map_remove_half_indexes(const char *map_path,
                                               struct rmap_error *err) RMAP_MUST_USE;
 
+/* Of pieces that are finished: removing them need not have lasted when the power failed. Those that
+ * cannot be removed do no harm. For complete maps alone: all that journals told is in the index. */
+enum rmap_status rmap_map_remove_spent_journals(const char *map_path,
+                                                struct rmap_error *err) RMAP_MUST_USE;
+
 /* Sorted by name. *leftover_ret: rmap_free. */
 enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;

@@ -121,6 +121,27 @@ enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_lefto
     return RMAP_OK;
 }
 
+enum rmap_status rmap_map_remove_spent_journals(const char *map_path, struct rmap_error *err)
+{
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0;
+    enum rmap_status st = rmap_map_list_leftovers(map_path, &leftover, &n, err);
+    for (size_t i = 0; st == RMAP_OK && i < n; i++) {
+        if (leftover[i].has_part || rmap_leftover_is_held(map_path, &leftover[i]))
+            continue;
+        char *part = rmap_path_format("%s/%s", map_path, leftover[i].name);
+        char *journal = part ? rmap_journal_path(part) : NULL;
+        if (!journal)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        else
+            (void)unlink(journal);
+        rmap_free(journal);
+        rmap_free(part);
+    }
+    rmap_free(leftover);
+    return st;
+}
+
 /* RMAP_USAGE, naming its file, if a writer is at work just now. */
 static enum rmap_status find_writer(const char *map_path, struct rmap_error *err)
 {

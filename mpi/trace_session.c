@@ -137,8 +137,11 @@ static enum rmap_status recover_map(struct rmap_trace_session *self, struct rmap
     struct rmap_map_summary summary;
     size_t n = 0;
     rmap_map_summarise(self->goal.map, &summary);
-    if (summary.complete)
-        return RMAP_OK;
+    if (summary.complete) {
+        if (self->context->rank == 0)
+            st = rmap_map_remove_spent_journals(self->request.map_path, err);
+        return rmap_agree(self->context, st, err);
+    }
     RMAP_TRY(rmap_recover(self->context, self->request.map_path, self->goal.map, &n, err));
     if (n == 0)
         goto out;
