@@ -136,7 +136,7 @@ def judge(command, case, ranks=0):
     faults = {"CALLS": COUNTED, "AT": at, "ACTION": action}
     if ranks:
         faults["RANK"] = at % ranks
-    done, result, left, leaks = command.run(f"{at}-{action}", faults, ranks)
+    done, result, left, leaks = command.run(f"{at}-{action}-{ranks}", faults, ranks)
     if action in ("kill", "tear"):
         return [] if result in (OLD, command.result) else ["half of a result"]
     wrong = []

@@ -28,7 +28,8 @@ def draw(command, n, rng):
     drawn = [(at, call, rng.choice(results.suffered(call))) for at, call, _ in sorted(chosen)]
     written = [(at, call, "kill") for at, call, _ in late if call in ("write", "pwrite")]
     synced = [(at, call, "EIO") for at, call, _ in late if call == "fsync"]
-    return drawn + written[-1:] + synced[1:2]  # most is on disk; the name is given, not yet for good
+    # most is on disk; the name is given, not yet for good
+    return list(dict.fromkeys(drawn + written[-1:] + synced[1:2]))
 
 
 def main():
