@@ -84,7 +84,7 @@ static bool is_plain(const struct rmap_step_test *test)
            test->part == RMAP_PART_ALL && !test->side;
 }
 
-/* The same of such a test. */
+/* A bit for each leg, of such a test. */
 static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
                        size_t n_row)
 {

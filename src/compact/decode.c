@@ -164,25 +164,11 @@ static enum rmap_status retrace(struct rmap_compact_decoder *decoder, const stru
                                 const uint64_t *header, rmap_column_set columns,
                                 struct rmap_portion *out, struct rmap_error *err)
 {
-    bool crossings = columns & CROSSING_LANES;
-    struct rmap_retrace r = {.model = decoder->model,
-                             .seed = header[RMAP_HEADER_SEED],
-                             .n_ray = out->n_row[RMAP_TABLE_RAY],
-                             .id = out->ray.id,
-                             .source = out->ray.source,
-                             .stop = out->ray.stop,
-                             .segment_count = out->ray.segment_count,
-                             .registration_count = out->ray.registration_count,
-                             .start_object = out->ray.start_object,
-                             .channel = rows->data[RMAP_STREAM_ray_channel],
-                             .object = out->segment.object,
-                             .primitive = out->segment.primitive,
-                             .event = out->segment.event,
-                             .medium = out->segment.medium,
-                             .crossing_segment = crossings ? out->registration.segment : NULL,
-                             .crossing_detector = out->registration.detector,
-                             .colour = (columns & COLOUR_COLUMNS) || decoder->model->absorbing,
-                             .lane = decoder->lane};
+    struct rmap_retrace r = rmap_retrace_of(decoder->model, header[RMAP_HEADER_SEED], out,
+                                            rows->data[RMAP_STREAM_ray_channel], decoder->lane);
+    if (!(columns & CROSSING_LANES))
+        r.crossing_segment = NULL;
+    r.colour = (columns & COLOUR_COLUMNS) || decoder->model->absorbing;
     bool one_by_one = header[RMAP_HEADER_MODES] & RMAP_HEADER_ONE_BY_ONE;
     return rmap_settle_decode(&decoder->wave, &r, one_by_one, out, err);
 }

@@ -192,19 +192,25 @@ static void spell_all(struct rmap_compact_encoder *encoder, const struct rmap_po
     }
 }
 
-/* Triangles of the legs that end on meshes, unless too many of the others have numbers that do not
- * follow: then the whole lane is kept as it is. */
-static void list_triangles(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
+/* Bits of primitives that are not what they are without meshes: 0 on an object, -1 on none. */
+static uint32_t odd_primitives(const struct rmap_portion *portion)
 {
-    struct rmap_lane *lane = &encoder->lane[RMAP_LANE_SEGMENT_primitive];
-    const struct rmap_compact_model *model = encoder->model;
-    size_t n = portion->n_row[RMAP_TABLE_SEGMENT], n_listed = 0;
     uint32_t wrong = 0;
-    for (size_t i = 0; i < n && !model->meshes; i++) /* no listed one */
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_SEGMENT]; i++)
         wrong |= (uint32_t)portion->segment.primitive[i] ^
                  ((uint32_t)0 - ((uint32_t)portion->segment.object[i] >> 31));
-    for (size_t i = 0; i < n && model->meshes;
-         i++) { /* no branches: what a leg meets is anybody's guess */
+    return wrong;
+}
+
+/* The same of legs that do not end on meshes, and the triangles of those that do, without branches:
+ * what a leg meets is anybody's guess. */
+static uint32_t note_triangles(struct rmap_compact_encoder *encoder,
+                               const struct rmap_portion *portion)
+{
+    const struct rmap_compact_model *model = encoder->model;
+    size_t n_listed = 0;
+    uint32_t wrong = 0;
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_SEGMENT]; i++) {
         uint32_t object = (uint32_t)portion->segment.object[i];
         uint32_t primitive = (uint32_t)portion->segment.primitive[i];
         bool mesh = model->body[object < model->n_object ? object : model->n_object].mesh;
@@ -213,6 +219,18 @@ static void list_triangles(struct rmap_compact_encoder *encoder, const struct rm
         wrong |= mesh ? 0 : primitive ^ ((uint32_t)0 - (object >> 31));
     }
     encoder->n_triangle = n_listed;
+    return wrong;
+}
+
+/* Triangles of the legs that end on meshes, unless too many of the others have numbers that do not
+ * follow: then the whole lane is kept as it is. */
+static void list_triangles(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
+{
+    struct rmap_lane *lane = &encoder->lane[RMAP_LANE_SEGMENT_primitive];
+    const struct rmap_compact_model *model = encoder->model;
+    size_t n = portion->n_row[RMAP_TABLE_SEGMENT];
+    encoder->n_triangle = 0;
+    uint32_t wrong = model->meshes ? note_triangles(encoder, portion) : odd_primitives(portion);
     if (wrong == 0)
         return;
     for (size_t i = 0; i < n; i++) {
@@ -265,29 +283,6 @@ static void offer_simple(struct rmap_compact_encoder *encoder, const struct rmap
                           sizeof *encoder->medium, encoder->medium);
 }
 
-static struct rmap_retrace retrace_of(struct rmap_compact_encoder *encoder, uint64_t seed,
-                                      const struct rmap_portion *portion, const uint8_t *channel)
-{
-    return (struct rmap_retrace){.model = encoder->model,
-                                 .seed = seed,
-                                 .n_ray = portion->n_row[RMAP_TABLE_RAY],
-                                 .id = portion->ray.id,
-                                 .source = portion->ray.source,
-                                 .stop = portion->ray.stop,
-                                 .segment_count = portion->ray.segment_count,
-                                 .registration_count = portion->ray.registration_count,
-                                 .start_object = portion->ray.start_object,
-                                 .channel = channel,
-                                 .object = portion->segment.object,
-                                 .primitive = portion->segment.primitive,
-                                 .event = portion->segment.event,
-                                 .medium = portion->segment.medium,
-                                 .crossing_segment = portion->registration.segment,
-                                 .crossing_detector = portion->registration.detector,
-                                 .colour = true,
-                                 .lane = encoder->lane};
-}
-
 /* What was recorded against what is predicted: of all rays, or of those that need it. */
 static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
                                 const struct rmap_portion *portion, bool *one_by_one_ret,
@@ -295,7 +290,8 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t s
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
-    const struct rmap_retrace r = retrace_of(encoder, seed, portion, encoder->channel);
+    const struct rmap_retrace r =
+        rmap_retrace_of(encoder->model, seed, portion, encoder->channel, encoder->lane);
     const struct rmap_portion *rows = portion;
     bool few = rmap_few_choose(encoder->few, encoder->model, seed, portion);
     if (few) {
@@ -308,7 +304,8 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t s
                                       RMAP_COLUMNS_ALL, err));
     memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
     if (few) {
-        const struct rmap_retrace of_few = retrace_of(encoder, seed, rows, encoder->few->channel);
+        const struct rmap_retrace of_few =
+            rmap_retrace_of(encoder->model, seed, rows, encoder->few->channel, encoder->lane);
         RMAP_TRY(rmap_settle_encode_few(&encoder->wave, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {

@@ -190,6 +190,11 @@ struct rmap_retrace {
     struct rmap_lane *lane;
 };
 
+/* All of them from a portion's columns, colours followed. channel: as above. */
+struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
+                                    const struct rmap_portion *portion, const uint8_t *channel,
+                                    struct rmap_lane *lane);
+
 /* One ray, whose rows begin at those given. Rays must come in order. */
 void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
                   size_t first_registration);

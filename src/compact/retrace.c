@@ -221,6 +221,30 @@ static void end(struct walk *walk)
                           value);
 }
 
+struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
+                                    const struct rmap_portion *portion, const uint8_t *channel,
+                                    struct rmap_lane *lane)
+{
+    return (struct rmap_retrace){.model = model,
+                                 .seed = seed,
+                                 .n_ray = portion->n_row[RMAP_TABLE_RAY],
+                                 .id = portion->ray.id,
+                                 .source = portion->ray.source,
+                                 .stop = portion->ray.stop,
+                                 .segment_count = portion->ray.segment_count,
+                                 .registration_count = portion->ray.registration_count,
+                                 .start_object = portion->ray.start_object,
+                                 .channel = channel,
+                                 .object = portion->segment.object,
+                                 .primitive = portion->segment.primitive,
+                                 .event = portion->segment.event,
+                                 .medium = portion->segment.medium,
+                                 .crossing_segment = portion->registration.segment,
+                                 .crossing_detector = portion->registration.detector,
+                                 .colour = true,
+                                 .lane = lane};
+}
+
 void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
                   size_t first_registration)
 {

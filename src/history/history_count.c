@@ -135,19 +135,26 @@ const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, con
     return rows->mark_hit;
 }
 
+static enum rmap_status set_groups(const struct rmap_history_view *view, const uint32_t *size,
+                                   enum rmap_table table, struct rmap_bit_groups *groups, bool *has,
+                                   struct rmap_error *err)
+{
+    if (*has)
+        return RMAP_OK;
+    enum rmap_status st =
+        rmap_bit_groups_set(groups, size, view->n_row[RMAP_TABLE_RAY], view->n_row[table], err);
+    *has = st == RMAP_OK;
+    return st;
+}
+
 enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
                                          struct rmap_bit_groups **groups_ret,
                                          struct rmap_error *err)
 {
     struct rmap_history_rows *rows = view->rows;
     *groups_ret = &rows->legs;
-    if (rows->has_legs)
-        return RMAP_OK;
-    enum rmap_status st =
-        rmap_bit_groups_set(&rows->legs, view->segment_count, view->n_row[RMAP_TABLE_RAY],
-                            view->n_row[RMAP_TABLE_SEGMENT], err);
-    rows->has_legs = st == RMAP_OK;
-    return st;
+    return set_groups(view, view->segment_count, RMAP_TABLE_SEGMENT, &rows->legs, &rows->has_legs,
+                      err);
 }
 
 enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
@@ -156,11 +163,6 @@ enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
 {
     struct rmap_history_rows *rows = view->rows;
     *groups_ret = &rows->hits;
-    if (rows->has_hits)
-        return RMAP_OK;
-    enum rmap_status st =
-        rmap_bit_groups_set(&rows->hits, view->registration_count, view->n_row[RMAP_TABLE_RAY],
-                            view->n_row[RMAP_TABLE_REGISTRATION], err);
-    rows->has_hits = st == RMAP_OK;
-    return st;
+    return set_groups(view, view->registration_count, RMAP_TABLE_REGISTRATION, &rows->hits,
+                      &rows->has_hits, err);
 }

@@ -5,6 +5,14 @@
  */
 #include "compact_rig.h"
 
+/* Detectors, one in space, one on the floor. */
+#define PLANES                                                                                     \
+    "  - {name: free, type: plane, size: [20, 20], cells: [100, 60], at: [0, 0, 7], "              \
+    "direction: [0, 0.2, -1]}\n"                                                                   \
+    "  - {name: below, type: plane, on: floor, size: [40, 40], cells: [70, 70], at: [0, -12, "     \
+    "10], "                                                                                        \
+    "direction: [0, 1, 0]}\n"
+
 /* All kinds of source, detector, surface, medium and shape; a mirrored and a stretched instance. */
 static const char all_kinds[] =
     "raymap: 1\n"
@@ -54,12 +62,7 @@ static const char all_kinds[] =
     "medium: air}\n"
     "  - {name: panel, type: area, shape: {rectangle: [4, 6]}, at: [0, 11, 10], "
     "direction: [0, -1, 0], flux: 1 W, medium: air}\n"
-    "detectors:\n"
-    "  - {name: free, type: plane, size: [20, 20], cells: [100, 60], at: [0, 0, 7], "
-    "direction: [0, 0.2, -1]}\n"
-    "  - {name: below, type: plane, on: floor, size: [40, 40], cells: [70, 70], at: [0, -12, 10], "
-    "direction: [0, 1, 0]}\n"
-    "  - {name: sky, type: intensity, cells: [90, 180]}\n";
+    "detectors:\n" PLANES "  - {name: sky, type: intensity, cells: [90, 180]}\n";
 
 /* Encodes, checks, and returns the stored bytes per segment. */
 static double check_rays(struct rig *rig, uint64_t first, size_t n)
@@ -165,11 +168,7 @@ static const char room_of_kinds[] =
     "rays_share: 0.05, medium: air}\n"
     "  - {name: panel, type: area, shape: {rectangle: [4, 6]}, at: [0, 11, 10], "
     "direction: [0, -1, 0], flux: 1 W, medium: air}\n"
-    "detectors:\n"
-    "  - {name: free, type: plane, size: [20, 20], cells: [100, 60], at: [0, 0, 7], "
-    "direction: [0, 0.2, -1]}\n"
-    "  - {name: below, type: plane, on: floor, size: [40, 40], cells: [70, 70], at: [0, -12, 10], "
-    "direction: [0, 1, 0]}\n";
+    "detectors:\n" PLANES;
 
 /* As a new piece. */
 static void encode_afresh(struct rig *rig, const struct rmap_portion *portion,
