@@ -102,3 +102,11 @@ void rmap_findings_sort(struct rmap_findings *findings)
             findings->row[++kept] = findings->row[i];
     findings->n = kept + 1;
 }
+
+enum rmap_status rmap_findings_note(struct rmap_findings *findings, const char *file,
+                                    const char *text, struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    rmap_finding_set(&finding, file, "", "%s", text);
+    return rmap_findings_add(findings, &finding, err);
+}

@@ -48,6 +48,10 @@ enum rmap_status rmap_findings_append(struct rmap_findings *findings,
                                       const struct rmap_finding *row, size_t n,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* A finding of a whole file: nothing more is known than the text. */
+enum rmap_status rmap_findings_note(struct rmap_findings *findings, const char *file,
+                                    const char *text, struct rmap_error *err) RMAP_MUST_USE;
+
 /* By file (the map's own first), dataset, chunk, ray and text: whoever found what. Those that say
  * the same stay once. */
 void rmap_findings_sort(struct rmap_findings *findings);

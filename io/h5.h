@@ -63,6 +63,9 @@ void rmap_h5_drop(struct rmap_h5 *h5);
 /* Writes the text of HDF5's innermost error, and latches `failed` of a file being written. */
 enum rmap_status rmap_h5_fail(struct rmap_h5 *h5, const char *what, struct rmap_error *err);
 
+/* RMAP_SYSTEM for a file whose writing failed earlier: its handles are not touched again. */
+enum rmap_status rmap_h5_check_alive(struct rmap_h5 *h5, struct rmap_error *err);
+
 hid_t rmap_h5_type(enum rmap_element element); /* in the file: little-endian */
 
 enum rmap_status rmap_h5_group(struct rmap_h5 *h5, const char *path,
