@@ -67,6 +67,10 @@ if git rev-parse --git-dir >/dev/null 2>&1; then
     folders='work|home|root|farm|Users'
     paths=$(git grep -nIE "(^|[^A-Za-z0-9_.~])/($folders)/[A-Za-z]" -- .)
     [ -z "$paths" ] || fail 'no tracked file contains a path of one machine' "$paths"
+    # What runs by hand leave behind is not swept in.
+    strangers=$(git ls-files -- ':(glob)*' |
+        grep -vxE '\.clang-format|\.gitignore|CMake(Lists\.txt|Presets\.json)|LICENSE|[A-Z]+\.md')
+    [ -z "$strangers" ] || fail 'the top folder holds no file but the known ones' "$strangers"
 else
     echo 'no git here: tracked paths not checked'
 fi
