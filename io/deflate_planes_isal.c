@@ -21,6 +21,7 @@
 
 #include "base/alloc.h"
 #include "io/huffman_plane.h"
+#include "io/igzip_stream.h"
 #include "io/uniform_plane.h"
 
 /* 4096 bytes of pure noise show 7.95 bits each (8 - 255 / (2 x 4096 ln 2)); above this limit
@@ -39,20 +40,29 @@
 #define STORED_MAX 65535 /* bytes of one stored block, RFC 1951 3.2.4 */
 
 struct rmap_deflater {
-    struct isal_zstream stream;
+    struct isal_zstream *stream;
     uint8_t level_buffer[ISAL_DEF_LVL1_DEFAULT];
     uint8_t sample[2 * WINDOW_SAMPLE_NBYTES];
 };
 
 enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret, struct rmap_error *err)
 {
-    *deflater_ret = rmap_alloc(1, sizeof **deflater_ret);
-    return *deflater_ret ? RMAP_OK
-                         : rmap_error_set(err, RMAP_SYSTEM, "out of memory for a compressor");
+    struct rmap_deflater *deflater = rmap_alloc(1, sizeof *deflater);
+    if (deflater)
+        deflater->stream = rmap_igzip_stream_create(deflater);
+    if (!deflater || !deflater->stream) {
+        rmap_free(deflater);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a compressor");
+    }
+    *deflater_ret = deflater;
+    return RMAP_OK;
 }
 
 void rmap_deflater_destroy(struct rmap_deflater *deflater)
 {
+    if (!deflater)
+        return;
+    rmap_igzip_stream_destroy(deflater->stream);
     rmap_free(deflater);
 }
 
@@ -87,7 +97,7 @@ static size_t put_stored(const uint8_t *data, size_t nbytes, uint8_t *out)
 static size_t put_matched(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
                           uint8_t *out, size_t out_cap)
 {
-    struct isal_zstream *stream = &deflater->stream;
+    struct isal_zstream *stream = deflater->stream;
     union {
         const uint8_t *in;
         uint8_t *next_in;
