@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "base/byte_set.h"
 
+#include "base/wide.h"
+
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
 #include <immintrin.h>
 #define RMAP_BYTE_SET_AVX2 1
@@ -19,6 +21,19 @@ static void plain_bits(const uint8_t *byte, size_t first, size_t n, const uint8_
 {
     for (size_t i = first; i < n; i += 64)
         bits[i / 64] = pack_bits(byte + i, n - i < 64 ? n - i : 64, member);
+}
+
+/* From a multiple of 64 on. */
+static void plain_sets(const uint8_t *byte, size_t first, size_t n, const uint8_t sets[256],
+                       unsigned n_set, uint64_t *const *bits)
+{
+    for (size_t i = first; i < n; i += 64)
+        for (unsigned s = 0; s < n_set; s++) {
+            uint64_t word = 0;
+            for (size_t k = i; k < n && k < i + 64; k++)
+                word |= (uint64_t)(sets[byte[k]] >> s & 1) << k % 64;
+            bits[s][i / 64] = word;
+        }
 }
 
 static void plain_flags(const uint8_t *byte, size_t first, size_t n, const uint8_t member[256],
@@ -125,18 +140,34 @@ __attribute__((target("avx2"))) static struct nibbles nibbles_of(const uint8_t m
                             _mm256_loadu_si256((const void *)table[1])};
 }
 
-/* All ones where a byte is of the set. */
-__attribute__((target("avx2"))) static inline __m256i test_32(const uint8_t *byte,
-                                                              const struct nibbles *set)
+/* 32 bytes as what sets are asked with. */
+struct places {
+    __m256i byte, low, bit;
+};
+
+__attribute__((target("avx2"))) static inline struct places places_of(const uint8_t *byte)
 {
     const __m256i power = _mm256_set1_epi64x((long long)UINT64_C(0x8040201008040201));
     const __m256i half = _mm256_set1_epi8(15);
-    __m256i c = _mm256_loadu_si256((const void *)byte), low = _mm256_and_si256(c, half);
+    __m256i c = _mm256_loadu_si256((const void *)byte);
     __m256i high = _mm256_and_si256(_mm256_srli_epi16(c, 4), half);
-    __m256i bit = _mm256_shuffle_epi8(power, high);
-    __m256i row = _mm256_blendv_epi8(_mm256_shuffle_epi8(set->low, low),
-                                     _mm256_shuffle_epi8(set->high, low), c);
-    return _mm256_cmpeq_epi8(_mm256_and_si256(row, bit), bit);
+    return (struct places){c, _mm256_and_si256(c, half), _mm256_shuffle_epi8(power, high)};
+}
+
+/* All ones where a byte is of the set. */
+__attribute__((target("avx2"))) static inline __m256i test_places(const struct places *at,
+                                                                  const struct nibbles *set)
+{
+    __m256i row = _mm256_blendv_epi8(_mm256_shuffle_epi8(set->low, at->low),
+                                     _mm256_shuffle_epi8(set->high, at->low), at->byte);
+    return _mm256_cmpeq_epi8(_mm256_and_si256(row, at->bit), at->bit);
+}
+
+__attribute__((target("avx2"))) static inline __m256i test_32(const uint8_t *byte,
+                                                              const struct nibbles *set)
+{
+    const struct places at = places_of(byte);
+    return test_places(&at, set);
 }
 
 __attribute__((target("avx2"))) static void wide_bits(const uint8_t *byte, size_t n,
@@ -161,6 +192,82 @@ __attribute__((target("avx2"))) static void wide_flags(const uint8_t *byte, size
     plain_flags(byte, i, n, member, flag);
 }
 
+/* 8 x 8 bits: bit c of byte r changes places with bit r of byte c (Warren, Hacker's Delight, 7-3).
+ */
+static inline uint64_t transpose(uint64_t x)
+{
+    uint64_t t = (x ^ x >> 7) & UINT64_C(0x00aa00aa00aa00aa);
+    x ^= t ^ t << 7;
+    t = (x ^ x >> 14) & UINT64_C(0x0000cccc0000cccc);
+    x ^= t ^ t << 14;
+    t = (x ^ x >> 28) & UINT64_C(0x00000000f0f0f0f0);
+    return x ^ t ^ t << 28;
+}
+
+/* As nibbles_of, of each set. */
+__attribute__((target("avx2"))) static void nibbles_of_sets(const uint8_t sets[256],
+                                                            struct nibbles out[8])
+{
+    uint8_t table[8][2][16];
+    for (unsigned k = 0; k < 32; k++) {
+        uint64_t of_high = 0;
+        for (unsigned h = 0; h < 8; h++)
+            of_high |= (uint64_t)sets[(k & 16) << 3 | h << 4 | (k & 15)] << 8 * h;
+        of_high = transpose(of_high);
+        for (unsigned s = 0; s < 8; s++)
+            table[s][k >> 4][k & 15] = (uint8_t)(of_high >> 8 * s);
+    }
+    for (unsigned s = 0; s < 8; s++) {
+        __m128i low = _mm_loadu_si128((const void *)table[s][0]);
+        __m128i high = _mm_loadu_si128((const void *)table[s][1]);
+        out[s] =
+            (struct nibbles){_mm256_broadcastsi128_si256(low), _mm256_broadcastsi128_si256(high)};
+    }
+}
+
+/* So many sets' tables, and what is at hand of the bytes, stay in registers. */
+enum { SETS_AT_ONCE = 4 };
+
+/* n: a multiple of 64; n_set <= SETS_AT_ONCE, known where this is copied to. */
+__attribute__((target("avx2"))) RMAP_COPIED void test_sets(const uint8_t *byte, size_t n,
+                                                           const struct nibbles *set,
+                                                           unsigned n_set, uint64_t *const *bits)
+{
+    for (size_t i = 0; i < n; i += 64) {
+        const struct places first = places_of(byte + i), second = places_of(byte + i + 32);
+        RMAP_UNROLL
+        for (unsigned s = 0; s < n_set; s++) {
+            uint32_t low = (uint32_t)_mm256_movemask_epi8(test_places(&first, &set[s]));
+            uint32_t high = (uint32_t)_mm256_movemask_epi8(test_places(&second, &set[s]));
+            bits[s][i / 64] = low | (uint64_t)high << 32;
+        }
+    }
+}
+
+__attribute__((target("avx2"))) static void wide_sets(const uint8_t *byte, size_t n,
+                                                      const uint8_t sets[256], unsigned n_set,
+                                                      uint64_t *const *bits)
+{
+    struct nibbles set[8];
+    const size_t whole = n / 64 * 64;
+    nibbles_of_sets(sets, set);
+    for (unsigned s = 0; s < n_set; s += SETS_AT_ONCE)
+        switch (n_set - s) {
+        case 1:
+            test_sets(byte, whole, set + s, 1, bits + s);
+            break;
+        case 2:
+            test_sets(byte, whole, set + s, 2, bits + s);
+            break;
+        case 3:
+            test_sets(byte, whole, set + s, 3, bits + s);
+            break;
+        default:
+            test_sets(byte, whole, set + s, SETS_AT_ONCE, bits + s);
+        }
+    plain_sets(byte, whole, n, sets, n_set, bits);
+}
+
 __attribute__((target("avx2,bmi,bmi2,popcnt"))) static void
 wide_count(const uint64_t *restrict bits, const uint32_t *restrict size, size_t n_group,
            uint32_t *restrict count)
@@ -181,6 +288,12 @@ static int is_wide(void)
 static void wide_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits)
 {
     plain_bits(byte, 0, n, member, bits);
+}
+
+static void wide_sets(const uint8_t *byte, size_t n, const uint8_t sets[256], unsigned n_set,
+                      uint64_t *const *bits)
+{
+    plain_sets(byte, 0, n, sets, n_set, bits);
 }
 
 static void wide_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag)
@@ -230,6 +343,15 @@ void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256]
         wide_bits(byte, n, member, bits);
     else
         plain_bits(byte, 0, n, member, bits);
+}
+
+void rmap_byte_sets_bits(const uint8_t *byte, size_t n, const uint8_t sets[256], unsigned n_set,
+                         uint64_t *const *bits)
+{
+    if (is_wide())
+        wide_sets(byte, n, sets, n_set, bits);
+    else
+        plain_sets(byte, 0, n, sets, n_set, bits);
 }
 
 void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag)

@@ -14,6 +14,11 @@
  * one; the last word has 0 behind it. */
 void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits);
 
+/* The same for several sets at once. sets[b]: bit s, for a byte b of set s; 0 < n_set <= 8. Bits of
+ * set s at bits[s]. */
+void rmap_byte_sets_bits(const uint8_t *byte, size_t n, const uint8_t sets[256], unsigned n_set,
+                         uint64_t *const *bits);
+
 /* The same as bytes 1 and 0; flag may be `byte`. */
 void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag);
 

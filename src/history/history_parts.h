@@ -118,6 +118,32 @@ struct rmap_history_index {
     struct rmap_history_body body;
 };
 
+/* Sets of classes that were asked for, and their legs in the portion in hand. Portions are counted
+ * from 1 on. */
+enum { RMAP_HISTORY_SET_MAX = 16 };
+struct rmap_history_set {
+    uint64_t asked;  /* the last portion in which it was */
+    uint64_t marked; /* the last portion whose legs were */
+    bool any;        /* of these there are some */
+};
+struct rmap_history_sets {
+    struct rmap_history_set set[RMAP_HISTORY_SET_MAX];
+    uint64_t portion;
+    size_t n, n_room, n_class;
+    uint8_t *wanted; /* [n_room][n_class] */
+    uint64_t *mark;  /* [n_room][rmap_history_mark_words] */
+    /* What several are at once: a bit for each. */
+    uint8_t *of_class; /* [n_class] */
+    uint8_t *of_rare;  /* by local class behind the common ones; 0 for those that are not there */
+    uint8_t *of_leg;   /* [n_rare] */
+    size_t cap_wanted, cap_mark, cap_of_class, cap_of_rare, cap_of_leg;
+};
+
+/* A portion was opened: room for its legs. RMAP_SYSTEM. */
+enum rmap_status rmap_history_sets_enter(struct rmap_history_view *view,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+void rmap_history_sets_fini(struct rmap_history_sets *sets);
+
 /* What a view of the form ROWS has beside what it shows. */
 struct rmap_history_rows {
     uint8_t *bytes; /* the portion's, if they were read */
@@ -134,15 +160,14 @@ struct rmap_history_rows {
     const uint32_t *far;
     struct rmap_history_shape shape;
     /* For counting: */
-    uint64_t *mark; /* [2][rmap_history_mark_words], a bit per leg; the second half: of rare ones */
+    struct rmap_history_sets sets;
+    uint64_t *rare_mark;               /* [rmap_history_mark_words], a bit per rare leg */
     uint64_t *mark_hit;                /* [rmap_history_hit_words], a bit per registration */
     struct rmap_bit_groups legs, hits; /* of each ray */
     bool has_legs, has_hits;           /* they are of the portion in hand */
     uint32_t *rank; /* [rmap_history_mark_words] rare legs before each word of these */
-    size_t cap_mark, cap_mark_hit, cap_rank, cap_rare_leg, cap_rare_first, cap_rare_end;
-    uint32_t *rare_leg;              /* [n_rare] legs of rare classes, class by class: */
-    uint32_t *rare_first, *rare_end; /* [n_local] those of a local class */
-    bool is_ranked;                  /* all these are of the portion in hand */
+    size_t cap_rare_mark, cap_mark_hit, cap_rank;
+    bool has_rare, is_ranked; /* their bits, what is before them are of the portion in hand */
 };
 
 /* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */
@@ -155,10 +180,6 @@ static inline size_t rmap_history_hit_words(const struct rmap_history_view *view
 {
     return view->n_row[RMAP_TABLE_REGISTRATION] / 64 + 2;
 }
-
-/* A bit for each leg whose code is a member. */
-void rmap_history_mark_codes(const struct rmap_history_view *view, const uint8_t member[256],
-                             uint64_t *mark);
 
 /* Legs whose class is in the list of rare ones: a bit for each, found when first asked for. NULL:
  * there are none. */

@@ -118,23 +118,16 @@ static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_erro
     struct rmap_history_rows *rows = view->rows;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     void *segments = rows->segment_count, *registrations = rows->registration_count;
-    void *kind = rows->kind, *mark = rows->mark, *local_rows = rows->local_rows;
+    void *kind = rows->kind, *rare_mark = rows->rare_mark, *local_rows = rows->local_rows;
     void *rank = rows->rank, *mark_hit = rows->mark_hit;
-    void *rare_leg = rows->rare_leg, *rare_first = rows->rare_first, *rare_end = rows->rare_end;
     RMAP_TRY(rmap_reserve(&segments, &rows->cap_segment_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(
         rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
     RMAP_TRY(rmap_reserve(&kind, &rows->cap_kind, n_ray, sizeof(uint16_t), err));
     RMAP_TRY(rmap_reserve(&local_rows, &rows->cap_local_rows, rows->shape.n_local, sizeof(uint32_t),
                           err));
-    RMAP_TRY(rmap_reserve(&mark, &rows->cap_mark, 2 * rmap_history_mark_words(view),
+    RMAP_TRY(rmap_reserve(&rare_mark, &rows->cap_rare_mark, rmap_history_mark_words(view),
                           sizeof(uint64_t), err));
-    RMAP_TRY(
-        rmap_reserve(&rare_leg, &rows->cap_rare_leg, rows->shape.n_rare, sizeof(uint32_t), err));
-    RMAP_TRY(rmap_reserve(&rare_first, &rows->cap_rare_first, rows->shape.n_local, sizeof(uint32_t),
-                          err));
-    RMAP_TRY(
-        rmap_reserve(&rare_end, &rows->cap_rare_end, rows->shape.n_local, sizeof(uint32_t), err));
     RMAP_TRY(rmap_reserve(&mark_hit, &rows->cap_mark_hit, rmap_history_hit_words(view),
                           sizeof(uint64_t), err));
     RMAP_TRY(
@@ -144,11 +137,8 @@ out:
     rows->segment_count = segments;
     rows->registration_count = registrations;
     rows->kind = kind;
-    rows->mark = mark;
+    rows->rare_mark = rare_mark;
     rows->mark_hit = mark_hit;
-    rows->rare_leg = rare_leg;
-    rows->rare_first = rare_first;
-    rows->rare_end = rare_end;
     rows->local_rows = local_rows;
     return st;
 }
@@ -272,6 +262,8 @@ static enum rmap_status open_form(struct rmap_history_view *view,
     if (place->form == RMAP_HISTORY_PATHS)
         return open_paths(view, shape, bytes, layout.at, err);
     enum rmap_status st = shape_holds(shape) ? reserve(view, err) : bad(view, err);
+    if (st == RMAP_OK)
+        st = rmap_history_sets_enter(view, err);
     if (st != RMAP_OK)
         return st;
     return open_kinds(view, bytes, layout.at) && open_counts(view, bytes, layout.at) &&
@@ -294,7 +286,7 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                        .rows = rows};
     if (!rows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
-    rows->is_ranked = rows->has_legs = rows->has_hits = false;
+    rows->has_rare = rows->is_ranked = rows->has_legs = rows->has_hits = false;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         view->n_row[t] = place->n_row[t];
     enum rmap_status st = fetch(index, place, view, &bytes, err);
@@ -308,11 +300,9 @@ void rmap_history_view_fini(struct rmap_history_view *view)
         rmap_free(view->rows->segment_count);
         rmap_free(view->rows->registration_count);
         rmap_free(view->rows->kind);
-        rmap_free(view->rows->mark);
+        rmap_free(view->rows->rare_mark);
         rmap_free(view->rows->mark_hit);
-        rmap_free(view->rows->rare_leg);
-        rmap_free(view->rows->rare_first);
-        rmap_free(view->rows->rare_end);
+        rmap_history_sets_fini(&view->rows->sets);
         rmap_bit_groups_fini(&view->rows->legs);
         rmap_bit_groups_fini(&view->rows->hits);
         rmap_free(view->rows->rank);

@@ -349,6 +349,13 @@ static void test_counts_are_those_of_the_rows(void **state)
             count_marks(&view, rmap_history_mark_hits(&view, hits), rmap_history_hit_groups, count);
             check_hits(&view, rig->portion[i], hits, count);
         }
+        /* sets that were asked for in the portion before, more of them than are marked at once */
+        for (size_t s = 0; s < 20; s++) {
+            for (size_t c = 0; c < n_class; c++)
+                wanted[c] = c % (s % 10 + 2) == 1;
+            count_marks(&view, rmap_history_mark(&view, wanted), rmap_history_leg_groups, count);
+            check_counts(&view, rig->portion[i], wanted, count);
+        }
     }
     rmap_free(wanted);
     rmap_free(hits);
