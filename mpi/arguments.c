@@ -137,6 +137,16 @@ static enum rmap_status check_repeats(const struct rmap_arguments *arguments,
     return RMAP_OK;
 }
 
+/* An unset variable in a script: -o "$OUT". */
+static enum rmap_status check_output(const struct rmap_arguments *arguments, struct rmap_error *err)
+{
+    for (size_t i = 0; i < arguments->n_value; i++)
+        if (strcmp(arguments->value[i].option->name, "output") == 0 &&
+            arguments->value[i].text[0] == '\0')
+            return rmap_error_set(err, RMAP_USAGE, "option '--output' is given an empty name");
+    return RMAP_OK;
+}
+
 static enum rmap_status check_operands(const struct rmap_arguments *arguments,
                                        struct rmap_error *err)
 {
@@ -173,8 +183,10 @@ enum rmap_status rmap_arguments_parse(const struct rmap_command *command, int ar
     arguments->n_operand = argc - optind;
     arguments->operand = argv + optind;
     RMAP_TRY(check_operands(arguments, err));
-    if (!rmap_argument(arguments, "help"))
+    if (!rmap_argument(arguments, "help")) {
         RMAP_TRY(check_repeats(arguments, err));
+        RMAP_TRY(check_output(arguments, err));
+    }
 out:
     if (st != RMAP_OK)
         rmap_arguments_fini(arguments);

@@ -72,6 +72,14 @@ static void print_text(const char *path, const struct rmap_repair_result *result
                 : "not complete; raymap trace SCENE -o MAP --resume traces them again");
 }
 
+/* Of --dry-run. */
+static void print_found(const char *path, const struct rmap_findings *found, bool quiet, FILE *out)
+{
+    print_notes("found", found, out);
+    if (found->n == 0 && !quiet)
+        fprintf(out, "%s: nothing is wrong; nothing was changed\n", path);
+}
+
 static enum rmap_status tell(const struct rmap_context *context, const char *path,
                              const struct rmap_repair_result *result, enum rmap_repair_mode mode,
                              struct rmap_error *err)
@@ -80,7 +88,7 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     if (context->json)
         st = rmap_json_print(to_json(path, result), stdout, err);
     else if (mode == RMAP_REPAIR_SAY)
-        print_notes("found", &result->found, stdout);
+        print_found(path, &result->found, context->quiet, stdout);
     else if (!context->quiet)
         print_text(path, result, stdout);
     if (st == RMAP_OK && mode == RMAP_REPAIR_SAY && result->found.n > 0)

@@ -12,10 +12,22 @@ bool rmap_output_is(const char *path, const char *suffix)
     return len > n && strcasecmp(path + len - n, suffix) == 0;
 }
 
+enum rmap_status rmap_output_free(const char *path, bool force, struct rmap_error *err)
+{
+    struct stat status;
+    if (stat(path, &status) != 0)
+        return RMAP_OK;
+    if (S_ISDIR(status.st_mode))
+        return rmap_error_set(err, RMAP_USAGE, "'%s' is a directory; give the name of a file",
+                              path);
+    return force ? RMAP_OK
+                 : rmap_error_set(err, RMAP_USAGE,
+                                  "'%s' exists; give another name, or --force to replace it", path);
+}
+
 enum rmap_status rmap_output_check(const char *path, const char *const *suffix, bool force,
                                    struct rmap_error *err)
 {
-    struct stat status;
     char list[128] = "";
     bool known = false;
     for (size_t i = 0; suffix[i]; i++) {
@@ -27,10 +39,7 @@ enum rmap_status rmap_output_check(const char *path, const char *const *suffix, 
     if (!known)
         return rmap_error_set(err, RMAP_USAGE, "cannot write '%s': -o takes a name that ends in %s",
                               path, list);
-    if (!force && stat(path, &status) == 0)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "'%s' exists; give another name, or --force to replace it", path);
-    return RMAP_OK;
+    return rmap_output_free(path, force, err);
 }
 
 enum rmap_status rmap_output_encoding(const char *word, enum rmap_encoding *encoding,

@@ -15,6 +15,10 @@
 enum rmap_status rmap_output_check(const char *path, const char *const *suffix, bool force,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* RMAP_USAGE where something stands at the path: of a file, unless `force` is given. */
+enum rmap_status rmap_output_free(const char *path, bool force,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
 /* Whether a name ends in a suffix such as ".csv", in any case, and is more than that. */
 bool rmap_output_is(const char *path, const char *suffix);
 

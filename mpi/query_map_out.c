@@ -12,6 +12,7 @@
 #include "mpi/map_name.h"
 #include "mpi/output.h"
 #include "mpi/progress.h"
+#include "mpi/query_rays_out.h"
 
 struct writing {
     const struct rmap_map_answer *answer;
@@ -33,7 +34,7 @@ bool rmap_map_answer_is(const char *path)
         n--;
     return (n > sizeof suffix - 1 &&
             strncmp(path + n - (sizeof suffix - 1), suffix, sizeof suffix - 1) == 0) ||
-           (stat(path, &info) == 0 && S_ISDIR(info.st_mode));
+           (!rmap_query_rays_named(path) && stat(path, &info) == 0 && S_ISDIR(info.st_mode));
 }
 
 /* What the new map says of its rays: the questions before, and this one. */

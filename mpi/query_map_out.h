@@ -19,7 +19,8 @@ struct rmap_map_answer {
     bool force;
 };
 
-/* True for a name that -o takes for a map: NAME.raymap, or a directory. */
+/* True for a name that -o takes for a map: NAME.raymap, or a directory that no file is named like.
+ */
 bool rmap_map_answer_is(const char *path);
 
 /* Collective. RMAP_USAGE when something stands there, or it is the map that is asked. */

@@ -4,7 +4,6 @@
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
@@ -13,6 +12,7 @@
 #include "io/whole_file.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
+#include "mpi/output.h"
 #include "mpi/ray_lines.h"
 
 /* How one ray is written: first/between/last frame the list. write NULL: as polylines. */
@@ -31,7 +31,9 @@ static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *o
     json_decref(ray);
     if (!ray || rmap_json_memory_failed())
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the JSON of a ray");
-    return failed ? rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON of a ray") : RMAP_OK;
+    if (failed && !ferror(out)) /* what happened to the file is told by its name */
+        return rmap_error_set(err, RMAP_SYSTEM, "cannot write the JSON of a ray");
+    return RMAP_OK;
 }
 
 static const struct format json_format = {".json", "[\n", ",\n", "\n]\n", write_json};
@@ -45,28 +47,26 @@ static const struct format text_format = {"", "", "", "", rmap_ray_path_write};
 static const struct format *format_of(const char *path)
 {
     const struct format *const known[] = {&json_format, &csv_format, &polydata_format};
-    size_t len = strlen(path);
-    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
-        size_t suffix_len = strlen(known[i]->suffix);
-        if (len > suffix_len && strcmp(path + len - suffix_len, known[i]->suffix) == 0)
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+        if (rmap_output_is(path, known[i]->suffix))
             return known[i];
-    }
     return NULL;
+}
+
+bool rmap_query_rays_named(const char *path)
+{
+    return format_of(path) != NULL;
 }
 
 enum rmap_status rmap_query_rays_check(const char *path, bool force, struct rmap_error *err)
 {
-    struct stat status;
     if (!format_of(path))
         return rmap_error_set(err, RMAP_USAGE,
                               "cannot write '%s': -o takes a name that ends in .csv (a row per "
                               "segment), .json (an array of rays), .vtp (polylines for ParaView) "
                               "or .raymap (a ray map)",
                               path);
-    if (!force && stat(path, &status) == 0)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "'%s' exists; give another name, or --force to replace it", path);
-    return RMAP_OK;
+    return rmap_output_free(path, force, err);
 }
 
 struct rmap_rays_out {

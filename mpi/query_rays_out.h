@@ -5,6 +5,8 @@
 #ifndef RMAP_QUERY_RAYS_OUT_H
 #define RMAP_QUERY_RAYS_OUT_H
 
+#include <stdbool.h>
+
 #include "analysis/query.h"
 #include "mpi/command.h"
 #include "mpi/ray_stream.h"
@@ -12,6 +14,9 @@
 /* RMAP_USAGE when the path names no kind that can be written, or something stands there. */
 enum rmap_status rmap_query_rays_check(const char *path, bool force,
                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* True for the name of a file of rays: NAME.csv, NAME.json or NAME.vtp, in any case. */
+bool rmap_query_rays_named(const char *path);
 
 /* Where the rays of an answer go, one after another; all of it on rank 0. path NULL: on stdout, a
  * line per ray (its id and its path in letters), or with --json the array of rays. */

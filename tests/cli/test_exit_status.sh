@@ -75,6 +75,22 @@ expect 2 'usage: raymap query' "$RAYMAP" query a.raymap
 expect 2 '\.csv.*\.json' "$RAYMAP" query a.raymap all -o out.pdf
 expect 2 'one criterion' "$RAYMAP" query a.raymap all all --limit 3
 expect 2 '' "$RAYMAP" query a.raymap all --limit 0
+expect 2 'empty name' "$RAYMAP" query a.raymap all -o ''
+expect 2 'empty name' "$RAYMAP" trace scene.yaml -n 10 -o ''
+# a folder is no file that --force replaces, and of a name like a file's no map is made
+for out in folder.csv folder.json folder.png folder.h5 folder.html; do
+    mkdir -p $out
+    case $out in
+    *.png | *.html) command="draw a.raymap" ;;
+    *.h5) command="detector a.raymap sensor" ;;
+    *) command="query a.raymap all" ;;
+    esac
+    # shellcheck disable=SC2086 # words
+    expect 2 "'$out' is a directory" "$RAYMAP" $command -o $out --force
+    rmdir $out || failures=1
+done
+expect 0 '' "$RAYMAP" query a.raymap all --limit 1 -o LOUD.CSV
+expect 0 'nothing is wrong' "$RAYMAP" repair a.raymap --dry-run
 touch there.csv
 expect 2 'exists' "$RAYMAP" query a.raymap all -o there.csv
 echo old >there.csv

@@ -27,5 +27,7 @@ expect 5 'x.csv' ./small-disk.sh "$RAYMAP" trace scene.yaml -o x.csv/x.raymap -n
 expect 0 '' "$RAYMAP" trace scene.yaml -o good.raymap -n 100k --quiet
 expect 5 'out.csv' ./small-disk.sh "$RAYMAP" query good.raymap all -o out.csv
 [ ! -e out.csv ] || { echo "FAILED: half a CSV file stays"; failures=1; }
+expect 5 "cannot write 'out.json': File too large" ./small-disk.sh "$RAYMAP" query good.raymap all -o out.json
+[ ! -e out.json ] || { echo "FAILED: half a JSON file stays"; failures=1; }
 rm -rf ./*.raymap
 finish
