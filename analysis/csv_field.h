@@ -1,16 +1,23 @@
 /* SPDX-License-Identifier: MIT
  *
- * Fields of CSV (RFC 4180), each behind a comma.
+ * Fields of CSV (RFC 4180): texts stand in quotes where they must, with a comma, a quote or a
+ * line's end in them; NULL is an empty text.
  */
 #ifndef RMAP_CSV_FIELD_H
 #define RMAP_CSV_FIELD_H
 
+#include <stdbool.h>
 #include <stdio.h>
 
-/* In quotes; NULL is "". */
+/* Behind a comma; and without, as the first of a line. */
 void rmap_csv_put_text(const char *text, FILE *out);
+void rmap_csv_put_first(const char *text, FILE *out);
 
-/* 17 digits; empty for what is no number. */
+/* For a field of several texts: must this one stand in quotes, and what it is between them. */
+bool rmap_csv_needs_quotes(const char *text);
+void rmap_csv_put_inside(const char *text, FILE *out);
+
+/* Behind a comma: 17 digits; empty for what is no number. */
 void rmap_csv_put_number(double value, FILE *out);
 
 #endif

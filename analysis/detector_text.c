@@ -4,6 +4,7 @@
  */
 #include <math.h>
 
+#include "analysis/csv_field.h"
 #include "analysis/detector_image.h"
 #include "io/json_number.h"
 
@@ -21,15 +22,6 @@ void rmap_detector_image_channel(const struct rmap_detector_image *image, size_t
         (void)snprintf(text, 32, "%s", rgb[channel % 3]);
     else
         (void)snprintf(text, 32, "%.10g nm", channels->wavelength_nm[channel]);
-}
-
-/* A number or, where there is none, an empty field. */
-static void put_number(double value, FILE *out)
-{
-    if (isfinite(value))
-        fprintf(out, ",%.17g", value);
-    else
-        fputc(',', out);
 }
 
 void rmap_detector_image_csv(const struct rmap_detector_image *image, const char *criterion,
@@ -55,14 +47,14 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
             double x, y;
             rmap_detector_image_centre(image, i, j, &x, &y);
             fprintf(out, "%u,%u", i, j);
-            put_number(x, out);
-            put_number(y, out);
-            put_number(image->value[c], out);
-            put_number(image->standard_error[c], out);
-            put_number(image->rays[c], out);
+            rmap_csv_put_number(x, out);
+            rmap_csv_put_number(y, out);
+            rmap_csv_put_number(image->value[c], out);
+            rmap_csv_put_number(image->standard_error[c], out);
+            rmap_csv_put_number(image->rays[c], out);
             for (size_t k = 0; k < image->n_channel; k++) {
-                put_number(image->cube[k * image->n[0] * image->n[1] + c], out);
-                put_number(image->cube_error[k * image->n[0] * image->n[1] + c], out);
+                rmap_csv_put_number(image->cube[k * image->n[0] * image->n[1] + c], out);
+                rmap_csv_put_number(image->cube_error[k * image->n[0] * image->n[1] + c], out);
             }
             fputc('\n', out);
         }

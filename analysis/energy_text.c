@@ -136,29 +136,13 @@ enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
     return st;
 }
 
-/* A field of CSV (RFC 4180): quoted where it must be. */
-static void put_field(const char *text, FILE *out)
-{
-    if (!strpbrk(text, ",\"\r\n")) {
-        fputs(text, out);
-        return;
-    }
-    fputc('"', out);
-    for (; *text; text++) {
-        if (*text == '"')
-            fputc('"', out);
-        fputc(*text, out);
-    }
-    fputc('"', out);
-}
-
 static void put_line(const struct rmap_energy_table *table, const char *what,
                      const struct rmap_energy_row *row, FILE *out)
 {
     const double number[] = {row->flux, row->flux_error, row->share, row->share_error};
-    put_field(table->source ? table->source : "", out);
-    fprintf(out, ",%s,", what);
-    put_field(row->name, out);
+    rmap_csv_put_first(table->source, out);
+    fprintf(out, ",%s", what);
+    rmap_csv_put_text(row->name, out);
     fprintf(out, ",%.17g", row->rays);
     for (size_t k = 0; k < sizeof number / sizeof *number; k++)
         rmap_csv_put_number(number[k], out);

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/csv_field.h"
 #include "analysis/text_table.h"
 
 const char *rmap_stats_flux_unit(const struct rmap_stats *stats)
@@ -162,26 +163,22 @@ out:
 }
 
 /* A number or, where there is none, an empty field. */
-static void put_number(double value, FILE *out)
-{
-    if (isfinite(value))
-        fprintf(out, "%.17g", value);
-}
-
 static void csv_row(const struct rmap_stats *stats, const struct rmap_stats_group *group,
                     size_t cell, FILE *out)
 {
     const struct rmap_stats_plan *plan = stats->plan;
-    if (group->name)
-        fprintf(out, "\"%s\",", group->name);
+    if (group->name) {
+        rmap_csv_put_first(group->name, out);
+        fputc(',', out);
+    }
     for (size_t i = 0, at = cell; i < stats->setup->quantities->n; i++) {
         size_t k = at % plan->bins[i].n;
         at /= plan->bins[i].n;
-        fprintf(out, "%.17g,%.17g,", plan->bins[i].edge[k], plan->bins[i].edge[k + 1]);
+        fprintf(out, "%s%.17g,%.17g", i > 0 ? "," : "", plan->bins[i].edge[k],
+                plan->bins[i].edge[k + 1]);
     }
-    put_number(group->cell[cell].value, out);
-    fputc(',', out);
-    put_number(group->cell[cell].standard_error, out);
+    rmap_csv_put_number(group->cell[cell].value, out);
+    rmap_csv_put_number(group->cell[cell].standard_error, out);
     fprintf(out, ",%.17g\n", group->cell_rays[cell]);
 }
 

@@ -5,20 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-static void write_name(FILE *out, const char *name)
-{
-    if (!strpbrk(name, ",\"\n")) {
-        fputs(name, out);
-        return;
-    }
-    fputc('"', out);
-    for (const char *c = name; *c; c++) {
-        if (*c == '"')
-            fputc('"', out);
-        fputc(*c, out);
-    }
-    fputc('"', out);
-}
+#include "analysis/csv_field.h"
 
 static void write_number(FILE *out, int digits, double value)
 {
@@ -54,18 +41,29 @@ static const char *object_name(const struct rmap_scene *scene, int32_t object)
     return object >= 0 && (size_t)object < scene->n_object ? scene->object[object].name : "";
 }
 
+/* The name of the detector of the next registration of a step, from *next on; NULL: no more. */
+static const char *next_detector(const struct rmap_ray_report *report, size_t step, size_t *next)
+{
+    while (*next < report->n_registration) {
+        const struct rmap_report_registration *registration = &report->registration[(*next)++];
+        if (registration->step == step && registration->registered)
+            return report->scene->detector[registration->detector].name;
+    }
+    return NULL;
+}
+
 static void write_detectors(FILE *out, const struct rmap_ray_report *report, size_t step)
 {
-    const char *between = "";
-    fputc(',', out);
-    for (size_t r = 0; r < report->n_registration; r++) {
-        const struct rmap_report_registration *registration = &report->registration[r];
-        if (registration->step != step || !registration->registered)
-            continue;
+    const char *name, *quote = "", *between = "";
+    for (size_t r = 0; (name = next_detector(report, step, &r));)
+        if (rmap_csv_needs_quotes(name))
+            quote = "\"";
+    fprintf(out, ",%s", quote);
+    for (size_t r = 0; (name = next_detector(report, step, &r)); between = ";") {
         fputs(between, out);
-        write_name(out, report->scene->detector[registration->detector].name);
-        between = ";";
+        rmap_csv_put_inside(name, out);
     }
+    fputs(quote, out);
 }
 
 static void write_curve(FILE *out, const struct rmap_ray_report *report,
@@ -89,17 +87,16 @@ enum rmap_status rmap_ray_csv_write(const struct rmap_ray_report *report, FILE *
     (void)err;
     for (size_t i = 0; i < report->n_step; i++) {
         const struct rmap_report_step *step = &report->step[i];
-        fprintf(out, "%" PRIu64 ",", report->ray);
-        write_name(out, scene->source[report->source].name);
+        fprintf(out, "%" PRIu64, report->ray);
+        rmap_csv_put_text(scene->source[report->source].name, out);
         fprintf(out, ",%s", rmap_stop_word(report->stop) ? rmap_stop_word(report->stop) : "");
         write_number(out, 17, report->flux);
         write_number(out, 17, report->wavelength_nm);
-        fprintf(out, ",%zu,", i);
-        write_name(out, object_name(scene, step->object));
+        fprintf(out, ",%zu", i);
+        rmap_csv_put_text(object_name(scene, step->object), out);
         fprintf(out, ",%d,%d,", (int)step->face, (int)step->primitive);
         write_events(out, step->events);
-        fputc(',', out);
-        write_name(out, medium_name(scene, step->medium));
+        rmap_csv_put_text(medium_name(scene, step->medium), out);
         write_point(out, report->digits, from);
         write_point(out, report->digits, step->position);
         write_point(out, report->digits, step->normal);
