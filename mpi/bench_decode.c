@@ -38,12 +38,12 @@ static enum rmap_status decode(const struct rmap_bench *bench, const struct rmap
     int n_thread = bench->alone.n_thread;
     struct reading reading = {.cursor = rmap_alloc((size_t)n_thread, sizeof *reading.cursor)};
     struct rmap_parts parts = {.last = rmap_map_n_portion(map),
-                               .step = RMAP_PART_PORTIONS,
+                               .step = 1,
+                               .order = RMAP_PARTS_NEAR,
                                .context = &reading,
                                .work = read_part};
     if (!reading.cursor)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    rmap_parts_even(&parts, n_thread);
     double begun = rmap_clock_seconds();
     for (int i = 0; i < n_thread; i++)
         RMAP_TRY(rmap_cursor_create(map, columns, &reading.cursor[i], err));

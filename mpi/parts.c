@@ -1,16 +1,51 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/parts.h"
 
+#include <pthread.h>
 #include <time.h>
 
 #include "base/alloc.h"
 #include "base/workers.h"
 
+/* Items that a thread has not begun yet. */
+struct stretch {
+    size_t next, end;
+};
+
 struct run {
     struct rmap_parts *parts;
     struct rmap_error *error; /* [n_thread] */
-    _Atomic size_t next;
+    int n_thread;
+    pthread_mutex_t mutex;
+    struct stretch *stretch; /* [n_thread], under the mutex; IN_ORDER: one, of all threads */
 };
+
+static struct stretch *longest_of(struct stretch *stretch, int n)
+{
+    struct stretch *longest = stretch;
+    for (int i = 1; i < n; i++)
+        if (stretch[i].end - stretch[i].next > longest->end - longest->next)
+            longest = &stretch[i];
+    return longest;
+}
+
+/* The next items of a thread, [first, last): none when all have been begun. */
+static void take(struct run *run, int thread, size_t *first, size_t *last)
+{
+    bool near = run->parts->order == RMAP_PARTS_NEAR;
+    struct stretch *own = &run->stretch[near ? thread : 0];
+    (void)pthread_mutex_lock(&run->mutex);
+    if (near && own->next == own->end) {
+        struct stretch *other = longest_of(run->stretch, run->n_thread);
+        size_t middle = other->next + (other->end - other->next) / 2;
+        *own = (struct stretch){middle, other->end};
+        other->end = middle;
+    }
+    size_t left = own->end - own->next;
+    *first = own->next;
+    *last = own->next += left < run->parts->step ? left : run->parts->step;
+    (void)pthread_mutex_unlock(&run->mutex);
+}
 
 static void work(void *context, int thread)
 {
@@ -18,22 +53,26 @@ static void work(void *context, int thread)
     struct rmap_parts *parts = run->parts;
     enum rmap_status st = RMAP_OK;
     while (st == RMAP_OK && !atomic_load(&parts->abandoned)) {
-        size_t first = atomic_fetch_add(&run->next, parts->step);
-        if (first >= parts->last)
+        size_t first, last;
+        take(run, thread, &first, &last);
+        if (first == last)
             return;
-        size_t last = parts->last - first < parts->step ? parts->last : first + parts->step;
         st = parts->work(parts->context, thread, first, last, &run->error[thread]);
     }
     if (st != RMAP_OK)
         atomic_store(&parts->abandoned, true);
 }
 
-void rmap_parts_even(struct rmap_parts *parts, int n_thread)
+static void share_out(struct run *run)
 {
-    size_t n = parts->last - parts->first, turn = parts->step * (size_t)n_thread;
-    size_t n_part = (n + turn - 1) / turn * (size_t)n_thread;
-    if (n_part > 0)
-        parts->step = (n + n_part - 1) / n_part;
+    const struct rmap_parts *parts = run->parts;
+    size_t n = parts->order == RMAP_PARTS_NEAR ? (size_t)run->n_thread : 1;
+    size_t n_item = parts->last - parts->first, begun = parts->first;
+    for (size_t i = 0; i < n; i++) {
+        size_t end = parts->first + n_item / n * (i + 1) + n_item % n * (i + 1) / n;
+        run->stretch[i] = (struct stretch){begun, end};
+        begun = end;
+    }
 }
 
 static enum rmap_status wait(struct rmap_parts *parts, const struct rmap_workers *workers,
@@ -55,10 +94,14 @@ enum rmap_status rmap_parts_run(struct rmap_parts *parts, int n_thread, struct r
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_workers *workers = NULL;
-    struct run run = {.parts = parts, .error = rmap_alloc((size_t)n_thread, sizeof *run.error)};
-    if (!run.error)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread);
-    atomic_store(&run.next, parts->first);
+    struct run run = {.parts = parts,
+                      .n_thread = n_thread,
+                      .error = rmap_alloc((size_t)n_thread, sizeof *run.error),
+                      .stretch = rmap_alloc((size_t)n_thread, sizeof *run.stretch)};
+    (void)pthread_mutex_init(&run.mutex, NULL);
+    if (!run.error || !run.stretch)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread));
+    share_out(&run);
     atomic_store(&parts->abandoned, false);
     RMAP_TRY(rmap_workers_start(n_thread, work, &run, &workers, err));
     st = wait(parts, workers, err);
@@ -69,6 +112,8 @@ enum rmap_status rmap_parts_run(struct rmap_parts *parts, int n_thread, struct r
             st = err->status;
         }
 out:
+    (void)pthread_mutex_destroy(&run.mutex);
+    rmap_free(run.stretch);
     rmap_free(run.error);
     return st;
 }

@@ -12,8 +12,16 @@
 
 #include "base/status.h"
 
+/* Who takes what. */
+enum rmap_parts_order {
+    RMAP_PARTS_IN_ORDER, /* the next to whoever is free */
+    RMAP_PARTS_NEAR /* neighbours to one thread: each has a stretch, and who is through with its own
+                       takes over half of what the slowest has left */
+};
+
 struct rmap_parts {
-    size_t first, last, step; /* items [first, last), `step` at a time to whoever is free */
+    size_t first, last, step; /* items [first, last), `step` at a time; NEAR: fewer in the end */
+    enum rmap_parts_order order;
     void *context;
     /* On any thread in [0, n_thread): items [first, last) of a part. */
     enum rmap_status (*work)(void *context, int thread, size_t first, size_t last,
@@ -22,9 +30,6 @@ struct rmap_parts {
     enum rmap_status (*meanwhile)(void *context, struct rmap_error *err);
     _Atomic bool abandoned; /* one of them failed: the others may stop early */
 };
-
-/* Makes `step` smaller, if need be, so that all threads get as many parts of the same size. */
-void rmap_parts_even(struct rmap_parts *parts, int n_thread);
 
 /* Not collective. The status of the lowest thread that failed. */
 enum rmap_status rmap_parts_run(struct rmap_parts *parts, int n_thread,

@@ -10,9 +10,6 @@
 #include "mpi/progress.h"
 #include "mpi/tally_reduce.h"
 
-/* Items that a thread takes at a time: neighbouring portions share chunks of /ray. */
-enum { PART_CHUNKS = 4, PART_PORTIONS = 32 };
-
 struct worker {
     struct rmap_chunk_verifier *chunks;
     struct rmap_cursor *cursor;
@@ -94,7 +91,7 @@ out:
 /* ---- the parts of it ---- */
 
 /* Not collective: this rank's share of one kind of items. */
-static enum rmap_status verify_items(struct check *check, const char *what, size_t n, size_t step,
+static enum rmap_status verify_items(struct check *check, const char *what, size_t n,
                                      double (*size_of)(void *context, size_t item),
                                      enum rmap_status (*work)(void *context, int thread,
                                                               size_t first, size_t last,
@@ -105,11 +102,11 @@ static enum rmap_status verify_items(struct check *check, const char *what, size
     enum rmap_status st = RMAP_OK;
     double total = 0.0;
     check->parts.context = check;
-    check->parts.step = step;
+    check->parts.step = 1;
+    check->parts.order = RMAP_PARTS_NEAR; /* neighbouring portions share chunks of /ray */
     check->parts.work = work;
     check->parts.meanwhile = show;
     rmap_parts_share(&check->parts, size_of, n, context->rank, context->size);
-    rmap_parts_even(&check->parts, context->n_thread);
     for (size_t i = check->parts.first; i < check->parts.last; i++)
         total += size_of(check, i);
     atomic_store(&check->done, 0);
@@ -158,14 +155,14 @@ out:
 static enum rmap_status verify_content(struct check *check, struct rmap_error *err)
 {
     const struct rmap_map_content *content = check->what->content;
-    enum rmap_status st = verify_items(check, "bytes", content->n_chunk, PART_CHUNKS, chunk_nbytes,
-                                       verify_chunks, err);
+    enum rmap_status st =
+        verify_items(check, "bytes", content->n_chunk, chunk_nbytes, verify_chunks, err);
     RMAP_TRY(rmap_agree_patiently(check->context, st, err));
     RMAP_TRY(share_flags(check, err));
     if (!check->what->map)
         goto out;
-    st = verify_items(check, "rays and segments", content->n_portion, PART_PORTIONS, portion_rows,
-                      verify_rays, err);
+    st = verify_items(check, "rays and segments", content->n_portion, portion_rows, verify_rays,
+                      err);
     RMAP_TRY(rmap_agree_patiently(check->context, st, err));
     RMAP_TRY(share_flags(check, err));
 out:
