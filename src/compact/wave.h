@@ -9,6 +9,13 @@
 
 #include "compact/model.h"
 
+/* The kernel is compiled for AVX2, too. */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#define RMAP_WAVE_AVX2 1
+#else
+#define RMAP_WAVE_AVX2 0
+#endif
+
 #define RMAP_WAVE_WIDTH 8
 #define RMAP_WAVE_RAYS  128 /* under way at a time: their numbers stay in the processor's cache */
 
@@ -81,12 +88,16 @@ void rmap_wave_note(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAV
 void rmap_wave_note_on(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH],
                        float *position, int16_t *normal);
 
-/* To the end of the legs, which are all of this kind: wave_kernel.c, wave_mesh.c (triangles that
- * exist). */
+/* To the end of the legs, which are all of this kind: wave_kernel.c; wave_quads.c: flat objects
+ * and triangles that exist. */
 void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wave_pack *pack);
-void rmap_wave_meet_flats(struct rmap_wave_pack *pack);
 void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack *pack);
+void rmap_wave_meet_flats(struct rmap_wave_pack *pack);
 void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
+
+/* wave_quads_avx2.c: the same where the machine has it. */
+void rmap_wave_meet_flats_avx2(struct rmap_wave_pack *pack);
+void rmap_wave_meet_meshes_avx2(struct rmap_wave_pack *pack);
 
 /* wave_turn.c */
 void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);

@@ -24,18 +24,6 @@ static inline void gather_quadrics(const struct rmap_wave_pack *p, struct quadri
     }
 }
 
-static inline void flat(struct local *l, struct rmap_wave_pack *p)
-{
-    EACH
-    {
-        double t = -l->oz[i] / l->dz[i];
-        p->t[i] = t;
-        l->x[i] = l->ox[i] + t * l->dx[i];
-        l->y[i] = l->oy[i] + t * l->dy[i];
-    }
-    fill(l->z, 0.0);
-}
-
 static inline void cross_quadric(const struct quadrics *q, struct local *l,
                                  struct rmap_wave_pack *p)
 {
@@ -135,36 +123,6 @@ static inline void normalise_some(const double rigid[W], struct rmap_wave_pack *
         p->ny[i] = rigid[i] > 0.0 ? p->ny[i] : ny[i];
         p->nz[i] = rigid[i] > 0.0 ? p->nz[i] : nz[i];
     }
-}
-
-/* Normals of flat objects are known beforehand, and recorded. */
-static inline void flat_normals(struct rmap_wave_pack *p)
-{
-    double recorded[W];
-    for (int i = 0; i < W; i += 4)
-        across(p->object[i]->flat, p->object[i + 1]->flat, p->object[i + 2]->flat,
-               p->object[i + 3]->flat, p->nx + i, p->ny + i, p->nz + i, recorded + i);
-    EACH
-    {
-        uint64_t bits;
-        memcpy(&bits, &recorded[i], sizeof bits);
-        p->normal_xy[i] = (uint32_t)bits;
-        p->normal_z[i] = (int32_t)(bits >> 32);
-    }
-}
-
-WIDE void rmap_wave_meet_flats(struct rmap_wave_pack *p)
-{
-    struct local l;
-    struct maps local, world;
-    gather_maps(p, &local, &world);
-    to_local(&local, p, &l);
-    flat(&l, p);
-    points_to_world(&world, &l, p);
-    flat_normals(p);
-    fill(p->odd, 0.0);
-    arrive(p);
-    record_position(p);
 }
 
 WIDE void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack *p)

@@ -15,14 +15,18 @@
 
 /* A wider instruction set where the machine has one. Results are the same: none of them contracts
  * multiplications and additions. */
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#ifndef WIDE
+#if RMAP_WAVE_AVX2
 #define WIDE __attribute__((target_clones("avx2", "default")))
 #else
 #define WIDE
 #endif
+#endif
 
 typedef double quad __attribute__((vector_size(32)));
 typedef uint32_t words __attribute__((vector_size(16)));
+typedef int32_t ints __attribute__((vector_size(16)));
+typedef float floats __attribute__((vector_size(16)));
 typedef int64_t quad_order __attribute__((vector_size(32)));
 #if defined(__clang__)
 #define MIX4(a, b, ...)  __builtin_shufflevector(a, b, __VA_ARGS__)
@@ -33,29 +37,29 @@ typedef int64_t quad_order __attribute__((vector_size(32)));
 #endif
 
 /* Four rows of four numbers become columns. */
-static inline void turn_quads(const quad row[4], double *o0, double *o1, double *o2, double *o3)
+static inline void turn_rows(const quad row[4], quad column[4])
 {
     quad even0 = QUAD4(row[0], row[1], 0, 4, 2, 6), odd0 = QUAD4(row[0], row[1], 1, 5, 3, 7);
     quad even1 = QUAD4(row[2], row[3], 0, 4, 2, 6), odd1 = QUAD4(row[2], row[3], 1, 5, 3, 7);
-    quad column = QUAD4(even0, even1, 0, 1, 4, 5);
-    memcpy(o0, &column, sizeof column);
-    column = QUAD4(odd0, odd1, 0, 1, 4, 5);
-    memcpy(o1, &column, sizeof column);
-    column = QUAD4(even0, even1, 2, 3, 6, 7);
-    memcpy(o2, &column, sizeof column);
-    column = QUAD4(odd0, odd1, 2, 3, 6, 7);
-    memcpy(o3, &column, sizeof column);
+    column[0] = QUAD4(even0, even1, 0, 1, 4, 5);
+    column[1] = QUAD4(odd0, odd1, 0, 1, 4, 5);
+    column[2] = QUAD4(even0, even1, 2, 3, 6, 7);
+    column[3] = QUAD4(odd0, odd1, 2, 3, 6, 7);
 }
 
 static inline void across(const double *a, const double *b, const double *c, const double *d,
                           double *o0, double *o1, double *o2, double *o3)
 {
-    quad row[4];
+    quad row[4], column[4];
     memcpy(&row[0], a, sizeof *row);
     memcpy(&row[1], b, sizeof *row);
     memcpy(&row[2], c, sizeof *row);
     memcpy(&row[3], d, sizeof *row);
-    turn_quads(row, o0, o1, o2, o3);
+    turn_rows(row, column);
+    memcpy(o0, &column[0], sizeof *column);
+    memcpy(o1, &column[1], sizeof *column);
+    memcpy(o2, &column[2], sizeof *column);
+    memcpy(o3, &column[3], sizeof *column);
 }
 
 /* As vectors: of a loop over zeros compilers make a string instruction, which is slow for so few.
