@@ -14,6 +14,9 @@ struct path {
     struct rmap_walk walk;
     uint64_t pixel, sample;
     double left[2]; /* of the pixel's random numbers */
+
+    double ahead[2][4];  /* random numbers of surfaces met by legs */
+    uint32_t ahead_from; /* of this number and the next */
     double rgb[3];
     double scale;  /* of diffuse transmission between media of different index */
     bool looked;   /* at all lights, from where the leg in hand begins */
@@ -42,13 +45,31 @@ static bool has_lens(const struct path *path)
     return path->renderer->camera->type != RMAP_CAMERA_PINHOLE;
 }
 
+/* Two in the time of one, so the first surface's come with them. */
 static void draw_camera(struct path *path, double u[4])
 {
-    rmap_rng(path->renderer->seed, path->pixel, 0, RMAP_RNG_CAMERA, u);
-    path->left[0] = u[2];
-    path->left[1] = u[3];
+    const struct rmap_draw *at = &path->walk.draw;
+    const struct rmap_rng_counter counter[2] = {{path->pixel, 0, RMAP_RNG_CAMERA},
+                                                {at->ray, 1, RMAP_RNG_SURFACE}};
+    rmap_rng_two(at->seed, counter, path->ahead);
+    path->ahead_from = 0;
+    path->left[0] = path->ahead[0][2];
+    path->left[1] = path->ahead[0][3];
     for (int k = 0; k < (has_lens(path) ? 4 : 2); k++)
-        u[k] = evenly(u[k], path->sample, k);
+        u[k] = evenly(path->ahead[0][k], path->sample, k);
+}
+
+/* What the surface at the end of the next leg will take: nothing waits for it then. */
+static void draw_ahead(struct path *path)
+{
+    const struct rmap_draw *at = &path->walk.draw;
+    uint32_t next = at->step + 1;
+    if (next - path->ahead_from < 2)
+        return;
+    const struct rmap_rng_counter counter[2] = {{at->ray, next, RMAP_RNG_SURFACE},
+                                                {at->ray, next + 1, RMAP_RNG_SURFACE}};
+    rmap_rng_two(at->seed, counter, path->ahead);
+    path->ahead_from = next;
 }
 
 static void draw_light(const struct path *path, int draw, double u[4])
@@ -307,6 +328,7 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
         path->counts->n_limit++;
         return false;
     }
+    walk->draw.surface = path->ahead[walk->draw.step - path->ahead_from];
     rmap_interact(walk->scene, &walk->ray, &arrival->hit, &walk->colour, &walk->draw, &decision);
     if (decision.events & RMAP_EVENT_ERROR) {
         path->counts->n_error++;
@@ -364,6 +386,7 @@ static bool advance(struct path *path)
     bool weighed = seek && (medium->absorbing || medium->scattering_at_all);
     if (weighed)
         path->before = walk->colour;
+    draw_ahead(path);
     path->point = walk->ray.origin;
     path->done = 0.0;
     walk->recorder = seek && walk->ray.gradient > 0 ? &path->base : NULL;
@@ -406,9 +429,9 @@ void rmap_render_sample(const struct rmap_renderer *renderer, uint32_t x, uint32
     path.rgb[0] = path.rgb[1] = path.rgb[2] = 0.0;
     path.scale = 1.0;
     path.looked = path.lit_once = false;
+    rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, NULL);
     draw_camera(&path, u);
     rmap_camera_ray(renderer->camera, renderer->size, x, y, u, &path.walk.ray);
-    rmap_walk_begin(&path.walk, &tracer, sample * n_pixel + path.pixel, NULL);
     path.walk.rough = true;
     rmap_colour_set(&path.walk.colour, renderer->share, renderer->scene->channels.n);
     counts->n_path++;

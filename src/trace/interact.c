@@ -138,6 +138,15 @@ static inline double fresnel_reflectance(const struct side *side, int channel, b
     return 0.5 * (f.rs + f.rp);
 }
 
+/* Those of this step, drawn into `room` if need be. */
+static inline const double *draw_numbers(const struct rmap_draw *draw, double room[4])
+{
+    if (draw->surface)
+        return draw->surface;
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, room);
+    return room;
+}
+
 /* All live channels share one reflectance, or there is only one of them. */
 static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
                           const struct rmap_colour *colour, const struct rmap_draw *draw,
@@ -146,10 +155,8 @@ static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
     int channel = colour->begin;
     bool total;
     double r = fresnel_reflectance(side, channel, &total);
-    double u[4] = {0.5, 0.5, 0.5, 0.5};
-    if (r > 0.0 && r < 1.0)
-        rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
-    if (u[0] < r)
+    double room[4];
+    if (r > 0.0 && (!(r < 1.0) || draw_numbers(draw, room)[0] < r))
         turn(decision, total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
              reflected(ray->direction, side));
     else
@@ -178,8 +185,8 @@ static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray
         turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
         return;
     }
-    double u[4];
-    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
+    double room[4];
+    const double *u = draw_numbers(draw, room);
     decision->weigh = r;
     if (u[0] < rmap_colour_sum(colour, r)) {
         turn(decision, RMAP_EVENT_REFLECT_SPECULAR, reflected(ray->direction, side));
@@ -202,8 +209,8 @@ static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray 
                           const struct rmap_draw *draw, const struct outcome *outcome,
                           struct rmap_decision *decision)
 {
-    double u[4], sum = 0.0;
-    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
+    double room[4], sum = 0.0;
+    const double *u = draw_numbers(draw, room);
     const struct outcome *chosen = outcome;
     for (; chosen->event; chosen++) {
         sum += rmap_colour_sum(colour, chosen->p);

@@ -14,6 +14,7 @@
 struct rmap_draw {
     uint64_t seed, ray;
     uint32_t step;
+    const double *surface; /* those of this step at a surface, drawn ahead; NULL: not yet drawn */
 };
 
 struct rmap_decision {

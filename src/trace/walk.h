@@ -60,7 +60,7 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->scene = tracer->scene;
     walk->accel = tracer->accel;
     walk->recorder = recorder;
-    walk->draw = (struct rmap_draw){tracer->seed, ray_id, 0};
+    walk->draw = (struct rmap_draw){.seed = tracer->seed, .ray = ray_id};
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
     walk->rough = false;

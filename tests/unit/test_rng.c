@@ -25,6 +25,10 @@ static void known_answers(void **state)
     double u[4];
     rmap_rng(0, 0, 0, RMAP_RNG_EMIT_POINT, u);
     assert_bits(u, (const uint32_t[4]){0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8});
+    rmap_rng(UINT64_MAX, UINT64_MAX, UINT32_MAX, (enum rmap_rng_slot)UINT32_MAX, u);
+    assert_bits(u, (const uint32_t[4]){0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd});
+    rmap_rng(0x299f31d0a4093822, 0x85a308d3243f6a88, 0x13198a2e, (enum rmap_rng_slot)0x03707344, u);
+    assert_bits(u, (const uint32_t[4]){0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1});
 }
 
 /* The mean of n uniform numbers lies within 5 standard errors of 1/2, and so for squares. */
