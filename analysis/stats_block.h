@@ -38,6 +38,7 @@ struct rmap_stats_block {
     const double *weight;             /* NULL: all 1 */
     const struct rmap_stats_run *run; /* [n_run] */
     size_t n_run;
+    uint16_t *place[RMAP_QUANTITIES_MAX]; /* [n] memory for fine bins of readings; NULL: none */
 };
 #define RMAP_STATS_FIRST 0x80000000u
 

@@ -59,6 +59,10 @@ enum rmap_status rmap_stats_gathered_add_part(struct rmap_stats_gathered *self, 
     for (size_t i = 0; i < self->setup->quantities->n; i++) {
         RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *part.value[i], &piece, err));
         part.value[i] = piece;
+        if (!plain)
+            continue;
+        RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *part.place[i], &piece, err));
+        part.place[i] = piece;
     }
     if (!plain) {
         RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *part.tag, &piece, err));
@@ -314,8 +318,10 @@ struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gather
                                      .weight = part->weight,
                                      .run = part->is_plain ? &part->run : NULL,
                                      .n_run = part->is_plain};
-    for (size_t i = 0; i < self->setup->quantities->n; i++)
+    for (size_t i = 0; i < self->setup->quantities->n; i++) {
         block.value[i] = part->value[i];
+        block.place[i] = part->place[i];
+    }
     return block;
 }
 

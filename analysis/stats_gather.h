@@ -32,6 +32,7 @@ struct rmap_stats_part {
     struct rmap_stats_run run; /* end: how many readings */
     bool is_plain;             /* without tags and weights; its class is the run's */
     double *value[RMAP_QUANTITIES_MAX];
+    uint16_t *place[RMAP_QUANTITIES_MAX]; /* of plain ones: for their fine bins */
     uint32_t *tag;
     double *weight;
 };

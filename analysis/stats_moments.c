@@ -19,12 +19,14 @@ enum { VECTOR = 4, POWERS = RMAP_MOMENT_POWERS - 1 };
 typedef double vector __attribute__((vector_size(VECTOR * sizeof(double))));
 
 /* Sums of u, u^2, ... of VECTOR of the LANES, from `lane` on. n: a multiple of LANES. */
-RMAP_WIDE static void sum_powers(const double *u, size_t n, size_t lane, vector sum[POWERS])
+RMAP_WIDE static void sum_powers(const double *value, size_t n, size_t lane, double centre,
+                                 double per_scale, vector sum[POWERS])
 {
     vector own[POWERS] = {{0.0}};
     for (size_t i = lane; i < n; i += LANES) {
         vector its, power;
-        memcpy(&its, u + i, sizeof its);
+        memcpy(&its, value + i, sizeof its);
+        its = (its - centre) * per_scale;
         power = its;
         own[0] += power;
         for (int k = 1; k < POWERS; k++) {
@@ -35,24 +37,34 @@ RMAP_WIDE static void sum_powers(const double *u, size_t n, size_t lane, vector 
     memcpy(sum, own, sizeof own);
 }
 
-static void flush_ones(struct rmap_stats_moments *moments)
+/* Sums over the lanes: by halves. */
+static double sum_lanes(const vector lanes[LANES / VECTOR])
+{
+    const vector four = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+    return (four[0] + four[2]) + (four[1] + four[3]);
+}
+
+/* Values of which there are `n`, up to a multiple of LANES followed by such that u is 0. */
+static void add_batch(struct rmap_stats_moments *moments, const double *value, size_t n,
+                      double centre, double per_scale)
 {
     vector sum[LANES / VECTOR][POWERS];
+    const size_t n_wide = (n + LANES - 1) / LANES * LANES;
+    for (size_t v = 0; v < LANES / VECTOR; v++)
+        sum_powers(value, n_wide, v * VECTOR, centre, per_scale, sum[v]);
+    rmap_exact_sum_add(&moments->power[0], (double)n);
+    for (size_t k = 0; k < POWERS; k++) {
+        const vector lanes[] = {sum[0][k], sum[1][k], sum[2][k], sum[3][k]};
+        rmap_exact_sum_add(&moments->power[k + 1], sum_lanes(lanes));
+    }
+}
+
+static void flush_ones(struct rmap_stats_moments *moments)
+{
     const size_t n = (moments->n_waiting + LANES - 1) / LANES * LANES;
     for (size_t i = moments->n_waiting; i < n; i++)
         moments->waiting[i] = 0.0;
-    for (size_t v = 0; v < LANES / VECTOR; v++)
-        sum_powers(moments->waiting, n, v * VECTOR, sum[v]);
-    rmap_exact_sum_add(&moments->power[0], (double)moments->n_waiting);
-    for (size_t k = 0; k < POWERS; k++) {
-        double lane[LANES];
-        for (size_t v = 0; v < LANES / VECTOR; v++)
-            memcpy(lane + v * VECTOR, &sum[v][k], sizeof sum[v][k]);
-        for (size_t half = LANES / 2; half > 0; half /= 2)
-            for (size_t i = 0; i < half; i++)
-                lane[i] += lane[i + half];
-        rmap_exact_sum_add(&moments->power[k + 1], lane[0]);
-    }
+    add_batch(moments, moments->waiting, moments->n_waiting, 0.0, 1.0);
     moments->n_waiting = 0;
 }
 
@@ -61,8 +73,12 @@ void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments, const doubl
 {
     while (n > 0) {
         const size_t room = RMAP_MOMENT_BATCH - moments->n_waiting, some = n < room ? n : room;
-        centred(value, some, centre, per_scale, moments->waiting + moments->n_waiting);
-        moments->n_waiting += some;
+        if (some == RMAP_MOMENT_BATCH) {
+            add_batch(moments, value, some, centre, per_scale);
+        } else {
+            centred(value, some, centre, per_scale, moments->waiting + moments->n_waiting);
+            moments->n_waiting += some;
+        }
         value += some;
         n -= some;
         if (moments->n_waiting == RMAP_MOMENT_BATCH)

@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/stats_places.h"
 #include "base/alloc.h"
 
 /* Shares within this of each other are equal: sums of fluxes of several sources are rounded. */
@@ -32,13 +33,16 @@ static void sum_up(struct rmap_stats_search *search, size_t class)
 {
     const struct rmap_stats_setup *setup = search->stats->setup;
     const size_t n_fine = search->stats->plan->n_fine;
-    const double *fine =
-        search->sums->fine + (class * setup->quantities->n + search->quantity) * n_fine;
+    const size_t row = (class * setup->quantities->n + search->quantity) * n_fine;
+    const double *fine = search->sums->fine ? search->sums->fine + row : NULL;
+    const uint32_t *single = search->sums->fine_single + row;
     const double flux = rmap_map_flux_per_weight(setup->quantities->map)[class % setup->n_source];
     double *before = search->before + class * (n_fine + 1);
     double *below = search->below + class / setup->n_source * (n_fine + 1);
     for (size_t k = 0; k < n_fine; k++) {
-        before[k + 1] = before[k] + fine[k]; /* exact, so that a bin without light adds none */
+        before[k + 1] =
+            before[k] +
+            (single[k] + (fine ? fine[k] : 0.0)); /* exact, so that a bin without light adds none */
         below[k + 1] += flux * before[k + 1];
     }
 }
@@ -136,19 +140,34 @@ static size_t pick(const struct rmap_stats_search *search, const struct chunk *c
                    uint32_t *picked, int32_t *list)
 {
     const struct rmap_stats_plan *plan = search->stats->plan;
-    int32_t place[CHUNK];
+    const struct rmap_stats_block *block = &chunk->block;
+    const uint16_t *place = block->place[search->quantity];
+    uint16_t own[CHUNK];
     size_t n_picked = 0;
-    rmap_stats_fine_places(plan, search->quantity,
-                           chunk->block.value[search->quantity] + chunk->first, chunk->n, place);
-    for (size_t k = 0; plan->setup->n_group > 1 && k < chunk->n; k++)
-        place[k] +=
-            (int32_t)(class_at(chunk, chunk->first + k) / plan->setup->n_source * plan->n_fine);
-    for (size_t k = 0; k < chunk->n; k++) {
-        picked[n_picked] = (uint32_t)k;
-        n_picked += search->wanted[place[k]];
+    if (place)
+        place += chunk->first;
+    else
+        rmap_stats_fine_places(plan, search->quantity,
+                               block->value[search->quantity] + chunk->first, chunk->n, own);
+    place = place ? place : own;
+    if (!block->tag) {
+        const size_t group = block->run->class / plan->setup->n_source * plan->n_fine;
+        const uint8_t *wanted = search->wanted + group;
+        for (size_t k = 0; k < chunk->n; k++) {
+            picked[n_picked] = (uint32_t)k;
+            n_picked += wanted[place[k]];
+        }
+        for (size_t i = 0; i < n_picked; i++)
+            list[i] = search->of_bin[group + place[picked[i]]];
+        return n_picked;
     }
-    for (size_t i = 0; i < n_picked; i++)
-        list[i] = search->of_bin[place[picked[i]]];
+    for (size_t k = 0; k < chunk->n; k++) {
+        const size_t group = class_at(chunk, chunk->first + k) / plan->setup->n_source;
+        const size_t bin = group * plan->n_fine + place[k];
+        picked[n_picked] = (uint32_t)k;
+        list[n_picked] = search->of_bin[bin];
+        n_picked += search->wanted[bin];
+    }
     return n_picked;
 }
 

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/stats_places.h"
 #include "base/alloc.h"
 #include "base/wide.h"
 
@@ -32,7 +33,8 @@ double rmap_stats_sums_nbytes(const struct rmap_stats_setup *setup, double n_cel
 {
     const double n_class = (double)setup->n_class, n_quantity = (double)setup->quantities->n;
     return n_class *
-           (n_quantity * (sizeof(struct rmap_stats_moments) + n_fine * sizeof(double)) +
+           (n_quantity *
+                (sizeof(struct rmap_stats_moments) + n_fine * (sizeof(double) + sizeof(uint32_t))) +
             (n_cell + RMAP_STATS_BEYOND) * (sizeof(struct rmap_stats_cell) + sizeof(double)));
 }
 
@@ -46,6 +48,7 @@ static void destroy(void *state)
     rmap_free(self->cell);
     rmap_free(self->single);
     rmap_free(self->fine);
+    rmap_free(self->fine_single);
     rmap_free(self->place);
     rmap_free(self);
 }
@@ -60,9 +63,9 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
         self->moments = rmap_alloc(extent.moments, sizeof *self->moments);
         self->cell = rmap_alloc(extent.cell, sizeof *self->cell);
         self->single = rmap_alloc(extent.single, sizeof *self->single);
-        self->fine = rmap_alloc(extent.fine, sizeof *self->fine);
+        self->fine_single = rmap_alloc(extent.fine, sizeof *self->fine_single);
     }
-    if (!self || !self->moments || !self->cell || !self->single || !self->fine) {
+    if (!self || !self->moments || !self->cell || !self->single || !self->fine_single) {
         destroy(self);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a histogram of %zu bins",
                               plan->n_cell);
@@ -71,15 +74,41 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
     return RMAP_OK;
 }
 
+/* Memory for the weights of fine bins, where any are. */
+static enum rmap_status hold_fine(struct rmap_stats_sums *self, struct rmap_error *err)
+{
+    const size_t n = extent_of(self->plan).fine;
+    if (!self->fine)
+        self->fine = rmap_alloc(n, sizeof *self->fine);
+    if (self->fine)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu bins", n);
+}
+
+/* Makes room in the counts of fine bins for n more in any of them. */
+static enum rmap_status make_room(struct rmap_stats_sums *self, uint64_t n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_bin = extent_of(self->plan).fine;
+    if (self->n_single + n > UINT32_MAX) {
+        RMAP_TRY(hold_fine(self, err));
+        for (size_t i = 0; i < n_bin; i++)
+            self->fine[i] += self->fine_single[i];
+        memset(self->fine_single, 0, n_bin * sizeof *self->fine_single);
+        self->n_single = 0;
+    }
+    self->n_single += n;
+out:
+    return st;
+}
+
 static size_t cell_of(const struct rmap_stats_plan *plan, const struct rmap_stats_block *block,
                       size_t k)
 {
-    size_t x = rmap_bin_of(&plan->bins[0], block->value[0][k]);
     if (plan->setup->quantities->n == 1)
-        return x == RMAP_BIN_BELOW   ? plan->n_cell + RMAP_STATS_BELOW
-               : x == RMAP_BIN_ABOVE ? plan->n_cell + RMAP_STATS_ABOVE
-                                     : x;
-    size_t y = rmap_bin_of(&plan->bins[1], block->value[1][k]);
+        return rmap_stats_cell_at(plan, block->value[0][k]);
+    const size_t x = rmap_bin_of(&plan->bins[0], block->value[0][k]);
+    const size_t y = rmap_bin_of(&plan->bins[1], block->value[1][k]);
     if (x >= plan->bins[0].n || y >= plan->bins[1].n)
         return plan->n_cell + RMAP_STATS_ABOVE;
     return x + plan->bins[0].n * y;
@@ -141,18 +170,8 @@ struct run {
     size_t class, first, n; /* n <= CHUNK */
 };
 
-RMAP_WIDE static void places(const double *restrict value, size_t n, double low, double per,
-                             size_t n_bin, int32_t *restrict place)
-{
-    const double last = (double)(n_bin - 1);
-    for (size_t k = 0; k < n; k++) {
-        double at = (value[k] - low) * per;
-        at = at > 0.0 ? at : 0.0;
-        place[k] = (int32_t)(at < last ? at : last);
-    }
-}
-
-/* The same, and -1 for what lies beyond the bins or within `slack` of an edge, counted in bins. */
+/* Bins of the histogram; -1 for what lies beyond them or within `slack` of an edge, counted in
+ * bins. */
 RMAP_WIDE static void sure_places(const double *restrict value, size_t n,
                                   const struct rmap_bins *bins, double slack,
                                   int32_t *restrict place)
@@ -169,18 +188,14 @@ RMAP_WIDE static void sure_places(const double *restrict value, size_t n,
     }
 }
 
-void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
-                            const double *value, size_t n, int32_t *place)
-{
-    places(value, n, plan->fine_low[quantity], plan->fine_per[quantity], plan->n_fine, place);
-}
-
 static void add_run_to_cells(const struct rmap_stats_plan *plan,
                              const struct rmap_stats_block *block, const struct run *run,
                              double *cell)
 {
     const struct rmap_bins *bins = &plan->bins[0];
     int32_t place[CHUNK];
+    if (plan->n_fine_per_cell > 0)
+        return; /* rmap_stats_sums_finish */
     if (plan->setup->quantities->n > 1 || !bins->uniform || bins->n > INT32_MAX) {
         for (size_t k = run->first; k < run->first + run->n; k++)
             cell[cell_of(plan, block, k)] += 1.0;
@@ -194,21 +209,27 @@ static void add_run_to_cells(const struct rmap_stats_plan *plan,
         cell[place[k] >= 0 ? (size_t)place[k] : cell_of(plan, block, run->first + k)] += 1.0;
 }
 
+/* Counts bins, some at once: the same one after another would wait for itself. */
+static void count_places(const uint16_t *place, size_t n, uint32_t *count)
+{
+    for (size_t k = 0; k < n; k++)
+        count[place[k]]++;
+}
+
 static void add_run(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
                     const struct run *run)
 {
     const struct rmap_stats_plan *plan = self->plan;
     const size_t n_quantity = plan->setup->quantities->n;
-    int32_t place[CHUNK];
+    uint16_t own[CHUNK];
     for (size_t i = 0; i < n_quantity; i++) {
         const double *value = block->value[i] + run->first;
         const size_t row = run->class * n_quantity + i;
-        double *fine = self->fine + row * plan->n_fine;
+        uint16_t *place = block->place[i] ? block->place[i] + run->first : own;
         rmap_stats_moments_add_ones(&self->moments[row], value, run->n, plan->centre[i],
                                     plan->per_scale[i]);
         rmap_stats_fine_places(plan, i, value, run->n, place);
-        for (size_t k = 0; k < run->n; k++)
-            fine[place[k]] += 1.0;
+        count_places(place, run->n, self->fine_single + row * plan->n_fine);
     }
     add_run_to_cells(plan, block, run,
                      self->single + run->class * (plan->n_cell + RMAP_STATS_BEYOND));
@@ -238,6 +259,9 @@ static enum rmap_status add_cluster(struct rmap_stats_sums *self,
     const struct rmap_stats_plan *plan = self->plan;
     const size_t n_quantity = plan->setup->quantities->n;
     const size_t class = rmap_stats_class(block->tag[first]);
+    enum rmap_status st = hold_fine(self, err);
+    if (st != RMAP_OK)
+        return st;
     double *fine = self->fine + class * n_quantity * plan->n_fine;
     for (size_t i = 0; i < n_quantity; i++, fine += plan->n_fine) {
         add_to_moments(plan, block, i, first, end, &self->moments[class * n_quantity + i]);
@@ -288,10 +312,21 @@ static void add_plain(struct rmap_stats_sums *self, const struct rmap_stats_bloc
 enum rmap_status rmap_stats_sums_add(struct rmap_stats_sums *self,
                                      const struct rmap_stats_block *block, struct rmap_error *err)
 {
-    if (block->tag)
+    enum rmap_status st = make_room(self, block->n, err);
+    if (st == RMAP_OK && block->tag)
         return add_portion(self, block, err);
-    add_plain(self, block);
-    return RMAP_OK;
+    if (st == RMAP_OK)
+        add_plain(self, block);
+    return st;
+}
+
+void rmap_stats_sums_finish(struct rmap_stats_sums *self)
+{
+    const struct rmap_stats_plan *plan = self->plan;
+    const size_t n_cell = plan->n_cell + RMAP_STATS_BEYOND;
+    for (size_t class = 0; plan->n_fine_per_cell > 0 && class < plan->setup->n_class; class ++)
+        rmap_stats_cells_from_fine(plan, self->fine_single + class * plan->n_fine,
+                                   self->single + class * n_cell);
 }
 
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
@@ -308,7 +343,11 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
     struct rmap_stats_sums *self = into;
     const struct rmap_stats_sums *other = from;
     const struct extent extent = extent_of(self->plan);
-    (void)err;
+    enum rmap_status st = make_room(self, other->n_single, err);
+    if (st == RMAP_OK && other->fine)
+        st = hold_fine(self, err);
+    if (st != RMAP_OK)
+        return st;
     for (size_t i = 0; i < extent.moments; i++)
         rmap_stats_moments_merge(&self->moments[i], &other->moments[i]);
     for (size_t i = 0; i < extent.cell; i++) {
@@ -319,6 +358,8 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
     for (size_t i = 0; i < extent.single; i++)
         self->single[i] += other->single[i];
     for (size_t i = 0; i < extent.fine; i++)
+        self->fine_single[i] += other->fine_single[i];
+    for (size_t i = 0; other->fine && i < extent.fine; i++)
         self->fine[i] += other->fine[i];
     return RMAP_OK;
 }
@@ -334,44 +375,61 @@ static size_t copy(struct rmap_stats_sums *self, uint8_t *to, const uint8_t *fro
         {self->moments, extent.moments * sizeof *self->moments},
         {self->cell, extent.cell * sizeof *self->cell},
         {self->single, extent.single * sizeof *self->single},
-        {self->fine, extent.fine * sizeof *self->fine},
+        {self->fine_single, extent.fine * sizeof *self->fine_single},
+        {self->fine, self->fine ? extent.fine * sizeof *self->fine : 0},
     };
     size_t at = 0;
     for (size_t i = 0; i < sizeof array / sizeof *array; at += array[i++].nbytes) {
-        if (to)
+        if (to && array[i].nbytes > 0)
             memcpy(to + at, array[i].data, array[i].nbytes);
-        if (from)
+        if (from && array[i].nbytes > 0)
             memcpy(array[i].data, from + at, array[i].nbytes);
     }
     return at;
 }
 
+/* Ahead of the arrays. */
+struct head {
+    uint64_t n_single, has_fine;
+};
+
 static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
                              struct rmap_error *err)
 {
     struct rmap_stats_sums self = *(const struct rmap_stats_sums *)state;
-    *nbytes_ret = copy(&self, NULL, NULL);
+    const struct head head = {self.n_single, self.fine != NULL};
+    *nbytes_ret = sizeof head + copy(&self, NULL, NULL);
     *bytes_ret = rmap_alloc(*nbytes_ret, 1);
     if (!*bytes_ret)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a histogram's sums");
-    (void)copy(&self, *bytes_ret, NULL);
+    memcpy(*bytes_ret, &head, sizeof head);
+    (void)copy(&self, *bytes_ret + sizeof head, NULL);
     return RMAP_OK;
 }
 
 static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
                                void **state_ret, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     void *state = NULL;
-    enum rmap_status st = create(context, &state, err);
-    if (st != RMAP_OK)
-        return st;
-    if (copy(state, NULL, NULL) != nbytes) {
-        destroy(state);
-        return rmap_error_set(err, RMAP_INTERNAL, "another rank's sums do not fit together");
+    struct head head = {0, 0};
+    RMAP_TRY(create(context, &state, err));
+    struct rmap_stats_sums *self = state;
+    if (nbytes >= sizeof head)
+        memcpy(&head, bytes, sizeof head);
+    if (head.has_fine)
+        RMAP_TRY(hold_fine(self, err));
+    self->n_single = head.n_single;
+    if (sizeof head + copy(self, NULL, NULL) != nbytes) {
+        st = rmap_error_set(err, RMAP_INTERNAL, "another rank's sums do not fit together");
+        goto out;
     }
-    (void)copy(state, NULL, bytes);
+    (void)copy(self, NULL, bytes + sizeof head);
     *state_ret = state;
-    return RMAP_OK;
+    state = NULL;
+out:
+    destroy(state);
+    return st;
 }
 
 static bool may_count(const void *context, const struct rmap_portion_info *portion)

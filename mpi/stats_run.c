@@ -70,6 +70,7 @@ static enum rmap_status sum_in_memory(const struct rmap_context *context,
     RMAP_TRY(rmap_parts_run(&parts, (int)n_thread, err));
     for (size_t t = 1; t < n_thread; t++)
         RMAP_TRY(kind->merge(sharing.state[0], sharing.state[t], err));
+    rmap_stats_sums_finish(sharing.state[0]);
     *sums_ret = sharing.state[0];
     sharing.state[0] = NULL;
 out:
