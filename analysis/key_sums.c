@@ -90,12 +90,9 @@ enum rmap_status rmap_key_sums_add(struct rmap_key_sums *sums, struct rmap_key k
         RMAP_TRY(grow(sums, err));
         (void)rmap_key_sums_look(sums, key, &slot);
     }
-    struct rmap_key_sum *entry = &sums->entry[sums->n];
-    *entry = (struct rmap_key_sum){.key = key};
-    sums->n++;
-    sums->slot[slot] =
-        ((uint32_t)(rmap_key_sums_mixed(key) >> 32) & ~sums->number) | (uint32_t)sums->n;
-    *entry_ret = entry;
+    *entry_ret = rmap_key_sums_put(sums, key, slot);
+    sums->room = sums->n_slot / 4 * 3;
+    sums->room = sums->n_entry < sums->room ? sums->n_entry : sums->room;
 out:
     return st;
 }

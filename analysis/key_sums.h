@@ -13,6 +13,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "base/wide.h"
 
 struct rmap_key {
     uint64_t low, high; /* high: not 0 */
@@ -33,6 +34,7 @@ struct rmap_key_sums {
     uint32_t number; /* bits of a slot that are the index */
     size_t n_slot, n_entry, n;
     size_t most; /* keys */
+    size_t room; /* as many entries fit into what is there */
 };
 
 /* most: below RMAP_KEY_SUMS_MOST. */
@@ -78,7 +80,18 @@ static inline struct rmap_key_sum *rmap_key_sums_find(const struct rmap_key_sums
     return sums->n_slot > 0 ? rmap_key_sums_look(sums, key, &slot) : NULL;
 }
 
-/* Of a key that is not there; slot: as found by rmap_key_sums_look. */
+/* A new entry for which there is room; slot: as found by rmap_key_sums_look. */
+static inline struct rmap_key_sum *rmap_key_sums_put(struct rmap_key_sums *sums,
+                                                     struct rmap_key key, size_t slot)
+{
+    struct rmap_key_sum *entry = &sums->entry[sums->n++];
+    *entry = (struct rmap_key_sum){.key = key};
+    sums->slot[slot] =
+        ((uint32_t)(rmap_key_sums_mixed(key) >> 32) & ~sums->number) | (uint32_t)sums->n;
+    return entry;
+}
+
+/* Of a key that is not there, making room; slot: as found by rmap_key_sums_look. */
 enum rmap_status rmap_key_sums_add(struct rmap_key_sums *sums, struct rmap_key key, size_t slot,
                                    struct rmap_key_sum **entry_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
@@ -92,14 +105,29 @@ static inline RMAP_MUST_USE enum rmap_status rmap_key_sums_enter(struct rmap_key
 {
     size_t slot = 0;
     *entry_ret = sums->n_slot > 0 ? rmap_key_sums_look(sums, key, &slot) : NULL;
-    return *entry_ret ? RMAP_OK : rmap_key_sums_add(sums, key, slot, entry_ret, err);
+    if (*entry_ret)
+        return RMAP_OK;
+    if (sums->n >= sums->room)
+        return rmap_key_sums_add(sums, key, slot, entry_ret, err);
+    *entry_ret = rmap_key_sums_put(sums, key, slot);
+    return RMAP_OK;
 }
 
-/* The key will be asked for soon. */
-static inline void rmap_key_sums_expect(const struct rmap_key_sums *sums, struct rmap_key key)
+/* The key will be asked for soon. (A function that the compiler need not copy it takes for one
+ * without effect.) */
+RMAP_COPIED void rmap_key_sums_expect(const struct rmap_key_sums *sums, struct rmap_key key)
 {
     if (sums->n_slot > 0)
         __builtin_prefetch(&sums->slot[rmap_key_sums_slot(sums, rmap_key_sums_mixed(key))], 0);
+}
+
+/* Sooner: its slot is there by now, and tells of an entry. */
+RMAP_COPIED void rmap_key_sums_expect_entry(const struct rmap_key_sums *sums, struct rmap_key key)
+{
+    if (sums->n_slot == 0)
+        return;
+    const uint32_t found = sums->slot[rmap_key_sums_slot(sums, rmap_key_sums_mixed(key))];
+    __builtin_prefetch(&sums->entry[(found & sums->number) - (found != 0)], 1);
 }
 
 /* All entries [n], in no order: rmap_free. */

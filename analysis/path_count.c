@@ -213,7 +213,10 @@ enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *self,
 {
     const size_t most = (size_t)portion->ray.segment_count[place->ray] +
                         portion->ray.registration_count[place->ray];
-    return rmap_path_steps_make_room(&self->steps, most, to, err);
+    enum rmap_status st =
+        rmap_path_steps_make_room(&self->steps, most, RMAP_PATH_STEPS_SCAN, to, err);
+    self->steps.is_closed = *to == NULL;
+    return st;
 }
 
 /* Of a new class, by a ray of the portion in hand. */
@@ -225,7 +228,7 @@ static enum rmap_status keep_steps(struct rmap_path_counts *self,
     rmap_path_step *to;
     enum rmap_status st = rmap_path_counts_make_room(self, portion, place, &to, err);
     if (to)
-        rmap_path_steps_end_class(&self->steps,
+        rmap_path_steps_end_class(&self->steps, self->classes.n - 1,
                                   rmap_path_hasher_steps(&self->buffers->hasher, place, to));
     return st;
 }
@@ -293,8 +296,10 @@ static enum rmap_status add_plain(struct rmap_path_counts *self, const struct rm
         const size_t row = list[i].place.ray;
         const double weight = ray->weight[row];
         struct rmap_key_sum *sum;
+        if (i + 2 * RMAP_PATH_AHEAD < n)
+            rmap_key_sums_expect(classes, list[i + 2 * RMAP_PATH_AHEAD].key);
         if (i + RMAP_PATH_AHEAD < n)
-            rmap_key_sums_expect(classes, list[i + RMAP_PATH_AHEAD].key);
+            rmap_key_sums_expect_entry(classes, list[i + RMAP_PATH_AHEAD].key);
         RMAP_TRY(rmap_key_sums_enter(classes, list[i].key, &sum, err));
         if (!sum)
             break;

@@ -33,13 +33,13 @@ void rmap_path_counts_drop_cells(struct rmap_path_counts *counts);
 /* Whether a class is one of those that count. */
 bool rmap_path_counts_has(const struct rmap_path_counting *context, struct rmap_key key);
 
-/* Whether the class that came last wants its steps. */
+/* Whether a class came last that wants its steps. */
 static inline bool rmap_path_counts_want_steps(const struct rmap_path_counts *self)
 {
     return !self->steps.is_closed && self->steps.n < self->classes.n;
 }
 
-/* Room for the steps of a row of the portion; NULL: there is none. */
+/* Room for the steps of a row of the portion; NULL: there is none, and none for what follows. */
 enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *counts,
                                             const struct rmap_portion *portion,
                                             const struct rmap_path_place_of_ray *place,

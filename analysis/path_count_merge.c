@@ -4,30 +4,38 @@
  */
 #include "analysis/path_count_internal.h"
 
-static enum rmap_status hand_on_steps(struct rmap_path_counts *into,
-                                      const struct rmap_path_counts *from, size_t class,
-                                      struct rmap_error *err)
+static enum rmap_status merge_class(struct rmap_path_counts *into,
+                                    const struct rmap_path_counts *from, size_t class,
+                                    struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    const size_t before = into->classes.n;
     size_t n;
+    RMAP_TRY(rmap_path_counts_add_class(into, &from->classes.entry[class], err));
+    if (into->classes.n <= before)
+        return RMAP_OK;
     const rmap_path_step *step = rmap_path_steps_of(&from->steps, class, &n);
     if (step)
-        return rmap_path_steps_add(&into->steps, step, n, err);
-    into->steps.is_closed = true;
-    return RMAP_OK;
+        st = rmap_path_steps_add(&into->steps, before, step, n, err);
+out:
+    return st;
 }
 
 static enum rmap_status merge_classes(struct rmap_path_counts *into,
                                       const struct rmap_path_counts *from, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_key_sum *entry = from->classes.entry;
+    const size_t n = from->classes.n;
+    into->steps.is_closed = true;
     if (from->is_full)
         RMAP_TRY(rmap_path_counts_spill(into, err));
-    for (size_t i = 0; i < from->classes.n; i++) {
-        if (i + RMAP_PATH_AHEAD < from->classes.n)
-            rmap_key_sums_expect(&into->classes, from->classes.entry[i + RMAP_PATH_AHEAD].key);
-        RMAP_TRY(rmap_path_counts_add_class(into, &from->classes.entry[i], err));
-        if (rmap_path_counts_want_steps(into))
-            RMAP_TRY(hand_on_steps(into, from, i, err));
+    for (size_t i = 0; i < n; i++) {
+        if (i + 2 * RMAP_PATH_AHEAD < n)
+            rmap_key_sums_expect(&into->classes, entry[i + 2 * RMAP_PATH_AHEAD].key);
+        if (i + RMAP_PATH_AHEAD < n)
+            rmap_key_sums_expect_entry(&into->classes, entry[i + RMAP_PATH_AHEAD].key);
+        RMAP_TRY(merge_class(into, from, i, err));
     }
     if (from->sketch.rays)
         rmap_path_sketch_merge(&into->sketch, &from->sketch);

@@ -16,7 +16,7 @@ static enum rmap_status keep_known_steps(struct rmap_path_counts *self,
     if (!to)
         return st;
     (void)rmap_path_key_of(self->context->keys, paths, place, to, &n);
-    rmap_path_steps_end_class(&self->steps, n);
+    rmap_path_steps_end_class(&self->steps, self->classes.n - 1, n);
     return st;
 }
 

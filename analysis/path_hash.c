@@ -1,9 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/path_hash.h"
 
-#define XXH_INLINE_ALL
-#include <xxhash.h>
-
 #include "analysis/path_key_internal.h"
 #include "base/alloc.h"
 
@@ -26,7 +23,7 @@ static bool has_few_places(const struct rmap_path_keys *keys)
 static enum rmap_status reserve_steps(struct rmap_path_hasher *hasher, bool few,
                                       struct rmap_error *err)
 {
-    const size_t n = hasher->portion->n_row[RMAP_TABLE_SEGMENT] + 1;
+    const size_t n = hasher->portion->n_row[RMAP_TABLE_SEGMENT] + RMAP_STEP_HASH_BEHIND;
     void *block = few ? (void *)hasher->few : (void *)hasher->many;
     enum rmap_status st = rmap_reserve(&block, few ? &hasher->few_cap : &hasher->many_cap, n,
                                        few ? sizeof *hasher->few : sizeof *hasher->many, err);
@@ -47,7 +44,8 @@ static enum rmap_status reserve_scratch(struct rmap_path_hasher *hasher, struct 
     }
     void *block = hasher->scratch;
     enum rmap_status st =
-        rmap_reserve(&block, &hasher->scratch_cap, longest + 1, sizeof *hasher->scratch, err);
+        rmap_reserve(&block, &hasher->scratch_cap, longest + RMAP_STEP_HASH_BEHIND,
+                     sizeof *hasher->scratch, err);
     hasher->scratch = block;
     return st;
 }
@@ -131,24 +129,13 @@ out:
     return st;
 }
 
-/* Of a ray's steps, without its source. */
-struct hash {
-    uint64_t low, high;
-};
-
-static inline struct hash hash_of(const void *steps, size_t nbytes)
-{
-    const XXH128_hash_t hash = XXH3_128bits(steps, nbytes);
-    return (struct hash){hash.low64, hash.high64};
-}
-
 static inline uint64_t rotate(uint64_t x, int k)
 {
     return x << k | x >> (64 - k);
 }
 
 /* Two chains of steps that lose nothing, and nothing joins them before the end. */
-static inline void mix(struct hash *hash, uint64_t word)
+static inline void mix(struct rmap_step_hash *hash, uint64_t word)
 {
     hash->low = (rotate(hash->low, 27) ^ word) * UINT64_C(0x9e3779b97f4a7c15);
     hash->high = (rotate(hash->high, 41) ^ word) * UINT64_C(0xc2b2ae3d27d4eb4f);
@@ -165,7 +152,7 @@ static inline uint64_t finish(uint64_t x)
 /* Registrations stand among the legs: each with its place there. Returns how many there are. */
 static inline size_t mix_hits(const struct rmap_path_hasher *hasher,
                               const struct rmap_path_place_of_ray *place, size_t n_leg,
-                              size_t n_row, struct hash *hash)
+                              size_t n_row, struct rmap_step_hash *hash)
 {
     const struct rmap_path_keys *keys = hasher->keys;
     const struct rmap_registration_columns *hit = &hasher->portion->registration;
@@ -187,18 +174,6 @@ static inline size_t mix_hits(const struct rmap_path_hasher *hasher,
     return n_hit;
 }
 
-static inline struct hash hash_simple(const struct rmap_path_hasher *hasher,
-                                      const struct rmap_path_place_of_ray *place, size_t n_leg,
-                                      size_t *n_hit)
-{
-    struct hash hash = hasher->is_narrow
-                           ? hash_of(hasher->few + place->segment, n_leg * sizeof *hasher->few)
-                           : hash_of(hasher->many + place->segment, n_leg * sizeof *hasher->many);
-    if (*n_hit > 0)
-        *n_hit = mix_hits(hasher, place, n_leg, *n_hit, &hash);
-    return hash;
-}
-
 static size_t count_hits(const struct rmap_portion *portion, size_t first, size_t n_row)
 {
     size_t n = 0;
@@ -207,48 +182,94 @@ static size_t count_hits(const struct rmap_portion *portion, size_t first, size_
     return n;
 }
 
-static bool hash_walked(const struct rmap_path_hasher *hasher,
-                        const struct rmap_path_place_of_ray *place, size_t *n_hit,
-                        struct hash *hash_ret)
-{
-    size_t n;
-    const bool has_path =
-        rmap_path_key_of(hasher->keys, hasher->portion, place, hasher->scratch, &n);
-    *hash_ret = hash_of(hasher->scratch, n * sizeof *hasher->scratch);
-    *n_hit = count_hits(hasher->portion, place->registration, *n_hit);
-    return has_path;
-}
-
 /* Sources are told apart in either half: the sketch takes bits of both. */
-static inline struct rmap_key key_of(int32_t source, struct hash hash)
+static inline struct rmap_key key_of(int32_t source, struct rmap_step_hash hash)
 {
     const uint64_t its = (uint64_t)(uint32_t)source;
     return (struct rmap_key){hash.low + (its + 1) * UINT64_C(0x9e3779b97f4a7c15),
                              UINT64_C(1) << 63 | hash.high << SOURCE_BITS | its};
 }
 
-size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
-                             struct rmap_path_of_ray *list)
+/* Rays whose path is written out one by one. */
+static size_t list_walked(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                          struct rmap_path_of_ray *list)
 {
     const struct rmap_ray_columns *ray = &hasher->portion->ray;
     const size_t n_ray = hasher->portion->n_row[RMAP_TABLE_RAY];
     struct rmap_path_place_of_ray place = {0};
-    size_t n = 0;
+    size_t n = 0, n_step;
     for (; place.ray < n_ray; place.ray++) {
-        const size_t n_leg = ray->segment_count[place.ray];
         const size_t n_row = ray->registration_count[place.ray];
-        size_t n_hit = n_row;
-        bool has_path = !rays->match || rays->match[place.ray];
-        struct hash hash;
-        if (has_path && hasher->is_simple)
-            hash = hash_simple(hasher, &place, n_leg, &n_hit);
-        else if (has_path)
-            has_path = hash_walked(hasher, &place, &n_hit, &hash);
-        if (has_path)
+        if ((!rays->match || rays->match[place.ray]) &&
+            rmap_path_key_of(hasher->keys, hasher->portion, &place, hasher->scratch, &n_step)) {
+            const struct rmap_step_row row = {0, n_step * sizeof *hasher->scratch};
+            struct rmap_step_hash hash;
+            rmap_step_hash_rows(&hasher->keys->of_hash, (const uint8_t *)hasher->scratch, &row, 1,
+                                &hash);
             list[n++] =
-                (struct rmap_path_of_ray){key_of(ray->source[place.ray], hash), place, n_hit};
-        place.segment += n_leg;
+                (struct rmap_path_of_ray){key_of(ray->source[place.ray], hash), place,
+                                          count_hits(hasher->portion, place.registration, n_row)};
+        }
+        place.segment += ray->segment_count[place.ray];
         place.registration += n_row;
+    }
+    return n;
+}
+
+enum { BATCH = 256 };
+
+/* Rays that are keyed together. */
+struct batch {
+    struct rmap_step_row row[BATCH + 1];
+    struct rmap_step_hash hash[BATCH];
+};
+
+/* From *place on, as many as match and fit; returns how many. */
+static size_t fill_batch(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                         struct rmap_path_place_of_ray *place, struct batch *batch,
+                         struct rmap_path_of_ray *list)
+{
+    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    const size_t n_ray = hasher->portion->n_row[RMAP_TABLE_RAY];
+    const size_t width = hasher->is_narrow ? sizeof *hasher->few : sizeof *hasher->many;
+    struct rmap_path_place_of_ray at = *place;
+    size_t n = 0;
+    for (; at.ray < n_ray && n < BATCH; at.ray++) {
+        const size_t n_leg = ray->segment_count[at.ray], n_row = ray->registration_count[at.ray];
+        list[n].place = at;
+        list[n].n_hit = n_row;
+        batch->row[n] = (struct rmap_step_row){at.segment * width, n_leg * width};
+        n += !rays->match || rays->match[at.ray];
+        at.segment += n_leg;
+        at.registration += n_row;
+    }
+    *place = at;
+    return n;
+}
+
+size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                             struct rmap_path_of_ray *list)
+{
+    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    const uint8_t *steps =
+        hasher->is_narrow ? (const uint8_t *)hasher->few : (const uint8_t *)hasher->many;
+    struct rmap_path_place_of_ray place = {0};
+    struct batch batch;
+    size_t n = 0;
+    if (!hasher->is_simple)
+        return list_walked(hasher, rays, list);
+    while (place.ray < hasher->portion->n_row[RMAP_TABLE_RAY]) {
+        const size_t n_new = fill_batch(hasher, rays, &place, &batch, list + n);
+        rmap_step_hash_rows(&hasher->keys->of_hash, steps, batch.row, n_new, batch.hash);
+        for (size_t k = 0; k < n_new; k++) {
+            struct rmap_path_of_ray *its = &list[n + k];
+            const size_t row = its->place.ray;
+            if (its->n_hit > 0)
+                its->n_hit = mix_hits(hasher, &its->place, ray->segment_count[row], its->n_hit,
+                                      &batch.hash[k]);
+            its->key = key_of(ray->source[row], batch.hash[k]);
+        }
+        n += n_new;
     }
     return n;
 }

@@ -63,6 +63,7 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
     for (size_t m = 0; m < scene->n_medium; m++)
         keys->reads_media |= scene->medium[m].absorbing || scene->medium[m].scattering_at_all;
     find_clashes(keys);
+    rmap_step_hash_keys_init(&keys->of_hash);
     *keys_ret = keys;
     keys = NULL;
 out:

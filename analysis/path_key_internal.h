@@ -9,6 +9,7 @@
 
 #include "analysis/path_label.h"
 #include "analysis/path_regex.h"
+#include "analysis/step_hash.h"
 
 enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4, RMAP_PATH_EVENT_CODES = 1 << 13 };
 
@@ -26,6 +27,7 @@ struct rmap_path_keys {
     uint8_t *follows; /* [n_detector] registers behind the step that ends the leg */
     uint8_t *clashes; /* [n_medium] an object or a group has the name, too */
     bool reads_media; /* something can happen inside one */
+    struct rmap_step_hash_keys of_hash;
 };
 
 /* The step that ends the leg in this row. */

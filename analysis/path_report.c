@@ -38,7 +38,7 @@ static int compare_ranked(const void *a_, const void *b_)
     return (first_a > first_b) - (first_a < first_b);
 }
 
-static double value_of(const struct rmap_key_sum *sum, enum rmap_path_sort sort, double flux)
+static inline double value_of(const struct rmap_key_sum *sum, enum rmap_path_sort sort, double flux)
 {
     const double rays = (double)sum->number[RMAP_PATH_RAYS];
     if (sort == RMAP_PATH_BY_RAYS)
@@ -77,6 +77,8 @@ static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_pa
         const struct rmap_key_sum *sum = &classes->entry[i];
         const double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
         const struct ranked entry = {sum, value_of(sum, sort, flux), flux};
+        if (n == n_row && entry.value < ranked[0].value)
+            continue;
         if (n < n_row) {
             ranked[n++] = entry;
             for (size_t k = n_row / 2; n == n_row && k-- > 0;)

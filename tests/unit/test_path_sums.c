@@ -67,20 +67,23 @@ static void test_steps(void **state)
             const size_t n = length_of(class, longest[l]);
             for (size_t k = 0; k < n; k++)
                 step[k] = (rmap_path_step)(class + 31 * k);
-            assert_int_equal(rmap_path_steps_add(&steps, step, n, &err), RMAP_OK);
-            assert_int_equal(steps.n, class + !steps.is_closed);
+            const size_t before = steps.n;
+            assert_int_equal(rmap_path_steps_add(&steps, 3 * class, step, n, &err), RMAP_OK);
+            steps.is_closed = steps.n == before;
         }
         assert_true(steps.is_closed);
+        assert_in_range(steps.n, RMAP_PATH_STEPS_MOST / (longest[l] + 2), RMAP_PATH_STEPS_MOST);
         for (size_t class = 0; class < steps.n; class ++) {
             size_t n;
-            const rmap_path_step *its = rmap_path_steps_of(&steps, class, &n);
+            assert_null(rmap_path_steps_of(&steps, 3 * class + 1, &n));
+            const rmap_path_step *its = rmap_path_steps_of(&steps, 3 * class, &n);
             assert_int_equal(n, length_of(class, longest[l]));
             for (size_t k = 0; k < n; k++)
                 if (its[k] != (rmap_path_step)(class + 31 * k))
                     fail_msg("class %zu, step %zu", class, k);
         }
         size_t n;
-        assert_null(rmap_path_steps_of(&steps, steps.n, &n));
+        assert_null(rmap_path_steps_of(&steps, 3 * steps.n, &n));
         rmap_path_steps_fini(&steps);
     }
     assert_int_equal(rmap_alloc_live(), 0);

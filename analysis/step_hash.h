@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Hashes of rows of steps, many rows in one call. NH of UMAC (Black, Halevi, Krawczyk, Krovetz and
+ * Rogaway 1999, doi:10.1007/3-540-48405-1_14): sums of products of pairs of words, each with a key
+ * of its own added, four times with four sets of keys. Two different rows have four equal sums for
+ * at most 2^-124 of all keys: each for 2^-32 of them, where one row is longer by a block for 2^-31.
+ * The sums are mixed to 128 bits. The keys are constants.
+ */
+#ifndef RMAP_STEP_HASH_H
+#define RMAP_STEP_HASH_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+enum {
+    RMAP_STEP_HASH_BLOCK = 32,  /* bytes */
+    RMAP_STEP_HASH_BLOCKS = 16, /* longer rows: XXH3 */
+    RMAP_STEP_HASH_SETS = 4,
+    /* Bytes behind the last row that may be read. */
+    RMAP_STEP_HASH_BEHIND = RMAP_STEP_HASH_BLOCK
+};
+
+struct rmap_step_hash_keys {
+    uint32_t key[RMAP_STEP_HASH_BLOCKS][RMAP_STEP_HASH_SETS][RMAP_STEP_HASH_BLOCK / 4];
+};
+void rmap_step_hash_keys_init(struct rmap_step_hash_keys *keys);
+
+/* A row: nbytes from `first` on. */
+struct rmap_step_row {
+    size_t first, nbytes;
+};
+struct rmap_step_hash {
+    uint64_t low, high;
+};
+
+/* hash[i] of row[i], n of them. */
+void rmap_step_hash_rows(const struct rmap_step_hash_keys *keys, const uint8_t *steps,
+                         const struct rmap_step_row *row, size_t n, struct rmap_step_hash *hash);
+
+/* The same, a word at a time: what tests compare it with. */
+void rmap_step_hash_rows_plain(const struct rmap_step_hash_keys *keys, const uint8_t *steps,
+                               const struct rmap_step_row *row, size_t n,
+                               struct rmap_step_hash *hash);
+
+#endif
