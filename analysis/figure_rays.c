@@ -140,6 +140,17 @@ static void put_point(struct pen *pen, struct rmap_vec3 point)
     pen->down = true;
 }
 
+/* Points of one path at most: filling in pixels takes time with the square of its length. */
+enum { PATH_POINTS = 32 };
+
+static void put_line(struct pen *pen, const struct stroke *stroke)
+{
+    for (size_t i = 0; i + 1 < stroke->n; i += PATH_POINTS - 1) {
+        const size_t n = stroke->n - i < PATH_POINTS ? stroke->n - i : PATH_POINTS;
+        rmap_svg_path(pen->svg, (const double(*)[2])stroke->pixel + i, n, &pen->style);
+    }
+}
+
 static void finish_line(struct pen *pen)
 {
     const struct {
@@ -148,9 +159,7 @@ static void finish_line(struct pen *pen)
     } part[] = {{&pen->hidden, HIDDEN * pen->opacity}, {&pen->seen, pen->opacity}};
     for (int k = 0; k < 2; k++) {
         pen->style.opacity = part[k].opacity;
-        if (part[k].stroke->n > 1)
-            rmap_svg_path(pen->svg, (const double(*)[2])part[k].stroke->pixel, part[k].stroke->n,
-                          &pen->style);
+        put_line(pen, part[k].stroke);
         part[k].stroke->n = 0;
     }
     pen->down = false;

@@ -297,6 +297,31 @@ def test_upright():
         assert min(height, key=height.get) == axis, (axis, height)
 
 
+SPHERE = """
+raymap: 1
+spectrum: {wavelengths: [550]}
+media: {air: {index: 1}}
+surfaces: {white: {type: lambert, reflectance: 0.999}}
+geometries: {ball: {type: sphere, radius: 10}}
+objects: [{name: ball, geometry: ball, surface: white, inside: air, outside: air}]
+sources: [{name: lamp, type: point, flux: 1 W}]
+"""
+
+
+def test_long_rays():
+    """Hundreds of legs of a ray are many short paths: one long one would take a renderer with the
+    square of its length. Each leg is drawn once."""
+    with open("sphere.yaml", "w", encoding="utf-8") as file:
+        file.write(SPHERE)
+    run("trace", "sphere.yaml", "-o", "sphere.raymap", "-n", 3, "--quiet", "--force")
+    run("draw", "sphere.raymap", "-o", "sphere.svg", "--force", "--quiet")
+    legs = json.loads(run("info", "sphere.raymap", "--json"))["segments"]
+    points = [d.count("M") + d.count("L") for _, opacity, d in paths("sphere.svg")
+              if opacity < 1]
+    assert legs > 300 and max(points) <= 32, (legs, max(points))
+    assert sum(n - 1 for n in points) == legs, (sum(n - 1 for n in points), legs)
+
+
 def glb(path):
     with open(path, "rb") as file:
         data = file.read()
@@ -405,5 +430,6 @@ test_camera()
 test_upright()
 test_gltf()
 test_polydata()
+test_long_rays()
 test_ranks()
 test_mistakes()
