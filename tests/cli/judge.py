@@ -67,6 +67,7 @@ class Judge:
         self.map = plain_map
         self.paths = PathJudge(plain_map, self.objects)
         self.names = {}  # let
+        self.before = False  # reading what is behind a `where`
         self.tokens, self.at = [], 0
 
     def let(self, name, text):
@@ -162,6 +163,16 @@ class Judge:
                 parent = m.group_group[parent]
         return np.array(found + [False])  # the last: of row -1
 
+    def _steps(self, word):
+        """The steps that these numbers count."""
+        m = self.map
+        if word == "ghost_order":
+            ghosts = m.makes_ghosts()[m.segment["object"]]
+            return ghosts & (m.segment["event"] & MASK["reflect_specular"] != 0)
+        if word == "scatter_order":
+            return m.segment["event"] & MASK["scatter"] != 0
+        return np.isin(m.letter, list("OFSIRTDd"))
+
     def _named(self, kind, pattern):
         return np.array([glob(pattern, name) for name in self.map.names[kind]] + [False])
 
@@ -178,9 +189,9 @@ class Judge:
         numbers = {"segments": m.ray["segment_count"], "ray": m.ray["id"],
                    "wavelength": m.ray["wavelength"], "flux": m.flux,
                    "path_length": m.ray["path_length"], "optical_path": m.ray["optical_path"]}
-        if word == "bounces":
-            return self._relation()(self._count(np.isin(m.letter, list("OFSIRTDd"))).astype(float))
-        if word in numbers:
+        if word in ("bounces", "ghost_order", "scatter_order"):
+            return self._relation()(self._count(self._steps(word)).astype(float))
+        if word in numbers and not (word == "optical_path" and self._is("(")):
             units = {"wavelength": UNITS["wavelength"], "flux": UNITS[m.flux_unit],
                      "path_length": self._length(), "optical_path": self._length()}.get(word)
             return self._relation(units)(numbers[word].astype(float))
@@ -197,7 +208,12 @@ class Judge:
         return relation(count.astype(float)) if relation else count >= 1
 
     def _count(self, rows):
-        return np.bincount(self.map.ray_of_segment[rows], minlength=self.map.n_ray)
+        """Of each ray; inside `where` of each registration: of the legs before its own."""
+        if not self.before:
+            return np.bincount(self.map.ray_of_segment[rows], minlength=self.map.n_ray)
+        m, upto = self.map, np.append(0, np.cumsum(rows))
+        first = m.first_segment[m.ray_of_registration]
+        return upto[first + m.registration["segment"]] - upto[first]
 
     def _test_source(self):
         wanted = self._named("source", self._next())
@@ -220,6 +236,9 @@ class Judge:
         return first, last
 
     def _test_hit(self):
+        return self._count(self._hit_rows())
+
+    def _hit_rows(self):
         m, which = self.map, self.map.segment["object"]
         rows = self.objects(self._next())[which]
         while self._accept(","):
@@ -233,7 +252,7 @@ class Judge:
             else:
                 rows = rows & self._event()
         self._expect(")")
-        return self._count(rows)
+        return rows
 
     def _test_event(self):
         rows = self._event()
@@ -283,7 +302,9 @@ class Judge:
         while self._accept(","):
             rows = rows & self._region(pattern)
         if self._accept("where"):
-            rows = rows & self._logic(lambda: self._its_number(self._next(), pattern))
+            self.before = True
+            rows = rows & self._logic(lambda: self._its_test(pattern))
+            self.before = False
         self._expect(")")
         return np.bincount(m.ray_of_registration[rows], minlength=m.n_ray)
 
@@ -296,8 +317,33 @@ class Judge:
         return UNITS["angle"] if far.all() else self._length()
 
     def _its_number(self, word, pattern):
+        if word == "optical_path":
+            return self._relation(self._length())(self.map.registration[word])
         units = UNITS.get(word) or self._place_units(pattern)
         return self._relation(units)(getattr(self.map, word))
+
+    def _its_test(self, pattern):
+        """Of one registration: its numbers, and tests of the steps before."""
+        if self._is("bounces", "ghost_order", "scatter_order"):
+            rows = self._steps(self._next())
+            return self._relation()(self._count(rows).astype(float))
+        if self._accept("after"):
+            return self._after()
+        word = self._next()
+        if word not in ("hit", "surface", "event", "medium"):
+            return self._its_number(word, pattern)
+        self._expect("(")
+        return self._counted(getattr(self, "_test_" + word)())
+
+    def _after(self):
+        """Whether hit(...) holds of the last object met before a registration."""
+        m, which = self.map, self.map.segment["object"]
+        self._expect("(")
+        here = np.append(self._hit_rows(), False)
+        met = np.maximum.accumulate(np.where(which >= 0, np.arange(len(which)), -1))
+        first = m.first_segment[m.ray_of_registration]
+        last = np.append(-1, met)[first + m.registration["segment"]]
+        return self._counted(np.where(last >= first, here[last], False).astype(int))
 
     def _any_registration(self, word):
         pattern = self._next()
@@ -318,6 +364,9 @@ class Judge:
 
     def _test_time(self):
         return self._any_registration("time")
+
+    def _test_optical_path(self):
+        return self._any_registration("optical_path")
 
     def _region(self, pattern):
         m, shape = self.map, self._next()

@@ -142,9 +142,9 @@ class Dice:
 
     def test_number(self):
         m = self.map
-        word = self.one_of("segments", "bounces", "wavelength", "flux", "path_length",
-                           "optical_path", "ray")
-        if word in ("segments", "bounces"):
+        word = self.one_of("segments", "bounces", "ghost_order", "scatter_order", "wavelength", "flux",
+                           "path_length", "optical_path", "ray")
+        if word in ("segments", "bounces", "ghost_order", "scatter_order"):
             return word + self.times(9)
         if word == "ray":
             first = self.row(m.ray["id"])
@@ -184,7 +184,10 @@ class Dice:
         return self.write(name if self.chance(0.9) else name[:-1] + "?"), rows, units
 
     def its_number(self, rows, units, of=""):
-        m, word = self.map, self.one_of("angle", "x", "y", "time")
+        m, word = self.map, self.one_of("angle", "x", "y", "time", "optical_path")
+        if word == "optical_path":
+            column = m.registration[word][rows]
+            return f"{word}{of} " + self.comparison(column, self.lengths())
         known = {"angle": {"deg": 1.0, "mrad": 0.18 / np.pi}, "time": {"ns": 1e-9, "ps": 1e-12}}
         return f"{word}{of} " + self.comparison(getattr(m, word)[rows], known.get(word, units))
 
@@ -226,7 +229,18 @@ class Dice:
         if depth < 2 and self.chance(0.4):
             return f"({self.where(rows, units, depth + 1)} {self.one_of('and', 'or')} " \
                    f"{self.where(rows, units, depth + 1)})"
-        return ("not " if self.chance(0.2) else "") + self.its_number(rows, units)
+        text = self.its_step() if self.chance(0.4) else self.its_number(rows, units)
+        return ("not " if self.chance(0.2) else "") + text
+
+    def its_step(self):
+        """Of the steps before a registration."""
+        roll = self.random.random()
+        if roll < 0.3:
+            return self.one_of("bounces", "ghost_order", "scatter_order") + self.times(3)
+        if roll < 0.5:
+            event = f", {self.event()}" if self.chance(0.5) else ""
+            return f"after({self.write(self.object())}{event})"
+        return getattr(self, "test_" + self.one_of("hit", "event", "medium", "surface"))()
 
     def test_registered(self):
         name, rows, units = self.detector()

@@ -150,6 +150,21 @@ class PlainMap:
             share["transmit_specular"][k] = np.nan
         return share[word]
 
+    def makes_ghosts(self):
+        """Of each object, and of none: whether a specular reflection there is not meant to be: some
+        side lets light through, or is opaque and reflects less than half of it straight on."""
+        s = self.surface
+        by = {k: s[k].reshape(len(s["type"]), -1).max(axis=1)
+              for k in ("reflect_specular", "transmit_specular", "transmit_diffuse")}
+        metal = ((s["metal_n"] - 1) ** 2 + s["metal_k"] ** 2) / \
+            ((s["metal_n"] + 1) ** 2 + s["metal_k"] ** 2)
+        mirror = np.where(s["is_metal"].astype(bool),
+                          metal.reshape(len(s["type"]), -1).max(axis=1), by["reflect_specular"])
+        through = (s["type"] == 0) | (by["transmit_specular"] + by["transmit_diffuse"] > 0)
+        ghosts = np.append(through | ((mirror > 0) & (mirror < 0.5)), False)
+        return np.append(ghosts[self.object["surface_front"]] | ghosts[self.object["surface_back"]],
+                         False)
+
     def triangles_of_face(self, row_objects, faces):
         """For steps on these objects: the face each of their primitives belongs to."""
         found = np.zeros(len(row_objects), dtype=int)
