@@ -23,6 +23,16 @@ static enum rmap_status make_index(const struct rmap_context *context, const cha
     return st;
 }
 
+/* -o was given, but the simulation that was picked keeps no rays. */
+static void tell_unrecorded(const struct rmap_context *context, const struct rmap_arguments *given,
+                            const struct rmap_trace_session *session)
+{
+    if (context->rank == 0 && !context->quiet && rmap_argument(given, "output") &&
+        !session->request.map_path)
+        fprintf(stderr, "raymap: simulation '%s' says record: false: no map is made\n",
+                session->scene->simulation.name);
+}
+
 static enum rmap_status run_trace(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -33,6 +43,7 @@ static enum rmap_status run_trace(const struct rmap_context *context,
                              &session.bundle, &session.scene, err));
     st = rmap_trace_request_complete(given, session.scene, &session.request, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    tell_unrecorded(context, given, &session);
     RMAP_TRY(rmap_trace_session_begin(&session, err));
     RMAP_TRY(rmap_trace_session_run(&session, err));
     RMAP_TRY(rmap_trace_session_conclude(&session, err));

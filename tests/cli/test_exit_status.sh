@@ -24,6 +24,9 @@ expect 0 '' "$RAYMAP" trace -n 1000 scene.yaml --quiet -o b.raymap # options bef
 [ ! -s stdout.txt ] && [ ! -s stderr.txt ] || { echo "FAILED: --quiet talks"; failures=1; }
 expect 0 '' "$RAYMAP" trace scene.yaml -o pieces.raymap -n 2000 --piece-size 256Mi
 expect 0 '5,000 rays' "$RAYMAP" trace scene.yaml --simulation short --no-record
+sed 's/rays: 5000/rays: 50, record: false/' scene.yaml >unrecorded.yaml
+expect 0 "'short' says record: false: no map is made" "$RAYMAP" trace unrecorded.yaml --simulation short -o none.raymap
+[ ! -e none.raymap ] || { echo "FAILED: record: false made a map"; failures=1; }
 expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 2000 --force
 expect 0 '2,000 rays' "$RAYMAP" info a.raymap
 
