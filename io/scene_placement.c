@@ -49,6 +49,18 @@ static bool read_matrix(struct rmap_reader *reader, const struct rmap_yaml_node 
     return true;
 }
 
+/* Not too large or too small for an inverse, but without one. */
+static bool flattens(const struct rmap_affine *placement)
+{
+    struct rmap_affine unit = *placement;
+    double most = 0;
+    for (int k = 0; k < 9; k++)
+        most = fmax(most, fabs(placement->m[k / 3][k % 3]));
+    for (int k = 0; k < 9; k++)
+        unit.m[k / 3][k % 3] /= most;
+    return !(fabs(rmap_affine_determinant(&unit)) > 0);
+}
+
 bool rmap_reader_placement(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                            struct rmap_affine *placement)
 {
@@ -70,13 +82,15 @@ bool rmap_reader_placement(struct rmap_reader *reader, const struct rmap_yaml_no
     if (rmap_affine_invert(placement, &inverse))
         return true;
     const struct rmap_yaml_node *scale = rmap_yaml_get(map, "scale");
-    rmap_reader_error(reader,
-                      matrix  ? matrix
-                      : scale ? scale
-                              : map,
-                      "this transform is singular: it flattens its object; %s",
-                      matrix ? "the 3 x 3 part of the matrix must have an inverse"
-                             : "no scale may be 0");
+    const struct rmap_yaml_node *at = matrix ? matrix : scale ? scale : map;
+    if (flattens(placement))
+        rmap_reader_error(reader, at, "this transform is singular: it flattens its object; %s",
+                          matrix ? "the 3 x 3 part of the matrix must have an inverse"
+                                 : "no scale may be 0");
+    else
+        rmap_reader_error(reader, at,
+                          "this transform is too small, too large or too far away to be inverted: "
+                          "scales must lie between 1e-100 and 1e100, positions below 1e150");
     *placement = rmap_affine_identity();
     return false;
 }

@@ -39,7 +39,7 @@ double rmap_affine_determinant(const struct rmap_affine *a)
 bool rmap_affine_invert(const struct rmap_affine *a, struct rmap_affine *inverse)
 {
     double det = rmap_affine_determinant(a);
-    if (!isfinite(1.0 / det) || !isfinite(rmap_dot(a->t, a->t)))
+    if (!isfinite(det) || !isfinite(1.0 / det) || !isfinite(rmap_dot(a->t, a->t)))
         return false;
     struct rmap_vec3 row[3] = {rmap_cross(column(a, 1), column(a, 2)),
                                rmap_cross(column(a, 2), column(a, 0)),
@@ -49,8 +49,12 @@ bool rmap_affine_invert(const struct rmap_affine *a, struct rmap_affine *inverse
         result.m[i][0] = row[i].x / det;
         result.m[i][1] = row[i].y / det;
         result.m[i][2] = row[i].z / det;
+        if (!isfinite(result.m[i][0] + result.m[i][1] + result.m[i][2]))
+            return false;
     }
     result.t = rmap_scale(rmap_affine_vector(&result, a->t), -1.0);
+    if (!isfinite(result.t.x + result.t.y + result.t.z))
+        return false;
     *inverse = result;
     return true;
 }

@@ -126,7 +126,8 @@ void rmap_affine_congruent(const struct rmap_affine *a, double form[3][3]);
 
 double rmap_affine_determinant(const struct rmap_affine *a);
 
-/* False, with *inverse unset, when the map is singular or not finite. */
+/* False, with *inverse unset, when the map is singular or it, its determinant or the inverse is not
+ * finite: scales of about 1e-102 and 1e102 are the last that have one. */
 bool rmap_affine_invert(const struct rmap_affine *a, struct rmap_affine *inverse);
 
 /* Scale first, then rotations about x, y, z in that order (degrees), then translation. */

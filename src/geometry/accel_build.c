@@ -111,8 +111,7 @@ static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *e
     }
     accel->centre = rmap_scale(rmap_add(lower, upper), 0.5);
     accel->radius = 0.5 * rmap_length(rmap_sub(upper, lower));
-    /* Embree's boxes are float and areas are products of their sides. */
-    if (!(accel->radius < 1e15))
+    if (!(accel->radius < RMAP_OBJECTS_RADIUS_MAX))
         return rmap_error_set(err, RMAP_INPUT, "the scene is too large: radius %g", accel->radius);
     accel->radius = accel->radius * (1 + 1e-6) + 1e-30;
     accel->error = 4 * RMAP_FLOAT_EPS * accel->radius;

@@ -241,9 +241,15 @@ enum rmap_status rmap_scene_create(struct rmap_scene **scene_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NULL is fine */
 
+/* Half the diagonal of the box about all objects, at most: Embree's boxes are float, and areas are
+ * products of their sides. Sources and detectors may lie as far away as stored positions go. */
+#define RMAP_OBJECTS_RADIUS_MAX 1e15
+#define RMAP_SCENE_REACH_MAX    1e37
+
 /* Fills the derived part once everything else stands: inverse transforms, bounding sphere,
  * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
- * that reaches to infinity, RMAP_SYSTEM when memory is short. */
+ * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short. */
+
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */

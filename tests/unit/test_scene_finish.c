@@ -170,6 +170,20 @@ static void refusals(void **state)
     hand_detector(scene, rmap_vec3(0, 0, HUGE_VAL), 1.0, 1.0);
     refuses(scene);
     refuses(with_sources(zero, 1));
+    scene = with_sources(one, 1); /* an inverse of zeros */
+    hand_object(scene, hand_rectangle(scene, 1e-159, 1e-159),
+                hand_surface(scene, RMAP_SURFACE_ABSORBER),
+                rmap_affine_placement(rmap_vec3(1e160, 1e160, 1e160), rmap_vec3(0, 0, 0),
+                                      rmap_vec3(0, 0, 0)),
+                0, 0);
+    refuses(scene);
+    scene = with_sources(one, 1);
+    hand_object(scene, hand_rectangle(scene, 1e16, 1), hand_surface(scene, RMAP_SURFACE_ABSORBER),
+                rmap_affine_identity(), 0, 0);
+    refuses(scene);
+    scene = with_sources(one, 1);
+    scene->source[0].frame.t.y = 1e38;
+    refuses(scene);
 }
 
 /* Whichever allocation fails, the scene is refused and released whole. */

@@ -179,6 +179,16 @@ static const struct mistake mistakes[] = {
      "20:62: error: 'at' must be a finite number, not '.nan'\n"},
     {20, "  - {name: window, geometry: cap, surface: black, scale: 0}",
      "20:58: error: this transform is singular: it flattens its object; no scale may be 0\n"},
+    {20, "  - {name: window, geometry: cap, surface: black, scale: 1e160}",
+     "20:58: error: this transform is too small, too large or too far away to be inverted: scales "
+     "must lie between 1e-100 and 1e100, positions below 1e150\n"},
+    {20, "  - {name: window, geometry: cap, surface: black, scale: 1e-160}",
+     "20:58: error: this transform is too small, too large or too far away to be inverted: scales "
+     "must lie between 1e-100 and 1e100, positions below 1e150\n"},
+    {20, "  - {name: window, geometry: cap, surface: black, scale: 1e99}",
+     " error: object 'window' (line 20) reaches 1e+100 mm from the origin: all objects must fit in "
+     "a "
+     "sphere of 1e+15 mm; check its scale, its place and its size\n"},
     {20, "  - {name: window, geometry: cap, surface: black, matrix: [1,0,0,0,0,1,0,0,0,0,0,0]}",
      "20:59: error: this transform is singular: it flattens its object; the 3 x 3 part of the "
      "matrix must have an inverse\n"},
