@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/render_pass.h"
 
+#include <stdatomic.h>
 #include <time.h>
 
 #include "base/alloc.h"
@@ -9,6 +10,9 @@
 #include "mpi/block_queue.h"
 #include "mpi/blocks.h"
 #include "mpi/interrupt.h"
+
+/* Who is told to stop finishes the tiles in hand if they are soon done; half a pass is none. */
+#define GRACE_S 0.5
 
 struct worker {
     struct rmap_render_counts counts;
@@ -22,6 +26,8 @@ struct run {
     struct rmap_workers *threads;
     struct worker *worker; /* [n_thread] */
     bool ended;            /* no tile will come */
+    double stop_by;        /* by the clock; 0: nobody said stop */
+    atomic_bool stop;      /* at the next pixel */
 };
 
 static void work(void *context, int thread)
@@ -30,9 +36,9 @@ static void work(void *context, int thread)
     struct worker *self = &run->worker[thread];
     struct rmap_work_item item;
     while (rmap_block_queue_pop(&run->queue, &item)) {
-        rmap_film_render_tile(run->pass->film, run->pass->renderer, item.number, run->pass->first,
-                              run->pass->n, &self->counts);
-        self->n_tile++;
+        self->n_tile +=
+            rmap_film_render_tile(run->pass->film, run->pass->renderer, item.number,
+                                  run->pass->first, run->pass->n, &run->stop, &self->counts);
     }
     rmap_block_queue_knock(&run->queue);
 }
@@ -59,12 +65,21 @@ out:
     return st;
 }
 
-/* For all ranks: tiles in hand are finished. */
+/* For all ranks no tile follows those in hand, and these are left when their time is over. */
 static enum rmap_status check_stop(struct run *run, struct rmap_error *err)
 {
     const struct rmap_render_pass *pass = run->pass;
-    bool late = pass->deadline > 0.0 && rmap_clock_seconds() > pass->deadline;
-    if (run->ended || !(late || rmap_interrupt_caught()))
+    double now = rmap_clock_seconds();
+    bool late = pass->deadline > 0.0 && now > pass->deadline;
+    if (!late && !rmap_interrupt_caught())
+        return RMAP_OK;
+    if (!(run->stop_by > 0.0))
+        run->stop_by = now + GRACE_S;
+    if (now > run->stop_by) {
+        atomic_store(&run->stop, true);
+        rmap_block_queue_discard(&run->queue);
+    }
+    if (run->ended)
         return RMAP_OK;
     run->ended = true;
     return rmap_blocks_stop(run->tiles, err);

@@ -74,8 +74,8 @@ static uint32_t end_of(uint32_t begin, uint32_t size)
     return size - begin < RMAP_TILE_SIDE ? size : begin + RMAP_TILE_SIDE;
 }
 
-void rmap_film_render_tile(struct rmap_film *film, const struct rmap_renderer *renderer,
-                           uint64_t tile, uint64_t first, uint64_t n,
+bool rmap_film_render_tile(struct rmap_film *film, const struct rmap_renderer *renderer,
+                           uint64_t tile, uint64_t first, uint64_t n, const atomic_bool *stop,
                            struct rmap_render_counts *counts)
 {
     uint32_t across = tiles_along(film->size[0]);
@@ -83,10 +83,14 @@ void rmap_film_render_tile(struct rmap_film *film, const struct rmap_renderer *r
     uint32_t top = (uint32_t)(tile / across) * RMAP_TILE_SIDE;
     struct rmap_render_counts mine = {0}; /* away from the other threads' */
     for (uint32_t y = top; y < end_of(top, film->size[1]); y++)
-        for (uint32_t x = left; x < end_of(left, film->size[0]); x++)
+        for (uint32_t x = left; x < end_of(left, film->size[0]); x++) {
+            if (atomic_load_explicit(stop, memory_order_relaxed))
+                return false;
             render_pixel(renderer, x, y, first, n, &mine,
                          film->value + ((size_t)y * film->size[0] + x) * RMAP_FILM_SUMS);
+        }
     rmap_render_counts_add(counts, &mine);
+    return true;
 }
 
 void rmap_film_resolve(const struct rmap_film *film, float *rgb)

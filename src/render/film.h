@@ -5,6 +5,8 @@
 #ifndef RMAP_FILM_H
 #define RMAP_FILM_H
 
+#include <stdatomic.h>
+
 #include "render/renderer.h"
 
 #define RMAP_FILM_SUMS 4 /* red, green, blue, square of the luminance */
@@ -28,9 +30,10 @@ void rmap_film_add(struct rmap_film *film, const struct rmap_film *other);
 uint64_t rmap_film_n_tile(const struct rmap_film *film);
 
 /* Writes the sums of samples [first, first + n) of each pixel of a tile; tiles may be rendered by
- * several threads at once. The film's n_sample is the caller's affair. */
-void rmap_film_render_tile(struct rmap_film *film, const struct rmap_renderer *renderer,
-                           uint64_t tile, uint64_t first, uint64_t n,
+ * several threads at once. The film's n_sample is the caller's affair. False, with a part of the
+ * tile and without its counts, when *stop became true on the way. */
+bool rmap_film_render_tile(struct rmap_film *film, const struct rmap_renderer *renderer,
+                           uint64_t tile, uint64_t first, uint64_t n, const atomic_bool *stop,
                            struct rmap_render_counts *counts);
 
 /* Mean over the samples, linear RGB: [size[1]][size[0]][3]. */
