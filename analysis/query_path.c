@@ -29,7 +29,8 @@ static enum rmap_status reserve(struct rmap_query_path *self, const struct rmap_
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     RMAP_TRY(rmap_reserve(&may, &self->may_cap, 2 * rmap_bit_words(n_ray), sizeof *self->may, err));
     self->may = may;
-    RMAP_TRY(rmap_reserve(&leg, &self->leg_cap, rmap_bit_words(n_leg), sizeof *self->leg, err));
+    RMAP_TRY(rmap_reserve(&leg, &self->leg_cap, 2 * (rmap_bit_words(n_leg) + 1), sizeof *self->leg,
+                          err)); /* one word more is read */
     self->leg = leg;
     RMAP_TRY(rmap_reserve(&wanted, &self->wanted_cap,
                           (n_class > 2 * n_hit ? n_class : 2 * n_hit) + 1, 1, err));
@@ -111,28 +112,24 @@ static bool is_told(const struct search *search)
 }
 
 /* Those that have the steps that all matches have, in their order. Bits of legs that may be the
- * last of these are left in path->leg. */
+ * last of these are left in path->chain_end. */
 static bool keep_chain(const struct search *search)
 {
     const struct rmap_path_table *table = search->table;
-    uint64_t *leg = search->path->leg;
+    struct rmap_query_path *path = search->path;
     size_t n_word = rmap_bit_words(search->view->n_row[RMAP_TABLE_SEGMENT]);
-    memset(leg, UINT8_MAX, n_word * sizeof *leg);
-    if (table->is_from_start && is_told(search)) { /* the first leg: none of all is before it */
-        rmap_bit_groups_behind(search->legs, leg, leg);
-        for (size_t w = 0; w < n_word; w++)
-            leg[w] = ~leg[w];
-    }
     for (int k = 0; k < table->n_chain; k++) {
-        const uint64_t *own = mark_legs(search, table->chain[k]);
+        const uint64_t *own = mark_legs(search, table->chain[k]), *before = path->chain_end;
         if (!own)
             return false;
-        for (size_t w = 0; w < n_word; w++)
-            leg[w] &= own[w];
-        if (k + 1 < table->n_chain)
-            rmap_bit_groups_behind(search->legs, leg, leg);
+        path->chain_end = path->leg + (k % 2 == 0 ? 0 : n_word + 1);
+        memcpy(path->chain_end, own, n_word * sizeof *own);
+        if (k > 0)
+            rmap_bit_groups_keep_behind(search->legs, before, path->chain_end);
+        else if (table->is_from_start && is_told(search))
+            rmap_bit_groups_keep_first(search->legs, path->chain_end);
     }
-    return table->n_chain == 0 || keep(search, search->legs, leg);
+    return table->n_chain == 0 || keep(search, search->legs, path->chain_end);
 }
 
 /* Of the rays that have the chain, those with the registration behind it: bits. */
@@ -143,13 +140,11 @@ static void keep_seen(const struct search *search, const struct rmap_history_pla
     const struct rmap_history_hit *hit = rmap_history_hits(search->view->index);
     size_t n_hit = rmap_history_n_hit(search->view->index);
     uint8_t *wanted = search->path->wanted, *follows = wanted + n_hit;
-    uint64_t *leg = search->path->leg;
     want_hits(search, table->seen);
     for (size_t k = 0; k < n_hit; k++)
         follows[k] =
             (uint32_t)hit[k].detector < table->n_detector && table->follows_object[hit[k].detector];
-    rmap_bit_groups_from(search->legs, leg, leg);
-    rmap_history_seen_behind(search->view, ray, n, leg, wanted, follows, bits);
+    rmap_history_seen_behind(search->view, ray, n, search->path->chain_end, wanted, follows, bits);
 }
 
 /* Rays that begin as a match may; those without legs, and those that may begin with a registration,

@@ -12,7 +12,8 @@
 /* Memory to be used again. All zero at first. */
 struct rmap_query_path {
     uint64_t *may;                         /* bits of rays that may match; more, for the way */
-    uint64_t *leg;                         /* bits of legs */
+    uint64_t *leg;                         /* [2] bits of legs */
+    uint64_t *chain_end;                   /* of these: where the steps that all have may end */
     struct rmap_history_place_of_ray *ray; /* [n] that may match */
     uint16_t *row_class;                   /* of their legs */
     uint8_t *match;                        /* [n] that do */

@@ -215,12 +215,12 @@ static enum rmap_status mark_kinds(struct rmap_query_rows *self,
         own[k] = node->kind == RMAP_CRITERION_SOURCE
                      ? rmap_index_set_has(&node->source, view->kind_source[k])
                      : view->kind_stop[k] == node->ending.stop;
+    for (size_t i = 0; view->kind && i < n_ray; i++)
+        self->flag[i] = own[view->kind[i]];
     if (view->kind)
-        for (size_t i = 0; i < n_ray; i++)
-            self->flag[i] = own[view->kind[i]];
+        rmap_byte_set_bits(self->flag, n_ray, is_one, bits);
     else
-        memset(self->flag, own[0], n_ray);
-    rmap_byte_set_bits(self->flag, n_ray, is_one, bits);
+        memset(bits, own[0] ? UINT8_MAX : 0, rmap_bit_words(n_ray) * sizeof *bits);
     rmap_free(own);
     return RMAP_OK;
 }

@@ -14,19 +14,36 @@ static void add_source(struct rmap_count *count, size_t source, double rays)
     count->source_weight_squared[source] += rays;
 }
 
-/* Rays and segments; returns the rays. */
-RMAP_WIDE static uint64_t add_numbers(struct rmap_count *count,
-                                      const uint32_t *restrict segment_count,
-                                      const uint8_t *restrict verdict, size_t n)
+/* Rays and segments, in 32 bits. */
+struct sums {
+    uint32_t rays, segments;
+};
+
+RMAP_WIDE static struct sums add_up(const uint32_t *restrict segment_count,
+                                    const uint8_t *restrict verdict, size_t n)
 {
-    uint64_t segments = 0, rays = 0;
+    uint32_t rays = 0, segments = 0;
     for (size_t i = 0; i < n; i++) {
         uint32_t match = verdict[i] >> 1;
         rays += match;
         segments += segment_count[i] & (0u - match);
     }
+    return (struct sums){rays, segments};
+}
+
+/* Rays and segments of a portion, n_segment in all: one that 32 bits do not count is taken ray by
+ * ray. Returns the rays. */
+static uint64_t add_numbers(struct rmap_count *count, const uint32_t *segment_count,
+                            const uint8_t *verdict, size_t n, size_t n_segment)
+{
+    const size_t step = n_segment <= UINT32_MAX && n <= UINT32_MAX ? n : 1;
+    uint64_t rays = 0;
+    for (size_t i = 0; i < n; i += step) {
+        struct sums sums = add_up(segment_count + i, verdict + i, step);
+        rays += sums.rays;
+        count->segments += sums.segments;
+    }
     count->rays += rays;
-    count->segments += segments;
     return rays;
 }
 
@@ -97,7 +114,8 @@ void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *por
 {
     const struct rmap_ray_columns *ray = &portion->ray;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    (void)add_numbers(count, ray->segment_count, verdict, n_ray);
+    (void)add_numbers(count, ray->segment_count, verdict, n_ray,
+                      portion->n_row[RMAP_TABLE_SEGMENT]);
     if (facts->are_counted) {
         count_sources(count, ray->source, verdict, n_ray, facts->n_source);
         return;
@@ -124,7 +142,8 @@ void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view
                         const uint8_t *verdict)
 {
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    uint64_t rays = add_numbers(count, view->segment_count, verdict, n_ray);
+    uint64_t rays =
+        add_numbers(count, view->segment_count, verdict, n_ray, view->n_row[RMAP_TABLE_SEGMENT]);
     if (!view->kind)
         add_source(count, (size_t)view->kind_source[0], (double)rays);
     else if (rays > 0)

@@ -20,14 +20,12 @@ struct stream {
 
 static inline void put(struct stream *stream, uint64_t bits, unsigned n)
 {
-    unsigned room = 64 - stream->n;
     stream->word |= bits << stream->n;
-    if (n >= room) {
+    stream->n += n;
+    if (stream->n >= 64) {
+        stream->n -= 64;
         *stream->to++ = stream->word;
-        stream->word = room < 64 ? bits >> room : 0;
-        stream->n = n - room;
-    } else {
-        stream->n += n;
+        stream->word = n > stream->n ? bits >> (n - stream->n - 1) >> 1 : 0;
     }
 }
 
@@ -104,37 +102,52 @@ static void give(const struct rmap_bit_groups *groups, const uint64_t *bits, con
         memcpy(out, packed, n_out * sizeof *out);
 }
 
-static uint64_t add_up(const uint32_t *size, size_t n)
+/* Bits in all of BLOCK groups; *least: in one of them. */
+enum { BLOCK = 64 };
+RMAP_WIDE static uint64_t add_up(const uint32_t size[BLOCK], uint32_t *least)
 {
     uint64_t sum = 0;
-    for (size_t i = 0; i < n; i++)
+    uint32_t low = UINT32_MAX;
+    for (size_t i = 0; i < BLOCK; i++) {
         sum += size[i];
+        low = size[i] < low ? size[i] : low;
+    }
+    *least = low;
     return sum;
 }
 
+/* Marks where groups end that begin behind bit `at`, which a group of no bits marks again; returns
+ * the last of these bits. */
+RMAP_WIDE_SHIFTS static uint64_t mark_block(const uint32_t size[BLOCK], uint64_t at, uint64_t *end)
+{
+    RMAP_UNROLL
+    for (size_t i = 0; i < BLOCK; i++) {
+        at += size[i];
+        end[at / 64] |= UINT64_C(1) << at % 64;
+    }
+    return at;
+}
+
 /* Marks ends and groups that have bits; false: these are not n_bit bits. */
-RMAP_WIDE_SHIFTS static bool mark_ends(struct rmap_bit_groups *groups)
+static bool mark_ends(struct rmap_bit_groups *groups)
 {
     uint64_t *end = groups->last - 1; /* of a group of no bits at the beginning: bit -1 */
     uint64_t at = 63, empty = 0;
-    for (size_t first = 0; first < groups->n_group; first += 64) {
+    for (size_t first = 0; first < groups->n_group; first += BLOCK) {
+        uint32_t some[BLOCK] = {0}, least;
         const uint32_t *size = groups->size + first;
-        const size_t n = groups->n_group - first < 64 ? groups->n_group - first : 64;
+        const size_t n = groups->n_group - first < BLOCK ? groups->n_group - first : BLOCK;
         const uint64_t all = UINT64_MAX >> (64 - n);
-        uint64_t filled;
-        if (add_up(size, n) > groups->n_bit - (at - 63))
+        uint64_t filled = all;
+        if (n < BLOCK) /* the last ones */
+            size = memcpy(some, size, n * sizeof *size);
+        if (add_up(size, &least) > groups->n_bit - (at - 63))
             return false;
-        rmap_keep_any_bits(size, n, UINT32_MAX, memcpy(&filled, &all, sizeof filled));
+        if (least == 0)
+            rmap_keep_any_bits(size, n, UINT32_MAX, &filled);
         groups->filled[first / 64] = filled;
         empty |= filled ^ all;
-        for (size_t i = 0; filled == all && i < n; i++) {
-            at += size[i];
-            end[at / 64] |= UINT64_C(1) << at % 64;
-        }
-        for (uint64_t left = filled == all ? 0 : filled; left != 0; left &= left - 1) {
-            at += size[__builtin_ctzll(left)];
-            end[at / 64] |= UINT64_C(1) << at % 64;
-        }
+        at = mark_block(size, at, end);
     }
     groups->has_empty = empty != 0;
     return at - 63 == groups->n_bit;
@@ -169,61 +182,95 @@ void rmap_bit_groups_fini(struct rmap_bit_groups *groups)
     *groups = (struct rmap_bit_groups){0};
 }
 
+#ifdef RMAP_BIT_GROUPS_BMI2
+/* a - b - *borrow; *borrow: whether that is below 0. */
+static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
+{
+    unsigned long long rest;
+    *borrow = _subborrow_u64(*borrow, a, b, &rest);
+    return rest;
+}
+#else
+static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
+{
+    uint64_t less = a - b, rest = less - *borrow;
+    *borrow = (unsigned char)((a < b) | (less < *borrow));
+    return rest;
+}
+#endif
+
 /* A group's bits but the last, and a bit at its end, are a number, from which a bit at its
  * beginning is taken: that clears the lowest bit and sets those below, so that `and` leaves the
- * others. The bit at the end stays if there was another; else a bit that counts there was the first
- * one. Once for each bit that a group must have; then what is left at the end says whether it
- * does. */
-static inline void drop_lowest(uint64_t end, uint64_t begin, uint64_t *inner, uint64_t *outer,
-                               uint64_t *borrow)
+ * others. The bit at the end stays if there was one. Once for each bit that a group must have; the
+ * last bit of a group counts as one more than the others. least: known where this is copied to. */
+RMAP_COPIED void reach(const struct rmap_bit_groups *groups, const uint64_t *bits, uint32_t least,
+                       uint64_t *found)
 {
-    uint64_t number = *inner | end, less = number - begin, rest = less - *borrow;
-    *borrow = (number < begin) | (less < *borrow);
-    *inner = number & rest & ~end;
-    *outer &= number & rest;
+    unsigned char borrow[RMAP_BIT_GROUPS_LEAST_MAX] = {0};
+    const uint64_t *last = groups->last;
+    size_t n_word = rmap_bit_words(groups->n_bit);
+    uint64_t before = 1;
+    for (size_t w = 0; w < n_word; w++) {
+        uint64_t end = last[w], begin = end << 1 | before, own = bits[w];
+        uint64_t number = own | end, rest = UINT64_MAX, fewer = rest;
+        before = end >> 63;
+        RMAP_UNROLL
+        for (uint32_t k = 0; k < least; k++) {
+            fewer = rest;
+            rest = subtract(number, begin, &borrow[k]);
+            number = (number & rest) | end;
+        }
+        found[w] = (rest | (fewer & own)) & end;
+    }
 }
 
 void rmap_bit_groups_reach(struct rmap_bit_groups *groups, const uint64_t *bits, uint32_t least,
                            uint64_t *out)
 {
-    uint64_t borrow[RMAP_BIT_GROUPS_LEAST_MAX] = {0}, before = 1;
+    uint64_t *found = groups->found;
+    switch (least) {
+    case 1:
+        reach(groups, bits, 1, found);
+        break;
+    case 2:
+        reach(groups, bits, 2, found);
+        break;
+    case 3:
+        reach(groups, bits, 3, found);
+        break;
+    case 4:
+        reach(groups, bits, 4, found);
+        break;
+    default:
+        reach(groups, bits, least, found);
+    }
+    give(groups, found, groups->last, out);
+}
+
+void rmap_bit_groups_keep_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
+                                 uint64_t *next)
+{
+    unsigned char borrow = 0;
+    const uint64_t *last = groups->last;
+    uint64_t before = 1;
     size_t n_word = rmap_bit_words(groups->n_bit);
     for (size_t w = 0; w < n_word; w++) {
-        uint64_t end = groups->last[w], begin = end << 1 | before;
-        uint64_t inner = bits[w] & ~end, outer = bits[w] & end, any = end;
+        uint64_t end = last[w], begin = end << 1 | before;
+        uint64_t number = bits[w] | end, rest = subtract(number, begin, &borrow);
         before = end >> 63;
-        for (uint32_t k = 0; k + 1 < least; k++)
-            drop_lowest(end, begin, &inner, &outer, &borrow[k]);
-        drop_lowest(end, begin, &inner, &any, &borrow[least - 1]);
-        groups->found[w] = outer | any;
+        next[w] &= ~(number ^ rest);
     }
-    give(groups, groups->found, groups->last, out);
 }
 
-/* own: the bit itself, too. */
-static inline void fill(const struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t own,
-                        uint64_t *out)
+void rmap_bit_groups_keep_first(const struct rmap_bit_groups *groups, uint64_t *bits)
 {
-    uint64_t borrow = 0, before = 1;
+    const uint64_t *last = groups->last;
+    uint64_t before = 1;
     size_t n_word = rmap_bit_words(groups->n_bit);
     for (size_t w = 0; w < n_word; w++) {
-        uint64_t end = groups->last[w], begin = end << 1 | before;
-        uint64_t number = bits[w] | end, less = number - begin, rest = less - borrow;
-        borrow = (number < begin) | (less < borrow);
-        before = end >> 63;
-        out[w] = ~(number ^ rest) | (bits[w] & own);
+        bits[w] &= last[w] << 1 | before;
+        before = last[w] >> 63;
     }
-}
-
-void rmap_bit_groups_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
-                            uint64_t *out)
-{
-    fill(groups, bits, 0, out);
-}
-
-void rmap_bit_groups_from(const struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)
-{
-    fill(groups, bits, UINT64_MAX, out);
 }
 
 void rmap_bit_groups_first(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)

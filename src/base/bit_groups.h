@@ -50,12 +50,13 @@ void rmap_bit_groups_reach(struct rmap_bit_groups *groups, const uint64_t *bits,
 void rmap_bit_groups_first(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out);
 void rmap_bit_groups_last(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out);
 
-/* Bits behind the first one that is set in their group; bits from that one on. out: [words of
- * n_bit], may be `bits`. */
-void rmap_bit_groups_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
-                            uint64_t *out);
-void rmap_bit_groups_from(const struct rmap_bit_groups *groups, const uint64_t *bits,
-                          uint64_t *out);
+/* Bits stay that are the first of their group. bits: [words of n_bit]. */
+void rmap_bit_groups_keep_first(const struct rmap_bit_groups *groups, uint64_t *bits);
+
+/* Those of `next` stay that are behind one of `bits` in their group; both: [words of n_bit], not
+ * the same. */
+void rmap_bit_groups_keep_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
+                                 uint64_t *next);
 
 /* byte [n]: `is` for bits that are set, `other` for the others. */
 void rmap_bits_to_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte);

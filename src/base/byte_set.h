@@ -6,6 +6,7 @@
 #ifndef RMAP_BYTE_SET_H
 #define RMAP_BYTE_SET_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -48,6 +49,17 @@ static inline uint32_t rmap_bits_count(const uint64_t *bits, uint64_t first, uin
     for (; __builtin_expect(n > RMAP_BITS_READ, 0); n -= RMAP_BITS_READ, first += RMAP_BITS_READ)
         sum += rmap_bits_count_few(bits, first, RMAP_BITS_READ);
     return sum + rmap_bits_count_few(bits, first, n);
+}
+
+/* Whether any of n bits from `first` on is 1. */
+static inline bool rmap_bits_any(const uint64_t *bits, uint64_t first, uint32_t n)
+{
+    uint64_t word, any = 0;
+    for (; n > 0 && !any; n -= n < RMAP_BITS_READ ? n : RMAP_BITS_READ, first += RMAP_BITS_READ) {
+        memcpy(&word, (const char *)bits + first / 8, sizeof word);
+        any = word >> first % 8 & ((UINT64_C(1) << (n < RMAP_BITS_READ ? n : RMAP_BITS_READ)) - 1);
+    }
+    return any != 0;
 }
 
 /* Of groups that follow each other from bit 0 on: count [n_group], of size [n_group] bits each. */

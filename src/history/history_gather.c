@@ -2,7 +2,7 @@
  *
  * Classes of legs, of all rays of a portion or of some.
  */
-#include "base/wide.h"
+#include "base/byte_set.h"
 #include "history/history_parts.h"
 
 /* Classes by code, and what tells those of the codes that rare ones share. */
@@ -37,33 +37,24 @@ void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *ro
         row_class[i] = class_at(view, &codes, i);
 }
 
-RMAP_WIDE static uint32_t add_up(const uint32_t *count, size_t first, size_t last)
-{
-    uint32_t sum = 0;
-    for (size_t i = first; i < last; i++)
-        sum += count[i];
-    return sum;
-}
-
 size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint64_t *bits,
                                struct rmap_history_place_of_ray *ray)
 {
     const size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    const uint32_t *hits = view->registration_count;
+    const bool has_hits = view->registration_count != NULL;
+    const uint32_t *legs = view->segment_count, *hits = has_hits ? view->registration_count : legs;
     uint32_t leg = 0, registration = 0;
-    size_t n = 0;
-    for (size_t first = 0; first < n_ray; first += 64) {
-        size_t at = first, end = n_ray - first < 64 ? n_ray : first + 64;
+    size_t n = 0, at = 0;
+    for (size_t first = 0; first < n_ray; first += 64)
         for (uint64_t left = bits[first / 64]; left != 0; left &= left - 1) {
             size_t i = first + (size_t)__builtin_ctzll(left);
-            leg += add_up(view->segment_count, at, i);
-            registration += hits ? add_up(hits, at, i) : 0;
-            ray[n++] = (struct rmap_history_place_of_ray){(uint32_t)i, leg, registration};
-            at = i;
+            for (; at < i; at++) {
+                leg += legs[at];
+                registration += hits[at];
+            }
+            ray[n++] =
+                (struct rmap_history_place_of_ray){(uint32_t)i, leg, has_hits ? registration : 0};
         }
-        leg += add_up(view->segment_count, at, end);
-        registration += hits ? add_up(hits, at, end) : 0;
-    }
     return n;
 }
 
@@ -97,15 +88,14 @@ void rmap_history_seen_behind(const struct rmap_history_view *view,
     struct far_walk walk = {0};
     for (size_t k = 0; view->registration_count && k < n; k++) {
         size_t first = ray[k].registration, end = first + view->registration_count[ray[k].ray];
-        uint32_t n_leg = view->segment_count[ray[k].ray];
-        uint64_t is = 0;
+        uint32_t n_leg = view->segment_count[ray[k].ray], most = 0; /* legs before one of them */
         for (size_t i = first; i < end; i++) {
             uint32_t hit = rmap_history_number(rows->hit, rows->shape.hit_nbytes, i);
-            uint64_t before = (uint64_t)leg_of_hit(rows, &walk, i) + follows[hit];
-            size_t last = ray[k].leg + (before < n_leg ? before : n_leg) - 1;
-            is |= before > 0 && n_leg > 0 && wanted[hit] ? leg[last / 64] >> last % 64 : 0;
+            uint32_t leg_of = leg_of_hit(rows, &walk, i);
+            uint32_t before = leg_of < n_leg ? leg_of + follows[hit] : n_leg;
+            most = wanted[hit] && before > most ? before : most;
         }
-        bits[ray[k].ray / 64] |= (is & 1) << ray[k].ray % 64;
+        bits[ray[k].ray / 64] |= (uint64_t)rmap_bits_any(leg, ray[k].leg, most) << ray[k].ray % 64;
     }
 }
 

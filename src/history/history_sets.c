@@ -45,6 +45,16 @@ RMAP_WIDE static void add_set(const uint8_t *restrict wanted, size_t n_class, un
         of_class[c] |= (uint8_t)(wanted[c] << bit);
 }
 
+/* of_local [n]: sets of each local class; those of any of them. */
+static uint8_t gather(const uint8_t *restrict of_class, const uint16_t *restrict local, size_t n,
+                      uint8_t *restrict of_local)
+{
+    uint8_t any = 0;
+    for (size_t k = 0; k < n; k++)
+        any |= of_local[k] = of_class[local[k]];
+    return any;
+}
+
 /* What the sets are in local classes. */
 static void localise(const struct rmap_history_view *view, struct batch *batch)
 {
@@ -53,10 +63,9 @@ static void localise(const struct rmap_history_view *view, struct batch *batch)
     memset(sets->of_class, 0, sets->n_class);
     for (unsigned b = 0; b < batch->n; b++)
         add_set(sets->wanted + batch->number[b] * sets->n_class, sets->n_class, b, sets->of_class);
-    for (size_t k = 0; k < shape->n_common; k++)
-        batch->common |= batch->of_code[k] = sets->of_class[view->local_class[k]];
-    for (size_t k = shape->n_common; k < shape->n_local; k++)
-        batch->rare |= sets->of_rare[k - shape->n_common] = sets->of_class[view->local_class[k]];
+    batch->common = gather(sets->of_class, view->local_class, shape->n_common, batch->of_code);
+    batch->rare = gather(sets->of_class, view->local_class + shape->n_common,
+                         shape->n_local - shape->n_common, sets->of_rare);
 }
 
 /* Sets of the legs in the list of rare ones, in their order; 0 behind them. How many there are.

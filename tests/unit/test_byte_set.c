@@ -131,15 +131,15 @@ static bool has(const uint64_t *bits, size_t i)
     return bits[i / 64] >> i % 64 & 1;
 }
 
-/* Bits of a group [first, first + size), one by one. */
-static void check_group(const uint64_t *bits, const uint64_t *behind, const uint64_t *from,
-                        size_t first, uint32_t size)
+/* Bits of a group [first, first + size), one by one: which of `others` are behind one of `bits`. */
+static void check_group(const uint64_t *bits, const uint64_t *others, const uint64_t *behind,
+                        const uint64_t *begun, size_t first, uint32_t size)
 {
     bool seen = false;
     for (size_t i = first; i < first + size; i++) {
-        assert_int_equal(has(behind, i), seen);
+        assert_int_equal(has(behind, i), has(others, i) && seen);
+        assert_int_equal(has(begun, i), has(others, i) && i == first);
         seen = seen || has(bits, i);
-        assert_int_equal(has(from, i), seen);
     }
 }
 
@@ -152,7 +152,7 @@ static void test_reach(void **state)
     struct rmap_bit_groups groups = {0};
     for (int round = 0; round < 400; round++) {
         uint64_t bits[WORDS] = {0}, out[WORDS], first_one[WORDS], last_one[WORDS], behind[WORDS];
-        uint64_t from[WORDS];
+        uint64_t begun[WORDS], others[WORDS] = {0};
         uint32_t size[N], count[N];
         size_t n_group = 0, n_bit = 0, rarity = 1 + next(&random) % 12;
         const uint32_t longest = round % 3 == 0 ? 3 : round % 3 == 1 ? 20 : 300;
@@ -171,12 +171,16 @@ static void test_reach(void **state)
         }
         rmap_bit_groups_first(&groups, bits, first_one);
         rmap_bit_groups_last(&groups, bits, last_one);
-        rmap_bit_groups_behind(&groups, bits, behind);
-        rmap_bit_groups_from(&groups, bits, from);
+        for (size_t i = 0; i < n_bit; i++)
+            others[i / 64] |= (uint64_t)(next(&random) % 2) << i % 64;
+        memcpy(behind, others, sizeof behind);
+        memcpy(begun, others, sizeof begun);
+        rmap_bit_groups_keep_behind(&groups, bits, behind);
+        rmap_bit_groups_keep_first(&groups, begun);
         for (size_t g = 0, at = 0; g < n_group; at += size[g++]) {
             assert_int_equal(has(first_one, g), size[g] > 0 && has(bits, at));
             assert_int_equal(has(last_one, g), size[g] > 0 && has(bits, at + size[g] - 1));
-            check_group(bits, behind, from, at, size[g]);
+            check_group(bits, others, behind, begun, at, size[g]);
         }
         assert_int_equal(rmap_bit_groups_set(&groups, size, n_group, n_bit + 1, NULL), RMAP_FORMAT);
         if (n_bit > 0)
