@@ -194,6 +194,7 @@ void rmap_judge_fini(struct rmap_judge *judge)
     rmap_free(judge->is_kept);
     rmap_free(judge->mark);
     rmap_free(judge->reach);
+    rmap_free(judge->at_objects);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         rmap_bit_groups_fini(&judge->rows[t]);
     *judge = (struct rmap_judge){0};
@@ -212,6 +213,7 @@ enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_
         memset(judge->is_kept, 0, n_slot);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         judge->groups[t] = NULL;
+    judge->has_objects = false;
     return st;
 }
 

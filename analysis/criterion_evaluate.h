@@ -57,6 +57,10 @@ struct rmap_judge {
     size_t is_kept_cap;
     uint64_t *mark, *reach; /* bits: of rows or rays; of rays, twice */
     size_t mark_cap, reach_cap;
+    uint64_t *at_objects; /* bits: of rows at the objects that were asked for last: */
+    size_t at_objects_cap;
+    bool has_objects;
+    struct rmap_index_set objects;
     struct rmap_bit_groups rows[RMAP_TABLE_HISTORY_COUNT];    /* of a table: its own, */
     struct rmap_bit_groups *groups[RMAP_TABLE_HISTORY_COUNT]; /* or what the same evidence has */
 };

@@ -84,21 +84,47 @@ static bool is_plain(const struct rmap_step_test *test)
            test->part == RMAP_PART_ALL && !test->side;
 }
 
+/* A bit for each leg that ended at one of the objects, which follow each other. Several tests may
+ * ask for the same. */
+static enum rmap_status mark_objects(const struct rmap_evaluation *ev,
+                                     const struct rmap_index_set *objects, size_t n_row,
+                                     struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    void *block = judge->at_objects;
+    enum rmap_status st = rmap_reserve(&block, &judge->at_objects_cap, rmap_bit_words(n_row),
+                                       sizeof *judge->at_objects, err);
+    judge->at_objects = block;
+    if (st != RMAP_OK)
+        return st;
+    if (!judge->has_objects || judge->objects.low != objects->low ||
+        judge->objects.span != objects->span)
+        rmap_range_bits(ev->portion->segment.object, n_row, (uint32_t)objects->low, objects->span,
+                        judge->at_objects);
+    judge->has_objects = true;
+    judge->objects = *objects;
+    if (n_row > 0)
+        memcpy(judge->mark, judge->at_objects, rmap_bit_words(n_row) * sizeof *judge->mark);
+    return RMAP_OK;
+}
+
 /* A bit for each leg, of such a test. */
-static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
-                       size_t n_row)
+static enum rmap_status mark_steps(const struct rmap_evaluation *ev,
+                                   const struct rmap_step_test *test, size_t n_row,
+                                   struct rmap_error *err)
 {
     const struct rmap_segment_columns *segment = &ev->portion->segment;
     uint64_t *mark = ev->judge->mark;
+    enum rmap_status st = RMAP_OK;
     if (test->of_object)
-        rmap_range_bits(segment->object, n_row, (uint32_t)test->object.low, test->object.span,
-                        mark);
+        st = mark_objects(ev, &test->object, n_row, err);
     else
         memset(mark, UINT8_MAX, rmap_bit_words(n_row) * sizeof *mark);
-    if (test->events)
+    if (st == RMAP_OK && test->events)
         rmap_keep_any_bits(segment->event, n_row, test->events, mark);
-    if (test->events_not)
+    if (st == RMAP_OK && test->events_not)
         rmap_keep_none_bits(segment->event, n_row, test->events_not, mark);
+    return st;
 }
 
 static enum rmap_status mark_table(const struct rmap_evaluation *ev,
@@ -112,7 +138,7 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
     RMAP_TRY(group_rows(ev, table, &groups, err));
     if (table == RMAP_TABLE_SEGMENT && is_plain(&node->steps))
-        mark_steps(ev, &node->steps, ev->portion->n_row[table]);
+        RMAP_TRY(mark_steps(ev, &node->steps, ev->portion->n_row[table], err));
     else
         mark_rows(ev, node, groups->size, ev->portion->n_row[table]);
     *marks = (struct rmap_marks){ev->judge->mark, groups};
@@ -155,11 +181,19 @@ static enum rmap_status mark_path(const struct rmap_evaluation *ev,
     return rmap_path_mark(ev->criterion, &own, ev->portion, flag, err);
 }
 
+/* A bit for each ray that ended so. */
+static void keep_stops(const struct rmap_evaluation *ev, uint32_t stop)
+{
+    uint8_t is_it[256] = {0};
+    if (stop < sizeof is_it)
+        is_it[stop] = 1;
+    rmap_byte_set_bits(ev->portion->ray.stop, ev->n_ray, is_it, ev->judge->mark);
+}
+
 /* Of rays that ended so, 1 for those whose last leg ended at one of the objects, which follow each
  * other. */
 static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
-                                  const struct rmap_ending_test *test, uint8_t *flag,
-                                  struct rmap_error *err)
+                                  const struct rmap_ending_test *test, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = ev->portion;
@@ -172,9 +206,7 @@ static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
     rmap_range_bits(portion->segment.object, n_row, (uint32_t)test->object.low, test->object.span,
                     mark);
     rmap_bit_groups_last(groups, mark, last);
-    for (size_t i = 0; i < ev->n_ray; i++)
-        flag[i] = portion->ray.stop[i] == test->stop;
-    keep_bits(ev, flag, 0, ev->n_ray);
+    keep_stops(ev, test->stop);
     for (size_t w = 0; w < rmap_bit_words(ev->n_ray); w++)
         mark[w] &= last[w];
 out:
@@ -192,7 +224,7 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
     *marks = (struct rmap_marks){ev->judge->mark, NULL};
     if (node->kind == RMAP_CRITERION_ENDED && node->ending.somewhere &&
         !node->ending.object.member && node->ending.medium.span == 0)
-        return mark_ends(ev, &node->ending, flag, err);
+        return mark_ends(ev, &node->ending, err);
     if (node->kind == RMAP_CRITERION_PATH)
         RMAP_TRY(mark_path(ev, node, flag, err));
     else if (node->kind == RMAP_CRITERION_ENDED)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/wide.h"
 
 enum { MANY_SHARE = 6 };
 
@@ -22,6 +23,14 @@ void rmap_undecided_fini(struct rmap_undecided *self)
     *self = (struct rmap_undecided){0};
 }
 
+RMAP_WIDE static uint32_t count_open(const uint8_t *verdict, size_t n)
+{
+    uint32_t n_open = 0;
+    for (size_t i = 0; i < n; i++)
+        n_open += verdict[i] == RMAP_VERDICT_OPEN;
+    return n_open;
+}
+
 /* Gathering a ray costs as much as some rays in their places. */
 static bool is_many(const struct rmap_history_view *view, const uint8_t *verdict)
 {
@@ -30,8 +39,7 @@ static bool is_many(const struct rmap_history_view *view, const uint8_t *verdict
         for (size_t k = 0; k < view->n_path; k++)
             n_open += verdict[k] == RMAP_VERDICT_OPEN ? view->path_rays[k] : 0;
     else
-        for (size_t i = 0; i < view->n_row[RMAP_TABLE_RAY]; i++)
-            n_open += verdict[i] == RMAP_VERDICT_OPEN;
+        n_open = count_open(verdict, view->n_row[RMAP_TABLE_RAY]);
     return n_open > view->n_row[RMAP_TABLE_RAY] / MANY_SHARE;
 }
 

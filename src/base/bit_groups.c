@@ -36,12 +36,67 @@ static inline uint64_t take(const uint64_t *bits, size_t at)
     return at % 64 > 0 ? low | bits[at / 64 + 1] << (64 - at % 64) : low;
 }
 
+#ifdef RMAP_BIT_GROUPS_BMI2
+/* a - b - *borrow; *borrow: whether that is below 0. */
+static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
+{
+    unsigned long long rest;
+    *borrow = _subborrow_u64(*borrow, a, b, &rest);
+    return rest;
+}
+#else
+static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
+{
+    uint64_t less = a - b, rest = less - *borrow;
+    *borrow = (unsigned char)((a < b) | (less < *borrow));
+    return rest;
+}
+#endif
+
+/* A group's bits but the last, and a bit at its end, are a number, from which a bit at its
+ * beginning is taken: that clears the lowest bit and sets those below, so that `and` leaves the
+ * others. The bit at the end stays if there was one. Once for each bit that a group must have; the
+ * last bit of a group counts as one more than the others. */
+struct borrows {
+    unsigned char of[RMAP_BIT_GROUPS_LEAST_MAX];
+    uint64_t before; /* 1: a group begins with the next word */
+};
+
+/* Of the groups that end in a word, a bit at the end of each that has so many. least: known where
+ * this is copied to. */
+RMAP_COPIED uint64_t reach_word(uint64_t own, uint64_t end, uint32_t least, struct borrows *borrows)
+{
+    uint64_t begin = end << 1 | borrows->before, number = own | end;
+    uint64_t rest = UINT64_MAX, fewer = rest;
+    borrows->before = end >> 63;
+    RMAP_UNROLL
+    for (uint32_t k = 0; k < least; k++) {
+        fewer = rest;
+        rest = subtract(number, begin, &borrows->of[k]);
+        number = (number & rest) | end;
+    }
+    return (rest | (fewer & own)) & end;
+}
+
 static void plain_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
 {
     struct stream stream = {.to = out};
     for (size_t w = 0; w < n_word; w++)
         for (uint64_t left = at[w]; left != 0; left &= left - 1)
             put(&stream, (bits[w] & left & (0 - left)) != 0, 1);
+    *stream.to = stream.word;
+}
+
+static void plain_reach(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least,
+                        uint64_t *out)
+{
+    struct borrows borrows = {.before = 1};
+    struct stream stream = {.to = out};
+    for (size_t w = 0; w < n_word; w++) {
+        uint64_t found = reach_word(bits[w], last[w], least, &borrows);
+        for (uint64_t left = last[w]; left != 0; left &= left - 1)
+            put(&stream, (found & left & (0 - left)) != 0, 1);
+    }
     *stream.to = stream.word;
 }
 
@@ -65,6 +120,36 @@ wide_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out
     *stream.to = stream.word;
 }
 
+__attribute__((target("bmi2,popcnt"))) RMAP_COPIED void
+pack_reach(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least, uint64_t *out)
+{
+    struct borrows borrows = {.before = 1};
+    struct stream stream = {.to = out};
+    for (size_t w = 0; w < n_word; w++) {
+        uint64_t end = last[w], found = reach_word(bits[w], end, least, &borrows);
+        put(&stream, _pext_u64(found, end), (unsigned)_mm_popcnt_u64(end));
+    }
+    *stream.to = stream.word;
+}
+
+__attribute__((target("bmi2,popcnt"))) static void
+wide_reach(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least, uint64_t *out)
+{
+    switch (least) {
+    case 1:
+        pack_reach(bits, last, n_word, 1, out);
+        break;
+    case 2:
+        pack_reach(bits, last, n_word, 2, out);
+        break;
+    case 3:
+        pack_reach(bits, last, n_word, 3, out);
+        break;
+    default:
+        pack_reach(bits, last, n_word, least, out);
+    }
+}
+
 __attribute__((target("bmi2,popcnt"))) static void
 wide_spread(const uint64_t *packed, const uint64_t *filled, size_t n_word, uint64_t *out)
 {
@@ -80,6 +165,7 @@ static bool is_wide(void)
 }
 #else
 #define wide_pack   plain_pack
+#define wide_reach  plain_reach
 #define wide_spread plain_spread
 
 static bool is_wide(void)
@@ -88,18 +174,24 @@ static bool is_wide(void)
 }
 #endif
 
-/* bits at the places `at`, one for each group that has bits, become one for each group. */
-static void give(const struct rmap_bit_groups *groups, const uint64_t *bits, const uint64_t *at,
-                 uint64_t *out)
+/* One bit for each group that has bits becomes one for each group. */
+static void give(const struct rmap_bit_groups *groups, const uint64_t *packed, uint64_t *out)
 {
-    const bool wide = is_wide();
-    size_t n_word = rmap_bit_words(groups->n_bit), n_out = rmap_bit_words(groups->n_group);
-    uint64_t *packed = groups->found + n_word + 1;
-    (wide ? wide_pack : plain_pack)(bits, at, n_word, packed);
+    size_t n_out = rmap_bit_words(groups->n_group);
     if (groups->has_empty)
-        (wide ? wide_spread : plain_spread)(packed, groups->filled, n_out, out);
+        (is_wide() ? wide_spread : plain_spread)(packed, groups->filled, n_out, out);
     else
         memcpy(out, packed, n_out * sizeof *out);
+}
+
+/* The same of bits at the places `at`, one for each group that has bits. */
+static void pack(const struct rmap_bit_groups *groups, const uint64_t *bits, const uint64_t *at,
+                 uint64_t *out)
+{
+    size_t n_word = rmap_bit_words(groups->n_bit);
+    uint64_t *packed = groups->found + n_word + 1;
+    (is_wide() ? wide_pack : plain_pack)(bits, at, n_word, packed);
+    give(groups, packed, out);
 }
 
 /* Bits in all of BLOCK groups; *least: in one of them. */
@@ -182,69 +274,13 @@ void rmap_bit_groups_fini(struct rmap_bit_groups *groups)
     *groups = (struct rmap_bit_groups){0};
 }
 
-#ifdef RMAP_BIT_GROUPS_BMI2
-/* a - b - *borrow; *borrow: whether that is below 0. */
-static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
-{
-    unsigned long long rest;
-    *borrow = _subborrow_u64(*borrow, a, b, &rest);
-    return rest;
-}
-#else
-static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
-{
-    uint64_t less = a - b, rest = less - *borrow;
-    *borrow = (unsigned char)((a < b) | (less < *borrow));
-    return rest;
-}
-#endif
-
-/* A group's bits but the last, and a bit at its end, are a number, from which a bit at its
- * beginning is taken: that clears the lowest bit and sets those below, so that `and` leaves the
- * others. The bit at the end stays if there was one. Once for each bit that a group must have; the
- * last bit of a group counts as one more than the others. least: known where this is copied to. */
-RMAP_COPIED void reach(const struct rmap_bit_groups *groups, const uint64_t *bits, uint32_t least,
-                       uint64_t *found)
-{
-    unsigned char borrow[RMAP_BIT_GROUPS_LEAST_MAX] = {0};
-    const uint64_t *last = groups->last;
-    size_t n_word = rmap_bit_words(groups->n_bit);
-    uint64_t before = 1;
-    for (size_t w = 0; w < n_word; w++) {
-        uint64_t end = last[w], begin = end << 1 | before, own = bits[w];
-        uint64_t number = own | end, rest = UINT64_MAX, fewer = rest;
-        before = end >> 63;
-        RMAP_UNROLL
-        for (uint32_t k = 0; k < least; k++) {
-            fewer = rest;
-            rest = subtract(number, begin, &borrow[k]);
-            number = (number & rest) | end;
-        }
-        found[w] = (rest | (fewer & own)) & end;
-    }
-}
-
 void rmap_bit_groups_reach(struct rmap_bit_groups *groups, const uint64_t *bits, uint32_t least,
                            uint64_t *out)
 {
-    uint64_t *found = groups->found;
-    switch (least) {
-    case 1:
-        reach(groups, bits, 1, found);
-        break;
-    case 2:
-        reach(groups, bits, 2, found);
-        break;
-    case 3:
-        reach(groups, bits, 3, found);
-        break;
-    case 4:
-        reach(groups, bits, 4, found);
-        break;
-    default:
-        reach(groups, bits, least, found);
-    }
-    give(groups, found, groups->last, out);
+    size_t n_word = rmap_bit_words(groups->n_bit);
+    uint64_t *packed = groups->found + n_word + 1;
+    (is_wide() ? wide_reach : plain_reach)(bits, groups->last, n_word, least, packed);
+    give(groups, packed, out);
 }
 
 void rmap_bit_groups_keep_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
@@ -283,12 +319,12 @@ void rmap_bit_groups_first(struct rmap_bit_groups *groups, const uint64_t *bits,
     }
     if (groups->n_bit % 64 > 0) /* behind the last group there is none */
         groups->found[n_word - 1] &= (UINT64_C(1) << groups->n_bit % 64) - 1;
-    give(groups, bits, groups->found, out);
+    pack(groups, bits, groups->found, out);
 }
 
 void rmap_bit_groups_last(struct rmap_bit_groups *groups, const uint64_t *bits, uint64_t *out)
 {
-    give(groups, bits, groups->last, out);
+    pack(groups, bits, groups->last, out);
 }
 
 /* Eight bits as eight bytes of 0 or 255. */

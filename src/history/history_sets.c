@@ -88,13 +88,19 @@ RMAP_WIDE_SHIFTS static size_t list_rare(const struct rmap_history_view *view, c
     return n;
 }
 
-static void plain_put(const uint8_t *sets_of, size_t n, const uint64_t *rare, unsigned first,
-                      unsigned n_set, uint64_t *const *bits)
+/* Where the bits of a set's rare legs go. */
+struct target {
+    unsigned bit; /* of the set in a leg's sets */
+    uint64_t *mark;
+};
+
+static void plain_put(const uint8_t *sets_of, size_t n, const uint64_t *rare,
+                      const struct target *to, unsigned n_set)
 {
     for (size_t w = 0, at = 0; at < n; w++)
         for (uint64_t left = rare[w]; left != 0 && at < n; left &= left - 1, at++)
             for (unsigned s = 0; s < n_set; s++)
-                bits[s][w] |= sets_of[at] >> (first + s) & 1 ? left & (0 - left) : 0;
+                to[s].mark[w] |= sets_of[at] >> to[s].bit & 1 ? left & (0 - left) : 0;
 }
 
 #ifdef RMAP_HISTORY_BMI2
@@ -102,10 +108,14 @@ static void plain_put(const uint8_t *sets_of, size_t n, const uint64_t *rare, un
  * this is copied to. */
 __attribute__((target("bmi,bmi2,popcnt"))) RMAP_COPIED void put_sets(const uint8_t *sets_of,
                                                                      size_t n, const uint64_t *rare,
-                                                                     unsigned first, unsigned n_set,
-                                                                     uint64_t *const *bits)
+                                                                     const struct target *to,
+                                                                     unsigned n_set)
 {
-    const uint64_t lowest = UINT64_C(0x0101010101010101) << first;
+    uint64_t which[PUT_AT_ONCE], *mark[PUT_AT_ONCE];
+    for (unsigned s = 0; s < n_set; s++) {
+        which[s] = UINT64_C(0x0101010101010101) << to[s].bit;
+        mark[s] = to[s].mark;
+    }
     for (size_t w = 0, at = 0, end; at < n; w++, at = end) {
         uint64_t left = rare[w];
         end = at + (size_t)_mm_popcnt_u64(left);
@@ -114,28 +124,28 @@ __attribute__((target("bmi,bmi2,popcnt"))) RMAP_COPIED void put_sets(const uint8
             memcpy(&eight, sets_of + at, sizeof eight);
             RMAP_UNROLL
             for (unsigned s = 0; s < n_set; s++)
-                bits[s][w] |= _pdep_u64(_pext_u64(eight, lowest << s), left);
+                mark[s][w] |= _pdep_u64(_pext_u64(eight, which[s]), left);
         }
     }
 }
 
 __attribute__((target("bmi,bmi2,popcnt"))) static void wide_put(const uint8_t *sets_of, size_t n,
                                                                 const uint64_t *rare,
-                                                                unsigned first, unsigned n_set,
-                                                                uint64_t *const *bits)
+                                                                const struct target *to,
+                                                                unsigned n_set)
 {
     switch (n_set) {
     case 1:
-        put_sets(sets_of, n, rare, first, 1, bits);
+        put_sets(sets_of, n, rare, to, 1);
         break;
     case 2:
-        put_sets(sets_of, n, rare, first, 2, bits);
+        put_sets(sets_of, n, rare, to, 2);
         break;
     case 3:
-        put_sets(sets_of, n, rare, first, 3, bits);
+        put_sets(sets_of, n, rare, to, 3);
         break;
     default:
-        put_sets(sets_of, n, rare, first, PUT_AT_ONCE, bits);
+        put_sets(sets_of, n, rare, to, PUT_AT_ONCE);
     }
 }
 
@@ -152,6 +162,21 @@ static bool is_wide(void)
 }
 #endif
 
+/* The rare legs of the sets that may have some. */
+static void put_rare(const struct rmap_history_view *view, const struct batch *batch)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    struct target to[AT_ONCE];
+    size_t n_rare = list_rare(view, rows->rare_mark);
+    unsigned n = 0;
+    for (unsigned b = 0; b < batch->n; b++)
+        if (batch->rare >> b & 1)
+            to[n++] = (struct target){b, batch->bits[b]};
+    for (unsigned b = 0; b < n; b += PUT_AT_ONCE)
+        (is_wide() ? wide_put : plain_put)(rows->sets.of_leg, n_rare, rows->rare_mark, to + b,
+                                           n - b < PUT_AT_ONCE ? n - b : PUT_AT_ONCE);
+}
+
 static void mark_batch(const struct rmap_history_view *view, struct batch *batch)
 {
     struct rmap_history_rows *rows = view->rows;
@@ -167,13 +192,8 @@ static void mark_batch(const struct rmap_history_view *view, struct batch *batch
     if (batch->common | batch->rare)
         rmap_byte_sets_bits(rows->code, view->n_row[RMAP_TABLE_SEGMENT], batch->of_code, n,
                             batch->bits);
-    if (!batch->rare)
-        return;
-    size_t n_rare = list_rare(view, rare);
-    for (unsigned b = 0; b < batch->n; b += PUT_AT_ONCE)
-        (is_wide() ? wide_put : plain_put)(rows->sets.of_leg, n_rare, rare, b,
-                                           batch->n - b < PUT_AT_ONCE ? batch->n - b : PUT_AT_ONCE,
-                                           batch->bits + b);
+    if (batch->rare)
+        put_rare(view, batch);
 }
 
 static void add_to_batch(const struct rmap_history_view *view, size_t s, struct batch *batch)
