@@ -8,6 +8,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
 #include "io/diagnostics.h"
 #include "io/json_memory.h"
 #include "mpi/agree.h"
@@ -138,12 +142,26 @@ static void prepare_alone(const char *word)
     (void)setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
+/* Pages are dear: a fault with its clearing takes as long as a thousand instructions and more. What
+ * a scan, a question of a session or a block of rays gives back is wanted again soon. By default
+ * the C library would return blocks from 128 KiB on, and what is free at the end of a heap. */
+#if defined(__GLIBC__)
+static void keep_pages(void)
+{
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there may be */
+    (void)mallopt(M_TRIM_THRESHOLD, 64 << 20);
+}
+#else
+#define keep_pages() ((void)0)
+#endif
+
 int main(int argc, char **argv)
 {
     struct rmap_context context = {.comm = MPI_COMM_NULL, .size = 1, .n_thread = 1};
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE;
+    keep_pages();
     prepare_alone(argc > 1 ? argv[1] : "");
     rmap_json_memory_watch();
     if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS) {
