@@ -80,7 +80,7 @@ static enum rmap_status wait(struct rmap_parts *parts, const struct rmap_workers
 {
     const struct timespec millisecond = {.tv_nsec = 1000000};
     enum rmap_status st = RMAP_OK;
-    while (parts->meanwhile && !rmap_workers_done(workers)) { /* else joining them waits */
+    while (!rmap_workers_done(workers)) {
         if (st == RMAP_OK)
             st = parts->meanwhile(parts->context, err);
         if (st != RMAP_OK)
@@ -103,8 +103,13 @@ enum rmap_status rmap_parts_run(struct rmap_parts *parts, int n_thread, struct r
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n_thread));
     share_out(&run);
     atomic_store(&parts->abandoned, false);
-    RMAP_TRY(rmap_workers_start(n_thread, work, &run, &workers, err));
-    st = wait(parts, workers, err);
+    const int n_more = parts->meanwhile ? n_thread : n_thread - 1;
+    if (n_more > 0)
+        RMAP_TRY(rmap_workers_start(n_more, work, &run, &workers, err));
+    if (parts->meanwhile)
+        st = wait(parts, workers, err);
+    else
+        work(&run, n_more); /* this thread has nothing else to do */
     rmap_workers_join(workers);
     for (int i = 0; i < n_thread && st == RMAP_OK; i++)
         if (run.error[i].status != RMAP_OK) {
