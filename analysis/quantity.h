@@ -105,6 +105,11 @@ struct rmap_readings {
 };
 void rmap_readings_fini(struct rmap_readings *readings);
 
+/* Where every ray has one reading of each quantity, a number that stands in a column of its own:
+ * those columns, of all rays of the portion. */
+bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
+                            const double *column[RMAP_QUANTITIES_MAX]);
+
 /* Readings of the matching rays. The portion has the columns. RMAP_FORMAT when rows do not fit. */
 enum rmap_status rmap_quantities_read(const struct rmap_quantities *quantities,
                                       const struct rmap_matched *rays,

@@ -358,11 +358,16 @@ static enum rmap_status read_one(const struct search *search, size_t index, stru
     return read_values(search, quantity, readings->value[index], err);
 }
 
+/* A number less itself is 0, unless it is none or infinite. */
 RMAP_WIDE static uint64_t any_infinite(const double *value, size_t n)
 {
     uint64_t any = 0;
-    for (size_t k = 0; k < n; k++)
-        any |= (uint64_t) !(fabs(value[k]) <= DBL_MAX);
+    for (size_t k = 0; k < n; k++) {
+        const double none = value[k] - value[k];
+        uint64_t bits;
+        memcpy(&bits, &none, sizeof bits);
+        any |= bits;
+    }
     return any;
 }
 
@@ -395,16 +400,37 @@ static void keep_defined(const struct rmap_quantities *self, struct rmap_reading
     readings->n = n;
 }
 
+/* Channels that places spread over; NULL: they do not. */
+static const struct rmap_channels *channels_of(const struct rmap_quantities *self,
+                                               const struct rmap_matched *rays)
+{
+    const struct rmap_channels *channels = &rmap_map_scene_of(self->map, rays->space)->channels;
+    const bool spread = self->spreads && channels->mode == RMAP_COLOUR_SPECTRAL &&
+                        rays->portion->n_channel == channels->n;
+    return spread ? channels : NULL;
+}
+
+bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
+                            const double *column[RMAP_QUANTITIES_MAX])
+{
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    if (self->of_registrations || channels_of(self, rays))
+        return false;
+    for (size_t i = 0; i < self->n; i++) {
+        column[i] = column_of(&self->of[i], &rays->portion->ray);
+        if (!column[i] || any_infinite(column[i], n_ray))
+            return false;
+    }
+    return true;
+}
+
 enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
                                       const struct rmap_matched *rays,
                                       struct rmap_readings *readings, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct search search = {.self = self, .rays = rays, .readings = readings};
-    const struct rmap_channels *channels = &rmap_map_scene_of(self->map, rays->space)->channels;
-    if (self->spreads && channels->mode == RMAP_COLOUR_SPECTRAL &&
-        rays->portion->n_channel == channels->n)
-        search.channels = channels;
+    struct search search = {
+        .self = self, .rays = rays, .channels = channels_of(self, rays), .readings = readings};
     readings->n = 0;
     readings->n_undefined = 0;
     readings->lean = readings->lean && !self->of_registrations && !search.channels;

@@ -4,6 +4,8 @@
  */
 #include "analysis/query_sums.h"
 
+#include <string.h>
+
 #include <stdbool.h>
 
 #include "base/wide.h"
@@ -49,9 +51,13 @@ static uint64_t add_numbers(struct rmap_count *count, const uint32_t *segment_co
 
 RMAP_WIDE static uint64_t any_is_other(const double *weight, size_t n)
 {
-    uint64_t other = 0;
-    for (size_t i = 0; i < n; i++)
-        other |= weight[i] != 1.0;
+    const double one = 1.0;
+    uint64_t other = 0, bits, wanted;
+    memcpy(&wanted, &one, sizeof wanted);
+    for (size_t i = 0; i < n; i++) {
+        memcpy(&bits, weight + i, sizeof bits);
+        other |= bits ^ wanted;
+    }
     return other;
 }
 

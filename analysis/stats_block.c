@@ -231,6 +231,65 @@ static bool may_be_plain(const struct rmap_stats_setup *setup, const struct rmap
            (setup->n_source <= SOURCES_FEW || !any_other(ray->source, n_ray));
 }
 
+/* Puts stored readings of matching rays in the order of their sources, and lists the runs. */
+static void pick_stored(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
+                        const struct rmap_matched *rays, const double *const *column,
+                        double *const *to, struct rmap_stats_block *block)
+{
+    const struct rmap_portion *portion = rays->portion;
+    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    const uint8_t *match = rays->n_match < n_ray ? rays->match : NULL;
+    size_t end = 0;
+    for (int32_t s = 0; s < (int32_t)setup->n_source; s++) {
+        const size_t first = end;
+        for (size_t q = 0; q < setup->quantities->n; q++)
+            end = first +
+                  (match ? rmap_pick_matching_of(column[q], match, portion->ray.source, s, n_ray,
+                                                 to[q] + first)
+                         : rmap_pick_of(column[q], portion->ray.source, s, n_ray, to[q] + first));
+        if (end > first)
+            reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, s)};
+    }
+}
+
+/* Rays of weight 1, readings that are columns of all rays. */
+static enum rmap_status read_stored(struct rmap_stats_reader *reader,
+                                    const struct rmap_stats_setup *setup,
+                                    const struct rmap_matched *rays, const double *const *column,
+                                    struct rmap_stats_block *block, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY], n = rays->n_match;
+    const int32_t *source = rays->portion->ray.source;
+    const bool one_source = setup->n_source == 1 || !any_other(source, n_ray);
+    reader->readings.n = n;
+    reader->readings.n_undefined = 0;
+    RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
+    *block = (struct rmap_stats_block){.n = n, .run = reader->run};
+    if (one_source) {
+        block->n_run = 1;
+        reader->run[0] = (struct rmap_stats_run){n, class_of(setup, source[0])};
+    }
+    double **to = reader->into;
+    if (one_source && n == n_ray) {
+        memcpy(block->value, column, sizeof block->value);
+        return RMAP_OK;
+    }
+    if (!reader->into[0]) {
+        RMAP_TRY(reserve_arranged(&reader->arranged, n + RMAP_PICK_MORE, setup, err));
+        to = reader->arranged.value;
+    }
+    if (!one_source)
+        pick_stored(reader, setup, rays, column, to, block);
+    for (size_t q = 0; q < setup->quantities->n; q++) {
+        if (one_source)
+            (void)rmap_pick_matching(column[q], rays->match, n_ray, to[q]);
+        block->value[q] = to[q];
+    }
+out:
+    return st;
+}
+
 /* Rays of weight 1, one reading of each. */
 static enum rmap_status read_plain(struct rmap_stats_reader *reader,
                                    const struct rmap_stats_setup *setup,
@@ -266,7 +325,10 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     enum rmap_status st = RMAP_OK;
     struct rmap_readings *readings = &reader->readings;
     bool all_one = true;
+    const double *column[RMAP_QUANTITIES_MAX] = {NULL};
     readings->lean = may_be_plain(setup, rays);
+    if (readings->lean && rmap_quantities_stored(setup->quantities, rays, column))
+        return read_stored(reader, setup, rays, column, block, err);
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
     if (readings->lean)
         return read_plain(reader, setup, rays, block, err);

@@ -17,6 +17,7 @@ struct rmap_stats_setup {
     size_t n_class;       /* group * n_source + source */
     size_t budget_nbytes; /* for readings in memory */
     bool all_rays;        /* no criterion: portions without readings may be skipped */
+    bool logarithmic;     /* least positive readings are of interest */
 };
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
@@ -87,6 +88,9 @@ struct rmap_stats_reader {
     struct rmap_stats_run *run;
     int32_t *source; /* of readings */
     size_t run_cap, source_cap;
+    /* Memory for those of a portion and RMAP_PICK_MORE more; NULL: none. Borrowed, used where the
+     * block's values would be copied anyway and its readings are stored columns. */
+    double *into[RMAP_QUANTITIES_MAX];
 };
 void rmap_stats_reader_fini(struct rmap_stats_reader *reader);
 

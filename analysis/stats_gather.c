@@ -6,6 +6,7 @@
 
 #include "analysis/stats_pack.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 #include "base/wide.h"
 
 static void destroy(void *state)
@@ -97,6 +98,42 @@ static enum rmap_status keep_part(struct rmap_stats_gathered *self,
     return RMAP_OK;
 }
 
+static bool fits(const struct rmap_stats_gathered *self, size_t n)
+{
+    /* With tags and weights or without, so that it does not matter who added first. */
+    const size_t most_nbytes = sizeof(uint32_t) + (self->setup->quantities->n + 1) * sizeof(double);
+    return !self->known.dropped && self->n + n <= self->setup->budget_nbytes / most_nbytes;
+}
+
+/* Lists runs whose values stand in the store already. */
+static enum rmap_status list_runs(struct rmap_stats_gathered *self,
+                                  const struct rmap_stats_block *block, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_quantity = self->setup->quantities->n;
+    uint16_t *place[RMAP_QUANTITIES_MAX] = {NULL};
+    void *piece, *list = self->part;
+    for (size_t i = 0; i < n_quantity; i++) {
+        RMAP_TRY(rmap_stats_store_take(&self->store, block->n, sizeof *place[i], &piece, err));
+        place[i] = piece;
+    }
+    st = rmap_reserve(&list, &self->part_cap, self->n_part + block->n_run, sizeof *self->part, err);
+    self->part = list;
+    RMAP_TRY(st);
+    for (size_t k = 0, first = 0; k < block->n_run; first = block->run[k++].end) {
+        struct rmap_stats_part *part = &self->part[self->n_part++];
+        *part = (struct rmap_stats_part){.run = {block->run[k].end - first, block->run[k].class},
+                                         .is_plain = true};
+        for (size_t i = 0; i < n_quantity; i++) {
+            part->value[i] = self->reader.into[i] + first;
+            part->place[i] = place[i] + first;
+        }
+    }
+    self->n += block->n;
+out:
+    return st;
+}
+
 /* Keeps the block's readings, or none any more when they are too many. */
 static enum rmap_status keep(struct rmap_stats_gathered *self, const struct rmap_stats_block *block,
                              struct rmap_error *err)
@@ -104,10 +141,7 @@ static enum rmap_status keep(struct rmap_stats_gathered *self, const struct rmap
     enum rmap_status st = RMAP_OK;
     if (self->known.dropped || block->n == 0)
         return RMAP_OK;
-    /* With tags and weights or without, so that it does not matter who added first. */
-    const size_t most_nbytes =
-        sizeof *block->tag + (self->setup->quantities->n + 1) * sizeof(double);
-    if (self->n + block->n > self->setup->budget_nbytes / most_nbytes) {
+    if (!fits(self, block->n)) {
         drop(self);
         return RMAP_OK;
     }
@@ -242,7 +276,8 @@ static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_bl
         m.sum[0] += lane > 0 ? m.sum[lane] : 0.0;
         m.squared[0] += lane > 0 ? m.squared[lane] : 0.0;
     }
-    widen(range, low, high, low > 0.0 ? low : least_positive(value, n));
+    widen(range, low, high,
+          low > 0.0 || !self->setup->logarithmic ? low : least_positive(value, n));
     rmap_exact_sum_add(&self->known.sum[quantity], m.sum[0]);
     rmap_exact_sum_add(&self->known.squared[quantity], m.squared[0]);
     range->n_cluster += block->tag ? count_clusters(block->tag + first, n) : n;
@@ -295,18 +330,43 @@ static void look(struct rmap_stats_gathered *self, const struct rmap_stats_block
     self->known.any_weight |= block->weight != NULL;
 }
 
-static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+/* Reads a portion, its values into the store where that saves copying them. */
+static enum rmap_status read_and_keep(struct rmap_stats_gathered *self,
+                                      const struct rmap_matched *rays,
+                                      struct rmap_stats_block *block, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_stats_store before = self->store;
+    double **into = self->reader.into;
+    for (size_t i = 0; fits(self, rays->n_match) && i < self->setup->quantities->n; i++) {
+        void *piece;
+        RMAP_TRY(rmap_stats_store_take(&self->store, rays->n_match + RMAP_PICK_MORE,
+                                       sizeof *into[i], &piece, err));
+        into[i] = piece;
+    }
+    RMAP_TRY(rmap_stats_reader_read(&self->reader, self->setup, rays, block, err));
+    if (into[0] && block->value[0] == into[0]) {
+        st = list_runs(self, block, err);
+    } else {
+        rmap_stats_store_give_back(&self->store, &before);
+        st = keep(self, block, err);
+    }
+out:
+    memset(self->reader.into, 0, sizeof self->reader.into);
+    return st;
+}
+
+static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+{
     struct rmap_stats_gathered *self = state;
     struct rmap_stats_block block;
+    enum rmap_status st = read_and_keep(self, rays, &block, err);
+    if (st != RMAP_OK)
+        return st;
     self->known.n_ray += rays->n_match;
-    RMAP_TRY(rmap_stats_reader_read(&self->reader, self->setup, rays, &block, err));
     self->known.n_undefined += self->reader.readings.n_undefined;
     look(self, &block);
-    st = keep(self, &block, err);
-out:
-    return st;
+    return RMAP_OK;
 }
 
 struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *self,

@@ -90,6 +90,20 @@ static bool any_of_four(const uint16_t *place)
     return ((four - 0x0001000100010001) & ~four & 0x8000800080008000) != 0;
 }
 
+static void settle_places(const struct rmap_stats_plan *plan, size_t quantity, const double *value,
+                          size_t n, uint16_t *place)
+{
+    for (size_t k = 0; k < n; k++) {
+        while (n - k > 4 && !any_of_four(place + k))
+            k += 4;
+        if (place[k] == IN_DOUBT)
+            place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
+    }
+}
+
+/* So many at once: few are in doubt. */
+enum { GUESSED = 128 };
+
 void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
                             const double *value, size_t n, uint16_t *place)
 {
@@ -99,12 +113,10 @@ void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
     const double reach = 2.0 * fabs(low) + width * (double)plan->n_fine;
     const double slack = 64.0 * DBL_EPSILON * (reach * per + (double)plan->n_fine);
     const struct ruler ruler = {low + 0.5 * width, per, 0.5 - slack};
-    if (!guess_places(value, n, &ruler, (uint16_t)(plan->n_fine - 1), place))
-        return;
-    for (size_t k = 0; k < n; k++) {
-        while (n - k > 4 && !any_of_four(place + k))
-            k += 4;
-        if (place[k] == IN_DOUBT)
-            place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
+    const uint16_t most = (uint16_t)(plan->n_fine - 1);
+    for (size_t first = 0; first < n; first += GUESSED) {
+        const size_t some = n - first < GUESSED ? n - first : GUESSED;
+        if (guess_places(value + first, some, &ruler, most, place + first))
+            settle_places(plan, quantity, value + first, some, place + first);
     }
 }

@@ -19,7 +19,7 @@ void rmap_stats_search_fini(struct rmap_stats_search *search)
     rmap_free(search->below);
     rmap_free(search->before);
     rmap_free(search->of_bin);
-    rmap_free(search->wanted);
+    rmap_free(search->windows);
     rmap_free(search->list);
     rmap_free(search->item);
 }
@@ -54,8 +54,8 @@ enum rmap_status rmap_stats_search_init(struct rmap_stats_search *search, struct
     search->below = rmap_alloc(setup->n_group * (n_fine + 1), sizeof *search->below);
     search->before = rmap_alloc(setup->n_class * (n_fine + 1), sizeof *search->before);
     search->of_bin = rmap_alloc(n_bin, sizeof *search->of_bin);
-    search->wanted = rmap_alloc(n_bin, sizeof *search->wanted);
-    if (!search->below || !search->before || !search->of_bin || !search->wanted)
+    search->windows = rmap_alloc(setup->n_group, sizeof *search->windows);
+    if (!search->below || !search->before || !search->of_bin || !search->windows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles");
     for (size_t k = 0; k < n_bin; k++)
         search->of_bin[k] = -1;
@@ -104,10 +104,8 @@ static enum rmap_status want_one(struct rmap_stats_search *search, size_t g, dou
     search->list = memory;
     if (st != RMAP_OK)
         return st;
-    search->wanted[g * n_fine + k] = 1;
     search->of_bin[g * n_fine + k] = (int32_t)search->n_list;
-    search->list[search->n_list++] =
-        (struct rmap_stats_list){.least = (double)INFINITY, .greatest = -(double)INFINITY};
+    search->list[search->n_list++] = (struct rmap_stats_list){.bin = g * n_fine + k};
     return RMAP_OK;
 }
 
@@ -150,23 +148,18 @@ static size_t pick(const struct rmap_stats_search *search, const struct chunk *c
         rmap_stats_fine_places(plan, search->quantity,
                                block->value[search->quantity] + chunk->first, chunk->n, own);
     place = place ? place : own;
-    if (!block->tag) {
-        const size_t group = block->run->class / plan->setup->n_source * plan->n_fine;
-        const uint8_t *wanted = search->wanted + group;
-        for (size_t k = 0; k < chunk->n; k++) {
-            picked[n_picked] = (uint32_t)k;
-            n_picked += wanted[place[k]];
-        }
-        for (size_t i = 0; i < n_picked; i++)
-            list[i] = search->of_bin[group + place[picked[i]]];
-        return n_picked;
-    }
-    for (size_t k = 0; k < chunk->n; k++) {
-        const size_t group = class_at(chunk, chunk->first + k) / plan->setup->n_source;
-        const size_t bin = group * plan->n_fine + place[k];
+    const bool one_group = !block->tag || plan->setup->n_group == 1;
+    const size_t group = one_group ? class_at(chunk, chunk->first) / plan->setup->n_source : 0;
+    static const struct rmap_stats_windows none = {.n = 0};
+    const size_t n_near = rmap_stats_windows_pick(one_group ? &search->windows[group] : &none,
+                                                  place, chunk->n, picked);
+    for (size_t i = 0; i < n_near; i++) {
+        const size_t k = picked[i];
+        const size_t its =
+            one_group ? group : class_at(chunk, chunk->first + k) / plan->setup->n_source;
+        list[n_picked] = search->of_bin[its * plan->n_fine + place[k]];
         picked[n_picked] = (uint32_t)k;
-        list[n_picked] = search->of_bin[bin];
-        n_picked += search->wanted[bin];
+        n_picked += list[n_picked] >= 0;
     }
     return n_picked;
 }
@@ -286,6 +279,32 @@ static enum rmap_status divide_items(struct rmap_stats_search *search, struct rm
     return RMAP_OK;
 }
 
+static int compare_bins(const void *a, const void *b)
+{
+    return (int)*(const uint16_t *)a - (int)*(const uint16_t *)b;
+}
+
+/* So many lists of a group have windows. */
+enum { BINS_FEW = 64 };
+
+/* Windows over the bins with a list; none where there are many. */
+static void lay_windows(struct rmap_stats_search *search)
+{
+    const size_t n_fine = search->stats->plan->n_fine;
+    uint16_t bin[BINS_FEW];
+    for (size_t g = 0; g < search->stats->n_group; g++) {
+        size_t n = 0;
+        for (size_t i = 0; i < search->n_list; i++)
+            if (search->list[i].bin / n_fine == g && n++ < BINS_FEW)
+                bin[n - 1] = (uint16_t)(search->list[i].bin % n_fine);
+        search->windows[g].n = 0;
+        if (n == 0 || n > BINS_FEW)
+            continue;
+        qsort(bin, n, sizeof *bin, compare_bins);
+        rmap_stats_windows_over(&search->windows[g], bin, n);
+    }
+}
+
 enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -293,8 +312,9 @@ enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct
     if (search->n_filled == search->n_list)
         return RMAP_OK;
     for (size_t i = 0; i < search->n_list; i++)
-        search->list[i] =
-            (struct rmap_stats_list){.least = (double)INFINITY, .greatest = -(double)INFINITY};
+        search->list[i] = (struct rmap_stats_list){
+            .bin = search->list[i].bin, .least = (double)INFINITY, .greatest = -(double)INFINITY};
+    lay_windows(search);
     if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
         RMAP_TRY(look_through(search, measure_lists, err)); /* few values, of many rays each */
     search->n_item = 0;

@@ -8,6 +8,7 @@
 #define RMAP_STATS_SEARCH_H
 
 #include "analysis/stats.h"
+#include "analysis/stats_windows.h"
 
 struct rmap_stats_item {
     double value, weight;
@@ -17,6 +18,7 @@ struct rmap_stats_item {
 
 /* A fine bin that is of interest: what is in it. */
 struct rmap_stats_list {
+    size_t bin; /* group * n_fine + bin */
     double least, greatest;
     size_t first, n; /* of the items */
 };
@@ -28,10 +30,10 @@ struct rmap_stats_search {
     const struct rmap_stats_gathered *gathered; /* no parts: readings are not in memory */
     bool in_memory;
     size_t quantity;
-    double *below;   /* [n_group][n_fine + 1] flux in the bins before */
-    double *before;  /* [n_class][n_fine + 1] weight in the bins before */
-    int32_t *of_bin; /* [n_group][n_fine] list, -1: of no interest */
-    uint8_t *wanted; /* same layout: 1 where there is a list */
+    double *below;                      /* [n_group][n_fine + 1] flux in the bins before */
+    double *before;                     /* [n_class][n_fine + 1] weight in the bins before */
+    int32_t *of_bin;                    /* [n_group][n_fine] list, -1: of no interest */
+    struct rmap_stats_windows *windows; /* [n_group] over the bins with a list */
     struct rmap_stats_list *list;
     size_t n_list, list_cap, n_filled;
     struct rmap_stats_item *item;

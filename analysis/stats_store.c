@@ -55,3 +55,9 @@ enum rmap_status rmap_stats_store_take(struct rmap_stats_store *store, size_t n,
     store->used += nbytes;
     return RMAP_OK;
 }
+
+void rmap_stats_store_give_back(struct rmap_stats_store *store,
+                                const struct rmap_stats_store *before)
+{
+    store->used = store->n_chunk == before->n_chunk ? before->used : 0;
+}

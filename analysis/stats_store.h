@@ -21,4 +21,8 @@ void rmap_stats_store_fini(struct rmap_stats_store *store);
 enum rmap_status rmap_stats_store_take(struct rmap_stats_store *store, size_t n, size_t size,
                                        void **piece_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Gives back what was taken since the store was as in `before`, a copy of it. */
+void rmap_stats_store_give_back(struct rmap_stats_store *store,
+                                const struct rmap_stats_store *before);
+
 #endif

@@ -209,9 +209,9 @@ static void add_run_to_cells(const struct rmap_stats_plan *plan,
         cell[place[k] >= 0 ? (size_t)place[k] : cell_of(plan, block, run->first + k)] += 1.0;
 }
 
-/* Counts bins, some at once: the same one after another would wait for itself. */
 static void count_places(const uint16_t *place, size_t n, uint32_t *count)
 {
+    RMAP_UNROLL
     for (size_t k = 0; k < n; k++)
         count[place[k]]++;
 }

@@ -71,6 +71,8 @@ static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_ov
     *request = (struct rmap_stats_request){
         .setup = setup, .p = given->quantile, .n_quantile = given->n_quantile};
     st = rmap_stats_options_axes(given, *quantities_ret, request->axis, err);
+    for (size_t i = 0; i < (*quantities_ret)->n; i++)
+        setup->logarithmic |= request->axis[i].logarithmic;
 out:
     return st;
 }

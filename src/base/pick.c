@@ -29,16 +29,28 @@ __attribute__((target("avx2,popcnt"))) static inline size_t pick_4(const double 
     return (size_t)_mm_popcnt_u32(which);
 }
 
+/* Bit k: byte k. */
+static inline uint32_t bits_of_4(const uint8_t *match)
+{
+    uint32_t bytes;
+    memcpy(&bytes, match, sizeof bytes);
+    return (bytes * 0x01020408u) >> 24 & 15;
+}
+
+__attribute__((target("avx2,popcnt"))) static inline uint32_t bits_equal_4(const int32_t *of,
+                                                                           __m128i wanted)
+{
+    const __m128i equal = _mm_cmpeq_epi32(_mm_loadu_si128((const void *)of), wanted);
+    return (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(equal));
+}
+
 /* n: a multiple of WIDTH. */
 __attribute__((target("avx2,popcnt"))) static size_t
 pick_matching_wide(const double *value, const uint8_t *match, size_t n, double *to)
 {
     size_t at = 0;
-    for (size_t k = 0; k < n; k += WIDTH) {
-        uint32_t bytes;
-        memcpy(&bytes, match + k, sizeof bytes);
-        at += pick_4(value + k, (bytes * 0x01020408u) >> 24 & 15, to + at); /* bit k: byte k */
-    }
+    for (size_t k = 0; k < n; k += WIDTH)
+        at += pick_4(value + k, bits_of_4(match + k), to + at);
     return at;
 }
 
@@ -47,10 +59,19 @@ pick_of_wide(const double *value, const int32_t *of, int32_t which, size_t n, do
 {
     const __m128i wanted = _mm_set1_epi32(which);
     size_t at = 0;
-    for (size_t k = 0; k < n; k += WIDTH) {
-        const __m128i equal = _mm_cmpeq_epi32(_mm_loadu_si128((const void *)(of + k)), wanted);
-        at += pick_4(value + k, (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(equal)), to + at);
-    }
+    for (size_t k = 0; k < n; k += WIDTH)
+        at += pick_4(value + k, bits_equal_4(of + k, wanted), to + at);
+    return at;
+}
+
+__attribute__((target("avx2,popcnt"))) static size_t
+pick_matching_of_wide(const double *value, const uint8_t *match, const int32_t *of, int32_t which,
+                      size_t n, double *to)
+{
+    const __m128i wanted = _mm_set1_epi32(which);
+    size_t at = 0;
+    for (size_t k = 0; k < n; k += WIDTH)
+        at += pick_4(value + k, bits_equal_4(of + k, wanted) & bits_of_4(match + k), to + at);
     return at;
 }
 
@@ -59,9 +80,10 @@ static size_t wide_part(size_t n)
     return __builtin_cpu_supports("avx2") ? n / WIDTH * WIDTH : 0;
 }
 #else
-#define wide_part(n)                            ((size_t)0)
-#define pick_matching_wide(value, match, n, to) ((size_t)0)
-#define pick_of_wide(value, of, which, n, to)   ((size_t)0)
+#define wide_part(n)                                          ((size_t)0)
+#define pick_matching_wide(value, match, n, to)               ((size_t)0)
+#define pick_of_wide(value, of, which, n, to)                 ((size_t)0)
+#define pick_matching_of_wide(value, match, of, which, n, to) ((size_t)0)
 #endif
 
 size_t rmap_pick_matching(const double *value, const uint8_t *match, size_t n, double *to)
@@ -82,6 +104,18 @@ size_t rmap_pick_of(const double *value, const int32_t *of, int32_t which, size_
     for (size_t k = n_wide; k < n; k++) {
         to[at] = value[k];
         at += of[k] == which;
+    }
+    return at;
+}
+
+size_t rmap_pick_matching_of(const double *value, const uint8_t *match, const int32_t *of,
+                             int32_t which, size_t n, double *to)
+{
+    const size_t n_wide = wide_part(n);
+    size_t at = n_wide > 0 ? pick_matching_of_wide(value, match, of, which, n_wide, to) : 0;
+    for (size_t k = n_wide; k < n; k++) {
+        to[at] = value[k];
+        at += (of[k] == which) & match[k];
     }
     return at;
 }

@@ -17,4 +17,8 @@ size_t rmap_pick_matching(const double *value, const uint8_t *match, size_t n, d
 /* Those with of[k] == which; returns how many. */
 size_t rmap_pick_of(const double *value, const int32_t *of, int32_t which, size_t n, double *to);
 
+/* Those of them with match[k] 1, not 0. */
+size_t rmap_pick_matching_of(const double *value, const uint8_t *match, const int32_t *of,
+                             int32_t which, size_t n, double *to);
+
 #endif
