@@ -246,12 +246,13 @@ static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_no
     detector->max_angle_rad = RMAP_PI / 2;
 }
 
-static enum rmap_status read_detectors(struct rmap_reader *reader, size_t reading_receivers)
+static enum rmap_status read_detectors(struct rmap_reader *reader,
+                                       const struct rmap_yaml_node *detectors,
+                                       size_t reading_receivers)
 {
     static const char *const type_word[] = {"plane", "intensity"};
     enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
-    const struct rmap_yaml_node *detectors = rmap_yaml_get(reader->root, "detectors");
     if (!detectors || !rmap_reader_check_list(reader, detectors, "'detectors'"))
         return RMAP_OK;
     for (size_t i = 0; i < detectors->n_item; i++) {
@@ -289,7 +290,7 @@ out:
 
 enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
 {
-    return read_detectors(reader, 0);
+    return read_detectors(reader, rmap_yaml_get(reader->root, "detectors"), 0);
 }
 
 static enum rmap_status read_receivers(struct rmap_reader *reader)
@@ -298,10 +299,14 @@ static enum rmap_status read_receivers(struct rmap_reader *reader)
     enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
                                           &reader->root, reader->diagnostics, reader->err);
     if (st != RMAP_OK || !reader->root)
-        return st == RMAP_INPUT ? RMAP_OK : st; /* told in the diagnostics */
-    if (!rmap_reader_check_map(reader, reader->root, "a file of receivers", key, RMAP_COUNT(key)))
-        return RMAP_OK;
-    st = read_detectors(reader, 1);
+        return st == RMAP_INPUT ? RMAP_OK : st;       /* told in the diagnostics */
+    const struct rmap_yaml_node *list = reader->root; /* alone, or under `detectors` */
+    if (list->kind != RMAP_YAML_LIST) {
+        if (!rmap_reader_check_map(reader, list, "a file of receivers", key, RMAP_COUNT(key)))
+            return RMAP_OK;
+        list = rmap_yaml_get(list, "detectors");
+    }
+    st = read_detectors(reader, list, 1);
     if (st == RMAP_OK && reader->n_receiver == 0 && reader->diagnostics->n_error == 0)
         rmap_reader_error(reader, reader->root,
                           "no receivers: list them under 'detectors', as a scene file does");

@@ -108,6 +108,8 @@ for text, says in (
     ("detectors:\n  - {name: a, type: plane, size: 1, cells: 1}\n  - {name: a, type: plane, size: 1, cells: 1}\n", "is taken by the detector on line 2"),
     ("objects: []\n", "unknown key in a file of receivers"),
     ("detectors: []\n", "no receivers"),
+    ("[]\n", "no receivers"),
+    ("- {name: a, type: plane, size: 1, cells: 100000}\n", "bad.yaml:1:42: error: 'cells' must be"),
     ("a: [", "bad.yaml:2:1: error: this is not YAML"),
     ("", "empty"),
 ):
@@ -115,6 +117,15 @@ for text, says in (
     run(*QUERY, "bad.yaml", status=3, says=says)
 run(*QUERY, "nowhere.yaml", status=3, says="nowhere.yaml")
 run(*QUERY, "double-gauss-receivers.yaml", "--explain", status=2, says="leave one of them out")
+
+
+# The list may stand alone
+listed = open("double-gauss-receivers.yaml").read()
+assert listed.startswith("detectors:"), listed
+open("alone.yaml", "w").write(listed.replace("detectors:", "", 1))
+told = [run(*QUERY[:3], "registered(*)", "--receivers", name, "--json", "--quiet") for name in
+        ("double-gauss-receivers.yaml", "alone.yaml")]
+assert len({json.dumps(json.loads(text)["flux"]) for text in told}) == 1, told
 
 
 # Rays listed, sampled, written and drawn by what receivers saw: those that a run with them as detectors lists
