@@ -99,6 +99,13 @@ static enum rmap_status dispatch(struct rmap_context *context, int argc, char **
                                  struct rmap_error *err)
 {
     const char *word = argc > 1 ? argv[1] : "";
+    const struct rmap_command *chosen = NULL;
+    if (strcmp(word, "help") == 0 && argc > 2 && argv[2][0] != '-') {
+        enum rmap_status st = find_command(argv[2], &chosen, err);
+        if (st == RMAP_OK && context->rank == 0)
+            rmap_arguments_help(chosen, stdout);
+        return st;
+    }
     bool help = strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
     if (help || strcmp(word, "--version") == 0) {
         if (context->rank == 0 && help)
@@ -112,7 +119,6 @@ static enum rmap_status dispatch(struct rmap_context *context, int argc, char **
             print_overview(stderr);
         return rmap_error_set(err, RMAP_USAGE, "no command given");
     }
-    const struct rmap_command *chosen = NULL;
     enum rmap_status st = find_command(word, &chosen, err);
     return st == RMAP_OK ? run_command(context, chosen, argc - 1, argv + 1, err) : st;
 }

@@ -14,6 +14,7 @@ done
 for command in check trace info query report detector draw verify repair convert merge bench; do
     expect 0 "usage: raymap $command" "$RAYMAP" $command --help
     expect 0 "usage: raymap $command" "$RAYMAP" $command one two three --help
+    expect 0 "usage: raymap $command" "$RAYMAP" help $command
 done
 expect 0 'sensor' "$RAYMAP" check scene.yaml
 expect 0 'energy balance' "$RAYMAP" trace scene.yaml -o a.raymap -n 10k
@@ -33,6 +34,7 @@ expect 0 '2,000 rays' "$RAYMAP" info a.raymap
 # 2: wrong usage, with the remedy
 expect 2 'no command given' "$RAYMAP"
 expect 2 "did you mean 'trace'" "$RAYMAP" trase
+expect 2 "did you mean 'trace'" "$RAYMAP" help trase
 expect 2 "did you mean '--rays'" "$RAYMAP" trace scene.yaml --rayz 3 -o x.raymap
 expect 2 'needs a value' "$RAYMAP" trace scene.yaml -o
 # what a second value would make forgotten is refused; where several are meant, all count
