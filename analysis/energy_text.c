@@ -87,7 +87,6 @@ static enum rmap_status print_table(const struct rmap_energy *energy,
 {
     struct rmap_text_table table;
     const struct rmap_energy_row emitted = emitted_row(from);
-    char rays[RMAP_GROUPED_LEN];
     if (from->source)
         fprintf(out, "\nsource %s\n", from->source);
     else
@@ -101,9 +100,9 @@ static enum rmap_status print_table(const struct rmap_energy *energy,
     if (st != RMAP_OK)
         return st;
     fprintf(out,
-            from->exact ? "  these add up to the %s rays emitted, exactly\n"
-                        : "  these do NOT add up to the %s rays emitted\n",
-            rmap_grouped(rmap_energy_whole(from->rays), rays));
+            from->exact ? "  these add up to the %s emitted, exactly\n"
+                        : "  these do NOT add up to the %s emitted\n",
+            rmap_counted(rmap_energy_whole(from->rays), "ray").text);
     if (from->n_detector == 0)
         return RMAP_OK;
     fprintf(out, "\n  beside that, light that detectors registered on its way:\n");
@@ -120,14 +119,14 @@ enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    char rays[RMAP_GROUPED_LEN], all[RMAP_GROUPED_LEN];
+    char rays[RMAP_GROUPED_LEN];
     fprintf(out, "energy of %s\n", energy->map);
     if (energy->criterion) {
         fprintf(out, "  of the rays that match: %s\n", energy->criterion);
-        fprintf(out, "  %s of %s rays, %.6g of %.6g %s\n",
+        fprintf(out, "  %s of %s, %.6g of %.6g %s\n",
                 rmap_grouped(rmap_energy_whole(energy->table[0].rays), rays),
-                rmap_grouped(rmap_energy_whole(energy->map_rays), all), energy->table[0].flux,
-                energy->map_flux, energy->unit);
+                rmap_counted(rmap_energy_whole(energy->map_rays), "ray").text,
+                energy->table[0].flux, energy->map_flux, energy->unit);
     }
     if (!(energy->table[0].rays > 0.0))
         fprintf(out, "  no ray matches: nothing is shared out\n");

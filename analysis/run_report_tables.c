@@ -74,7 +74,6 @@ static void put_table(const struct rmap_energy *energy, const struct rmap_energy
                                             .flux_error = table->flux_error,
                                             .share = table->flux / table->flux};
     double most = 0.0, most_caught = 0.0;
-    char rays[RMAP_GROUPED_LEN];
     rmap_energy_show(table, &shown);
     for (size_t i = 0; i < shown.n; i++)
         most = fmax(most, shown.row[i].share);
@@ -88,8 +87,8 @@ static void put_table(const struct rmap_energy *energy, const struct rmap_energy
     for (size_t i = 0; i < shown.n; i++)
         put_row(&shown.row[i], most, out);
     fputs("</table></div>\n", out);
-    fprintf(out, "<p>These add up to the %s rays emitted%s.</p>\n",
-            rmap_grouped(rmap_energy_whole(table->rays), rays),
+    fprintf(out, "<p>These add up to the %s emitted%s.</p>\n",
+            rmap_counted(rmap_energy_whole(table->rays), "ray").text,
             table->exact ? ", exactly" : ": NO, they do not");
     if (table->n_detector == 0)
         return;

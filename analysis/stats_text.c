@@ -7,6 +7,7 @@
 
 #include "analysis/csv_field.h"
 #include "analysis/text_table.h"
+#include "base/grouped.h"
 
 const char *rmap_stats_flux_unit(const struct rmap_stats *stats)
 {
@@ -117,8 +118,8 @@ static enum rmap_status print_group(const struct rmap_stats *stats,
     const char *kind = stats->setup->by == RMAP_STATS_BY_SOURCE ? "source" : "detector";
     if (group->name)
         fprintf(out, "\n%s %s\n", kind, group->name);
-    fprintf(out, "%-14s %" PRIu64 " of %" PRIu64 " rays\n", "values", group->n_reading,
-            group->n_ray);
+    fprintf(out, "%-14s %" PRIu64 " of %s\n", "values", group->n_reading,
+            rmap_counted((uint64_t)group->n_ray, "ray").text);
     fprintf(out, "%-14s %.9g", "flux", group->flux.value);
     if (isfinite(group->flux.standard_error))
         fprintf(out, " +- %.3g", group->flux.standard_error);

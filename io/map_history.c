@@ -4,6 +4,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/history_file.h"
 #include "io/map_internal.h"
 
@@ -115,9 +116,10 @@ static enum rmap_status compare(const struct rmap_map *map, size_t piece,
     if (n_found == n_portion)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_FORMAT,
-                          "%s: %zu of its %zu portions are not those of its piece: make it again "
+                          "%s: %zu of its %s %s not those of its piece: make it again "
                           "with raymap index --force",
-                          path, n_portion - n_found, n_portion);
+                          path, n_portion - n_found, rmap_counted(n_portion, "portion").text,
+                          n_portion - n_found == 1 ? "is" : "are");
 }
 
 enum rmap_status rmap_map_history_open(const struct rmap_map *map, size_t piece,

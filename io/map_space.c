@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/h5.h"
 #include "io/map_internal.h"
 
@@ -98,10 +99,11 @@ enum rmap_status rmap_map_space_scene(const struct rmap_map_space *space,
     bundle->options = before;
     if (st != RMAP_OK && st != RMAP_SYSTEM)
         st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s: the scene inside cannot be read (%s%s%zu mistakes); a program of "
+                            "%s: the scene inside cannot be read (%s%s%s); a program of "
                             "the version that wrote the map can",
                             path, diagnostics.n ? diagnostics.item[0].text : "",
-                            diagnostics.n ? "; " : "", diagnostics.n_error);
+                            diagnostics.n ? "; " : "",
+                            rmap_counted(diagnostics.n_error, "mistake").text);
     else if (st == RMAP_OK && !fits(space, scene, first))
         st = rmap_error_set(err, RMAP_FORMAT, "%s: the scene inside does not fit /space", path);
     if (st == RMAP_OK) {

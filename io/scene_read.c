@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/scene_reader.h"
 
 static void check_version(struct rmap_reader *reader)
@@ -88,7 +89,7 @@ static enum rmap_status verdict(struct rmap_reader *reader)
     }
     if (!n)
         return RMAP_OK;
-    return rmap_error_set(reader->err, RMAP_INPUT, "%zu mistake%s in %s", n, n == 1 ? "" : "s",
+    return rmap_error_set(reader->err, RMAP_INPUT, "%s in %s", rmap_counted(n, "mistake").text,
                           path);
 }
 

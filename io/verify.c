@@ -11,6 +11,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/map_internal.h"
 #include "io/map_scan.h"
@@ -190,7 +191,8 @@ static enum rmap_status find_missing_shards(struct rmap_verification *self,
         (void)snprintf(name, sizeof name, "shard-%05d", shard);
         for (size_t k = 0; k < claimed->n_piece; k++)
             n += claimed->piece[k].shard == shard;
-        rmap_finding_set(&finding, name, "", "the shard is missing, with %zu pieces of it", n);
+        rmap_finding_set(&finding, name, "", "the shard is missing, with %s of it",
+                         rmap_counted(n, "piece").text);
         for (size_t k = 0; k < claimed->n_portion; k++)
             if (claimed->portion[k].shard == shard)
                 rmap_finding_add_portion(&finding, &claimed->portion[k]);
@@ -219,8 +221,8 @@ static enum rmap_status extra_piece(const struct rmap_verification *self,
                          "map.h5 does not list it%s, and it is damaged: %s", shard, why.text);
     else
         rmap_finding_set(&finding, info.name, "",
-                         "map.h5 does not list it%s: extra, with %llu rays from ray %llu on", shard,
-                         (unsigned long long)content.piece[0].n_row[RMAP_TABLE_RAY],
+                         "map.h5 does not list it%s: extra, with %s from ray %llu on", shard,
+                         rmap_counted(content.piece[0].n_row[RMAP_TABLE_RAY], "ray").text,
                          content.n_portion ? (unsigned long long)content.portion[0].first_ray : 0);
     rmap_map_content_fini(&content);
     return rmap_findings_add(findings, &finding, err);

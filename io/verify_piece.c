@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_internal.h"
 #include "io/map_scan.h"
 #include "io/publish.h"
@@ -174,8 +175,9 @@ static enum rmap_status compare_portions(struct piece_check *check, struct rmap_
         if (st == RMAP_OK)
             st = rmap_verify_tables(&pair, check->findings, err);
     } else {
-        (void)snprintf(text, sizeof text, "lists %zu portions of %s, which has %zu",
-                       check->n_claimed, check->info->name, check->own.n_portion);
+        (void)snprintf(text, sizeof text, "lists %s of %s, which has %zu",
+                       rmap_counted(check->n_claimed, "portion").text, check->info->name,
+                       check->own.n_portion);
         st = whole(check, "map.h5", "/portion", 0, text, err);
     }
     if (check->findings->n > before)
@@ -207,8 +209,8 @@ static enum rmap_status compare_chunks(struct piece_check *check, struct rmap_er
     } else if (n == check->own.n_chunk) {
         st = RMAP_OK;
     } else {
-        (void)snprintf(text, sizeof text, "lists %zu chunks of %s, which has %zu", n,
-                       check->info->name, check->own.n_chunk);
+        (void)snprintf(text, sizeof text, "lists %s of %s, which has %zu",
+                       rmap_counted(n, "chunk").text, check->info->name, check->own.n_chunk);
         st = whole(check, "map.h5", "/chunk", 0, text, err);
     }
     rmap_free(says);

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "mpi/progress.h"
 
 enum { SHOWN_MAX = 10 };
@@ -94,9 +95,8 @@ void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE
     const struct rmap_scene *scene = tally->scene;
     for (size_t s = 0; s < scene->n_source; s++) {
         double emitted = tally->emitted[s];
-        char count[RMAP_GROUPED_LEN];
-        fprintf(out, "  source %s: %s rays for %.6g %s\n", scene->source[s].name,
-                rmap_grouped((uint64_t)emitted, count), flux_of(tally, flux, s),
+        fprintf(out, "  source %s: %s for %.6g %s\n", scene->source[s].name,
+                rmap_counted((uint64_t)emitted, "ray").text, flux_of(tally, flux, s),
                 rmap_flux_unit_text(scene));
         if (emitted <= 0.0)
             continue;

@@ -4,6 +4,7 @@
  */
 #include <string.h>
 
+#include "base/grouped.h"
 #include "io/map_history.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
@@ -104,7 +105,7 @@ static enum rmap_status summarise(const struct rmap_context *context, const stru
     double seconds = rmap_clock_seconds() - self->begun;
     double n_segment = (double)after->n_row[RMAP_TABLE_SEGMENT];
     double per_segment = n_segment > 0 ? (double)after->nbytes / n_segment : 0.0;
-    char digest[33], rays[RMAP_GROUPED_LEN];
+    char digest[33];
     rmap_digest_text(after->digest, digest);
     if (context->json)
         return rmap_json_print(
@@ -116,9 +117,9 @@ static enum rmap_status summarise(const struct rmap_context *context, const stru
                       digest, "seconds", seconds),
             stdout, err);
     if (!context->quiet)
-        printf("%s: %s rays, %s, %.1f MB (before: %.1f MB), %.2f bytes per segment, in %.2f s\n"
+        printf("%s: %s, %s, %.1f MB (before: %.1f MB), %.2f bytes per segment, in %.2f s\n"
                "digest %s\n",
-               request->to, rmap_grouped(after->n_row[RMAP_TABLE_RAY], rays), encoding,
+               request->to, rmap_counted(after->n_row[RMAP_TABLE_RAY], "ray").text, encoding,
                1e-6 * (double)after->nbytes, 1e-6 * (double)self->before.nbytes, per_segment,
                seconds, digest);
     return RMAP_OK;

@@ -2,6 +2,7 @@
  *
  * raymap index: what the rays of a map met, in a form that questions are answered from at once.
  */
+#include "base/grouped.h"
 #include "mpi/agree.h"
 #include "mpi/index_run.h"
 #include "mpi/json_out.h"
@@ -26,10 +27,10 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
                       (json_int_t)result->map_nbytes, "share", share, "seconds", result->seconds),
             stdout, err);
     if (!context->quiet)
-        printf("%s: history indexes of %llu pieces, %llu of them made now: %.1f MB, %.1f %% of the "
+        printf("%s: history indexes of %s, %llu of them made now: %.1f MB, %.1f %% of the "
                "map\n",
-               path, (unsigned long long)result->n_piece, (unsigned long long)result->n_made,
-               1e-6 * (double)result->nbytes, 100.0 * share);
+               path, rmap_counted(result->n_piece, "piece").text,
+               (unsigned long long)result->n_made, 1e-6 * (double)result->nbytes, 100.0 * share);
     rmap_index_tell_large(result, line, sizeof line);
     if (!context->quiet && line[0])
         printf("%s: %s\n", path, line);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/map_history.h"
 #include "io/selection.h"
@@ -170,18 +171,16 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
 static void print_detectors(const struct rmap_map *map, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
-    char count[RMAP_GROUPED_LEN];
     for (size_t d = 0; d < scene->n_detector; d++) {
         const struct rmap_detector *detector = &scene->detector[d];
-        fprintf(out, "  detector %s: %s, %u x %u cells, %s registrations\n", detector->name,
+        fprintf(out, "  detector %s: %s, %u x %u cells, %s\n", detector->name,
                 detector_type(detector), (unsigned)detector->cells[0], (unsigned)detector->cells[1],
-                rmap_grouped((uint64_t)registered(map, d), count));
+                rmap_counted((uint64_t)registered(map, d), "registration").text);
     }
 }
 
 static void print_selection(const struct rmap_selection *selection, FILE *out)
 {
-    char rays[RMAP_GROUPED_LEN];
     for (size_t i = 0; i < selection->n; i++) {
         const struct rmap_selection_step *step = &selection->step[i];
         bool first = i == 0 || step->part != step[-1].part;
@@ -194,8 +193,8 @@ static void print_selection(const struct rmap_selection *selection, FILE *out)
             fprintf(out, " (%s)", step->answer);
         fputc('\n', out);
     }
-    fprintf(out, "  traced: %s rays, digest %s%s; fluxes are those in that map\n",
-            rmap_grouped(selection->n_ray, rays), selection->digest,
+    fprintf(out, "  traced: %s, digest %s%s; fluxes are those in that map\n",
+            rmap_counted(selection->n_ray, "ray").text, selection->digest,
             selection->complete ? "" : ", not complete then");
 }
 
@@ -213,8 +212,6 @@ static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_history_survey *indexed, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
-    char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], registrations[RMAP_GROUPED_LEN];
-    char points[RMAP_GROUPED_LEN];
     char digest[33];
     rmap_digest_text(summary->digest, digest);
     double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];
@@ -222,39 +219,43 @@ static void print_info(const char *path, const struct rmap_map *map,
             summary->complete ? "complete"
             : damaged         ? "damaged: pieces are missing or cut off"
                               : unfinished(path, map));
-    fprintf(out, "  %s rays, %s segments, %s registrations",
-            rmap_grouped(summary->n_row[RMAP_TABLE_RAY], rays),
-            rmap_grouped(summary->n_row[RMAP_TABLE_SEGMENT], segments),
-            rmap_grouped(summary->n_row[RMAP_TABLE_REGISTRATION], registrations));
+    fprintf(out, "  %s, %s, %s", rmap_counted(summary->n_row[RMAP_TABLE_RAY], "ray").text,
+            rmap_counted(summary->n_row[RMAP_TABLE_SEGMENT], "segment").text,
+            rmap_counted(summary->n_row[RMAP_TABLE_REGISTRATION], "registration").text);
     if (rmap_scene_is_curved(scene))
-        fprintf(out, ", %s points of curved legs",
-                rmap_grouped(summary->n_row[RMAP_TABLE_CURVE], points));
+        fprintf(out, ", %s of curved legs",
+                rmap_counted(summary->n_row[RMAP_TABLE_CURVE], "point").text);
     fputc('\n', out);
     fprintf(out, "  %.1f MB", 1e-6 * (double)summary->nbytes);
     if (n_segment > 0)
         fprintf(out, ", %.2f bytes per segment", (double)summary->nbytes / n_segment);
-    fprintf(out, ", %d shards, %zu pieces\n", summary->n_shard, rmap_map_n_piece(map));
+    fprintf(out, ", %s, %s\n", rmap_counted((uint64_t)summary->n_shard, "shard").text,
+            rmap_counted(rmap_map_n_piece(map), "piece").text);
     if (indexed->n_piece > 0)
-        fprintf(out, "  history indexes of %zu pieces: %.1f MB beside that\n", indexed->n_piece,
-                1e-6 * (double)indexed->nbytes);
+        fprintf(out, "  history indexes of %s: %.1f MB beside that\n",
+                rmap_counted(indexed->n_piece, "piece").text, 1e-6 * (double)indexed->nbytes);
     if (indexed->n_unused > 0)
         fprintf(out,
-                "  history indexes of %zu pieces cannot be used: raymap index makes them "
+                "  history indexes of %s cannot be used: raymap index makes them "
                 "again (%s)\n",
-                indexed->n_unused, indexed->why.text);
+                rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
     fprintf(out, "  made by raymap %s (%s) with Embree %s (%s), HDF5 %s\n",
             summary->program_version, summary->git_revision, summary->embree_version, summary->isa,
             summary->hdf5_version);
-    fprintf(out, "  scene: %zu objects, %zu geometries, %zu surfaces, %zu media, lengths in %s\n",
-            scene->n_object, scene->n_geometry, scene->n_surface, scene->n_medium, scene->unit);
+    fprintf(out, "  scene: %s, %s, %s, %zu medi%s, lengths in %s\n",
+            rmap_counted(scene->n_object, "object").text,
+            rmap_counted(scene->n_geometry, "geometry").text,
+            rmap_counted(scene->n_surface, "surface").text, scene->n_medium,
+            scene->n_medium == 1 ? "um" : "a", scene->unit);
     if (rmap_map_selection(map))
         print_selection(rmap_map_selection(map), out);
     for (size_t i = 0; i < rmap_map_n_space(map); i++) {
         const struct rmap_channels *channels = &rmap_map_scene_of(map, i)->channels;
-        fprintf(out, "  colour space %zu: %s, %d channels\n", i,
-                channels->mode == RMAP_COLOUR_RGB ? "rgb" : "spectral", channels->n);
+        fprintf(out, "  colour space %zu: %s, %s\n", i,
+                channels->mode == RMAP_COLOUR_RGB ? "rgb" : "spectral",
+                rmap_counted((uint64_t)channels->n, "channel").text);
     }
     print_detectors(map, out);
     double *flux = picked_flux(map);

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_writer.h"
 #include "io/merge.h"
 #include "mpi/agree.h"
@@ -55,7 +56,7 @@ static enum rmap_status summarise(const struct rmap_context *context, const char
 {
     struct rmap_map *map = NULL;
     struct rmap_map_summary summary;
-    char digest[33], rays[RMAP_GROUPED_LEN];
+    char digest[33];
     enum rmap_status st = rmap_map_open(to, &map, err);
     if (st != RMAP_OK)
         return st;
@@ -72,14 +73,15 @@ static enum rmap_status summarise(const struct rmap_context *context, const char
                                        "digest", digest, "seconds", seconds),
                              stdout, err);
     else if (!context->quiet)
-        printf("%s: %s rays in %zu pieces, %s, digest %s\n", to,
-               rmap_grouped(summary.n_row[RMAP_TABLE_RAY], rays), rmap_map_n_piece(map),
+        printf("%s: %s in %s, %s, digest %s\n", to,
+               rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray").text,
+               rmap_counted(rmap_map_n_piece(map), "piece").text,
                summary.complete ? "complete" : "not complete", digest);
     if (n_symbolic > 0 && !context->quiet)
         fprintf(stderr,
-                "raymap: %zu pieces lie on another file system: symbolic links, so keep the maps "
+                "raymap: %s %s on another file system: symbolic links, so keep the maps "
                 "where they are\n",
-                n_symbolic);
+                rmap_counted(n_symbolic, "piece").text, n_symbolic == 1 ? "lies" : "lie");
     rmap_map_close(map);
     return st;
 }

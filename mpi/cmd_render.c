@@ -8,6 +8,7 @@
 
 #include "analysis/photo.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/diagnostics.h"
 #include "mpi/agree.h"
 #include "mpi/balance.h"
@@ -227,13 +228,12 @@ static void report_print(const struct session *session, const struct rmap_render
 {
     const struct rmap_render_counts *counts = &outcome->counts;
     const struct rmap_film *film = outcome->film;
-    char paths[RMAP_GROUPED_LEN], legs[RMAP_GROUPED_LEN], looks[RMAP_GROUPED_LEN];
     double noise = 0.0, mean = 0.0, seconds = outcome->seconds;
     rmap_film_noise(film, &noise, &mean);
-    printf("camera %s, %u x %u, %llu samples: %s paths, %s legs, %s looks at lights\n",
-           session->camera->name, film->size[0], film->size[1], (unsigned long long)film->n_sample,
-           rmap_grouped(counts->n_path, paths), rmap_grouped(counts->n_leg, legs),
-           rmap_grouped(counts->n_look, looks));
+    printf("camera %s, %u x %u, %s: %s, %s, %s at lights\n", session->camera->name, film->size[0],
+           film->size[1], rmap_counted(film->n_sample, "sample").text,
+           rmap_counted(counts->n_path, "path").text, rmap_counted(counts->n_leg, "leg").text,
+           rmap_counted(counts->n_look, "look").text);
     printf("%.2f s, %.3g M paths/s, %.3g pictures of one sample a second\n", seconds,
            1e-6 * (double)counts->n_path / seconds, (double)film->n_sample / seconds);
     printf("mean luminance %.4g %s", mean, unit_of(session->scene));
@@ -255,12 +255,12 @@ static void remark(const struct session *session, const struct rmap_render_count
                 lights->n_unseen, lights->n_unseen > 1 ? "s" : "");
     if (counts->n_error > 0)
         fprintf(stderr,
-                "raymap: %llu of %llu paths ended with an error; raymap check says where media do "
+                "raymap: %llu of %s ended with an error; raymap check says where media do "
                 "not match\n",
-                (unsigned long long)counts->n_error, (unsigned long long)counts->n_path);
+                (unsigned long long)counts->n_error, rmap_counted(counts->n_path, "path").text);
     if (counts->n_limit > 0)
-        fprintf(stderr, "raymap: %llu of %llu paths ended at a limit\n",
-                (unsigned long long)counts->n_limit, (unsigned long long)counts->n_path);
+        fprintf(stderr, "raymap: %llu of %s ended at a limit\n",
+                (unsigned long long)counts->n_limit, rmap_counted(counts->n_path, "path").text);
 }
 
 /* On rank 0. Early is what had less than was asked for. */
@@ -278,13 +278,12 @@ static enum rmap_status conclude(const struct session *session,
             report_print(session, outcome);
     }
     if (outcome->interrupt)
-        st = rmap_error_set(err, RMAP_STOPPED, "stopped by %s after %llu of %llu samples",
+        st = rmap_error_set(err, RMAP_STOPPED, "stopped by %s after %llu of %s",
                             rmap_interrupt_name(outcome->interrupt), (unsigned long long)n,
-                            (unsigned long long)request->n_sample);
+                            rmap_counted(request->n_sample, "sample").text);
     else if (n < request->n_sample && request->has_samples)
-        st = rmap_error_set(err, RMAP_STOPPED,
-                            "stopped by the time limit after %llu of %llu samples",
-                            (unsigned long long)n, (unsigned long long)request->n_sample);
+        st = rmap_error_set(err, RMAP_STOPPED, "stopped by the time limit after %llu of %s",
+                            (unsigned long long)n, rmap_counted(request->n_sample, "sample").text);
 out:
     return st;
 }

@@ -2,6 +2,7 @@
  *
  * raymap repair: a damaged map made whole again of what is left.
  */
+#include "base/grouped.h"
 #include "geometry/accel.h"
 #include "io/repair.h"
 #include "mpi/agree.h"
@@ -54,7 +55,7 @@ static void print_notes(const char *what, const struct rmap_findings *notes, FIL
 static void print_text(const char *path, const struct rmap_repair_result *result, FILE *out)
 {
     const size_t shown = 20;
-    char rays[RMAP_GROUPED_LEN], lost[RMAP_GROUPED_LEN], missing[RMAP_GROUPED_LEN];
+    char lost[RMAP_GROUPED_LEN], missing[RMAP_GROUPED_LEN];
     print_notes("found", &result->found, out);
     print_notes("done ", &result->done, out);
     print_notes("left ", &result->left, out);
@@ -62,9 +63,10 @@ static void print_text(const char *path, const struct rmap_repair_result *result
         fprintf(out, "lost  rays %llu to %llu\n", (unsigned long long)result->lost.range[i].first,
                 (unsigned long long)(result->lost.range[i].end - 1));
     if (result->lost.n > shown)
-        fprintf(out, "lost  and %zu more ranges of rays\n", result->lost.n - shown);
-    fprintf(out, "%s: %s rays, %s lost, %s missing of those asked for: %s\n", path,
-            rmap_grouped(result->summary.n_row[RMAP_TABLE_RAY], rays),
+        fprintf(out, "lost  and %s of rays\n",
+                rmap_counted(result->lost.n - shown, "more range").text);
+    fprintf(out, "%s: %s, %s lost, %s missing of those asked for: %s\n", path,
+            rmap_counted(result->summary.n_row[RMAP_TABLE_RAY], "ray").text,
             rmap_grouped(rmap_ray_set_count(&result->lost), lost),
             rmap_grouped(result->n_missing, missing),
             result->summary.complete
@@ -92,8 +94,8 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     else if (!context->quiet)
         print_text(path, result, stdout);
     if (st == RMAP_OK && mode == RMAP_REPAIR_SAY && result->found.n > 0)
-        st = rmap_error_set(err, RMAP_FORMAT, "%s is damaged in %zu places; nothing was changed",
-                            path, result->found.n);
+        st = rmap_error_set(err, RMAP_FORMAT, "%s is damaged in %s; nothing was changed", path,
+                            rmap_counted(result->found.n, "place").text);
     if (st == RMAP_OK && result->left.n > 0)
         st = rmap_error_set(err, RMAP_FORMAT, "%s: %s: %s; this is left as it is", path,
                             result->left.row[0].file, result->left.row[0].text);

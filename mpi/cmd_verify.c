@@ -3,6 +3,7 @@
  * raymap verify: whether every byte of a map is what was written.
  */
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
@@ -75,16 +76,15 @@ static void print_text(const char *path, const struct rmap_findings *findings,
                        const struct rmap_verified *verified,
                        const struct rmap_verification *verification, FILE *out)
 {
-    char rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN], chunks[RMAP_GROUPED_LEN];
     struct rmap_map_summary summary = {0};
     for (size_t i = 0; i < findings->n; i++)
         print_finding(&findings->row[i], out);
     if (verification->map)
         rmap_map_summarise(verification->map, &summary);
-    fprintf(out, "%s: %zu findings in %llu pieces, %s chunks, %s rays, %s segments, %.1f MB%s\n",
-            path, findings->n, (unsigned long long)verified->pieces,
-            rmap_grouped(verified->chunks, chunks), rmap_grouped(verified->rays, rays),
-            rmap_grouped(verified->segments, segments), 1e-6 * (double)verified->bytes,
+    fprintf(out, "%s: %s in %s, %s, %s, %s, %.1f MB%s\n", path,
+            rmap_counted(findings->n, "finding").text, rmap_counted(verified->pieces, "piece").text,
+            rmap_counted(verified->chunks, "chunk").text, rmap_counted(verified->rays, "ray").text,
+            rmap_counted(verified->segments, "segment").text, 1e-6 * (double)verified->bytes,
             !verification->map       ? "; rays were not decoded: the index is unusable"
             : summary.complete       ? ""
             : rmap_map_is_live(path) ? "; not complete: it is being traced"
@@ -104,9 +104,8 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     if (!context->json && !context->quiet)
         fprintf(stderr, "%.2f s\n", verified->seconds);
     if (st == RMAP_OK && findings->n > 0)
-        st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s is damaged in %zu places; see: raymap repair --help", path,
-                            findings->n);
+        st = rmap_error_set(err, RMAP_FORMAT, "%s is damaged in %s; see: raymap repair --help",
+                            path, rmap_counted(findings->n, "place").text);
     return st;
 }
 

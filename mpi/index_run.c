@@ -6,6 +6,7 @@
 #include <stdio.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/history_file.h"
 #include "io/map_history.h"
 #include "mpi/agree.h"
@@ -147,9 +148,10 @@ void rmap_index_tell_large(const struct rmap_index_result *result, char *line, s
     line[0] = 0;
     if (result->n_large > 0)
         (void)snprintf(line, cap,
-                       "%llu pieces are left without: their indexes would take %.1f MB, and more "
+                       "%s %s left without: indexes would take %.1f MB, and more "
                        "than a tenth of the map (raymap index --large makes them)",
-                       (unsigned long long)result->n_large, 1e-6 * (double)result->large_nbytes);
+                       rmap_counted(result->n_large, "piece").text,
+                       result->n_large == 1 ? "is" : "are", 1e-6 * (double)result->large_nbytes);
 }
 
 enum rmap_status rmap_index_run(const struct rmap_context *context, const char *path, int flags,

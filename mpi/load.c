@@ -6,6 +6,7 @@
 #include <time.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_writer.h"
 #include "mpi/agree.h"
 #include "mpi/progress.h"
@@ -125,11 +126,10 @@ static void remark_incomplete(const struct rmap_context *context, const char *pa
                               const struct rmap_map *map)
 {
     struct rmap_map_summary summary;
-    char rays[RMAP_GROUPED_LEN];
     rmap_map_summarise(map, &summary);
     if (context->rank == 0 && !context->quiet && !summary.complete)
-        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s rays\n", path,
-                rmap_grouped(summary.n_row[RMAP_TABLE_RAY], rays));
+        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s\n", path,
+                rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray").text);
 }
 
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,

@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "base/grouped.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
@@ -90,10 +91,11 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }
     if (!context->quiet && nbytes == UINT64_MAX)
-        fprintf(stderr, "%llu of %zu portions read, %.3f s\n", (unsigned long long)read,
-                rmap_map_n_portion(map), seconds);
+        fprintf(stderr, "%llu of %s read, %.3f s\n", (unsigned long long)read,
+                rmap_counted(rmap_map_n_portion(map), "portion").text, seconds);
     else if (!context->quiet)
-        fprintf(stderr, "%llu of %zu portions read, %.1f MB, %.3f s\n", (unsigned long long)read,
-                rmap_map_n_portion(map), 1e-6 * (double)nbytes, seconds);
+        fprintf(stderr, "%llu of %s read, %.1f MB, %.3f s\n", (unsigned long long)read,
+                rmap_counted(rmap_map_n_portion(map), "portion").text, 1e-6 * (double)nbytes,
+                seconds);
     return RMAP_OK;
 }

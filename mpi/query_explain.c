@@ -5,6 +5,7 @@
 #include <stdio.h>
 
 #include "analysis/query_plan.h"
+#include "base/grouped.h"
 #include "io/map_history.h"
 #include "mpi/json_out.h"
 #include "mpi/query_rays_out.h"
@@ -40,19 +41,19 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
            (unsigned long long)(n_portion - plan->n_skipped), n_portion,
            (unsigned long long)plan->n_skipped);
     if (plan->n_by_path + plan->n_by_row > 0)
-        printf("  index    %llu portions by paths, %llu by rows, %.1f MB; leaves %.3g %% of their "
-               "rays undecided, in %llu portions\n",
-               (unsigned long long)plan->n_by_path, (unsigned long long)plan->n_by_row,
+        printf("  index    %s by paths, %llu by rows, %.1f MB; leaves %.3g %% of their "
+               "rays undecided, in %s\n",
+               rmap_counted(plan->n_by_path, "portion").text, (unsigned long long)plan->n_by_row,
                1e-6 * (double)plan->index_nbytes,
                plan->n_index_ray ? 100.0 * (double)plan->n_open_ray / (double)plan->n_index_ray
                                  : 0.0,
-               (unsigned long long)plan->n_open_portion);
+               rmap_counted(plan->n_open_portion, "portion").text);
     if (plan->n_by_column > 0)
-        printf("  index    none for %llu portions: their columns answer\n",
-               (unsigned long long)plan->n_by_column);
+        printf("  index    none for %s: columns answer\n",
+               rmap_counted(plan->n_by_column, "portion").text);
     if (indexed->n_unused > 0)
-        printf("  index    of %zu pieces cannot be used: raymap index makes it again (%s)\n",
-               indexed->n_unused, indexed->why.text);
+        printf("  index    of %s cannot be used: raymap index makes it again (%s)\n",
+               rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
     printf("  columns ");
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (plan->columns & RMAP_COLUMN_BIT(c))

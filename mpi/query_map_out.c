@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
@@ -121,7 +122,7 @@ static enum rmap_status summarise(const struct rmap_context *context, const stru
     const struct rmap_map_answer *answer = self->answer;
     struct rmap_map *made = NULL;
     struct rmap_map_summary summary;
-    char digest[33], rays[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN];
+    char digest[33];
     enum rmap_status st = rmap_map_open(answer->to, &made, err);
     if (st != RMAP_OK)
         return st;
@@ -138,9 +139,9 @@ static enum rmap_status summarise(const struct rmap_context *context, const stru
                       (json_int_t)summary.nbytes, "digest", digest, "seconds", seconds),
             stdout, err);
     else if (!context->quiet)
-        printf("%s: %s rays, %s segments, %s, %.1f MB\ndigest %s\n", answer->to,
-               rmap_grouped(summary.n_row[RMAP_TABLE_RAY], rays),
-               rmap_grouped(summary.n_row[RMAP_TABLE_SEGMENT], segments),
+        printf("%s: %s, %s, %s, %.1f MB\ndigest %s\n", answer->to,
+               rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray").text,
+               rmap_counted(summary.n_row[RMAP_TABLE_SEGMENT], "segment").text,
                rmap_encoding_name(self->encoding), 1e-6 * (double)summary.nbytes, digest);
     rmap_map_close(made);
     return st;

@@ -7,6 +7,7 @@
 
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/json_memory.h"
 #include "io/polydata.h"
 #include "io/whole_file.h"
@@ -168,8 +169,8 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
             json_pack("{s:s, s:I}", "output", self->path, "rays", (json_int_t)self->n_ray), stdout,
             err);
     if (!self->context->quiet)
-        fprintf(stderr, "%s: %llu rays, %llu segments\n", self->path,
-                (unsigned long long)self->n_ray, (unsigned long long)self->n_segment);
+        fprintf(stderr, "%s: %s, %s\n", self->path, rmap_counted(self->n_ray, "ray").text,
+                rmap_counted(self->n_segment, "segment").text);
     return RMAP_OK;
 }
 

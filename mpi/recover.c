@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/salvage.h"
 #include "mpi/agree.h"
@@ -90,7 +91,6 @@ static enum rmap_status recover_some(const struct rmap_context *context, const s
 static void tell(const struct rmap_context *context, const struct result *result)
 {
     struct result all = {0};
-    char number[RMAP_GROUPED_LEN];
     for (int r = 0; r < context->size; r++) {
         all.n_ray += result[r].n_ray;
         all.n_ray_lost += result[r].n_ray_lost;
@@ -98,17 +98,14 @@ static void tell(const struct rmap_context *context, const struct result *result
         note(&all, result[r].text);
     }
     if (all.n_ray > 0 && !context->quiet)
-        fprintf(stderr, "raymap: %s rays of unfinished pieces were recovered\n",
-                rmap_grouped(all.n_ray, number));
+        fprintf(stderr, "raymap: %s of unfinished pieces %s recovered\n",
+                rmap_counted(all.n_ray, "ray").text, all.n_ray == 1 ? "was" : "were");
     if (all.n_ray_lost > 0)
-        fprintf(stderr,
-                "raymap: warning: %s rays were damaged and are traced again; the first: %s\n",
-                rmap_grouped(all.n_ray_lost, number), all.text);
+        fprintf(stderr, "raymap: warning: %s damaged, to be traced again; the first: %s\n",
+                rmap_counted(all.n_ray_lost, "ray").text, all.text);
     else if (all.n_damaged > 0)
-        fprintf(stderr,
-                "raymap: warning: %s unfinished pieces are of no use and stay as they are; the "
-                "first: %s\n",
-                rmap_grouped(all.n_damaged, number), all.text);
+        fprintf(stderr, "raymap: warning: %s of no use, left as it stands; the first: %s\n",
+                rmap_counted(all.n_damaged, "unfinished piece").text, all.text);
 }
 
 enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,

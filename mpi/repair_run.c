@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/repair.h"
 #include "io/salvage.h"
@@ -161,10 +162,10 @@ static enum rmap_status salvage_one(const struct repair *self, const struct rmap
     enum rmap_status st =
         rmap_salvage(self->round.verification->map, leftover, &made, &salvaged, &why);
     if (st == RMAP_OK) {
-        rmap_finding_set(&finding, leftover->name, "",
-                         "salvaged: %llu rays in %zu pieces; %llu rays of it were damaged",
-                         (unsigned long long)salvaged.n_ray, salvaged.n_piece,
-                         (unsigned long long)salvaged.n_ray_lost);
+        rmap_finding_set(&finding, leftover->name, "", "salvaged: %s in %s; damaged of it: %s",
+                         rmap_counted(salvaged.n_ray, "ray").text,
+                         rmap_counted(salvaged.n_piece, "piece").text,
+                         rmap_counted(salvaged.n_ray_lost, "ray").text);
         st = rmap_findings_add(done, &finding, err);
     } else if (st == RMAP_FORMAT) {
         st = rmap_repair_remove_leftover(self->path, leftover->name, done, err);

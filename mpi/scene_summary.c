@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "base/grouped.h"
 #include "mpi/balance.h"
 #include "mpi/progress.h"
 
@@ -135,8 +136,8 @@ void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
 {
     const struct rmap_channels *channels = &scene->channels;
     char count[RMAP_GROUPED_LEN];
-    fprintf(out, "  units      %s\n  light      %s, %d channels", scene->unit, mode_text(scene),
-            channels->n);
+    fprintf(out, "  units      %s\n  light      %s, %s", scene->unit, mode_text(scene),
+            rmap_counted((uint64_t)channels->n, "channel").text);
     if (channels->mode == RMAP_COLOUR_SPECTRAL)
         fprintf(out, ", %.6g to %.6g nm", channels->wavelength_nm[0],
                 channels->wavelength_nm[channels->n - 1]);

@@ -7,6 +7,7 @@
 
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
@@ -46,9 +47,9 @@ static enum rmap_status prepare(struct rmap_session *session, struct rmap_error 
     st = rmap_map_keep(session->map, (size_t)(session->memory / 2), err);
     if (context->rank == 0 && !context->quiet && warmth.n_piece > 0)
         fprintf(stderr,
-                "made history indexes of %llu pieces in memory, %.1f MB; `raymap index` keeps "
+                "made history indexes of %s in memory, %.1f MB; `raymap index` keeps "
                 "them on disk\n",
-                (unsigned long long)warmth.n_piece, 1e-6 * (double)warmth.nbytes);
+                rmap_counted(warmth.n_piece, "piece").text, 1e-6 * (double)warmth.nbytes);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

@@ -2,6 +2,7 @@
 #include "mpi/trace_goal.h"
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_content.h"
 #include "mpi/progress.h"
 
@@ -124,7 +125,6 @@ static enum rmap_status check_resumed(const struct rmap_trace_request *request,
                                       const struct rmap_map *map, struct rmap_error *err)
 {
     uint64_t total = 0;
-    char asked[RMAP_GROUPED_LEN];
     size_t n = rmap_map_n_run(map);
     bool known = !request->has_n_ray, begins = !request->has_first_ray;
     for (size_t i = 0; i < n; i++) {
@@ -135,9 +135,9 @@ static enum rmap_status check_resumed(const struct rmap_trace_request *request,
     }
     if (!known && request->n_ray != total)
         return rmap_error_set(err, RMAP_USAGE,
-                              "%s was asked for %s rays, and --resume completes those; --append "
+                              "%s was asked for %s, and --resume completes those; --append "
                               "-n MORE adds to them",
-                              request->map_path, rmap_grouped(total, asked));
+                              request->map_path, rmap_counted(total, "ray").text);
     if (!begins)
         return rmap_error_set(err, RMAP_USAGE,
                               "%s does not begin with ray %llu; leave out --first-ray",

@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/publish.h"
 #include "mpi/agree.h"
@@ -376,9 +377,9 @@ enum rmap_status rmap_trace_session_conclude(struct rmap_trace_session *self,
     enum rmap_status st = self->context->rank == 0 ? finish(self, err) : RMAP_OK;
     if (st == RMAP_OK && outcome->n_ray < outcome->n_wanted)
         st = rmap_error_set(
-            err, RMAP_STOPPED, "stopped early by %s: %llu of %llu rays traced%s",
+            err, RMAP_STOPPED, "stopped early by %s: %llu of %s traced%s",
             outcome->interrupt ? rmap_interrupt_name(outcome->interrupt) : "the time limit",
-            (unsigned long long)outcome->n_ray, (unsigned long long)outcome->n_wanted,
+            (unsigned long long)outcome->n_ray, rmap_counted(outcome->n_wanted, "ray").text,
             self->request.map_path ? "; the map holds them, and --resume traces the rest" : "");
     return rmap_agree(self->context, st, err);
 }

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/trace_summary.h"
 
+#include "base/grouped.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
 #include "mpi/mismatch.h"
@@ -18,16 +19,16 @@ struct summary {
 static void print_text(const struct summary *summary, FILE *out)
 {
     const struct rmap_trace_outcome *outcome = summary->report->outcome;
-    char rays[RMAP_GROUPED_LEN], rate[RMAP_GROUPED_LEN], segments[RMAP_GROUPED_LEN];
+    char rate[RMAP_GROUPED_LEN];
     if (outcome->n_wanted > 0)
-        fprintf(out, "%s rays in %.2f s: %s rays/s (ranks: %d, threads: %d)\n",
-                rmap_grouped(outcome->n_ray, rays), outcome->seconds,
+        fprintf(out, "%s in %.2f s: %s rays/s (ranks: %d, threads: %d)\n",
+                rmap_counted(outcome->n_ray, "ray").text, outcome->seconds,
                 rmap_grouped((uint64_t)summary->rate, rate), summary->context->size,
                 outcome->n_thread);
     if (summary->report->n_held > 0)
-        fprintf(out, "%s rays that the map held already\n",
-                rmap_grouped(summary->report->n_held, rays));
-    fprintf(out, "%s segments, %.2f per ray\n", rmap_grouped((uint64_t)summary->segments, segments),
+        fprintf(out, "%s that the map held already\n",
+                rmap_counted(summary->report->n_held, "ray").text);
+    fprintf(out, "%s, %.2f per ray\n", rmap_counted((uint64_t)summary->segments, "segment").text,
             summary->mean_path);
     if (summary->report->map_path) {
         char digest[33];
@@ -92,9 +93,8 @@ static void find_errors(struct summary *summary)
                                  .seed = summary->report->plan->seed};
     rmap_mismatch_describe(&tracer, tally->first_error_ray, summary->error_text,
                            sizeof summary->error_text);
-    char count[RMAP_GROUPED_LEN];
-    fprintf(stderr, "raymap: %s rays ended in an error; the first is ray %llu: %s\n",
-            rmap_grouped((uint64_t)summary->errors, count),
+    fprintf(stderr, "raymap: %s ended in an error; the first is ray %llu: %s\n",
+            rmap_counted((uint64_t)summary->errors, "ray").text,
             (unsigned long long)tally->first_error_ray, summary->error_text);
 }
 

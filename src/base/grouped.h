@@ -11,4 +11,11 @@
 #define RMAP_GROUPED_LEN 28
 const char *rmap_grouped(uint64_t number, char buffer[RMAP_GROUPED_LEN]);
 
+/* "1 ray", "1,234 rays"; "2 geometries", "2 classes". As rmap_counted(n, "ray").text it lives to
+ * the end of its statement. The noun has at most 32 characters. */
+struct rmap_counted {
+    char text[64];
+};
+struct rmap_counted rmap_counted(uint64_t number, const char *noun);
+
 #endif

@@ -25,7 +25,7 @@ expect 0 'camera front, 64 x 48, 2 samples' "$RAYMAP" render scene.yaml -n 2 -o 
 [ "$(head -c 4 a.exr | od -An -tx1)" = ' 76 2f 31 01' ] || { echo 'FAILED: no EXR'; failures=1; }
 expect 2 'exists' "$RAYMAP" render scene.yaml -n 2 -o a.png
 expect 0 '' "$RAYMAP" render scene.yaml -n 2 -o a.png --force --exposure 0.2 --size 20x10
-expect 0 'camera above, 8 x 8, 1 samples' "$RAYMAP" render scene.yaml --camera above --preview --size 8x8
+expect 0 'camera above, 8 x 8, 1 sample:' "$RAYMAP" render scene.yaml --camera above --preview --size 8x8
 expect 0 '"frames_per_second"' "$RAYMAP" render scene.yaml --preview --size 8x8 --json
 
 # Asked wrongly.

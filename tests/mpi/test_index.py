@@ -161,7 +161,7 @@ def unused(path, n, why):
     planned = told("query", path, "all", "--explain")[0]["index"]
     assert planned["unused_pieces"] == n and why in planned["why"], planned
     for said in run("info", path)[0], run("query", path, "all", "--explain")[0]:
-        assert (f"of {n} pieces cannot be used" in said and why in said) == (n > 0), said
+        assert (f"of {n} piece{'s' * (n != 1)} cannot be used" in said and why in said) == (n > 0), said
 
 
 def test_one_that_is_not_used_is_told_of():
