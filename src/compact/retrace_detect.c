@@ -2,37 +2,21 @@
  *
  * Where a leg crosses the detector that its path names (trace/detector.c has the physics).
  */
-#include "compact/model.h"
+#include "compact/detect.h"
 #include "compact/portable.h"
-
-static uint16_t cell_of(double relative, uint32_t cells)
-{
-    double cell = relative * (double)cells;
-    if (!(cell > 0.0))
-        return 0;
-    return cell < (double)cells ? (uint16_t)(uint32_t)cell : (uint16_t)(cells - 1);
-}
-
-static uint16_t quantise(double x)
-{
-    double bounded = x > 0.0 ? x < 1.0 ? x : 1.0 : 0.0; /* NaN: 0 */
-    return (uint16_t)(65535.0 * bounded + 0.5);
-}
 
 static void on_plane(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
                      double relative[2], double *distance)
 {
     struct rmap_vec3 point = leg->to;
     *distance = leg->length;
-    if (detector->on_object < 0 && detector->on_group < 0) {
+    if (!rmap_detect_lies_on(detector)) {
         double from = rmap_dot(rmap_sub(leg->from, detector->origin), detector->axis);
         double to = rmap_dot(rmap_sub(leg->to, detector->origin), detector->axis);
         *distance = leg->length * (from / (from - to));
         point = rmap_axpy(*distance, leg->direction, leg->from);
     }
-    struct rmap_vec3 offset = rmap_sub(point, detector->origin);
-    relative[0] = rmap_dot(offset, detector->x) / detector->size[0] + 0.5;
-    relative[1] = rmap_dot(offset, detector->y) / detector->size[1] + 0.5;
+    rmap_detect_point(detector, point, relative);
 }
 
 static void far_away(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
@@ -56,9 +40,6 @@ void rmap_crossing_find(const struct rmap_detector *detector, const struct rmap_
         on_plane(detector, leg, relative, &distance);
     else
         far_away(detector, leg, relative);
-    for (int k = 0; k < 2; k++) {
-        crossing->cell[k] = cell_of(relative[k], detector->cells[k]);
-        crossing->relative[k] = quantise(relative[k]);
-    }
+    rmap_detect_record(detector, relative, crossing->cell, crossing->relative);
     crossing->optical_path = leg->optical_from + leg->index * distance;
 }

@@ -58,16 +58,20 @@ static enum rmap_status make_room(struct rmap_wave *wave, const struct rmap_retr
     size_t most, n_leg = plan_shelves(wave, r, &most);
     RMAP_TRY(rmap_reserve((void **)&wave->careful, &wave->cap_careful, r->n_ray,
                           sizeof *wave->careful, err));
-    RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, n_leg, sizeof *wave->leg, err));
+    /* one more: it is asked for its kind when the last one is done, to no end */
+    RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, n_leg + 1, sizeof *wave->leg, err));
     RMAP_TRY(rmap_reserve((void **)&wave->start, &wave->cap_start, most, sizeof *wave->start, err));
-    RMAP_TRY(rmap_reserve((void **)&wave->queue, &wave->cap_queue, RMAP_WAVE_QUEUES,
-                          sizeof *wave->queue, err));
+    RMAP_TRY(rmap_reserve((void **)&wave->queue, &wave->cap_queue, 1, sizeof *wave->queue, err));
     RMAP_TRY(rmap_reserve(&wave->room, &wave->cap_room,
                           (RMAP_WAVE_RAYS + 1) * sizeof *wave->ray + LINE, 1, err));
     wave->ray = (void *)((uint8_t *)wave->room + (-(uintptr_t)wave->room & (LINE - 1)));
     memset(wave->careful, 0, r->n_ray);
-    for (size_t k = 0; k < RMAP_WAVE_QUEUES; k++)
-        wave->queue[k].first = wave->queue[k].n = 0;
+    for (size_t k = 0; k <= RMAP_WAVE_QUEUES; k++)
+        wave->queue->first[k] = wave->queue->end[k] = 0;
+    for (size_t i = 0; i <= RMAP_WAVE_RAYS; i++)
+        wave->ray[i].number = (uint16_t)i;
+    wave->ray[RMAP_WAVE_RAYS].leg = &wave->nobodys;
+    wave->leg[n_leg].queue = 0;
 out:
     return st;
 }
@@ -80,13 +84,22 @@ out:
 #define soon(address) ((void)(address))
 #endif
 
-/* Lines a ray up for the leg in hand. */
-static void line_up(const struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
+/* Behind those that wait in a queue already. */
+static inline void join(struct rmap_wave_queues *queue, size_t which, uint16_t ray)
 {
-    struct rmap_wave_queue *queue = &run->wave->queue[ray->leg->queue];
+    queue->ray[which][queue->end[which]++ & (RMAP_WAVE_RAYS - 1)] = ray;
+}
+
+/* Lines a ray up for the leg in hand. */
+static inline void line_up(const struct rmap_wave_run *run, const struct rmap_wave_ray *ray)
+{
     soon(ray->leg->way.corner);
-    queue->ray[(queue->first + queue->n++) & (RMAP_WAVE_RAYS - 1)] =
-        (uint16_t)(ray - run->wave->ray);
+    join(run->wave->queue, ray->leg->queue, ray->number);
+}
+
+static inline uint32_t n_waiting(const struct rmap_wave_queues *queue, size_t which)
+{
+    return queue->end[which] - queue->first[which];
 }
 
 static void set_out(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
@@ -149,36 +162,28 @@ static bool replace(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
     return false;
 }
 
-/* On to the next leg; false: that was the last. */
-static inline bool next_leg(struct rmap_wave_ray *ray)
+/* A ray whose leg is done goes on, or to those that have arrived. No branches. */
+static inline void go_on(const struct rmap_wave_run *run, struct rmap_wave_ray *ray)
 {
-    ray->leg->way.length = ray->state[6];
-    ray->leg->cosine = ray->state[7];
-    ray->row++;
+    const struct rmap_wave_leg *next = ++ray->leg;
+    bool more = ++ray->row < ray->end;
     ray->step++;
-    ray->leg++;
-    soon(ray->leg + 1);
-    return ray->row < ray->end;
+    soon(next + 1);
+    soon(next->way.corner);
+    join(run->wave->queue, more ? next->queue : RMAP_WAVE_QUEUES, ray->number);
 }
 
-/* n rays go on. */
-static inline void go_on(struct rmap_wave_run *run, struct rmap_wave_ray *const *ray, size_t n)
+/* Those that have arrived make room for others. */
+static inline void welcome(struct rmap_wave_run *run)
 {
-    struct rmap_wave_ray *on[RMAP_WAVE_WIDTH + 1], *arrived[RMAP_WAVE_WIDTH + 1];
-    size_t n_on = 0, n_arrived = 0;
-    for (size_t i = 0; i < n; i++) { /* no branches */
-        bool more = next_leg(ray[i]);
-        on[n_on] = arrived[n_arrived] = ray[i];
-        n_on += more;
-        n_arrived += !more;
+    struct rmap_wave_queues *queue = run->wave->queue;
+    while (n_waiting(queue, RMAP_WAVE_QUEUES) > 0) {
+        uint32_t at = queue->first[RMAP_WAVE_QUEUES]++ & (RMAP_WAVE_RAYS - 1);
+        struct rmap_wave_ray *ray = &run->wave->ray[queue->ray[RMAP_WAVE_QUEUES][at]];
+        arrive(run, ray);
+        if (replace(run, ray))
+            line_up(run, ray);
     }
-    for (size_t i = 0; i < n_arrived; i++) {
-        arrive(run, arrived[i]);
-        if (replace(run, arrived[i]))
-            on[n_on++] = arrived[i];
-    }
-    for (size_t i = 0; i < n_on; i++)
-        line_up(run, on[i]);
 }
 
 static void load_turns(const struct rmap_retrace *r, enum rmap_turn turn,
@@ -226,7 +231,8 @@ static void meet(const struct rmap_compact_model *model, enum rmap_wave_kind kin
 static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t n)
 {
     const struct rmap_retrace *r = run->r;
-    struct rmap_wave_queue *queue = &run->wave->queue[which];
+    struct rmap_wave_queues *queue = run->wave->queue;
+    const uint16_t *waiting = queue->ray[which];
     enum rmap_wave_kind kind = (enum rmap_wave_kind)(which / RMAP_WAVE_TURNS);
     enum rmap_turn turn = (enum rmap_turn)(which % RMAP_WAVE_TURNS);
     struct rmap_wave_pack pack;
@@ -234,7 +240,7 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
     size_t row[RMAP_WAVE_WIDTH], crosses[RMAP_WAVE_WIDTH + 1], n_cross = 0;
     double odd = 0.0;
     for (size_t i = 0; i < RMAP_WAVE_WIDTH; i++) {
-        size_t at = queue->ray[(queue->first + (i < n ? i : 0)) & (RMAP_WAVE_RAYS - 1)];
+        size_t at = waiting[(queue->first[which] + (i < n ? i : 0)) & (RMAP_WAVE_RAYS - 1)];
         pack.ray[i] = &run->wave->ray[at];
         to[i] = &run->wave->ray[i < n ? at : RMAP_WAVE_RAYS];
         row[i] = to[i]->row;
@@ -244,8 +250,7 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
         crosses[n_cross] = i;
         n_cross += i < n && (leg->flags & RMAP_WAVE_CROSSES);
     }
-    queue->first += (uint32_t)n;
-    queue->n -= (uint32_t)n;
+    queue->first[which] += (uint32_t)n;
     rmap_wave_load(&pack);
     load_turns(r, turn, &pack);
     meet(r->model, kind, &pack);
@@ -265,7 +270,9 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
     for (size_t i = 0; odd != 0.0 && i < n; i++)
         if (pack.odd[i] != 0.0)
             run->wave->careful[to[i]->index] = 1;
-    go_on(run, to, n);
+    for (size_t i = 0; i < n; i++)
+        go_on(run, to[i]);
+    welcome(run);
 }
 
 static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
@@ -278,25 +285,25 @@ static void advance_pack(struct rmap_wave_run *run, size_t which, size_t n)
 
 static void advance_alone(struct rmap_wave_run *run, size_t which)
 {
-    struct rmap_wave_queue *queue = &run->wave->queue[which];
-    struct rmap_wave_ray *ray = &run->wave->ray[queue->ray[queue->first & (RMAP_WAVE_RAYS - 1)]];
-    queue->first++;
-    queue->n--;
+    struct rmap_wave_queues *queue = run->wave->queue;
+    uint32_t at = queue->first[which]++ & (RMAP_WAVE_RAYS - 1);
+    struct rmap_wave_ray *ray = &run->wave->ray[queue->ray[which][at]];
     rmap_wave_advance_alone(run, ray);
-    go_on(run, &ray, 1);
+    go_on(run, ray);
+    welcome(run);
 }
 
 /* All full packs that there are; false when there was none. */
 static bool advance_full(struct rmap_wave_run *run)
 {
+    const struct rmap_wave_queues *queue = run->wave->queue;
     bool some = false;
     for (size_t k = 0; k < RMAP_WAVE_QUEUES; k++) {
-        const struct rmap_wave_queue *queue = &run->wave->queue[k];
         bool alone = k / RMAP_WAVE_TURNS == RMAP_WAVE_ALONE;
-        some = some || queue->n >= RMAP_WAVE_WIDTH || (alone && queue->n > 0);
-        while (alone && queue->n > 0)
+        some = some || n_waiting(queue, k) >= RMAP_WAVE_WIDTH || (alone && n_waiting(queue, k) > 0);
+        while (alone && n_waiting(queue, k) > 0)
             advance_alone(run, k);
-        while (queue->n >= RMAP_WAVE_WIDTH)
+        while (n_waiting(queue, k) >= RMAP_WAVE_WIDTH)
             advance_pack(run, k, RMAP_WAVE_WIDTH);
     }
     return some;
@@ -316,13 +323,14 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
         while (advance_full(&run))
             ;
         for (size_t k = 0; k < RMAP_WAVE_QUEUES; k++)
-            most = wave->queue[k].n > wave->queue[most].n ? k : most;
-        if (wave->queue[most].n == 0)
+            most = n_waiting(wave->queue, k) > n_waiting(wave->queue, most) ? k : most;
+        uint32_t n = n_waiting(wave->queue, most);
+        if (n == 0)
             break;
-        if (wave->queue[most].n < FEW)
+        if (n < FEW)
             advance_alone(&run, most);
         else
-            advance_pack(&run, most, wave->queue[most].n);
+            advance_pack(&run, most, n);
     }
 out:
     return st;

@@ -40,8 +40,7 @@ struct rmap_wave_leg;
 
 /* A ray under way, in two cache lines. */
 struct rmap_wave_ray {
-    double state[8]; /* position, direction; then of the leg done last: length, and direction .
-                        normal, NaN where nothing was met */
+    double state[8];               /* position, direction; the rest is room for whole vectors */
     struct rmap_wave_leg *leg;     /* in hand */
     size_t row, end;               /* its row, and that after the ray's last */
     size_t crossing, crossing_end; /* registrations */
@@ -51,6 +50,7 @@ struct rmap_wave_ray {
     int16_t channel; /* that refracts */
     int16_t departs; /* channel that the ray starts with; -1: the source's colour */
     uint16_t shelf;  /* that its legs lie on */
+    uint16_t number; /* of the ray among those under way */
 };
 
 /* Rays whose legs are of one kind: in the world, before and after. */
@@ -73,8 +73,8 @@ struct rmap_wave_pack {
     double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
 };
 
-/* wave_pack.c: positions and directions out of the rays; and after a leg back into `to`, with its
- * length and cosine. */
+/* wave_quads.c: positions and directions out of the rays; and after a leg back into `to`, with
+ * its length and cosine. */
 void rmap_wave_load(struct rmap_wave_pack *pack);
 void rmap_wave_store(const struct rmap_wave_pack *pack,
                      struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH]);
@@ -96,6 +96,9 @@ void rmap_wave_meet_flats(struct rmap_wave_pack *pack);
 void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
 
 /* wave_quads_avx2.c: the same where the machine has it. */
+void rmap_wave_load_avx2(struct rmap_wave_pack *pack);
+void rmap_wave_store_avx2(const struct rmap_wave_pack *pack,
+                          struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH]);
 void rmap_wave_meet_flats_avx2(struct rmap_wave_pack *pack);
 void rmap_wave_meet_meshes_avx2(struct rmap_wave_pack *pack);
 
@@ -117,9 +120,9 @@ enum {
 struct rmap_wave_leg {
     union {
         const float *corner; /* MESH: of its triangle, [3][4]; of others, what is read first */
-        double length;       /* of a leg done, as in rmap_wave_ray */
+        double length;       /* of a leg done */
     } way;
-    double cosine;
+    double cosine;   /* of a leg done: direction . normal, NaN where nothing was met */
     uint32_t object; /* at most n_object, which is none */
     uint16_t medium; /* at most n_medium, which is none */
     uint8_t queue;   /* RMAP_WAVE_TURNS x kind + turn */
@@ -141,10 +144,14 @@ struct rmap_wave_start {
     double optical_path, index; /* up to there; on the leg */
 };
 
-/* Rays that wait for a leg of one kind: a ring. */
-struct rmap_wave_queue {
-    uint32_t first, n;
-    uint16_t ray[RMAP_WAVE_RAYS];
+#define RMAP_WAVE_TURNS  4
+#define RMAP_WAVE_QUEUES (RMAP_WAVE_KINDS * RMAP_WAVE_TURNS)
+
+/* Rays that wait for a leg of one kind, those that came as number `first` up to `end`, in rings;
+ * and after them those that have arrived. */
+struct rmap_wave_queues {
+    uint32_t first[RMAP_WAVE_QUEUES + 1], end[RMAP_WAVE_QUEUES + 1];
+    uint16_t ray[RMAP_WAVE_QUEUES + 1][RMAP_WAVE_RAYS];
 };
 
 struct rmap_wave {
@@ -154,14 +161,13 @@ struct rmap_wave {
     size_t on_shelf[RMAP_WAVE_SHELVES]; /* rays that have not arrived */
     uint16_t idle[RMAP_WAVE_SHELVES];   /* [n_idle] shelves */
     size_t n_idle;
-    void *room;                    /* of `ray` */
-    struct rmap_wave_ray *ray;     /* [RMAP_WAVE_RAYS + 1]: the last is nobody's; on a cache line */
-    struct rmap_wave_queue *queue; /* [RMAP_WAVE_QUEUES] */
+    void *room;                /* of `ray` */
+    struct rmap_wave_ray *ray; /* [RMAP_WAVE_RAYS + 1]: the last is nobody's; on a cache line */
+    struct rmap_wave_queues *queue;
+    struct rmap_wave_leg nobodys;  /* leg in hand */
     struct rmap_wave_start *start; /* [legs of the longest ray] */
     size_t cap_careful, cap_leg, cap_room, cap_queue, cap_start;
 };
-#define RMAP_WAVE_TURNS  4
-#define RMAP_WAVE_QUEUES (RMAP_WAVE_KINDS * RMAP_WAVE_TURNS)
 void rmap_wave_fini(struct rmap_wave *wave);
 
 /* Predictions for all rays of r, into the columns that `predicted` has (rows are there). Lanes are
@@ -169,6 +175,23 @@ void rmap_wave_fini(struct rmap_wave *wave);
 enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace *r,
                                struct rmap_portion *predicted,
                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Light of few channels. */
+#define RMAP_WAVE_FEW 4
+struct rmap_wave_light {
+    int begin, end;
+    double share[RMAP_WAVE_FEW];
+    uint16_t quantised[RMAP_WAVE_FEW];
+};
+
+/* What became of light at a surface, where that does not depend on how it came: few colours are
+ * met again and again. */
+#define RMAP_WAVE_MEMORIES 64
+struct rmap_wave_memory {
+    const struct rmap_surface *surface; /* NULL: of none */
+    uint64_t event;
+    struct rmap_wave_light before, after;
+};
 
 /* What the steps of a run share. */
 struct rmap_wave_run {
@@ -181,6 +204,7 @@ struct rmap_wave_run {
     size_t ready, ready_row, ready_crossing;          /* legs of rays before that one are there */
     struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
     struct rmap_compact_light light;                  /* of the ray that is summed up */
+    struct rmap_wave_memory memory[RMAP_WAVE_MEMORIES];
 };
 
 /* wave_depart.c: how rays [first, end) set out, at most RMAP_WAVE_AHEAD. */

@@ -2,6 +2,7 @@
  *
  * What waves do ray by ray: legs that are like no others, and registrations.
  */
+#include "compact/detect.h"
 #include "compact/step.h"
 #include "compact/wave.h"
 
@@ -15,38 +16,49 @@ static struct rmap_vec3 direction_of(const struct rmap_wave_ray *ray)
     return rmap_vec3(ray->state[3], ray->state[4], ray->state[5]);
 }
 
-static void note_crossing(const struct rmap_crossing *crossing, size_t row,
-                          const struct rmap_registration_columns *out)
+/* Light on a detector that does not lie where the leg ends. */
+static void cross_on_the_way(const struct rmap_detector *detector, const struct rmap_wave_ray *ray,
+                             const struct rmap_vec3 *to, double length,
+                             struct rmap_crossing *crossing)
 {
-    if (out->cell)
-        memcpy(out->cell + 2 * row, crossing->cell, sizeof crossing->cell);
-    if (out->relative)
-        memcpy(out->relative + 2 * row, crossing->relative, sizeof crossing->relative);
-    if (out->direction)
-        memcpy(out->direction + 3 * row, crossing->direction, sizeof crossing->direction);
-    if (out->optical_path)
-        out->optical_path[row] = crossing->optical_path;
+    const struct rmap_compact_leg leg = {.from = position_of(ray),
+                                         .to = *to,
+                                         .direction = direction_of(ray),
+                                         .length = length,
+                                         .index = 1.0};
+    rmap_crossing_find(detector, &leg, crossing);
 }
 
 void rmap_wave_cross(struct rmap_wave_run *run, struct rmap_wave_ray *ray, struct rmap_vec3 to,
                      double length)
 {
     const struct rmap_retrace *r = run->r;
-    const struct rmap_compact_leg leg = {.from = position_of(ray),
-                                         .to = to,
-                                         .direction = direction_of(ray),
-                                         .length = length,
-                                         .index = 1.0};
+    const struct rmap_scene *scene = r->model->scene;
+    const struct rmap_registration_columns *out = &run->out->registration;
+    struct rmap_crossing crossing = {.optical_path = 0.0};
+    rmap_step_float3(direction_of(ray), crossing.direction);
     while (ray->crossing < ray->crossing_end && r->crossing_segment[ray->crossing] <= ray->step) {
-        size_t row = ray->crossing++;
-        int32_t detector = r->crossing_detector[row];
-        struct rmap_crossing crossing = {.optical_path = 0.0};
-        if (detector < 0 || (size_t)detector >= r->model->n_detector)
+        size_t row = ray->crossing++, its = (uint32_t)r->crossing_detector[row];
+        uint16_t *cell = out->cell ? out->cell + 2 * row : crossing.cell;
+        uint16_t *relative = out->relative ? out->relative + 2 * row : crossing.relative;
+        double at[2] = {0.0, 0.0};
+        crossing.optical_path = length;
+        if (its >= r->model->n_detector) {
             run->wave->careful[ray->index] = 1;
-        else
-            rmap_crossing_find(&r->model->scene->detector[detector], &leg, &crossing);
-        rmap_step_float3(leg.direction, crossing.direction);
-        note_crossing(&crossing, row, &run->out->registration);
+            memset(cell, 0, sizeof crossing.cell);
+            memset(relative, 0, sizeof crossing.relative);
+        } else if (rmap_detect_lies_on(&scene->detector[its])) {
+            rmap_detect_point(&scene->detector[its], to, at);
+            rmap_detect_record(&scene->detector[its], at, cell, relative);
+        } else {
+            cross_on_the_way(&scene->detector[its], ray, &to, length, &crossing);
+            memcpy(cell, crossing.cell, sizeof crossing.cell);
+            memcpy(relative, crossing.relative, sizeof crossing.relative);
+        }
+        if (out->direction)
+            memcpy(out->direction + 3 * row, crossing.direction, sizeof crossing.direction);
+        if (out->optical_path)
+            out->optical_path[row] = crossing.optical_path;
     }
 }
 
@@ -90,8 +102,8 @@ void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ra
         facing.position = rmap_axpy(facing.t, direction, position);
     }
     double cosine = rmap_dot(direction, facing.normal);
-    ray->state[6] = facing.t;
-    ray->state[7] = met ? cosine : (double)NAN;
+    ray->leg->way.length = facing.t;
+    ray->leg->cosine = met ? cosine : (double)NAN;
     if (run->out->segment.position)
         rmap_step_float3(facing.position, run->out->segment.position + 3 * row);
     if (run->out->segment.normal)

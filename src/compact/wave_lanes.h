@@ -23,17 +23,21 @@
 #endif
 #endif
 
+typedef double pair __attribute__((vector_size(16)));
 typedef double quad __attribute__((vector_size(32)));
 typedef uint32_t words __attribute__((vector_size(16)));
 typedef int32_t ints __attribute__((vector_size(16)));
 typedef float floats __attribute__((vector_size(16)));
+typedef int64_t pair_order __attribute__((vector_size(16)));
 typedef int64_t quad_order __attribute__((vector_size(32)));
 #if defined(__clang__)
 #define MIX4(a, b, ...)  __builtin_shufflevector(a, b, __VA_ARGS__)
 #define QUAD4(a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
+#define PAIR(a, b, ...)  __builtin_shufflevector(a, b, __VA_ARGS__)
 #else
 #define MIX4(a, b, ...)  __builtin_shuffle(a, b, (words){__VA_ARGS__})
 #define QUAD4(a, b, ...) __builtin_shuffle(a, b, (quad_order){__VA_ARGS__})
+#define PAIR(a, b, ...)  __builtin_shuffle(a, b, (pair_order){__VA_ARGS__})
 #endif
 
 /* Four rows of four numbers become columns. */

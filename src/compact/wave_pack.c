@@ -6,28 +6,6 @@
 
 #include <string.h>
 
-WIDE void rmap_wave_load(struct rmap_wave_pack *p)
-{
-    double spare[4];
-    for (int i = 0; i < W; i += 4) {
-        const struct rmap_wave_ray *const *r = p->ray + i;
-        across(r[0]->state, r[1]->state, r[2]->state, r[3]->state, p->px + i, p->py + i, p->pz + i,
-               p->dx + i);
-        across(r[0]->state + 4, r[1]->state + 4, r[2]->state + 4, r[3]->state + 4, p->dy + i,
-               p->dz + i, spare, spare);
-    }
-}
-
-WIDE void rmap_wave_store(const struct rmap_wave_pack *p, struct rmap_wave_ray *const to[W])
-{
-    for (int i = 0; i < W; i += 4) {
-        across(p->px + i, p->py + i, p->pz + i, p->dx + i, to[i]->state, to[i + 1]->state,
-               to[i + 2]->state, to[i + 3]->state);
-        across(p->dy + i, p->dz + i, p->t + i, p->cosine + i, to[i]->state + 4,
-               to[i + 1]->state + 4, to[i + 2]->state + 4, to[i + 3]->state + 4);
-    }
-}
-
 /* x, y, z and normal_xy of four rays. */
 static inline void turn_ends(const struct rmap_wave_pack *p, size_t at, words row[4])
 {

@@ -14,6 +14,8 @@ static bool is_wide(void)
 {
     return false;
 }
+#define rmap_wave_load_avx2        load
+#define rmap_wave_store_avx2       store
 #define rmap_wave_meet_flats_avx2  meet_flats
 #define rmap_wave_meet_meshes_avx2 meet_meshes
 #endif
@@ -32,4 +34,21 @@ void rmap_wave_meet_meshes(struct rmap_wave_pack *pack)
         rmap_wave_meet_meshes_avx2(pack);
     else
         meet_meshes(pack);
+}
+
+void rmap_wave_load(struct rmap_wave_pack *pack)
+{
+    if (is_wide())
+        rmap_wave_load_avx2(pack);
+    else
+        load(pack);
+}
+
+void rmap_wave_store(const struct rmap_wave_pack *pack,
+                     struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
+{
+    if (is_wide())
+        rmap_wave_store_avx2(pack, to);
+    else
+        store(pack, to);
 }

@@ -7,6 +7,8 @@
 #ifndef RMAP_COMPACT_WAVE_QUADS_H
 #define RMAP_COMPACT_WAVE_QUADS_H
 
+#include <stddef.h>
+
 #include "base/wide.h"
 #include "compact/wave_lanes.h"
 
@@ -339,6 +341,56 @@ static inline void meet_flats(struct rmap_wave_pack *p)
 {
     for (int i = 0; i < W; i += 4)
         meet_four_flats(p, i);
+}
+
+static inline void load(struct rmap_wave_pack *p)
+{
+    for (int i = 0; i < W; i += 4) {
+        quad row[4], column[4];
+        RMAP_UNROLL for (int j = 0; j < 4; j++) get(p->ray[i + j]->state, &row[j]);
+        turn_rows(row, column);
+        put(&column[0], p->px + i);
+        put(&column[1], p->py + i);
+        put(&column[2], p->pz + i);
+        put(&column[3], p->dx + i);
+        RMAP_UNROLL for (int j = 0; j < 4; j++) get(p->ray[i + j]->state + 4, &row[j]);
+        turn_rows(row, column);
+        put(&column[0], p->dy + i);
+        put(&column[1], p->dz + i);
+    }
+}
+
+/* Two rows of two numbers become columns. */
+static inline void turn_pairs(const double a[2], const double b[2], void *column0, void *column1)
+{
+    pair x, y;
+    memcpy(&x, a, sizeof x);
+    memcpy(&y, b, sizeof y);
+    pair low = PAIR(x, y, 0, 2), high = PAIR(x, y, 1, 3);
+    memcpy(column0, &low, sizeof low);
+    memcpy(column1, &high, sizeof high);
+}
+
+_Static_assert(offsetof(struct rmap_wave_leg, cosine) == sizeof(double), "behind the length");
+
+static inline void store(const struct rmap_wave_pack *p, struct rmap_wave_ray *const to[W])
+{
+    for (int i = 0; i < W; i += 4) {
+        quad row[4], column[4];
+        get(p->px + i, &column[0]);
+        get(p->py + i, &column[1]);
+        get(p->pz + i, &column[2]);
+        get(p->dx + i, &column[3]);
+        turn_rows(column, row);
+        RMAP_UNROLL for (int j = 0; j < 4; j++) put(&row[j], to[i + j]->state);
+    }
+    RMAP_UNROLL for (int i = 0; i < W; i += 2)
+    {
+        struct rmap_wave_ray *a = to[i], *b = to[i + 1];
+        struct rmap_wave_leg *done_a = a->leg, *done_b = b->leg;
+        turn_pairs(p->dy + i, p->dz + i, a->state + 4, b->state + 4);
+        turn_pairs(p->t + i, p->cosine + i, done_a, done_b); /* length and cosine */
+    }
 }
 
 #endif

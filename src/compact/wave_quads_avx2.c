@@ -21,4 +21,15 @@ void rmap_wave_meet_meshes_avx2(struct rmap_wave_pack *pack)
 {
     meet_meshes(pack);
 }
+
+void rmap_wave_load_avx2(struct rmap_wave_pack *pack)
+{
+    load(pack);
+}
+
+void rmap_wave_store_avx2(const struct rmap_wave_pack *pack,
+                          struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
+{
+    store(pack, to);
+}
 #endif

@@ -14,6 +14,71 @@ struct sum {
     double path_length, optical_path;
 };
 
+static inline void keep_light(const struct rmap_compact_light *light, struct rmap_wave_light *to)
+{
+    to->begin = light->begin;
+    to->end = light->end;
+    memcpy(to->share, light->share, sizeof to->share);
+    memcpy(to->quantised, light->quantised, sizeof to->quantised);
+}
+
+static inline void take_light(const struct rmap_wave_light *from, struct rmap_compact_light *light)
+{
+    light->begin = from->begin;
+    light->end = from->end;
+    light->changed = false;
+    memcpy(light->share, from->share, sizeof from->share);
+    memcpy(light->quantised, from->quantised, sizeof from->quantised);
+}
+
+/* Does what becomes of the light follow from its shares alone? */
+static inline bool is_simple(const struct rmap_encounter *e)
+{
+    const struct rmap_surface *surface = e->surface;
+    return surface->type != RMAP_SURFACE_FRESNEL && e->event != RMAP_EVENT_TRANSMIT_SPECULAR &&
+           !(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal);
+}
+
+static inline struct rmap_wave_memory *memory_of(struct rmap_wave_run *run,
+                                                 const struct rmap_encounter *e,
+                                                 const struct rmap_wave_light *light)
+{
+    uint64_t key, first;
+    memcpy(&key, light->quantised, sizeof key);
+    memcpy(&first, light->share, sizeof first);
+    key = (key ^ first ^ (uintptr_t)e->surface ^ e->event) * UINT64_C(0x9E3779B97F4A7C15);
+    return &run->memory[key >> 58];
+}
+
+_Static_assert(RMAP_WAVE_MEMORIES == 1 << (64 - 58), "memories");
+
+static inline bool same_light(const struct rmap_wave_light *a, const struct rmap_wave_light *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+/* At a surface; of few channels, what it came to before. */
+static void meet(struct rmap_wave_run *run, const struct rmap_encounter *e,
+                 struct rmap_compact_light *light)
+{
+    struct rmap_wave_light before;
+    if (light->changed || run->r->model->n_channel > RMAP_WAVE_FEW || !is_simple(e)) {
+        rmap_light_meet(e, light);
+        return;
+    }
+    keep_light(light, &before);
+    struct rmap_wave_memory *memory = memory_of(run, e, &before);
+    if (memory->surface != e->surface || memory->event != e->event ||
+        !same_light(&memory->before, &before)) {
+        rmap_light_meet(e, light);
+        if (light->changed)
+            rmap_light_quantise(run->r->model->n_channel, light);
+        *memory = (struct rmap_wave_memory){e->surface, e->event, before, before};
+        keep_light(light, &memory->after);
+    }
+    take_light(&memory->after, light);
+}
+
 static void weigh_leg(const struct sum *sum, size_t row, const struct rmap_wave_leg *leg,
                       struct rmap_compact_light *light)
 {
@@ -35,7 +100,10 @@ static void weigh_leg(const struct sum *sum, size_t row, const struct rmap_wave_
         .cosine = size <= 1.0 ? size : 1.0,
         .event = r->event[row],
         .channel = sum->channel};
-    rmap_light_meet(&encounter, light);
+    if (leg[1].flags & RMAP_WAVE_TINTS) /* it may change once more before it is quantised */
+        rmap_light_meet(&encounter, light);
+    else
+        meet(sum->run, &encounter, light);
 }
 
 static double index_of(const struct rmap_compact_light *light, const struct rmap_medium *medium)
@@ -152,7 +220,7 @@ static size_t sum_along(struct sum *sum, size_t row, const struct rmap_compact_l
 /* As it leaves the source. */
 static void begin_light(struct rmap_wave_run *run, size_t i, int departs)
 {
-    enum { FEW = 4 }; /* channels: worth a copy of constant size */
+    enum { FEW = RMAP_WAVE_FEW }; /* channels: worth a copy of constant size */
     const struct rmap_retrace *r = run->r;
     struct rmap_compact_light *light = &run->light;
     size_t source = (uint32_t)r->source[i];
