@@ -88,9 +88,9 @@ enum rmap_status rmap_key_sums_add(struct rmap_key_sums *sums, struct rmap_key k
     RMAP_TRY(make_room(sums, err));
     if (sums->n + 1 > sums->n_slot / 4 * 3) {
         RMAP_TRY(grow(sums, err));
-        (void)rmap_key_sums_look(sums, key, &slot);
+        (void)rmap_key_sums_look(sums, key, rmap_key_sums_mixed(key), &slot);
     }
-    *entry_ret = rmap_key_sums_put(sums, key, slot);
+    *entry_ret = rmap_key_sums_put(sums, key, rmap_key_sums_mixed(key), slot);
     sums->room = sums->n_slot / 4 * 3;
     sums->room = sums->n_entry < sums->room ? sums->n_entry : sums->room;
 out:

@@ -54,9 +54,9 @@ static inline size_t rmap_key_sums_slot(const struct rmap_key_sums *sums, uint64
 /* The key's entry, or NULL; *slot_ret: where it is, or the free slot where it would be. There are
  * slots. */
 static inline struct rmap_key_sum *rmap_key_sums_look(const struct rmap_key_sums *sums,
-                                                      struct rmap_key key, size_t *slot_ret)
+                                                      struct rmap_key key, uint64_t mixed,
+                                                      size_t *slot_ret)
 {
-    const uint64_t mixed = rmap_key_sums_mixed(key);
     const uint32_t bits = (uint32_t)(mixed >> 32);
     size_t at = rmap_key_sums_slot(sums, mixed);
     for (uint32_t found; (found = sums->slot[at]) != 0; at = (at + 1) & (sums->n_slot - 1)) {
@@ -77,17 +77,16 @@ static inline struct rmap_key_sum *rmap_key_sums_find(const struct rmap_key_sums
                                                       struct rmap_key key)
 {
     size_t slot;
-    return sums->n_slot > 0 ? rmap_key_sums_look(sums, key, &slot) : NULL;
+    return sums->n_slot > 0 ? rmap_key_sums_look(sums, key, rmap_key_sums_mixed(key), &slot) : NULL;
 }
 
 /* A new entry for which there is room; slot: as found by rmap_key_sums_look. */
-static inline struct rmap_key_sum *rmap_key_sums_put(struct rmap_key_sums *sums,
-                                                     struct rmap_key key, size_t slot)
+static inline struct rmap_key_sum *
+rmap_key_sums_put(struct rmap_key_sums *sums, struct rmap_key key, uint64_t mixed, size_t slot)
 {
     struct rmap_key_sum *entry = &sums->entry[sums->n++];
     *entry = (struct rmap_key_sum){.key = key};
-    sums->slot[slot] =
-        ((uint32_t)(rmap_key_sums_mixed(key) >> 32) & ~sums->number) | (uint32_t)sums->n;
+    sums->slot[slot] = ((uint32_t)(mixed >> 32) & ~sums->number) | (uint32_t)sums->n;
     return entry;
 }
 
@@ -96,6 +95,21 @@ enum rmap_status rmap_key_sums_add(struct rmap_key_sums *sums, struct rmap_key k
                                    struct rmap_key_sum **entry_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same as below, for who has mixed the key. */
+static inline RMAP_MUST_USE enum rmap_status
+rmap_key_sums_enter_mixed(struct rmap_key_sums *sums, struct rmap_key key, uint64_t mixed,
+                          struct rmap_key_sum **entry_ret, struct rmap_error *err)
+{
+    size_t slot = 0;
+    *entry_ret = sums->n_slot > 0 ? rmap_key_sums_look(sums, key, mixed, &slot) : NULL;
+    if (*entry_ret)
+        return RMAP_OK;
+    if (sums->n >= sums->room)
+        return rmap_key_sums_add(sums, key, slot, entry_ret, err);
+    *entry_ret = rmap_key_sums_put(sums, key, mixed, slot);
+    return RMAP_OK;
+}
+
 /* The key's entry, which is new where weight and numbers are all 0. *entry_ret: NULL when the table
  * is full and has no such key. Valid until the next call. RMAP_SYSTEM. */
 static inline RMAP_MUST_USE enum rmap_status rmap_key_sums_enter(struct rmap_key_sums *sums,
@@ -103,31 +117,33 @@ static inline RMAP_MUST_USE enum rmap_status rmap_key_sums_enter(struct rmap_key
                                                                  struct rmap_key_sum **entry_ret,
                                                                  struct rmap_error *err)
 {
-    size_t slot = 0;
-    *entry_ret = sums->n_slot > 0 ? rmap_key_sums_look(sums, key, &slot) : NULL;
-    if (*entry_ret)
-        return RMAP_OK;
-    if (sums->n >= sums->room)
-        return rmap_key_sums_add(sums, key, slot, entry_ret, err);
-    *entry_ret = rmap_key_sums_put(sums, key, slot);
-    return RMAP_OK;
+    return rmap_key_sums_enter_mixed(sums, key, rmap_key_sums_mixed(key), entry_ret, err);
 }
 
-/* The key will be asked for soon. (A function that the compiler need not copy it takes for one
- * without effect.) */
+/* The key will be asked for soon. Copied: where it need not, the compiler takes a function that but
+ * prefetches for one without effect. */
 RMAP_COPIED void rmap_key_sums_expect(const struct rmap_key_sums *sums, struct rmap_key key)
 {
     if (sums->n_slot > 0)
         __builtin_prefetch(&sums->slot[rmap_key_sums_slot(sums, rmap_key_sums_mixed(key))], 0);
 }
 
-/* Sooner: its slot is there by now, and tells of an entry. */
-RMAP_COPIED void rmap_key_sums_expect_entry(const struct rmap_key_sums *sums, struct rmap_key key)
+/* The same of many keys, mixed. */
+RMAP_COPIED void rmap_key_sums_expect_slots(const struct rmap_key_sums *sums, const uint64_t *mixed,
+                                            size_t n)
 {
-    if (sums->n_slot == 0)
-        return;
-    const uint32_t found = sums->slot[rmap_key_sums_slot(sums, rmap_key_sums_mixed(key))];
-    __builtin_prefetch(&sums->entry[(found & sums->number) - (found != 0)], 1);
+    for (size_t i = 0; i < n && sums->n_slot > 0; i++)
+        __builtin_prefetch(&sums->slot[rmap_key_sums_slot(sums, mixed[i])], 1);
+}
+
+/* Later: the slots are there by now, and tell of entries. */
+RMAP_COPIED void rmap_key_sums_expect_entries(const struct rmap_key_sums *sums,
+                                              const uint64_t *mixed, size_t n)
+{
+    for (size_t i = 0; i < n && sums->n_slot > 0; i++) {
+        const uint32_t found = sums->slot[rmap_key_sums_slot(sums, mixed[i])];
+        __builtin_prefetch(&sums->entry[(found & sums->number) - (found != 0)], 1);
+    }
 }
 
 /* All entries [n], in no order: rmap_free. */

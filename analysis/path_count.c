@@ -6,6 +6,7 @@
 
 #include "analysis/path_count_internal.h"
 #include "analysis/path_pack.h"
+#include "analysis/query_sums.h"
 #include "base/alloc.h"
 
 static struct rmap_key cell_key(struct rmap_key class, int32_t detector, uint32_t cell)
@@ -88,7 +89,7 @@ enum rmap_status rmap_path_counts_spill(struct rmap_path_counts *self, struct rm
             rmap_path_sketch_add(&self->sketch, sum->key, sum->number[RMAP_PATH_RAYS]);
         }
     }
-    self->is_full = self->steps.is_closed = true;
+    self->is_full = self->steps.is_closed = self->steps.is_full = true;
     rmap_key_sums_fini(&self->classes);
     rmap_path_steps_fini(&self->steps);
     rmap_path_counts_drop_cells(self);
@@ -110,7 +111,8 @@ static inline void add_to(struct rmap_key_sum *sum, const struct rmap_key_sum *m
 
 /* Adds what another entry, or one ray, brings to its class. */
 enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *self,
-                                            const struct rmap_key_sum *more, struct rmap_error *err)
+                                            const struct rmap_key_sum *more,
+                                            struct rmap_path_added *added, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_key_sum *sum = NULL;
@@ -119,6 +121,7 @@ enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *self,
         if (!sum)
             RMAP_TRY(rmap_path_counts_spill(self, err));
     }
+    *added = (struct rmap_path_added){sum, sum ? sum->number[RMAP_PATH_RAYS] : 0};
     if (sum)
         add_to(sum, more);
     else if (self->sketch.rays)
@@ -187,49 +190,83 @@ bool rmap_path_counts_has(const struct rmap_path_counting *context, struct rmap_
                                    context->least[rmap_path_source_of(key)];
 }
 
-static void add_totals(struct rmap_path_counts *self, const struct rmap_portion *portion)
+/* Weights of 1 are counted, which is the same sum. */
+static void add_ones(struct rmap_path_counts *self, const struct rmap_portion *portion)
+{
+    const struct rmap_path_buffers *buffers = self->buffers;
+    const struct rmap_ray_columns *ray = &portion->ray;
+    const size_t n_source = rmap_map_scene(self->context->map)->n_source;
+    for (size_t i = 0; n_source > 1 && i < buffers->n_ray; i++) {
+        const size_t source = (size_t)ray->source[buffers->ray[i].place.ray];
+        self->total.source_weight[source]++;
+        self->total.source_weight_squared[source]++;
+    }
+    if (n_source == 1) {
+        self->total.source_weight[0] += (double)buffers->n_ray;
+        self->total.source_weight_squared[0] += (double)buffers->n_ray;
+    }
+    if (buffers->n_ray > 0 && self->most_weight < 1.0)
+        self->most_weight = 1.0;
+}
+
+static void add_weights(struct rmap_path_counts *self, const struct rmap_portion *portion)
 {
     const struct rmap_path_buffers *buffers = self->buffers;
     const struct rmap_ray_columns *ray = &portion->ray;
     double most = self->most_weight;
-    uint64_t n_segment = 0;
     for (size_t i = 0; i < buffers->n_ray; i++) {
         const size_t row = buffers->ray[i].place.ray, source = (size_t)ray->source[row];
         const double weight = ray->weight[row];
-        n_segment += ray->segment_count[row];
         self->total.source_weight[source] += weight;
         self->total.source_weight_squared[source] += weight * weight;
         most = weight > most ? weight : most;
     }
+    self->most_weight = most;
+}
+
+static void add_totals(struct rmap_path_counts *self, const struct rmap_portion *portion)
+{
+    const struct rmap_path_buffers *buffers = self->buffers;
+    uint64_t n_segment = 0;
+    for (size_t i = 0; i < buffers->n_ray; i++)
+        n_segment += portion->ray.segment_count[buffers->ray[i].place.ray];
     self->total.rays += buffers->n_ray;
     self->total.segments += n_segment;
-    self->most_weight = most;
+    if (rmap_weights_are_one(portion->ray.weight, portion->n_row[RMAP_TABLE_RAY]))
+        add_ones(self, portion);
+    else
+        add_weights(self, portion);
 }
 
 enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *self,
                                             const struct rmap_portion *portion,
                                             const struct rmap_path_place_of_ray *place,
+                                            const struct rmap_path_added *added,
                                             rmap_path_step **to, struct rmap_error *err)
 {
     const size_t most = (size_t)portion->ray.segment_count[place->ray] +
                         portion->ray.registration_count[place->ray];
-    enum rmap_status st =
-        rmap_path_steps_make_room(&self->steps, most, RMAP_PATH_STEPS_SCAN, to, err);
-    self->steps.is_closed = *to == NULL;
-    return st;
+    return rmap_path_steps_make_room(&self->steps, most, added->sum->number[RMAP_PATH_RAYS], to,
+                                     err);
 }
 
-/* Of a new class, by a ray of the portion in hand. */
+void rmap_path_counts_end_class(struct rmap_path_counts *self, const struct rmap_path_added *added,
+                                size_t n)
+{
+    rmap_path_steps_end_class(&self->steps, (size_t)(added->sum - self->classes.entry), n);
+}
+
+/* By a ray of the portion in hand. */
 static enum rmap_status keep_steps(struct rmap_path_counts *self,
                                    const struct rmap_portion *portion,
                                    const struct rmap_path_place_of_ray *place,
-                                   struct rmap_error *err)
+                                   const struct rmap_path_added *added, struct rmap_error *err)
 {
     rmap_path_step *to;
-    enum rmap_status st = rmap_path_counts_make_room(self, portion, place, &to, err);
+    enum rmap_status st = rmap_path_counts_make_room(self, portion, place, added, &to, err);
     if (to)
-        rmap_path_steps_end_class(&self->steps, self->classes.n - 1,
-                                  rmap_path_hasher_steps(&self->buffers->hasher, place, to));
+        rmap_path_counts_end_class(self, added,
+                                   rmap_path_hasher_steps(&self->buffers->hasher, place, to));
     return st;
 }
 
@@ -241,6 +278,7 @@ static inline enum rmap_status add_ray(struct rmap_path_counts *self,
     const struct rmap_ray_columns *ray = &portion->ray;
     const size_t row = its->place.ray;
     const double weight = ray->weight[row];
+    struct rmap_path_added added;
     struct rmap_key_sum one = {.key = its->key,
                                .weight = weight,
                                .weight_squared = weight * weight,
@@ -249,9 +287,9 @@ static inline enum rmap_status add_ray(struct rmap_path_counts *self,
                                           [RMAP_PATH_FIRST_RAY] = ray->id[row]}};
     if (ray->registration_count[row] > 0)
         RMAP_TRY(add_hits(self, portion, its, &one.number[RMAP_PATH_REGISTRATIONS], err));
-    RMAP_TRY(rmap_path_counts_add_class(self, &one, err));
-    if (rmap_path_counts_want_steps(self))
-        st = keep_steps(self, portion, &its->place, err);
+    RMAP_TRY(rmap_path_counts_add_class(self, &one, &added, err));
+    if (rmap_path_counts_want_steps(self, &added))
+        st = keep_steps(self, portion, &its->place, &added, err);
 out:
     return st;
 }
@@ -282,37 +320,60 @@ static bool is_plain(const struct rmap_path_counts *self)
            (context->most_cells == 0 || self->cells_full);
 }
 
-/* Returns how many were added: all, unless there are more classes than may be. */
+/* What a ray brings to its class. */
+static inline void add_one(struct rmap_key_sum *sum, const struct rmap_ray_columns *ray,
+                           const struct rmap_path_of_ray *its)
+{
+    const size_t row = its->place.ray;
+    const double weight = ray->weight[row];
+    const uint64_t id = ray->id[row], first = sum->number[RMAP_PATH_FIRST_RAY];
+    const bool is_first = sum->number[RMAP_PATH_RAYS] == 0 || id < first;
+    sum->number[RMAP_PATH_FIRST_RAY] = is_first ? id : first;
+    sum->number[RMAP_PATH_RAYS]++;
+    sum->number[RMAP_PATH_SEGMENTS] += ray->segment_count[row];
+    sum->number[RMAP_PATH_REGISTRATIONS] += its->n_hit;
+    sum->weight += weight;
+    sum->weight_squared += weight * weight;
+}
+
+/* Keys of up to TOGETHER rays are mixed, and their slots expected; returns how many. */
+static inline size_t expect_some(const struct rmap_key_sums *classes,
+                                 const struct rmap_path_of_ray *list, size_t n,
+                                 uint64_t mixed[RMAP_PATH_TOGETHER])
+{
+    n = n < RMAP_PATH_TOGETHER ? n : RMAP_PATH_TOGETHER;
+    for (size_t k = 0; k < n; k++)
+        mixed[k] = rmap_key_sums_mixed(list[k].key);
+    rmap_key_sums_expect_slots(classes, mixed, n);
+    return n;
+}
+
+/* *n_ret: how many were added: all, unless there are more classes than may be. */
 static enum rmap_status add_plain(struct rmap_path_counts *self, const struct rmap_portion *portion,
                                   size_t *n_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_ray_columns *ray = &portion->ray;
     const struct rmap_path_of_ray *list = self->buffers->ray;
     const size_t n = self->buffers->n_ray;
     struct rmap_key_sums *classes = &self->classes;
-    size_t i = 0;
-    for (; i < n; i++) {
-        const size_t row = list[i].place.ray;
-        const double weight = ray->weight[row];
-        struct rmap_key_sum *sum;
-        if (i + 2 * RMAP_PATH_AHEAD < n)
-            rmap_key_sums_expect(classes, list[i + 2 * RMAP_PATH_AHEAD].key);
-        if (i + RMAP_PATH_AHEAD < n)
-            rmap_key_sums_expect_entry(classes, list[i + RMAP_PATH_AHEAD].key);
-        RMAP_TRY(rmap_key_sums_enter(classes, list[i].key, &sum, err));
-        if (!sum)
-            break;
-        if (rmap_path_counts_want_steps(self))
-            RMAP_TRY(keep_steps(self, portion, &list[i].place, err));
-        const uint64_t id = ray->id[row], first = sum->number[RMAP_PATH_FIRST_RAY];
-        const bool is_first = sum->number[RMAP_PATH_RAYS] == 0 || id < first;
-        sum->number[RMAP_PATH_FIRST_RAY] = is_first ? id : first;
-        sum->number[RMAP_PATH_RAYS]++;
-        sum->number[RMAP_PATH_SEGMENTS] += ray->segment_count[row];
-        sum->number[RMAP_PATH_REGISTRATIONS] += list[i].n_hit;
-        sum->weight += weight;
-        sum->weight_squared += weight * weight;
+    uint64_t mixed[2][RMAP_PATH_TOGETHER];
+    size_t first = 0, i = 0, some = expect_some(classes, list, n, mixed[0]);
+    for (int turn = 0; some > 0; turn ^= 1) {
+        const size_t behind = first + some;
+        rmap_key_sums_expect_entries(classes, mixed[turn], some);
+        some = expect_some(classes, list + behind, n - behind, mixed[turn ^ 1]);
+        for (; i < behind; i++) {
+            struct rmap_key_sum *sum;
+            RMAP_TRY(
+                rmap_key_sums_enter_mixed(classes, list[i].key, mixed[turn][i - first], &sum, err));
+            if (!sum)
+                goto out;
+            const struct rmap_path_added added = {sum, sum->number[RMAP_PATH_RAYS]};
+            add_one(sum, &portion->ray, &list[i]);
+            if (rmap_path_counts_want_steps(self, &added))
+                RMAP_TRY(keep_steps(self, portion, &list[i].place, &added, err));
+        }
+        first = behind;
     }
 out:
     *n_ret = i;

@@ -8,8 +8,8 @@
 #include "analysis/path_count.h"
 #include "analysis/path_dictionary.h"
 
-/* As many rays, or classes, ahead as memory takes to answer. */
-enum { RMAP_PATH_AHEAD = 12 };
+/* As many rays ahead as memory takes to answer; as many keys as are expected together. */
+enum { RMAP_PATH_AHEAD = 12, RMAP_PATH_TOGETHER = 32 };
 
 struct rmap_path_buffers {
     struct rmap_path_hasher hasher;
@@ -20,10 +20,26 @@ struct rmap_path_buffers {
     size_t n_ray, ray_cap;
 };
 
+/* What became of a class: NULL: it is not counted. */
+struct rmap_path_added {
+    const struct rmap_key_sum *sum;
+    uint64_t before; /* its rays */
+};
+
 /* Adds what another entry, or one ray, brings to its class. */
 enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *counts,
                                             const struct rmap_key_sum *more,
+                                            struct rmap_path_added *added,
                                             struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether its steps are to be kept. */
+static inline bool rmap_path_counts_want_steps(const struct rmap_path_counts *self,
+                                               const struct rmap_path_added *added)
+{
+    return added->sum &&
+           rmap_path_steps_want(&self->steps, (size_t)(added->sum - self->classes.entry),
+                                added->before, added->sum->number[RMAP_PATH_RAYS]);
+}
 
 /* More classes, or cells, than may be. */
 enum rmap_status rmap_path_counts_spill(struct rmap_path_counts *counts,
@@ -33,18 +49,15 @@ void rmap_path_counts_drop_cells(struct rmap_path_counts *counts);
 /* Whether a class is one of those that count. */
 bool rmap_path_counts_has(const struct rmap_path_counting *context, struct rmap_key key);
 
-/* Whether a class came last that wants its steps. */
-static inline bool rmap_path_counts_want_steps(const struct rmap_path_counts *self)
-{
-    return !self->steps.is_closed && self->steps.n < self->classes.n;
-}
-
-/* Room for the steps of a row of the portion; NULL: there is none, and none for what follows. */
+/* Room for the steps of a row of the portion, whose class wants them; NULL: there is none. */
 enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *counts,
                                             const struct rmap_portion *portion,
                                             const struct rmap_path_place_of_ray *place,
+                                            const struct rmap_path_added *added,
                                             rmap_path_step **to,
                                             struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_counts_end_class(struct rmap_path_counts *counts,
+                                const struct rmap_path_added *added, size_t n);
 
 /* Functions of the kind. */
 enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,

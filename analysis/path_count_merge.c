@@ -3,22 +3,34 @@
  * Classes of two states in one.
  */
 #include "analysis/path_count_internal.h"
+#include "base/alloc.h"
 
+/* number: of its steps. Some come twice: they are the same. */
 static enum rmap_status merge_class(struct rmap_path_counts *into,
                                     const struct rmap_path_counts *from, size_t class,
-                                    struct rmap_error *err)
+                                    uint32_t number, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t before = into->classes.n;
+    struct rmap_path_added added;
     size_t n;
-    RMAP_TRY(rmap_path_counts_add_class(into, &from->classes.entry[class], err));
-    if (into->classes.n <= before)
-        return RMAP_OK;
-    const rmap_path_step *step = rmap_path_steps_of(&from->steps, class, &n);
-    if (step)
-        st = rmap_path_steps_add(&into->steps, before, step, n, err);
+    const rmap_path_step *step = rmap_path_steps_at(&from->steps, number, &n);
+    RMAP_TRY(rmap_path_counts_add_class(into, &from->classes.entry[class], &added, err));
+    if (step && added.sum && added.before < 2)
+        st = rmap_path_steps_add(&into->steps, (size_t)(added.sum - into->classes.entry), step, n,
+                                 err);
 out:
     return st;
+}
+
+static void expect_next(const struct rmap_key_sums *classes, const struct rmap_key_sum *entry,
+                        size_t n)
+{
+    uint64_t mixed[RMAP_PATH_TOGETHER];
+    n = n < RMAP_PATH_TOGETHER ? n : RMAP_PATH_TOGETHER;
+    for (size_t i = 0; i < n; i++)
+        mixed[i] = rmap_key_sums_mixed(entry[i].key);
+    rmap_key_sums_expect_slots(classes, mixed, n);
+    rmap_key_sums_expect_entries(classes, mixed, n);
 }
 
 static enum rmap_status merge_classes(struct rmap_path_counts *into,
@@ -27,19 +39,19 @@ static enum rmap_status merge_classes(struct rmap_path_counts *into,
     enum rmap_status st = RMAP_OK;
     const struct rmap_key_sum *entry = from->classes.entry;
     const size_t n = from->classes.n;
-    into->steps.is_closed = true;
+    uint32_t *number = NULL;
+    RMAP_TRY(rmap_path_steps_index(&from->steps, n, &number, err));
     if (from->is_full)
         RMAP_TRY(rmap_path_counts_spill(into, err));
     for (size_t i = 0; i < n; i++) {
-        if (i + 2 * RMAP_PATH_AHEAD < n)
-            rmap_key_sums_expect(&into->classes, entry[i + 2 * RMAP_PATH_AHEAD].key);
-        if (i + RMAP_PATH_AHEAD < n)
-            rmap_key_sums_expect_entry(&into->classes, entry[i + RMAP_PATH_AHEAD].key);
-        RMAP_TRY(merge_class(into, from, i, err));
+        if (i % RMAP_PATH_TOGETHER == 0)
+            expect_next(&into->classes, entry + i, n - i);
+        RMAP_TRY(merge_class(into, from, i, number[i], err));
     }
     if (from->sketch.rays)
         rmap_path_sketch_merge(&into->sketch, &from->sketch);
 out:
+    rmap_free(number);
     return st;
 }
 

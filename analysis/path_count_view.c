@@ -8,15 +8,16 @@
 static enum rmap_status keep_known_steps(struct rmap_path_counts *self,
                                          const struct rmap_portion *paths,
                                          const struct rmap_path_place_of_ray *place,
+                                         const struct rmap_path_added *added,
                                          struct rmap_error *err)
 {
     size_t n = 0;
     rmap_path_step *to;
-    enum rmap_status st = rmap_path_counts_make_room(self, paths, place, &to, err);
+    enum rmap_status st = rmap_path_counts_make_room(self, paths, place, added, &to, err);
     if (!to)
         return st;
     (void)rmap_path_key_of(self->context->keys, paths, place, to, &n);
-    rmap_path_steps_end_class(&self->steps, self->classes.n - 1, n);
+    rmap_path_counts_end_class(self, added, n);
     return st;
 }
 
@@ -64,6 +65,7 @@ enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *self,
     for (size_t k = 0; k < view->n_path; k++) {
         const struct rmap_path_known *path = &dictionary->path[view->path_row[k]];
         const uint64_t n = dictionary->n_ray[k];
+        struct rmap_path_added added;
         if (n == 0 || path->key.high == 0)
             continue;
         const struct rmap_key_sum some = sum_of(path, n, dictionary->first[k]);
@@ -74,9 +76,10 @@ enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *self,
         self->most_weight = self->most_weight > 1.0 ? self->most_weight : 1.0;
         if (!rmap_path_counts_has(context, path->key))
             continue;
-        RMAP_TRY(rmap_path_counts_add_class(self, &some, err));
-        if (rmap_path_counts_want_steps(self))
-            RMAP_TRY(keep_known_steps(self, rmap_history_paths(view->index), &path->place, err));
+        RMAP_TRY(rmap_path_counts_add_class(self, &some, &added, err));
+        if (rmap_path_counts_want_steps(self, &added))
+            RMAP_TRY(
+                keep_known_steps(self, rmap_history_paths(view->index), &path->place, &added, err));
     }
 out:
     return st;

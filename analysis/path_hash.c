@@ -58,6 +58,10 @@ static inline bool translate(const struct rmap_path_hasher *hasher, size_t first
     const int32_t *object = hasher->portion->segment.object;
     const uint32_t *event = hasher->portion->segment.event;
     uint32_t seen = 0;
+    bool inside = false;
+    if (few)
+        first += rmap_step_letters_steps(&hasher->keys->of_letters, object + first, event + first,
+                                         last - first, hasher->few + first, &inside);
     for (size_t i = first; i < last; i++) {
         const uint32_t letter = met[event[i] % RMAP_PATH_EVENT_CODES];
         const uint32_t step = place[object[i]] | letter;
@@ -67,7 +71,7 @@ static inline bool translate(const struct rmap_path_hasher *hasher, size_t first
         else
             hasher->many[i] = step & ~RMAP_PATH_LOOK_TWICE;
     }
-    return !(seen & RMAP_PATH_LOOK_TWICE);
+    return !inside && !(seen & RMAP_PATH_LOOK_TWICE);
 }
 
 static void look_twice(const struct rmap_path_hasher *hasher, size_t first, size_t last, bool few)
@@ -97,8 +101,9 @@ static enum rmap_status read_steps(struct rmap_path_hasher *hasher, const struct
     return st;
 }
 
-/* Where less than a quarter of the rays match, theirs alone. */
-enum { FEW_RAYS = 4 };
+/* Where fewer than one in so many of the rays match, theirs alone: many legs at once cost less than
+ * a few, each by itself. */
+enum { FEW_RAYS = 4, FEW_RAYS_AT_ONCE = 16 };
 
 enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
                                         const struct rmap_path_keys *keys,
@@ -117,7 +122,9 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
         return reserve_scratch(hasher, err);
     }
     RMAP_TRY(reserve_steps(hasher, hasher->is_narrow, err));
-    if (!rays->match || rays->n_match * FEW_RAYS >= n_ray)
+    const size_t few =
+        hasher->is_narrow && keys->of_letters.is_usable ? FEW_RAYS_AT_ONCE : FEW_RAYS;
+    if (!rays->match || rays->n_match * few >= n_ray)
         return read_steps(hasher, rays, 0, portion->n_row[RMAP_TABLE_SEGMENT], err);
     for (size_t i = 0, first = 0; i < n_ray; i++) {
         const size_t last = first + portion->ray.segment_count[i];
@@ -141,36 +148,34 @@ static inline void mix(struct rmap_step_hash *hash, uint64_t word)
     hash->high = (rotate(hash->high, 41) ^ word) * UINT64_C(0xc2b2ae3d27d4eb4f);
 }
 
-/* The finaliser of MurmurHash3 (Appleby 2011). */
+/* Upper bits come down: hashes were mixed well before registrations were. */
 static inline uint64_t finish(uint64_t x)
 {
-    x = (x ^ x >> 33) * UINT64_C(0xff51afd7ed558ccd);
-    x = (x ^ x >> 33) * UINT64_C(0xc4ceb9fe1a85ec53);
-    return x ^ x >> 33;
+    x = (x ^ x >> 32) * UINT64_C(0xff51afd7ed558ccd);
+    return x ^ x >> 29;
 }
 
 /* Registrations stand among the legs: each with its place there. Returns how many there are. */
 static inline size_t mix_hits(const struct rmap_path_hasher *hasher,
                               const struct rmap_path_place_of_ray *place, size_t n_leg,
-                              size_t n_row, struct rmap_step_hash *hash)
+                              size_t n_row, struct rmap_step_hash *hash_ret)
 {
-    const struct rmap_path_keys *keys = hasher->keys;
+    const struct rmap_path_hit *of_detector = hasher->keys->hit;
     const struct rmap_registration_columns *hit = &hasher->portion->registration;
+    struct rmap_step_hash hash = *hash_ret;
     size_t at = 0, n_hit = 0;
     for (size_t i = place->registration; i < place->registration + n_row; i++) {
         if (!hit->registered[i])
             continue;
-        size_t leg = (size_t)hit->segment[i] + keys->follows[hit->detector[i]];
+        const struct rmap_path_hit its = of_detector[hit->detector[i]];
+        size_t leg = (size_t)hit->segment[i] + its.follows;
         leg = leg < n_leg ? leg : n_leg;
         at = leg > at ? leg : at;
-        mix(hash, (uint64_t)at << 32 | rmap_path_hit_step(keys, hit->detector[i]));
+        mix(&hash, (uint64_t)at << 32 | its.step);
         n_hit++;
     }
-    if (n_hit == 0)
-        return 0;
-    hash->low = finish(hash->low);
-    hash->high = finish(hash->high ^ hash->low);
-    hash->low += hash->high;
+    if (n_hit > 0)
+        *hash_ret = (struct rmap_step_hash){finish(hash.low), finish(hash.high)};
     return n_hit;
 }
 
@@ -299,12 +304,13 @@ size_t rmap_path_hasher_steps(const struct rmap_path_hasher *hasher,
     for (size_t i = place->registration; i < end; i++) {
         if (!hit->registered[i])
             continue;
-        size_t leg = (size_t)hit->segment[i] + keys->follows[hit->detector[i]];
+        const struct rmap_path_hit its = keys->hit[hit->detector[i]];
+        size_t leg = (size_t)hit->segment[i] + its.follows;
         leg = leg < n_leg ? leg : n_leg;
         if (leg > at)
             n += copy_legs(hasher, place->segment + at, place->segment + leg, to + n);
         at = leg > at ? leg : at;
-        to[n++] = rmap_path_hit_step(keys, hit->detector[i]);
+        to[n++] = its.step;
     }
     return n + copy_legs(hasher, place->segment + at, place->segment + n_leg, to + n);
 }

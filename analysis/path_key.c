@@ -11,9 +11,9 @@ static enum rmap_status allocate(struct rmap_path_keys *keys, struct rmap_error 
     keys->letter = rmap_alloc(RMAP_PATH_EVENT_CODES, 1);
     keys->met = rmap_alloc(RMAP_PATH_EVENT_CODES, sizeof *keys->met);
     keys->place = rmap_alloc(scene->n_object + 1, sizeof *keys->place);
-    keys->follows = rmap_alloc(scene->n_detector + 1, 1);
+    keys->hit = rmap_alloc(scene->n_detector + 1, sizeof *keys->hit);
     keys->clashes = rmap_alloc(scene->n_medium + 1, 1);
-    if (keys->letter && keys->met && keys->place && keys->follows && keys->clashes)
+    if (keys->letter && keys->met && keys->place && keys->hit && keys->clashes)
         return RMAP_OK;
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of paths");
 }
@@ -44,6 +44,26 @@ static void fill_letters(struct rmap_path_keys *keys)
     }
 }
 
+/* Whether labels are numbers of objects. */
+static bool has_own_labels(const struct rmap_path_keys *keys)
+{
+    bool own = true;
+    for (size_t o = 0; o < keys->scene->n_object; o++)
+        own = own && (size_t)keys->labels.of_object[o] == o;
+    return own;
+}
+
+static void fill_hits(struct rmap_path_keys *keys)
+{
+    const struct rmap_scene *scene = keys->scene;
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const size_t place = 1 + keys->labels.n + scene->n_medium + d;
+        keys->hit[d] = (struct rmap_path_hit){
+            (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | RMAP_PATH_LETTER_V,
+            scene->detector[d].on_object >= 0 || scene->detector[d].on_group >= 0};
+    }
+}
+
 enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
                                        const struct rmap_path_view *view,
                                        struct rmap_path_keys **keys_ret, struct rmap_error *err)
@@ -58,12 +78,13 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
     fill_letters(keys);
     for (size_t o = 0; o < scene->n_object; o++)
         keys->place[o + 1] = (uint32_t)(1 + keys->labels.of_object[o]) << RMAP_PATH_LETTER_BITS;
-    for (size_t d = 0; d < scene->n_detector; d++)
-        keys->follows[d] = scene->detector[d].on_object >= 0 || scene->detector[d].on_group >= 0;
+    fill_hits(keys);
     for (size_t m = 0; m < scene->n_medium; m++)
         keys->reads_media |= scene->medium[m].absorbing || scene->medium[m].scattering_at_all;
     find_clashes(keys);
     rmap_step_hash_keys_init(&keys->of_hash);
+    if (!view->without_events && has_own_labels(keys))
+        rmap_step_letters_init(&keys->of_letters, keys->letter, RMAP_PATH_INSIDE);
     *keys_ret = keys;
     keys = NULL;
 out:
@@ -79,7 +100,7 @@ void rmap_path_keys_destroy(struct rmap_path_keys *keys)
     rmap_free(keys->letter);
     rmap_free(keys->met);
     rmap_free(keys->place);
-    rmap_free(keys->follows);
+    rmap_free(keys->hit);
     rmap_free(keys->clashes);
     rmap_free(keys);
 }
@@ -122,9 +143,9 @@ static void write_before(const struct rmap_path_keys *keys, const struct rmap_po
                          struct writer *writer)
 {
     int32_t detector = portion->registration.detector[row];
-    size_t place = (size_t)portion->registration.segment[row] + keys->follows[detector];
+    size_t place = (size_t)portion->registration.segment[row] + keys->hit[detector].follows;
     place = place < n_leg ? place : n_leg;
-    bool opens = last && keys->follows[detector] && place > *at;
+    bool opens = last && keys->hit[detector].follows && place > *at;
     if (place > *at)
         write_steps(keys, &portion->segment, first + *at, first + place - opens, writer);
     if (opens) {
@@ -148,7 +169,7 @@ static inline bool walk(const struct rmap_path_keys *keys, const struct rmap_por
         int32_t detector = portion->registration.detector[i];
         bool last = keys->view.until_detector && detector == keys->view.detector;
         write_before(keys, portion, place->segment, i, n_leg, last, &at, writer);
-        write_symbol(writer, rmap_path_hit_step(keys, detector));
+        write_symbol(writer, keys->hit[detector].step);
         if (last)
             return true;
     }

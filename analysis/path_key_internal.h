@@ -10,23 +10,31 @@
 #include "analysis/path_label.h"
 #include "analysis/path_regex.h"
 #include "analysis/step_hash.h"
+#include "analysis/step_letters.h"
 
 enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4, RMAP_PATH_EVENT_CODES = 1 << 13 };
 
 /* In `met`: without an object, the step is another than the table says. */
 #define RMAP_PATH_LOOK_TWICE 0x80000000u
 
+/* Of a detector. */
+struct rmap_path_hit {
+    rmap_path_step step;
+    uint32_t follows; /* 1: registers behind the step that ends the leg */
+};
+
 /* Places of symbols: 0 none, 1 + label, then media, then detectors. */
 struct rmap_path_keys {
     const struct rmap_scene *scene;
     struct rmap_path_view view;
     struct rmap_path_labels labels;
-    uint8_t *letter;  /* [2^13] of sets of events */
-    uint32_t *met;    /* [2^13] the same at an object, ANY without events; LOOK_TWICE above it */
-    uint32_t *place;  /* [1 + n_object] of no object, then of each one's label, above the letter */
-    uint8_t *follows; /* [n_detector] registers behind the step that ends the leg */
-    uint8_t *clashes; /* [n_medium] an object or a group has the name, too */
-    bool reads_media; /* something can happen inside one */
+    uint8_t *letter; /* [2^13] of sets of events */
+    uint32_t *met;   /* [2^13] the same at an object, ANY without events; LOOK_TWICE above it */
+    uint32_t *place; /* [1 + n_object] of no object, then of each one's label, above the letter */
+    struct rmap_path_hit *hit;           /* [n_detector] */
+    uint8_t *clashes;                    /* [n_medium] an object or a group has the name, too */
+    bool reads_media;                    /* something can happen inside one */
+    struct rmap_step_letters of_letters; /* usable: a place is an object's number, events count */
     struct rmap_step_hash_keys of_hash;
 };
 
@@ -44,12 +52,6 @@ static inline rmap_path_step rmap_path_step_of(const struct rmap_path_keys *keys
     return (rmap_path_step)((1 + keys->labels.n + (size_t)rows->medium[row])
                             << RMAP_PATH_LETTER_BITS) |
            letter;
-}
-
-static inline rmap_path_step rmap_path_hit_step(const struct rmap_path_keys *keys, int32_t detector)
-{
-    const size_t place = 1 + keys->labels.n + keys->scene->n_medium + (size_t)detector;
-    return (rmap_path_step)(place << RMAP_PATH_LETTER_BITS) | RMAP_PATH_LETTER_V;
 }
 
 #endif

@@ -11,7 +11,7 @@ struct head {
     uint64_t rays, segments, n_class, n_cell;
     double most_weight;
     uint64_t is_full, cells_full, has_sketch;
-    uint64_t n_with_steps, n_step_word, steps_closed;
+    uint64_t n_with_steps, n_step_word, n_first_step, steps_closed, steps_full;
 };
 
 static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
@@ -51,7 +51,9 @@ enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, s
                               .has_sketch = self->sketch.rays != NULL,
                               .n_with_steps = self->steps.n,
                               .n_step_word = self->steps.n_word,
-                              .steps_closed = self->steps.is_closed};
+                              .n_first_step = self->steps.n_first,
+                              .steps_closed = self->steps.is_closed,
+                              .steps_full = self->steps.is_full};
     const size_t nbytes = state_nbytes(&head, n_source);
     uint8_t *bytes = rmap_alloc(nbytes, 1), *at = bytes;
     if (!bytes)
@@ -90,6 +92,7 @@ static enum rmap_status take_steps(struct rmap_path_steps *steps, const uint8_t 
 {
     const size_t nbytes = (size_t)head->n_step_word * sizeof *steps->word;
     steps->is_closed = head->steps_closed != 0;
+    steps->is_full = head->steps_full != 0;
     if (nbytes == 0)
         return RMAP_OK;
     steps->word = rmap_alloc_unset((size_t)head->n_step_word, sizeof *steps->word);
@@ -98,6 +101,7 @@ static enum rmap_status take_steps(struct rmap_path_steps *steps, const uint8_t 
     memcpy(steps->word, *at, nbytes);
     steps->n_word = (size_t)head->n_step_word;
     steps->n = (size_t)head->n_with_steps;
+    steps->n_first = (size_t)head->n_first_step;
     *at += nbytes;
     return RMAP_OK;
 }

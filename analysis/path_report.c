@@ -114,21 +114,36 @@ static void fill_row(struct rmap_path_report *report, const struct rmap_key_sum 
     rest->source_weight_squared[source] -= sum->weight_squared;
 }
 
+/* Rows whose steps are looked for one by one. */
+enum { ROWS_FEW = 64 };
+
+/* Of each row, as far as they were kept. */
 static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
-                                   const struct rmap_key_sum *sum, struct rmap_path_row *row,
+                                   const struct ranked *ranked, struct rmap_path_report *report,
                                    struct rmap_error *err)
 {
-    size_t n;
-    const rmap_path_step *step =
-        rmap_path_steps_of(&counts->steps, (size_t)(sum - counts->classes.entry), &n);
-    if (!step)
-        return RMAP_OK;
-    row->step = rmap_alloc(n + 1, sizeof *row->step);
-    if (!row->step)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
-    memcpy(row->step, step, n * sizeof *step);
-    row->n_step = n;
-    return RMAP_OK;
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_key_sums *classes = &counts->classes;
+    uint32_t *number = NULL;
+    if (report->n_row > ROWS_FEW)
+        RMAP_TRY(rmap_path_steps_index(&counts->steps, classes->n, &number, err));
+    for (size_t k = 0; k < report->n_row; k++) {
+        struct rmap_path_row *row = &report->row[k];
+        const size_t class = (size_t)(ranked[k].sum - classes->entry);
+        size_t n;
+        const rmap_path_step *step = number ? rmap_path_steps_at(&counts->steps, number[class], &n)
+                                            : rmap_path_steps_of(&counts->steps, class, &n);
+        if (!step)
+            continue;
+        row->step = rmap_alloc(n + 1, sizeof *row->step);
+        if (!row->step)
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths"));
+        memcpy(row->step, step, n * sizeof *step);
+        row->n_step = n;
+    }
+out:
+    rmap_free(number);
+    return st;
 }
 
 static struct rmap_path_total total_of(const struct rmap_map *map, const struct rmap_count *count)
@@ -166,10 +181,9 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
     RMAP_TRY(rmap_count_init(&rest, n_source, err));
     rmap_count_add(&rest, &counts->total, n_source);
     RMAP_TRY(rank(counts, sort, report->n_row, &ranked, err));
-    for (size_t k = 0; k < report->n_row; k++) {
+    for (size_t k = 0; k < report->n_row; k++)
         fill_row(report, ranked[k].sum, &report->row[k], &rest);
-        RMAP_TRY(copy_steps(counts, ranked[k].sum, &report->row[k], err));
-    }
+    RMAP_TRY(copy_steps(counts, ranked, report, err));
     report->rest = total_of(map, &rest);
     *report_ret = report;
     report = NULL;

@@ -10,7 +10,7 @@ enum { WORDS_FIRST = 1 << 12 };
 void rmap_path_steps_fini(struct rmap_path_steps *steps)
 {
     rmap_free(steps->word);
-    *steps = (struct rmap_path_steps){.is_closed = steps->is_closed};
+    *steps = (struct rmap_path_steps){.is_closed = steps->is_closed, .is_full = steps->is_full};
 }
 
 /* Two words at the end of the block say of the k-th of the classes its number and its end. */
@@ -25,30 +25,45 @@ static size_t end_of(const struct rmap_path_steps *steps, size_t k)
     return k > 0 ? steps->word[steps->n_word - 2 * k] : 0;
 }
 
+enum rmap_status rmap_path_steps_index(const struct rmap_path_steps *steps, size_t n_class,
+                                       uint32_t **of_class_ret, struct rmap_error *err)
+{
+    uint32_t *of_class = rmap_alloc(n_class + 1, sizeof *of_class);
+    if (!of_class)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
+    for (size_t k = 0; k < steps->n; k++)
+        of_class[number_of(steps, k)] = (uint32_t)(k + 1);
+    *of_class_ret = of_class;
+    return RMAP_OK;
+}
+
+const rmap_path_step *rmap_path_steps_at(const struct rmap_path_steps *steps, uint32_t number,
+                                         size_t *n_ret)
+{
+    *n_ret = 0;
+    if (number == 0)
+        return NULL;
+    *n_ret = end_of(steps, number) - end_of(steps, number - 1);
+    return steps->word + end_of(steps, number - 1);
+}
+
 const rmap_path_step *rmap_path_steps_of(const struct rmap_path_steps *steps, size_t class,
                                          size_t *n_ret)
 {
-    size_t low = 0, high = steps->n;
-    *n_ret = 0;
-    while (low < high) {
-        const size_t middle = low + (high - low) / 2;
-        if (number_of(steps, middle) < class)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    if (low == steps->n || number_of(steps, low) != class)
-        return NULL;
-    *n_ret = end_of(steps, low + 1) - end_of(steps, low);
-    return steps->word + end_of(steps, low);
+    uint32_t number = (uint32_t)steps->n;
+    while (number > 0 && number_of(steps, number - 1) != class)
+        number--;
+    return rmap_path_steps_at(steps, number, n_ret);
 }
 
 static enum rmap_status grow(struct rmap_path_steps *steps, size_t need, struct rmap_error *err)
 {
     const size_t n_own = 2 * steps->n;
     size_t n_word = WORDS_FIRST;
-    while (n_word < need)
+    while (n_word < need && n_word < RMAP_PATH_STEPS_SCANNED)
         n_word *= 2;
+    if (n_word < need)
+        n_word = RMAP_PATH_STEPS_MOST; /* a huge page */
     uint32_t *word = rmap_alloc_unset(n_word, sizeof *word);
     if (!word)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
@@ -62,8 +77,8 @@ static enum rmap_status grow(struct rmap_path_steps *steps, size_t need, struct 
     return RMAP_OK;
 }
 
-enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t n, size_t most,
-                                           rmap_path_step **step_ret, struct rmap_error *err)
+static enum rmap_status make_room(struct rmap_path_steps *steps, size_t n, size_t most,
+                                  rmap_path_step **step_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t end = end_of(steps, steps->n), used = end + 2 * (steps->n + 1);
@@ -77,10 +92,22 @@ enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t
     return st;
 }
 
+enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t n, uint64_t after,
+                                           rmap_path_step **step_ret, struct rmap_error *err)
+{
+    const bool first = after < 2;
+    enum rmap_status st =
+        make_room(steps, n, first ? RMAP_PATH_STEPS_FIRST : RMAP_PATH_STEPS_SCANNED, step_ret, err);
+    steps->is_closed |= !*step_ret;
+    steps->is_full |= !*step_ret && !first;
+    return st;
+}
+
 void rmap_path_steps_end_class(struct rmap_path_steps *steps, size_t class, size_t n)
 {
     const size_t end = end_of(steps, steps->n) + n;
     steps->n++;
+    steps->n_first += class == steps->n_first;
     steps->word[steps->n_word - 2 * steps->n + 1] = (uint32_t) class;
     steps->word[steps->n_word - 2 * steps->n] = (uint32_t)end;
 }
@@ -89,7 +116,7 @@ enum rmap_status rmap_path_steps_add(struct rmap_path_steps *steps, size_t class
                                      const rmap_path_step *step, size_t n, struct rmap_error *err)
 {
     rmap_path_step *to;
-    enum rmap_status st = rmap_path_steps_make_room(steps, n, RMAP_PATH_STEPS_MOST, &to, err);
+    enum rmap_status st = make_room(steps, n, RMAP_PATH_STEPS_MOST, &to, err);
     if (!to)
         return st;
     if (n > 0)

@@ -7,35 +7,59 @@
 
 #include "analysis/path_key.h"
 
-/* Room that a thread takes while it scans, and that all of them may take; in words. What is shown
- * is mostly among the classes that come first. */
-enum { RMAP_PATH_STEPS_SCAN = 1 << 15, RMAP_PATH_STEPS_MOST = 1 << 19 };
+/* Words that a thread's steps of the classes that come first may take, those of all that it keeps,
+ * and those of all threads. */
+enum {
+    RMAP_PATH_STEPS_FIRST = 1 << 15,
+    RMAP_PATH_STEPS_SCANNED = 1 << 16,
+    RMAP_PATH_STEPS_MOST = 1 << 19
+};
 
-/* Those of some classes, in the order of their numbers. All zero is empty. */
+/* Those of the classes that come first, of one ray or more; then those of classes that a second ray
+ * has taken: what is shown is mostly among these. All zero is empty. */
 struct rmap_path_steps {
-    uint32_t *word;   /* [n_word] steps one behind the other; from the end on, of each class the
+    uint32_t *word;   /* [n_word] steps one behind the other; from the end on, of each class its
                          number and where its steps end */
     size_t n_word, n; /* n: classes */
-    bool is_closed;   /* no more are taken from rays */
+    size_t n_first;   /* classes below this number are there */
+    bool is_closed;   /* no more are kept of one ray; */
+    bool is_full;     /* of any */
 };
 void rmap_path_steps_fini(struct rmap_path_steps *steps);
 
-/* Those of a class; *n_ret 0: it has none, or they are not there. */
-const rmap_path_step *rmap_path_steps_of(const struct rmap_path_steps *steps, size_t class,
-                                         size_t *n_ret);
+/* Whether those of a class are to be kept now that it has `after` rays, and had `before`. */
+static inline bool rmap_path_steps_want(const struct rmap_path_steps *steps, size_t class,
+                                        uint64_t before, uint64_t after)
+{
+    return before < 2 && class >= steps->n_first &&
+           (after >= 2 ? !steps->is_full : !steps->is_closed);
+}
 
-/* Room for at most n steps of one more class: NULL when more than `most` words would be taken.
- * RMAP_SYSTEM. */
-enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t n, size_t most,
+/* A thread's room for at most n steps of one more class of `after` rays: NULL when there is none,
+ * nor will be. RMAP_SYSTEM. */
+enum rmap_status rmap_path_steps_make_room(struct rmap_path_steps *steps, size_t n, uint64_t after,
                                            rmap_path_step **step_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
-/* n steps of the class stand in the room. Its number is above those before. */
+/* n steps of the class stand in the room. */
 void rmap_path_steps_end_class(struct rmap_path_steps *steps, size_t class, size_t n);
 
-/* Both, as long as there is room. */
+/* Takes another thread's over, if they fit. */
 enum rmap_status rmap_path_steps_add(struct rmap_path_steps *steps, size_t class,
                                      const rmap_path_step *step, size_t n,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* of_class: [n_class] 1 + number of those kept of the class; 0: none are. rmap_free. */
+enum rmap_status rmap_path_steps_index(const struct rmap_path_steps *steps, size_t n_class,
+                                       uint32_t **of_class_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* By that number: 0 is NULL. */
+const rmap_path_step *rmap_path_steps_at(const struct rmap_path_steps *steps, uint32_t number,
+                                         size_t *n_ret);
+
+/* Without the index, by a look at all of them: NULL when none are kept of the class. */
+const rmap_path_step *rmap_path_steps_of(const struct rmap_path_steps *steps, size_t class,
+                                         size_t *n_ret);
 
 #endif

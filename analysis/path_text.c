@@ -348,7 +348,7 @@ enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
         add_text(&text, " ");
     }
     add_plain_steps(&text, keys, order);
-    add_text(&text, keys->follows[detector] ? " [^V] V* V@" : " V@");
+    add_text(&text, keys->hit[detector].follows ? " [^V] V* V@" : " V@");
     add_name(&text, keys->scene->detector[detector].name);
     add_text(&text, " .*\")");
     return finish(&text, text_ret);

@@ -54,7 +54,19 @@ static size_t length_of(size_t class, size_t longest)
     return longest == 1 ? 1 : class * 2654435761u % (longest + 1);
 }
 
-/* Filled to the last word, and beyond: what was taken stays. */
+/* Numbers with gaps, descending in part. */
+static size_t class_of(size_t k)
+{
+    return k % 2 ? 3 * k - 3 : 3 * k + 3;
+}
+
+static void check_room(size_t n_class, size_t longest, size_t n_word)
+{
+    assert_in_range(n_class, n_word / (longest + 2) - 1, n_word);
+}
+
+/* Filled to the last word, and beyond: what was taken stays. Of one ray, then of two, then those of
+ * other threads. */
 static void test_steps(void **state)
 {
     (void)state;
@@ -63,34 +75,68 @@ static void test_steps(void **state)
     for (size_t l = 0; l < sizeof longest / sizeof *longest; l++) {
         struct rmap_path_steps steps = {0};
         struct rmap_error err;
-        for (size_t class = 0; class < 1000000 && !steps.is_closed; class ++) {
-            const size_t n = length_of(class, longest[l]);
-            for (size_t k = 0; k < n; k++)
-                step[k] = (rmap_path_step)(class + 31 * k);
-            const size_t before = steps.n;
-            assert_int_equal(rmap_path_steps_add(&steps, 3 * class, step, n, &err), RMAP_OK);
-            steps.is_closed = steps.n == before;
+        uint32_t *number;
+        for (size_t k = 0, others = 0; k == steps.n; k++) {
+            const size_t n = length_of(k, longest[l]);
+            rmap_path_step *room = NULL;
+            for (size_t i = 0; i < n; i++)
+                step[i] = (rmap_path_step)(k + 31 * i);
+            while (!room && !steps.is_full) {
+                const uint64_t rays = steps.is_closed ? 2 : 1;
+                assert_int_equal(rmap_path_steps_make_room(&steps, n, rays, &room, &err), RMAP_OK);
+                if (!room)
+                    check_room(k, longest[l],
+                               rays < 2 ? RMAP_PATH_STEPS_FIRST : RMAP_PATH_STEPS_SCANNED);
+            }
+            others += !room;
+            if (room) {
+                memcpy(room, step, n * sizeof *step);
+                rmap_path_steps_end_class(&steps, class_of(k), n);
+            } else
+                assert_int_equal(rmap_path_steps_add(&steps, class_of(k), step, n, &err), RMAP_OK);
+            if (k == steps.n)
+                assert_true(others > 1);
         }
-        assert_true(steps.is_closed);
-        assert_in_range(steps.n, RMAP_PATH_STEPS_MOST / (longest[l] + 2), RMAP_PATH_STEPS_MOST);
-        for (size_t class = 0; class < steps.n; class ++) {
+        check_room(steps.n, longest[l], RMAP_PATH_STEPS_MOST);
+        assert_int_equal(rmap_path_steps_index(&steps, 3 * steps.n + 4, &number, &err), RMAP_OK);
+        for (size_t k = 0; k < steps.n; k++) {
             size_t n;
-            assert_null(rmap_path_steps_of(&steps, 3 * class + 1, &n));
-            const rmap_path_step *its = rmap_path_steps_of(&steps, 3 * class, &n);
-            assert_int_equal(n, length_of(class, longest[l]));
-            for (size_t k = 0; k < n; k++)
-                if (its[k] != (rmap_path_step)(class + 31 * k))
-                    fail_msg("class %zu, step %zu", class, k);
+            const rmap_path_step *its = rmap_path_steps_at(&steps, number[class_of(k)], &n);
+            assert_int_equal(n, length_of(k, longest[l]));
+            for (size_t i = 0; i < n; i++)
+                if (its[i] != (rmap_path_step)(k + 31 * i))
+                    fail_msg("class %zu, step %zu", class_of(k), i);
+            if (k % 1000 == 0)
+                assert_ptr_equal(rmap_path_steps_of(&steps, class_of(k), &n), its);
+            assert_int_equal(number[class_of(k) + 1], 0);
         }
         size_t n;
-        assert_null(rmap_path_steps_of(&steps, 3 * steps.n, &n));
+        assert_null(rmap_path_steps_of(&steps, 1, &n));
+        rmap_free(number);
         rmap_path_steps_fini(&steps);
     }
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* New classes are kept until there are many; then those that have become two rays. */
+static void test_want(void **state)
+{
+    (void)state;
+    struct rmap_path_steps steps = {.n_first = 10};
+    assert_true(rmap_path_steps_want(&steps, 10, 0, 1));
+    assert_false(rmap_path_steps_want(&steps, 9, 1, 2));
+    steps.is_closed = true;
+    assert_false(rmap_path_steps_want(&steps, 10, 0, 1));
+    assert_true(rmap_path_steps_want(&steps, 10, 0, 3));
+    assert_true(rmap_path_steps_want(&steps, 10, 1, 2));
+    assert_false(rmap_path_steps_want(&steps, 10, 2, 3));
+    steps.is_full = true;
+    assert_false(rmap_path_steps_want(&steps, 10, 1, 2));
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums), cmocka_unit_test(test_steps)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums), cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_want)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
