@@ -203,7 +203,7 @@ static void set_media(struct rmap_compact_model *model)
         *index++ = 1.0;
     }
     for (size_t i = 0; i < model->n_medium; i++)
-        model->tint[i] = medium[i].dispersive || medium[i].absorbing;
+        model->tint[i] = medium[i].dispersive || medium[i].absorbing ? RMAP_WAVE_TINTS << 8 : 0;
 }
 
 /* Is the channel that refracts known, wherever it matters? */

@@ -105,7 +105,7 @@ struct rmap_compact_model {
     bool foretells; /* rays that the tracer says are foretold: the last wavelength tells the
                        channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
-    uint8_t *tint;  /* [n_medium + 1]: 1: legs through it may change colours */
+    uint16_t *tint; /* [n_medium + 1]: flags << 8 of legs through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
 };
 

@@ -125,8 +125,13 @@ struct rmap_wave_leg {
     double cosine;   /* of a leg done: direction . normal, NaN where nothing was met */
     uint32_t object; /* at most n_object, which is none */
     uint16_t medium; /* at most n_medium, which is none */
-    uint8_t queue;   /* RMAP_WAVE_TURNS x kind + turn */
-    uint8_t flags;
+    union {
+        struct {
+            uint8_t queue; /* RMAP_WAVE_TURNS x kind + turn */
+            uint8_t flags;
+        };
+        uint16_t step; /* both: flags << 8 | queue */
+    };
 };
 
 /* wave_guide.c: what is known of a flat object, of any object's legs, and of those that meet none

@@ -2,6 +2,7 @@
  *
  * Rays that are about to set out in a wave: where they depart, and what each of their legs takes.
  */
+#include "base/wide.h"
 #include "compact/wave.h"
 
 #if defined(__GNUC__)
@@ -9,6 +10,7 @@ static inline uint32_t first_bit(uint32_t x) /* x > 0 */
 {
     return (uint32_t)__builtin_ctz(x);
 }
+#define soon(address) __builtin_prefetch(address, 1)
 #else
 static inline uint32_t first_bit(uint32_t x)
 {
@@ -17,6 +19,7 @@ static inline uint32_t first_bit(uint32_t x)
         k++;
     return k;
 }
+#define soon(address) ((void)(address))
 #endif
 
 /* What legs follow from, in registers. */
@@ -25,14 +28,14 @@ struct legs {
     const uint32_t *event;
     const int16_t *medium;
     const struct rmap_compact_guide *guide;
-    const uint8_t *tint;
+    const uint16_t *tint;
     size_t n_object, n_medium;
 };
 
-/* The leg of a row that starts on the object `from`, and is not the last. No branches: what a ray
- * meets is anybody's guess. Not 0: it is of a kind that set_odd_leg tells. */
-static inline uint32_t set_leg(const struct legs *l, size_t row, int32_t from,
-                               struct rmap_wave_leg *leg)
+/* The leg of a row that starts on the object `from`, has one event and is not the last. No
+ * branches: what a ray meets is anybody's guess. True: its triangle is not there. */
+static inline bool set_leg(const struct legs *l, size_t row, int32_t from,
+                           struct rmap_wave_leg *leg)
 {
     size_t object = (uint32_t)l->object[row], primitive = (uint32_t)l->primitive[row];
     size_t medium = (uint16_t)l->medium[row];
@@ -44,10 +47,17 @@ static inline uint32_t set_leg(const struct legs *l, size_t row, int32_t from,
     leg->way.corner = guide->corner + guide->stride * primitive;
     leg->object = (uint32_t)object;
     leg->medium = (uint16_t)medium;
-    leg->queue = (uint8_t)(step + (guide->quadric & same));
-    leg->flags = (uint8_t)(step >> 8 | (uint32_t)RMAP_WAVE_TINTS * l->tint[medium]);
-    return (event & (event - 1)) | event >> (RMAP_GUIDE_STEPS - 1) |
-           (primitive >= guide->n_primitive);
+    leg->step = (uint16_t)(step + (guide->quadric & same) + l->tint[medium]);
+    return primitive >= guide->n_primitive;
+}
+
+/* Has any row several events, or one that no guide knows? */
+RMAP_WIDE static bool any_odd(const uint32_t *event, size_t n)
+{
+    uint32_t odd = 0;
+    for (size_t i = 0; i < n; i++)
+        odd |= (event[i] & (event[i] - 1)) | event[i] >> (RMAP_GUIDE_STEPS - 1);
+    return odd != 0;
 }
 
 /* With several events, or a triangle that is not there. */
@@ -59,8 +69,7 @@ static void set_odd_leg(const struct legs *l, size_t row, int32_t from, struct r
     uint32_t step =
         own + rmap_wave_step(guide, there ? guide->wave : RMAP_WAVE_ALONE, l->event[row]);
     leg->way.corner = there ? leg->way.corner : guide->corner;
-    leg->queue = (uint8_t)step;
-    leg->flags = (uint8_t)(step >> 8 | (leg->flags & RMAP_WAVE_TINTS));
+    leg->step = (uint16_t)(step | l->tint[leg->medium]);
 }
 
 /* Legs of rows [first, end). */
@@ -76,13 +85,14 @@ static void set_legs(const struct rmap_retrace *r, size_t first, size_t end,
                            .n_object = r->model->n_object,
                            .n_medium = r->model->n_medium};
     int32_t from = -1;
-    uint32_t odd = 0;
+    bool odd = any_odd(r->event + first, end - first);
     for (size_t k = first; k < end; k++) {
         odd |= set_leg(&l, k, from, &to[k - first]);
         from = l.object[k];
     }
     for (size_t k = first; odd && k < end; k++)
-        if (set_leg(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]))
+        if (set_leg(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]) ||
+            any_odd(l.event + k, 1))
             set_odd_leg(&l, k, k > first ? l.object[k - 1] : -1, &to[k - first]);
 }
 
@@ -121,6 +131,24 @@ static void open_shelf(struct rmap_wave_run *run, size_t n)
     wave->on_shelf[run->shelf] = n;
 }
 
+/* Rows that will be written here and there, brought nearer in one go: rays go on in no order that
+ * a processor foresees. */
+RMAP_COPIED void expect(const void *column, size_t row_nbytes, size_t first, size_t end)
+{
+    enum { LINE = 64 };
+    const uint8_t *at = (const uint8_t *)column + first * row_nbytes;
+    for (size_t k = 0; column && k < (end - first) * row_nbytes; k += LINE)
+        soon(at + k);
+}
+
+RMAP_COPIED void expect_rows(const struct rmap_portion *out, size_t first, size_t end)
+{
+    const struct rmap_segment_columns *segment = &out->segment;
+    expect(segment->position, 3 * sizeof *segment->position, first, end);
+    expect(segment->normal, 3 * sizeof *segment->normal, first, end);
+    expect(out->colour, (size_t)out->n_channel * sizeof *out->colour, first, end);
+}
+
 void rmap_wave_ready(struct rmap_wave_run *run)
 {
     const struct rmap_retrace *r = run->r;
@@ -145,4 +173,5 @@ void rmap_wave_ready(struct rmap_wave_run *run)
         leg[-1].flags |= RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT;
     }
     run->ready_row = end;
+    expect_rows(run->out, row, end);
 }

@@ -163,14 +163,28 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
         rmap_light_quantise(r->model->n_channel, light);
 }
 
-/* Into all rows of a ray but the last: of three channels, which the next row takes one back of. */
-static inline void note_early_colour(uint64_t four, const struct rmap_compact_light *light,
-                                     size_t n, uint16_t *out)
+/* What holds on legs that leave the light as it is. */
+struct steady {
+    uint32_t any, tints; /* flags that it is taken to have; flags that it may not have */
+    const double *index; /* by medium */
+    double path_length, optical_path;
+};
+
+static inline bool leaves(const struct rmap_wave_leg *leg, const struct steady *s)
 {
-    if (n == 3)
-        memcpy(out, &four, sizeof four);
-    else
-        note_colour(light, n, out);
+    uint32_t flags = leg->flags, grey = RMAP_WAVE_GREY_BACK << (leg->cosine < 0.0);
+    return !((flags & s->tints) | (~(flags | s->any) & grey));
+}
+
+static inline void pass_leg(const struct rmap_wave_leg *leg, struct steady *s,
+                            struct rmap_wave_start *start)
+{
+    double n = s->index[leg->medium], length = leg->way.length;
+    length = leg->flags & RMAP_WAVE_LEFT ? 0.0 : length;
+    start->optical_path = s->optical_path;
+    start->index = n;
+    s->path_length += length;
+    s->optical_path += n * length;
 }
 
 /* Legs from `row` on up to the first at which the light may change; which one that is. colour: of
@@ -180,31 +194,31 @@ static inline size_t sum_steady(struct sum *sum, size_t row, const struct rmap_c
 {
     const struct rmap_compact_model *model = sum->run->r->model;
     bool single = light->end - light->begin == 1;
-    uint32_t any = single ? RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT : 0;
-    uint32_t tints = single ? 0 : RMAP_WAVE_TINTS;
-    const double *index = model->index + (model->n_medium + 1) * (size_t)light->begin;
-    double path_length = sum->path_length, optical_path = sum->optical_path;
+    struct steady s = {.any = single ? RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT : 0,
+                       .tints = single ? 0 : RMAP_WAVE_TINTS,
+                       .index = model->index + (model->n_medium + 1) * (size_t)light->begin,
+                       .path_length = sum->path_length,
+                       .optical_path = sum->optical_path};
     const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
     struct rmap_wave_start *start = &sum->run->wave->start[row - sum->first];
+    size_t last = sum->end - 1;
     uint64_t four;
     memcpy(&four, light->quantised, sizeof four);
-    for (; row < sum->end; row++, leg++, start++) {
-        uint32_t flags = leg->flags;
-        uint32_t grey = RMAP_WAVE_GREY_BACK << (leg->cosine < 0.0);
-        if ((flags & tints) | (~(flags | any) & grey))
-            break;
-        double n = index[leg->medium], length = flags & RMAP_WAVE_LEFT ? 0.0 : leg->way.length;
-        start->optical_path = optical_path;
-        start->index = n;
-        path_length += length;
-        optical_path += n * length;
-        if (colour && row + 1 < sum->end)
-            note_early_colour(four, light, n_channel, colour + n_channel * row);
+    for (; row < last && leaves(leg, &s); row++, leg++, start++) {
+        pass_leg(leg, &s, start);
+        if (colour && n_channel == 3) /* and one of the next row, which takes it back */
+            memcpy(colour + 3 * row, &four, sizeof four);
+        else if (colour)
+            note_colour(light, n_channel, colour + n_channel * row);
     }
-    if (colour && row == sum->end)
-        note_colour(light, n_channel, colour + n_channel * (row - 1));
-    sum->path_length = path_length;
-    sum->optical_path = optical_path;
+    if (row == last && leaves(leg, &s)) {
+        pass_leg(leg, &s, start);
+        if (colour)
+            note_colour(light, n_channel, colour + n_channel * row);
+        row++;
+    }
+    sum->path_length = s.path_length;
+    sum->optical_path = s.optical_path;
     return row;
 }
 
