@@ -35,12 +35,11 @@ struct rmap_query_history {
 
     size_t piece;                           /* in hand, if index is not NULL */
     const struct rmap_history_index *index; /* borrowed from the map until given back */
-    struct rmap_history_view view;
+    struct rmap_history_reader reader;
     bool is_begun; /* the judge has kept verdicts of the portion in hand alone */
     struct rmap_portion *unfolded;
     rmap_column_set present;  /* columns of it */
     struct rmap_portion rays; /* the portion in hand as evidence: the unfolded one's columns */
-    uint64_t nbytes;
 };
 
 enum rmap_status
@@ -92,7 +91,7 @@ void rmap_query_history_destroy(struct rmap_query_history *self)
 {
     if (!self)
         return;
-    rmap_history_view_fini(&self->view);
+    rmap_history_reader_fini(self->map, &self->reader);
     leave_piece(self);
     forget_decisions(self);
     rmap_query_rows_destroy(self->by_class);
@@ -104,7 +103,7 @@ void rmap_query_history_destroy(struct rmap_query_history *self)
 
 uint64_t rmap_query_history_nbytes(const struct rmap_query_history *self)
 {
-    return self->nbytes;
+    return self->reader.nbytes;
 }
 
 static enum rmap_status enter_piece(struct rmap_query_history *self, size_t piece,
@@ -126,6 +125,7 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_
 {
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
     *view_ret = NULL;
+    rmap_history_reader_leave(self->map, &self->reader);
     self->is_begun = false;
     self->present = 0;
     enum rmap_status st = enter_piece(self, (size_t)info->piece, err);
@@ -135,15 +135,13 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_
     if (at == SIZE_MAX)
         return RMAP_OK;
     struct rmap_error why = {0};
-    st = rmap_history_view_open(self->index, at, &self->view, &why);
+    st = rmap_history_reader_enter(self->map, self->index, at, portion, &self->reader, &why);
     if (st == RMAP_FORMAT) /* the columns know, too; `verify` tells of the damage */
         return RMAP_OK;
     if (st != RMAP_OK && err)
         *err = why;
-    if (st == RMAP_OK) {
-        self->nbytes += self->view.nbytes;
-        *view_ret = &self->view;
-    }
+    if (st == RMAP_OK)
+        *view_ret = &self->reader.view;
     return st;
 }
 
@@ -188,7 +186,7 @@ static enum rmap_status unfold(void *context, rmap_column_set columns, struct rm
     rmap_column_set fresh = columns & ~self->present;
     if (!fresh)
         return RMAP_OK;
-    enum rmap_status st = rmap_history_unfold(&self->view, fresh, self->unfolded, err);
+    enum rmap_status st = rmap_history_unfold(&self->reader.view, fresh, self->unfolded, err);
     if (st != RMAP_OK)
         return st;
     self->present |= fresh | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
@@ -210,10 +208,10 @@ static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, ui
 {
     enum rmap_status st = RMAP_OK;
     if (!self->is_begun) {
-        self->rays.n_row[RMAP_TABLE_RAY] = self->view.n_row[RMAP_TABLE_RAY];
-        rmap_query_rows_enter(self->by_class, &self->view, &self->rays, unfold, self);
+        self->rays.n_row[RMAP_TABLE_RAY] = self->reader.view.n_row[RMAP_TABLE_RAY];
+        rmap_query_rows_enter(self->by_class, &self->reader.view, &self->rays, unfold, self);
         RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot,
-                                  self->view.n_row[RMAP_TABLE_RAY], err));
+                                  self->reader.view.n_row[RMAP_TABLE_RAY], err));
         self->is_begun = true;
     }
     RMAP_TRY(rmap_query_rows_judge(self->by_class, c, self->shared->slot[c], &self->judge, verdict,
@@ -225,7 +223,7 @@ out:
 enum rmap_status rmap_query_history_judge(struct rmap_query_history *self, size_t c,
                                           uint8_t *verdict, struct rmap_error *err)
 {
-    const struct rmap_history_view *view = &self->view;
+    const struct rmap_history_view *view = &self->reader.view;
     struct decision *decision;
     if (view->form != RMAP_HISTORY_PATHS)
         return judge_rows(self, c, verdict, err);
@@ -264,7 +262,7 @@ enum rmap_status rmap_query_history_know(struct rmap_query_history *self, rmap_c
     enum rmap_status st = RMAP_OK;
     struct decision *decision;
     *known = (struct rmap_known_rows){.portion = &self->rays};
-    if (self->view.form != RMAP_HISTORY_PATHS)
+    if (self->reader.view.form != RMAP_HISTORY_PATHS)
         return unfold(self, columns, err);
     known->portion = rmap_history_paths(self->index);
     RMAP_TRY(decide(self, &decision, err));

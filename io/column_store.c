@@ -9,18 +9,19 @@
 
 struct rmap_column_store {
     _Atomic(void *) *rows; /* [n_portion][RMAP_COLUMN_COUNT] */
-    size_t n_portion, budget;
+    size_t n_portion;
+    struct rmap_keeper *keeper;
     _Atomic size_t nbytes;
 };
 
-enum rmap_status rmap_column_store_create(size_t n_portion, size_t budget_nbytes,
+enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_keeper *keeper,
                                           struct rmap_column_store **store_ret,
                                           struct rmap_error *err)
 {
     struct rmap_column_store *self = rmap_alloc(1, sizeof *self);
     if (self) {
         self->n_portion = n_portion;
-        self->budget = budget_nbytes;
+        self->keeper = keeper;
         if (n_portion <= SIZE_MAX / RMAP_COLUMN_COUNT)
             self->rows = rmap_alloc(n_portion * RMAP_COLUMN_COUNT, sizeof *self->rows);
     }
@@ -39,8 +40,6 @@ void rmap_column_store_destroy(struct rmap_column_store *self)
 {
     if (!self)
         return;
-    for (size_t i = 0; self->rows && i < self->n_portion * RMAP_COLUMN_COUNT; i++)
-        rmap_free(atomic_load_explicit(&self->rows[i], memory_order_relaxed));
     rmap_free(self->rows);
     rmap_free(self);
 }
@@ -55,23 +54,18 @@ void *rmap_column_store_get(const struct rmap_column_store *self, size_t portion
 void rmap_column_store_offer(struct rmap_column_store *self, size_t portion,
                              enum rmap_column column, const void *rows, size_t nbytes)
 {
-    size_t taken = nbytes > 0 ? nbytes : 1;
-    void *copy = NULL, *none = NULL;
-    if (taken > self->budget || atomic_fetch_add(&self->nbytes, taken) > self->budget - taken)
-        goto out;
-    copy = rmap_alloc(taken, 1);
+    _Atomic(void *) *slot = &self->rows[portion * RMAP_COLUMN_COUNT + column];
+    void *none = NULL;
+    if (atomic_load_explicit(slot, memory_order_relaxed))
+        return;
+    void *copy = rmap_keeper_room(self->keeper, nbytes > 0 ? nbytes : 1);
     if (!copy)
-        goto out; /* it is decoded again, then */
+        return; /* it is decoded again, then */
     if (nbytes > 0)
         memcpy(copy, rows, nbytes);
-    if (atomic_compare_exchange_strong_explicit(&self->rows[portion * RMAP_COLUMN_COUNT + column],
-                                                &none, copy, memory_order_release,
+    if (atomic_compare_exchange_strong_explicit(slot, &none, copy, memory_order_release,
                                                 memory_order_relaxed))
-        return;
-out:
-    rmap_free(copy);
-    if (taken <= self->budget)
-        atomic_fetch_sub(&self->nbytes, taken);
+        atomic_fetch_add(&self->nbytes, nbytes);
 }
 
 size_t rmap_column_store_nbytes(const struct rmap_column_store *self)

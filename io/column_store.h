@@ -10,11 +10,13 @@
 #include <stddef.h>
 
 #include "base/status.h"
+#include "io/keeper.h"
 #include "trace/portion.h"
 
 struct rmap_column_store;
 
-enum rmap_status rmap_column_store_create(size_t n_portion, size_t budget_nbytes,
+/* The keeper must outlive the store. */
+enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_keeper *keeper,
                                           struct rmap_column_store **store_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_column_store_destroy(struct rmap_column_store *store);

@@ -4,7 +4,6 @@
 #include "base/alloc.h"
 #include "base/wide.h"
 #include "io/chunk_reader.h"
-#include "io/column_store.h"
 #include "io/map_internal.h"
 #include "io/map_paths.h"
 #include "trace/event.h"
@@ -445,16 +444,4 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
 {
     enum rmap_status st = rmap_cursor_enter(self, portion, portion_ret, err);
     return st == RMAP_OK ? rmap_cursor_fetch(self, self->columns, err) : st;
-}
-
-enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes, struct rmap_error *err)
-{
-    if (map->store)
-        return rmap_error_set(err, RMAP_USAGE, "%s: columns are kept already", map->path);
-    return rmap_column_store_create(map->content.n_portion, budget_nbytes, &map->store, err);
-}
-
-size_t rmap_map_kept_nbytes(const struct rmap_map *map)
-{
-    return map->store ? rmap_column_store_nbytes(map->store) : 0;
 }

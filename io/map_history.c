@@ -18,13 +18,14 @@ struct slot {
     size_t nbytes;
     uint64_t last_use;
     int n_user;
-    bool absent; /* looked for, and not to be had */
+    bool absent;  /* looked for, and not to be had */
+    bool is_kept; /* for what was made of it */
 };
 
 struct rmap_histories {
     pthread_mutex_t lock;
     struct slot *slot; /* [n_piece] */
-    size_t n_piece, n_open, nbytes;
+    size_t n_piece, n_open, nbytes, kept_nbytes;
     uint64_t clock;
 };
 
@@ -80,7 +81,7 @@ static enum rmap_status histories_of(const struct rmap_map *map, struct rmap_his
 /* Makes room, the least recently used first. */
 static void let_go(struct rmap_histories *self)
 {
-    while (self->nbytes > KEPT_NBYTES || self->n_open > KEPT_FILES) {
+    while (self->nbytes - self->kept_nbytes > KEPT_NBYTES || self->n_open > KEPT_FILES) {
         struct slot *oldest = NULL;
         for (size_t i = 0; i < self->n_piece; i++) {
             struct slot *slot = &self->slot[i];
@@ -225,6 +226,7 @@ enum rmap_status rmap_map_history_keep(const struct rmap_map *map, size_t piece,
         slot->bytes = *bytes;
         slot->nbytes = rmap_history_nbytes(index) + bytes->body_nbytes;
         self->nbytes += slot->nbytes;
+        self->kept_nbytes += slot->nbytes;
         self->n_open++;
         index = NULL;
         *bytes = (struct rmap_history_bytes){0};
@@ -233,6 +235,33 @@ enum rmap_status rmap_map_history_keep(const struct rmap_map *map, size_t piece,
 out:
     rmap_history_destroy(index);
     return st;
+}
+
+bool rmap_map_history_stays(const struct rmap_map *map, size_t piece)
+{
+    struct rmap_histories *self = map->histories;
+    (void)pthread_mutex_lock(&self->lock);
+    struct slot *slot = &self->slot[piece];
+    if (!slot->is_kept && !slot->bytes.head && map->keeper &&
+        rmap_keeper_claim(map->keeper, slot->nbytes)) {
+        self->kept_nbytes += slot->nbytes;
+        slot->n_user++; /* for good */
+        slot->is_kept = true;
+    }
+    bool stays = slot->is_kept || slot->bytes.head;
+    (void)pthread_mutex_unlock(&self->lock);
+    return stays;
+}
+
+size_t rmap_map_history_kept_nbytes(const struct rmap_map *map)
+{
+    struct rmap_histories *self = map->histories;
+    if (!self)
+        return 0;
+    (void)pthread_mutex_lock(&self->lock);
+    size_t nbytes = self->kept_nbytes;
+    (void)pthread_mutex_unlock(&self->lock);
+    return nbytes;
 }
 
 enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece,

@@ -17,6 +17,33 @@ enum rmap_status rmap_map_history(const struct rmap_map *map, size_t piece,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_history_release(const struct rmap_map *map, size_t piece);
 
+/* A portion in the hands of a reader, one after the other. Zeroed at first; one thread. */
+struct rmap_history_reader {
+    struct rmap_history_view view;
+    struct rmap_history_made *lent; /* by the map */
+    size_t portion;                 /* of the map */
+    bool is_open;
+    uint64_t nbytes; /* of indexes that were read so far */
+};
+
+/* Opens portion `at` of the index of a piece, `portion` of the map, after leaving the one before. A
+ * map that keeps things in memory (rmap_map_keep) has what an earlier reader made of it. The index
+ * is the reader's until it has left. Errors as rmap_history_view_open, with nothing open. */
+enum rmap_status rmap_history_reader_enter(const struct rmap_map *map,
+                                           const struct rmap_history_index *index, size_t at,
+                                           size_t portion, struct rmap_history_reader *reader,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+void rmap_history_reader_leave(const struct rmap_map *map, struct rmap_history_reader *reader);
+void rmap_history_reader_fini(const struct rmap_map *map, struct rmap_history_reader *reader);
+
+/* Whether the index of a piece, which the caller has, stays open until the map is closed: what is
+ * made of it may be kept, then. Thread-safe. */
+bool rmap_map_history_stays(const struct rmap_map *map, size_t piece);
+
+/* Indexes that are in memory for good: those that were given to the map, and those of views that
+ * are kept. */
+size_t rmap_map_history_kept_nbytes(const struct rmap_map *map);
+
 /* Makes the index of a piece from its columns. tick: NULL, or called with the rows of /ray and
  * /segment of each portion once it is done. bytes: rmap_free both. */
 enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece,

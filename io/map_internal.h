@@ -9,6 +9,8 @@
 #include <stdatomic.h>
 
 #include "compact/compact.h"
+#include "io/column_store.h"
+#include "io/kept_views.h"
 #include "io/map_scan.h"
 #include "io/selection.h"
 
@@ -53,8 +55,10 @@ struct rmap_map {
     struct rmap_kept_paths *paths;     /* [n_piece] */
     size_t paths_nbytes, paths_budget; /* of all of them; RMAP_PATHS_NBYTES */
     uint64_t paths_tick;
-    _Atomic int n_reader;             /* chunk readers that are there; they share the bytes */
-    struct rmap_column_store *store;  /* NULL: nothing is kept */
+    _Atomic int n_reader;       /* chunk readers that are there; they share the bytes */
+    struct rmap_keeper *keeper; /* NULL, as the next two: nothing is kept */
+    struct rmap_column_store *store;
+    struct rmap_kept_views *views;
     struct rmap_histories *histories; /* history indexes; NULL: none asked for yet */
 };
 

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
-#include "io/column_store.h"
 #include "io/map_format.h"
 #include "io/map_internal.h"
 #include "io/map_paths.h"
@@ -279,6 +278,8 @@ void rmap_map_close(struct rmap_map *map)
     rmap_tally_destroy(map->tally);
     rmap_selection_destroy(map->selection);
     rmap_column_store_destroy(map->store);
+    rmap_kept_views_destroy(map->views);
+    rmap_keeper_destroy(map->keeper);
     rmap_histories_destroy(map->histories);
     (void)pthread_mutex_destroy(&map->paths_lock);
     for (size_t i = 0; map->paths && i < map->content.n_piece; i++)

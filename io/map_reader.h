@@ -138,11 +138,19 @@ const double *rmap_map_flux_per_weight(const struct rmap_map *map);
 #define RMAP_PART_PORTIONS 64
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
-/* From now on columns that cursors decode stay in memory, up to so many bytes, and cursors take
- * them from there. Not while a cursor is in use. RMAP_SYSTEM; RMAP_USAGE when called again. */
+/* From now on columns that cursors decode, and portions of history indexes that questions open,
+ * stay in memory until close, and are taken from there: in all, with the indexes that the map was
+ * given before (rmap_map_history_keep), so many bytes at most. What does not fit, or has no memory,
+ * is read again. Not while a cursor is in use. RMAP_SYSTEM; RMAP_USAGE when called again. */
 enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes,
                                struct rmap_error *err) RMAP_MUST_USE;
-size_t rmap_map_kept_nbytes(const struct rmap_map *map);
+
+/* Bytes: what may be kept, what is taken for it, and for what: indexes with their dictionaries;
+ * their portions, opened; columns. */
+struct rmap_map_kept {
+    size_t budget, taken, indexes, views, columns;
+};
+void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept);
 
 struct rmap_cursor;
 

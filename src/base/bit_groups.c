@@ -245,27 +245,59 @@ static bool mark_ends(struct rmap_bit_groups *groups)
     return at - 63 == groups->n_bit;
 }
 
-enum rmap_status rmap_bit_groups_set(struct rmap_bit_groups *groups, const uint32_t *size,
-                                     size_t n_group, size_t n_bit, struct rmap_error *err)
+/* A word before the first of `last`, and one behind. */
+size_t rmap_bit_groups_words(size_t n_group, size_t n_bit)
 {
-    size_t n_word = rmap_bit_words(n_bit), n_out = rmap_bit_words(n_group);
+    return rmap_bit_words(n_bit) + 2 + rmap_bit_words(n_group);
+}
+
+/* made: NULL for memory of its own. */
+static enum rmap_status lay_out(struct rmap_bit_groups *groups, const uint32_t *size,
+                                size_t n_group, size_t n_bit, uint64_t *made,
+                                struct rmap_error *err)
+{
+    const size_t n_word = rmap_bit_words(n_bit), n_made = rmap_bit_groups_words(n_group, n_bit);
     void *memory = groups->memory;
-    enum rmap_status st =
-        rmap_reserve(&memory, &groups->cap, 2 * n_word + 2 * n_out + 6, sizeof(uint64_t), err);
+    enum rmap_status st = rmap_reserve(&memory, &groups->cap, (made ? n_made : 2 * n_made) + 2,
+                                       sizeof(uint64_t), err);
     groups->memory = memory;
     if (st != RMAP_OK)
         return st;
     groups->n_group = n_group;
     groups->n_bit = n_bit;
     groups->size = size;
-    groups->last = groups->memory + 1;
+    groups->found = groups->memory;
+    groups->last = (made ? made : groups->memory + n_made + 2) + 1;
     groups->filled = groups->last + n_word + 1;
-    groups->found = groups->filled + n_out;
-    memset(groups->memory, 0, (n_word + 2) * sizeof *groups->memory);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bit_groups_make(struct rmap_bit_groups *groups, const uint32_t *size,
+                                      size_t n_group, size_t n_bit, uint64_t *made,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = lay_out(groups, size, n_group, n_bit, made, err);
+    if (st != RMAP_OK)
+        return st;
+    memset(groups->last - 1, 0, (rmap_bit_words(n_bit) + 2) * sizeof *groups->last);
     if (!mark_ends(groups))
         st = rmap_error_set(err, RMAP_FORMAT, "the rows of %zu rays do not add up to %zu", n_group,
                             n_bit);
     return st;
+}
+
+enum rmap_status rmap_bit_groups_set(struct rmap_bit_groups *groups, const uint32_t *size,
+                                     size_t n_group, size_t n_bit, struct rmap_error *err)
+{
+    return rmap_bit_groups_make(groups, size, n_group, n_bit, NULL, err);
+}
+
+enum rmap_status rmap_bit_groups_reuse(struct rmap_bit_groups *groups, const uint32_t *size,
+                                       size_t n_group, size_t n_bit, uint64_t *made, bool has_empty,
+                                       struct rmap_error *err)
+{
+    groups->has_empty = has_empty;
+    return lay_out(groups, size, n_group, n_bit, made, err);
 }
 
 void rmap_bit_groups_fini(struct rmap_bit_groups *groups)

@@ -19,7 +19,7 @@ struct rmap_bit_groups {
     const uint32_t *size; /* [n_group] bits of each; borrowed */
     bool has_empty;       /* a group without bits */
     uint64_t *memory;
-    uint64_t *last;   /* a bit where a group ends */
+    uint64_t *last;   /* a bit where a group ends; this and the next in `made`: */
     uint64_t *filled; /* [words of n_group] a bit for each group that has bits */
     uint64_t *found;  /* for use on the way: bits, then groups that have bits */
     size_t cap;
@@ -38,6 +38,18 @@ static inline size_t rmap_bit_words(size_t n)
 enum rmap_status rmap_bit_groups_set(struct rmap_bit_groups *groups, const uint32_t *size,
                                      size_t n_group, size_t n_bit,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same, what tells the groups being made in the caller's memory: made
+ * [rmap_bit_groups_words(n_group, n_bit)], borrowed. */
+size_t rmap_bit_groups_words(size_t n_group, size_t n_bit);
+enum rmap_status rmap_bit_groups_make(struct rmap_bit_groups *groups, const uint32_t *size,
+                                      size_t n_group, size_t n_bit, uint64_t *made,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Groups that were made there before, with what has_empty then was. */
+enum rmap_status rmap_bit_groups_reuse(struct rmap_bit_groups *groups, const uint32_t *size,
+                                       size_t n_group, size_t n_bit, uint64_t *made, bool has_empty,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 void rmap_bit_groups_fini(struct rmap_bit_groups *groups);
 
 /* A bit for each group: 1 for those with at least `least` of the bits set. out: [words of n_group].

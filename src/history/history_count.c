@@ -17,17 +17,17 @@ const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
     uint32_t n = 0;
     if (rows->shape.n_rare == 0)
         return NULL;
-    if (rows->is_ranked)
+    if (rows->made->is_ranked)
         return rare;
     for (uint32_t k = 0; k < rmap_history_n_page(rows->shape.n_local); k++)
         member[255 - k] = 1;
-    if (!rows->has_rare)
+    if (!rows->made->has_rare)
         rmap_byte_set_bits(rows->code, n_leg, member, rare);
     for (size_t w = 0; w < rmap_bit_words(n_leg); w++) {
         rows->rank[w] = n;
         n += (uint32_t)__builtin_popcountll(rare[w]);
     }
-    rows->has_rare = rows->is_ranked = true;
+    rows->made->has_rare = rows->made->is_ranked = 1;
     return rare;
 }
 
@@ -51,15 +51,18 @@ const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, con
     return rows->mark_hit;
 }
 
-static enum rmap_status set_groups(const struct rmap_history_view *view, const uint32_t *size,
-                                   enum rmap_table table, struct rmap_bit_groups *groups, bool *has,
+/* A table's groups, of what was made of them before. has_empty: in what is made. */
+static enum rmap_status set_groups(const struct rmap_history_view *view, enum rmap_table table,
+                                   const uint32_t *size, uint64_t *made, uint8_t *is_made,
+                                   uint8_t *has_empty, struct rmap_bit_groups *groups,
                                    struct rmap_error *err)
 {
-    if (*has)
-        return RMAP_OK;
-    enum rmap_status st =
-        rmap_bit_groups_set(groups, size, view->n_row[RMAP_TABLE_RAY], view->n_row[table], err);
-    *has = st == RMAP_OK;
+    const size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_row = view->n_row[table];
+    if (*is_made)
+        return rmap_bit_groups_reuse(groups, size, n_ray, n_row, made, *has_empty != 0, err);
+    enum rmap_status st = rmap_bit_groups_make(groups, size, n_ray, n_row, made, err);
+    *is_made = st == RMAP_OK;
+    *has_empty = groups->has_empty;
     return st;
 }
 
@@ -68,9 +71,14 @@ enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
                                          struct rmap_error *err)
 {
     struct rmap_history_rows *rows = view->rows;
+    struct rmap_history_made *made = rows->made;
     *groups_ret = &rows->legs;
-    return set_groups(view, view->segment_count, RMAP_TABLE_SEGMENT, &rows->legs, &rows->has_legs,
-                      err);
+    if (rows->has_legs)
+        return RMAP_OK;
+    enum rmap_status st = set_groups(view, RMAP_TABLE_SEGMENT, view->segment_count, rows->made_legs,
+                                     &made->has_legs, &made->legs_have_empty, &rows->legs, err);
+    rows->has_legs = st == RMAP_OK;
+    return st;
 }
 
 enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
@@ -78,7 +86,13 @@ enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
                                          struct rmap_error *err)
 {
     struct rmap_history_rows *rows = view->rows;
+    struct rmap_history_made *made = rows->made;
     *groups_ret = &rows->hits;
-    return set_groups(view, view->registration_count, RMAP_TABLE_REGISTRATION, &rows->hits,
-                      &rows->has_hits, err);
+    if (rows->has_hits)
+        return RMAP_OK;
+    enum rmap_status st =
+        set_groups(view, RMAP_TABLE_REGISTRATION, view->registration_count, rows->made_hits,
+                   &made->has_hits, &made->hits_have_empty, &rows->hits, err);
+    rows->has_hits = st == RMAP_OK;
+    return st;
 }

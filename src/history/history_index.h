@@ -100,6 +100,25 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_history_view_fini(struct rmap_history_view *view);
 
+/* What an open view made of its portion, with the bytes unless they are in memory with the index,
+ * as a block that may be kept beyond it: this, then arrays, no pointers. What is not there yet is
+ * made when first asked for, in its place. */
+struct rmap_history_made {
+    uint64_t nbytes; /* of the block */
+    uint8_t has_rare, is_ranked, has_legs, has_hits, legs_have_empty, hits_have_empty, zero[2];
+};
+
+/* Bytes of the block, and a copy of it into room for as many, aligned as rmap_alloc does. */
+size_t rmap_history_made_nbytes(const struct rmap_history_view *view);
+void rmap_history_made_copy(const struct rmap_history_view *view, struct rmap_history_made *to);
+
+/* Opens the same portion of the same index from such a block, without reading or checking anything.
+ * The view has it until the next open or fini, and may add to what it holds. RMAP_SYSTEM. */
+enum rmap_status rmap_history_view_reopen(const struct rmap_history_index *index, size_t portion,
+                                          struct rmap_history_made *made,
+                                          struct rmap_history_view *view,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* ROWS: a bit for each leg whose class is wanted, borrowed until the next call with this view; one
  * word more may be read. NULL: there are none. wanted: [n_class] bytes, 0 or 1. */
 const uint64_t *rmap_history_mark(const struct rmap_history_view *view, const uint8_t *wanted);

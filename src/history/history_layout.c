@@ -7,7 +7,9 @@ _Static_assert(sizeof(struct rmap_history_place) == 64, "no padding");
 _Static_assert(sizeof(struct rmap_history_shape) == 40, "no padding");
 _Static_assert(sizeof(struct rmap_history_class) == 12, "no padding");
 _Static_assert(sizeof(struct rmap_history_hit) == 8, "no padding");
+_Static_assert(sizeof(struct rmap_history_made) == 16, "no padding");
 _Static_assert((int)RMAP_HEAD_PARTS <= (int)RMAP_PART_COUNT_OF, "one layout serves both");
+_Static_assert((int)RMAP_MADE_PARTS <= (int)RMAP_PART_COUNT_OF, "and a third");
 
 /* Numbers are below 2^32 and sizes below 64: sums stay below 2^64. */
 static void stack(uint64_t start, const uint64_t (*array)[2], size_t n,
@@ -50,6 +52,31 @@ void rmap_history_arrange(const struct rmap_history_place *place,
         [RMAP_PART_RELATIVE] = {place->has_relative ? n_registration : 0, 4},
     };
     stack(sizeof *shape, array, RMAP_PART_COUNT_OF, layout);
+}
+
+void rmap_history_arrange_made(const struct rmap_history_place *place,
+                               const struct rmap_history_shape *shape, uint64_t nbytes_read,
+                               struct rmap_history_layout *layout)
+{
+    const bool rows = place->form == RMAP_HISTORY_ROWS;
+    const uint64_t n_ray = rows ? place->n_row[RMAP_TABLE_RAY] : 0;
+    const uint64_t n_segment = place->n_row[RMAP_TABLE_SEGMENT];
+    const uint64_t n_hit = place->n_row[RMAP_TABLE_REGISTRATION];
+    const uint64_t n_local = rows ? shape->n_local : 0;
+    const bool has_rare = shape->n_rare > 0 || shape->n_local > shape->n_common;
+    const uint64_t n_word = rows && has_rare ? n_segment / 64 + 2 : 0;
+    const uint64_t array[RMAP_MADE_PARTS][2] = {
+        [RMAP_MADE_BYTES] = {nbytes_read, 1},
+        [RMAP_MADE_SEGMENT_COUNT] = {n_ray, 4},
+        [RMAP_MADE_REGISTRATION_COUNT] = {n_hit > 0 ? n_ray : 0, 4},
+        [RMAP_MADE_KIND] = {shape->kind_nbytes > 0 ? n_ray : 0, 2},
+        [RMAP_MADE_LOCAL_ROWS] = {n_local, 4},
+        [RMAP_MADE_RARE_MARK] = {n_word, 8},
+        [RMAP_MADE_RANK] = {n_word, 4},
+        [RMAP_MADE_LEGS] = {rows ? rmap_bit_groups_words(n_ray, n_segment) : 0, 8},
+        [RMAP_MADE_HITS] = {rows && n_hit > 0 ? rmap_bit_groups_words(n_ray, n_hit) : 0, 8},
+    };
+    stack(sizeof(struct rmap_history_made), array, RMAP_MADE_PARTS, layout);
 }
 
 void rmap_history_arrange_head(const struct rmap_history_head *head,

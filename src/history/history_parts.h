@@ -146,12 +146,13 @@ void rmap_history_sets_fini(struct rmap_history_sets *sets);
 
 /* What a view of the form ROWS has beside what it shows. */
 struct rmap_history_rows {
-    uint8_t *bytes; /* the portion's, if they were read */
-    size_t cap_bytes;
+    struct rmap_history_made *made; /* of the portion in hand: own, or lent */
+    struct rmap_history_made *own;
+    size_t cap_own; /* bytes */
+    /* In what was made: */
     uint32_t *segment_count, *registration_count; /* widened */
     uint16_t *kind;
     uint32_t *local_rows;
-    size_t cap_segment_count, cap_registration_count, cap_kind, cap_local_rows;
     /* As stored: */
     const uint8_t *code;
     const uint8_t *rare;
@@ -161,14 +162,34 @@ struct rmap_history_rows {
     struct rmap_history_shape shape;
     /* For counting: */
     struct rmap_history_sets sets;
-    uint64_t *rare_mark;               /* [rmap_history_mark_words], a bit per rare leg */
-    uint64_t *mark_hit;                /* [rmap_history_hit_words], a bit per registration */
+    uint64_t *mark_hit; /* [rmap_history_hit_words], a bit per registration */
+    size_t cap_mark_hit;
     struct rmap_bit_groups legs, hits; /* of each ray */
     bool has_legs, has_hits;           /* they are of the portion in hand */
-    uint32_t *rank; /* [rmap_history_mark_words] rare legs before each word of these */
-    size_t cap_rare_mark, cap_mark_hit, cap_rank;
-    bool has_rare, is_ranked; /* their bits, what is before them are of the portion in hand */
+    /* In what was made, once it is there: */
+    uint64_t *rare_mark;             /* [rmap_history_mark_words], a bit per rare leg */
+    uint32_t *rank;                  /* [the same] rare legs before each word of these */
+    uint64_t *made_legs, *made_hits; /* groups */
 };
+
+/* The arrays of struct rmap_history_made. */
+enum rmap_history_made_part {
+    RMAP_MADE_BYTES, /* the portion's, if they were read */
+    RMAP_MADE_SEGMENT_COUNT,
+    RMAP_MADE_REGISTRATION_COUNT,
+    RMAP_MADE_KIND,
+    RMAP_MADE_LOCAL_ROWS,
+    RMAP_MADE_RARE_MARK, /* if it has rare ones */
+    RMAP_MADE_RANK,      /* if it is ranked */
+    RMAP_MADE_LEGS,      /* if it has legs: what rmap_bit_groups_make makes */
+    RMAP_MADE_HITS,      /* if it has hits */
+    RMAP_MADE_PARTS
+};
+
+/* Bytes from the start of the block to each array. */
+void rmap_history_arrange_made(const struct rmap_history_place *place,
+                               const struct rmap_history_shape *shape, uint64_t nbytes_read,
+                               struct rmap_history_layout *layout);
 
 /* Words of a bit per leg, and one more, so that eight bytes may be read at any of them. */
 static inline size_t rmap_history_mark_words(const struct rmap_history_view *view)

@@ -183,11 +183,11 @@ static void mark_batch(const struct rmap_history_view *view, struct batch *batch
     uint64_t *rare = rows->rare_mark;
     unsigned n = batch->n;
     localise(view, batch);
-    if (batch->rare && !rows->has_rare) {
+    if (batch->rare && !rows->made->has_rare) {
         for (uint32_t k = 0; k < rmap_history_n_page(rows->shape.n_local); k++)
             batch->of_code[255 - k] = (uint8_t)(1u << n);
         batch->bits[n++] = rare;
-        rows->has_rare = true;
+        rows->made->has_rare = 1;
     }
     if (batch->common | batch->rare)
         rmap_byte_sets_bits(rows->code, view->n_row[RMAP_TABLE_SEGMENT], batch->of_code, n,

@@ -24,25 +24,30 @@ static enum rmap_status bad(const struct rmap_history_view *view, struct rmap_er
                           view->n_row[RMAP_TABLE_RAY], (unsigned long long)view->first_ray);
 }
 
-/* *bytes_ret: of the portion, in memory. */
+static enum rmap_status reserve_made(struct rmap_history_rows *rows, uint64_t nbytes,
+                                     struct rmap_error *err)
+{
+    void *block = rows->own;
+    enum rmap_status st = rmap_reserve(&block, &rows->cap_own, nbytes, 1, err);
+    rows->made = rows->own = block;
+    return st;
+}
+
+/* *bytes_ret: of the portion, in memory; read ones are the first of what is made. */
 static enum rmap_status fetch(const struct rmap_history_index *index,
                               const struct rmap_history_place *place,
                               struct rmap_history_view *view, const uint8_t **bytes_ret,
                               struct rmap_error *err)
 {
     struct rmap_history_rows *rows = view->rows;
-    *bytes_ret = index->body.bytes ? index->body.bytes + place->offset : NULL;
-    if (!*bytes_ret) {
-        void *block = rows->bytes;
-        enum rmap_status st = rmap_reserve(&block, &rows->cap_bytes, place->nbytes, 1, err);
-        rows->bytes = block;
-        if (st == RMAP_OK)
-            st = index->body.read(index->body.context, place->offset, place->nbytes, rows->bytes,
-                                  err);
-        if (st != RMAP_OK)
-            return st;
-        *bytes_ret = rows->bytes;
-    }
+    const struct rmap_history_body *body = &index->body;
+    const uint64_t nbytes = body->bytes ? 0 : place->nbytes;
+    enum rmap_status st = reserve_made(rows, sizeof *rows->made + nbytes, err);
+    if (st == RMAP_OK && nbytes > 0)
+        st = body->read(body->context, place->offset, nbytes, rows->made + 1, err);
+    if (st != RMAP_OK)
+        return st;
+    *bytes_ret = nbytes > 0 ? (const uint8_t *)(rows->made + 1) : body->bytes + place->offset;
     return XXH3_64bits(*bytes_ret, place->nbytes) == place->checksum ? RMAP_OK : bad(view, err);
 }
 
@@ -112,49 +117,69 @@ WIDE static bool sums_to(const uint32_t *count, size_t n, uint64_t wanted)
     return sum == wanted;
 }
 
-static enum rmap_status reserve(struct rmap_history_view *view, struct rmap_error *err)
+static enum rmap_status reserve_marks(struct rmap_history_view *view, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_history_rows *rows = view->rows;
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    void *segments = rows->segment_count, *registrations = rows->registration_count;
-    void *kind = rows->kind, *rare_mark = rows->rare_mark, *local_rows = rows->local_rows;
-    void *rank = rows->rank, *mark_hit = rows->mark_hit;
-    RMAP_TRY(rmap_reserve(&segments, &rows->cap_segment_count, n_ray, sizeof(uint32_t), err));
-    RMAP_TRY(
-        rmap_reserve(&registrations, &rows->cap_registration_count, n_ray, sizeof(uint32_t), err));
-    RMAP_TRY(rmap_reserve(&kind, &rows->cap_kind, n_ray, sizeof(uint16_t), err));
-    RMAP_TRY(rmap_reserve(&local_rows, &rows->cap_local_rows, rows->shape.n_local, sizeof(uint32_t),
-                          err));
-    RMAP_TRY(rmap_reserve(&rare_mark, &rows->cap_rare_mark, rmap_history_mark_words(view),
-                          sizeof(uint64_t), err));
-    RMAP_TRY(rmap_reserve(&mark_hit, &rows->cap_mark_hit, rmap_history_hit_words(view),
-                          sizeof(uint64_t), err));
-    RMAP_TRY(
-        rmap_reserve(&rank, &rows->cap_rank, rmap_history_mark_words(view), sizeof(uint32_t), err));
-out:
-    rows->rank = rank;
-    rows->segment_count = segments;
-    rows->registration_count = registrations;
-    rows->kind = kind;
-    rows->rare_mark = rare_mark;
+    void *mark_hit = rows->mark_hit;
+    enum rmap_status st = rmap_reserve(&mark_hit, &rows->cap_mark_hit, rmap_history_hit_words(view),
+                                       sizeof *rows->mark_hit, err);
     rows->mark_hit = mark_hit;
-    rows->local_rows = local_rows;
+    if (st == RMAP_OK && view->form == RMAP_HISTORY_ROWS)
+        st = rmap_history_sets_enter(view, err);
     return st;
 }
 
-static enum rmap_status open_paths(struct rmap_history_view *view,
-                                   const struct rmap_history_shape *shape, const uint8_t *bytes,
-                                   const uint64_t *at, struct rmap_error *err)
+/* Where arrays stand in what was made. */
+static void point_made(struct rmap_history_rows *rows, const uint64_t *at)
+{
+    uint8_t *block = (uint8_t *)rows->made;
+    rows->segment_count = (void *)(block + at[RMAP_MADE_SEGMENT_COUNT]);
+    rows->registration_count = (void *)(block + at[RMAP_MADE_REGISTRATION_COUNT]);
+    rows->kind = (void *)(block + at[RMAP_MADE_KIND]);
+    rows->local_rows = (void *)(block + at[RMAP_MADE_LOCAL_ROWS]);
+    rows->rare_mark = (void *)(block + at[RMAP_MADE_RARE_MARK]);
+    rows->rank = (void *)(block + at[RMAP_MADE_RANK]);
+    rows->made_legs = (void *)(block + at[RMAP_MADE_LEGS]);
+    rows->made_hits = (void *)(block + at[RMAP_MADE_HITS]);
+}
+
+/* Where arrays stand in the bytes. */
+static void point_bytes(struct rmap_history_view *view, const struct rmap_history_place *place,
+                        const uint8_t *bytes, const uint64_t *at)
+{
+    struct rmap_history_rows *rows = view->rows;
+    const struct rmap_history_shape *shape = &rows->shape;
+    view->relative = place->has_relative ? (const void *)(bytes + at[RMAP_PART_RELATIVE]) : NULL;
+    if (place->form == RMAP_HISTORY_PATHS) {
+        view->n_path = shape->n_path;
+        view->path_row = (const void *)(bytes + at[RMAP_PART_PATH_ROW]);
+        view->path_rays = (const void *)(bytes + at[RMAP_PART_PATH_RAYS]);
+        view->path = (const void *)(bytes + at[RMAP_PART_PATH]);
+        return;
+    }
+    view->n_kind = shape->n_kind;
+    view->kind_source = (const void *)(bytes + at[RMAP_PART_KIND_SOURCE]);
+    view->kind_stop = bytes + at[RMAP_PART_KIND_STOP];
+    view->kind = shape->kind_nbytes > 0 ? rows->kind : NULL;
+    view->segment_count = rows->segment_count;
+    view->registration_count =
+        view->n_row[RMAP_TABLE_REGISTRATION] > 0 ? rows->registration_count : NULL;
+    view->n_local = shape->n_local;
+    view->local_class = (const void *)(bytes + at[RMAP_PART_LOCAL_CLASS]);
+    view->local_rows = rows->local_rows;
+    rows->code = bytes + at[RMAP_PART_CODE];
+    rows->rare = bytes + at[RMAP_PART_RARE];
+    rows->hit = bytes + at[RMAP_PART_HIT];
+    rows->leg = bytes + at[RMAP_PART_LEG];
+    rows->far = (const void *)(bytes + at[RMAP_PART_FAR]);
+}
+
+static enum rmap_status open_paths(const struct rmap_history_view *view, struct rmap_error *err)
 {
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    view->n_path = shape->n_path;
-    view->path_row = (const void *)(bytes + at[RMAP_PART_PATH_ROW]);
-    view->path_rays = (const void *)(bytes + at[RMAP_PART_PATH_RAYS]);
-    view->path = (const void *)(bytes + at[RMAP_PART_PATH]);
     uint64_t n = 0, n_segment = 0, n_registration = 0;
     const struct rmap_portion *paths = view->index->paths;
-    if (!all_below_u16(view->path, n_ray, shape->n_path) ||
+    if (!all_below_u16(view->path, n_ray, (uint32_t)view->n_path) ||
         !all_below_u32(view->path_row, view->n_path, paths->n_row[RMAP_TABLE_RAY]))
         return bad(view, err);
     for (size_t k = 0; k < view->n_path; k++) {
@@ -169,15 +194,12 @@ static enum rmap_status open_paths(struct rmap_history_view *view,
                : bad(view, err);
 }
 
-static bool open_kinds(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
+static bool open_kinds(const struct rmap_history_view *view, const uint8_t *bytes,
+                       const uint64_t *at)
 {
     struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY];
-    view->n_kind = shape->n_kind;
-    view->kind_source = (const void *)(bytes + at[RMAP_PART_KIND_SOURCE]);
-    view->kind_stop = bytes + at[RMAP_PART_KIND_STOP];
-    view->kind = shape->kind_nbytes > 0 ? rows->kind : NULL;
     for (size_t i = 0; view->kind && i < n_ray; i++)
         rows->kind[i] =
             (uint16_t)rmap_history_number(bytes + at[RMAP_PART_KIND], shape->kind_nbytes, i);
@@ -190,13 +212,13 @@ static bool open_kinds(struct rmap_history_view *view, const uint8_t *bytes, con
 }
 
 /* How many legs and registrations each ray has. */
-static bool open_counts(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
+static bool open_counts(const struct rmap_history_view *view, const uint8_t *bytes,
+                        const uint64_t *at)
 {
     struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_segment = view->n_row[RMAP_TABLE_SEGMENT];
     size_t n_registration = view->n_row[RMAP_TABLE_REGISTRATION];
-    view->segment_count = rows->segment_count;
     if (!rmap_history_widen(bytes + at[RMAP_PART_COUNT], n_ray,
                             (const void *)(bytes + at[RMAP_PART_LONG]), shape->n_long,
                             rows->segment_count) ||
@@ -204,7 +226,6 @@ static bool open_counts(struct rmap_history_view *view, const uint8_t *bytes, co
         return false;
     if (n_registration == 0)
         return true;
-    view->registration_count = rows->registration_count;
     if (widen_halves(bytes + at[RMAP_PART_HITS], n_ray, rows->registration_count) != shape->n_many)
         return false;
     if (shape->n_many > 0)
@@ -213,18 +234,11 @@ static bool open_counts(struct rmap_history_view *view, const uint8_t *bytes, co
 }
 
 /* Legs and registrations: their classes. Codes may say anything. */
-static bool open_legs(struct rmap_history_view *view, const uint8_t *bytes, const uint64_t *at)
+static bool open_legs(const struct rmap_history_view *view, const uint8_t *bytes,
+                      const uint64_t *at)
 {
-    struct rmap_history_rows *rows = view->rows;
+    const struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_shape *shape = &rows->shape;
-    view->n_local = shape->n_local;
-    view->local_class = (const void *)(bytes + at[RMAP_PART_LOCAL_CLASS]);
-    view->local_rows = rows->local_rows;
-    rows->code = bytes + at[RMAP_PART_CODE];
-    rows->rare = bytes + at[RMAP_PART_RARE];
-    rows->hit = bytes + at[RMAP_PART_HIT];
-    rows->leg = bytes + at[RMAP_PART_LEG];
-    rows->far = (const void *)(bytes + at[RMAP_PART_FAR]);
     bool good = rmap_history_widen(bytes + at[RMAP_PART_LOCAL_ROWS], view->n_local,
                                    (const void *)(bytes + at[RMAP_PART_FREQUENT]),
                                    shape->n_frequent, rows->local_rows) &&
@@ -246,37 +260,53 @@ static bool shape_holds(const struct rmap_history_shape *shape)
            shape->n_common + rmap_history_n_page(shape->n_local) <= 256;
 }
 
+/* Takes memory for what is to be made; the bytes may move with it. */
+static enum rmap_status make_room(struct rmap_history_view *view,
+                                  const struct rmap_history_place *place, const uint8_t **bytes,
+                                  struct rmap_error *err)
+{
+    struct rmap_history_rows *rows = view->rows;
+    const bool is_read = !view->index->body.bytes;
+    struct rmap_history_layout layout;
+    rmap_history_arrange_made(place, &rows->shape, is_read ? place->nbytes : 0, &layout);
+    enum rmap_status st = reserve_made(rows, layout.at[RMAP_MADE_PARTS], err);
+    if (st != RMAP_OK)
+        return st;
+    if (is_read)
+        *bytes = (const uint8_t *)(rows->made + 1);
+    *rows->made = (struct rmap_history_made){.nbytes = layout.at[RMAP_MADE_PARTS]};
+    point_made(rows, layout.at);
+    return reserve_marks(view, err);
+}
+
 static enum rmap_status open_form(struct rmap_history_view *view,
                                   const struct rmap_history_place *place, const uint8_t *bytes,
                                   struct rmap_error *err)
 {
-    struct rmap_history_rows *rows = view->rows;
-    struct rmap_history_shape *shape = &rows->shape;
+    struct rmap_history_shape *shape = &view->rows->shape;
     struct rmap_history_layout layout;
+    const bool by_path = place->form == RMAP_HISTORY_PATHS;
     memcpy(shape, bytes, sizeof *shape);
     rmap_history_arrange(place, shape, &layout);
-    if (layout.at[RMAP_PART_COUNT_OF] != place->nbytes)
+    if (layout.at[RMAP_PART_COUNT_OF] != place->nbytes || (!by_path && !shape_holds(shape)))
         return bad(view, err);
-    if (place->has_relative)
-        view->relative = (const void *)(bytes + layout.at[RMAP_PART_RELATIVE]);
-    if (place->form == RMAP_HISTORY_PATHS)
-        return open_paths(view, shape, bytes, layout.at, err);
-    enum rmap_status st = shape_holds(shape) ? reserve(view, err) : bad(view, err);
-    if (st == RMAP_OK)
-        st = rmap_history_sets_enter(view, err);
+    enum rmap_status st = make_room(view, place, &bytes, err);
     if (st != RMAP_OK)
         return st;
+    point_bytes(view, place, bytes, layout.at);
+    if (by_path)
+        return open_paths(view, err);
     return open_kinds(view, bytes, layout.at) && open_counts(view, bytes, layout.at) &&
                    open_legs(view, bytes, layout.at)
                ? RMAP_OK
                : bad(view, err);
 }
 
-enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, size_t portion,
-                                        struct rmap_history_view *view, struct rmap_error *err)
+/* A view with nothing of the portion yet but its rows. */
+static enum rmap_status begin(const struct rmap_history_index *index, size_t portion,
+                              struct rmap_history_view *view, struct rmap_error *err)
 {
     const struct rmap_history_place *place = &index->place[portion];
-    const uint8_t *bytes = NULL;
     struct rmap_history_rows *rows = view->rows ? view->rows : rmap_alloc(1, sizeof *rows);
     *view = (struct rmap_history_view){.index = index,
                                        .form = (enum rmap_history_form)place->form,
@@ -286,27 +316,75 @@ enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, 
                                        .rows = rows};
     if (!rows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
-    rows->has_rare = rows->is_ranked = rows->has_legs = rows->has_hits = false;
+    rows->made = NULL;
+    rows->has_legs = rows->has_hits = false;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         view->n_row[t] = place->n_row[t];
-    enum rmap_status st = fetch(index, place, view, &bytes, err);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, size_t portion,
+                                        struct rmap_history_view *view, struct rmap_error *err)
+{
+    const struct rmap_history_place *place = &index->place[portion];
+    const uint8_t *bytes = NULL;
+    enum rmap_status st = begin(index, portion, view, err);
+    if (st == RMAP_OK)
+        st = fetch(index, place, view, &bytes, err);
     return st == RMAP_OK ? open_form(view, place, bytes, err) : st;
+}
+
+enum rmap_status rmap_history_view_reopen(const struct rmap_history_index *index, size_t portion,
+                                          struct rmap_history_made *made,
+                                          struct rmap_history_view *view, struct rmap_error *err)
+{
+    const struct rmap_history_place *place = &index->place[portion];
+    const uint8_t *bytes =
+        index->body.bytes ? index->body.bytes + place->offset : (const uint8_t *)(made + 1);
+    struct rmap_history_layout layout;
+    enum rmap_status st = begin(index, portion, view, err);
+    if (st != RMAP_OK)
+        return st;
+    struct rmap_history_rows *rows = view->rows;
+    rows->made = made;
+    memcpy(&rows->shape, bytes, sizeof rows->shape);
+    rmap_history_arrange_made(place, &rows->shape, index->body.bytes ? 0 : place->nbytes, &layout);
+    point_made(rows, layout.at);
+    rmap_history_arrange(place, &rows->shape, &layout);
+    point_bytes(view, place, bytes, layout.at);
+    return reserve_marks(view, err);
+}
+
+size_t rmap_history_made_nbytes(const struct rmap_history_view *view)
+{
+    return (size_t)view->rows->made->nbytes;
+}
+
+void rmap_history_made_copy(const struct rmap_history_view *view, struct rmap_history_made *to)
+{
+    const struct rmap_history_rows *rows = view->rows;
+    const struct rmap_history_made *from = rows->made;
+    const uint8_t *begin = (const uint8_t *)from;
+    const uint8_t *part[] = {begin,
+                             (const uint8_t *)rows->rare_mark,
+                             (const uint8_t *)rows->rank,
+                             (const uint8_t *)rows->made_legs,
+                             (const uint8_t *)rows->made_hits,
+                             begin + from->nbytes};
+    const bool is_there[] = {true, from->has_rare, from->is_ranked, from->has_legs, from->has_hits};
+    for (size_t k = 0; k < sizeof is_there / sizeof *is_there; k++)
+        if (is_there[k])
+            memcpy((uint8_t *)to + (part[k] - begin), part[k], (size_t)(part[k + 1] - part[k]));
 }
 
 void rmap_history_view_fini(struct rmap_history_view *view)
 {
     if (view->rows) {
-        rmap_free(view->rows->bytes);
-        rmap_free(view->rows->segment_count);
-        rmap_free(view->rows->registration_count);
-        rmap_free(view->rows->kind);
-        rmap_free(view->rows->rare_mark);
+        rmap_free(view->rows->own);
         rmap_free(view->rows->mark_hit);
         rmap_history_sets_fini(&view->rows->sets);
         rmap_bit_groups_fini(&view->rows->legs);
         rmap_bit_groups_fini(&view->rows->hits);
-        rmap_free(view->rows->rank);
-        rmap_free(view->rows->local_rows);
         rmap_free(view->rows);
     }
     *view = (struct rmap_history_view){0};
