@@ -15,6 +15,10 @@
 /* Verdicts on dictionaries are kept up to this, in all threads; then all are forgotten. */
 enum { DECISION_NBYTES_MAX = 48 << 20 };
 
+static const rmap_column_set leg_columns = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
+                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+                                           RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+
 /* What was found out of a piece's dictionary. */
 struct decision {
     size_t n_path;
@@ -38,8 +42,10 @@ struct rmap_query_history {
     struct rmap_history_reader reader;
     bool is_begun; /* the judge has kept verdicts of the portion in hand alone */
     struct rmap_portion *unfolded;
-    rmap_column_set present;  /* columns of it */
-    struct rmap_portion rays; /* the portion in hand as evidence: the unfolded one's columns */
+    bool is_begun_rays;
+    rmap_column_set present;  /* columns of the rays */
+    rmap_column_set own;      /* of these, the unfolded ones */
+    struct rmap_portion rays; /* the portion in hand as evidence */
 };
 
 enum rmap_status
@@ -127,7 +133,8 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_
     *view_ret = NULL;
     rmap_history_reader_leave(self->map, &self->reader);
     self->is_begun = false;
-    self->present = 0;
+    self->is_begun_rays = false;
+    self->present = self->own = 0;
     enum rmap_status st = enter_piece(self, (size_t)info->piece, err);
     if (st != RMAP_OK || !self->index)
         return st;
@@ -179,19 +186,44 @@ static enum rmap_status decide(struct rmap_query_history *self, struct decision 
     return judge_paths(self, decision, err);
 }
 
-/* Discrete columns of the portion in hand, unfolded when first asked for. */
+/* The portion in hand, with the counts that its view has anyway. */
+static void begin_rays(struct rmap_query_history *self)
+{
+    const struct rmap_history_view *view = &self->reader.view;
+    self->rays = (struct rmap_portion){.first_ray = view->first_ray};
+    memcpy(self->rays.n_row, view->n_row, sizeof view->n_row);
+    if (view->segment_count && view->registration_count) { /* nobody writes to them */
+        self->rays.ray.segment_count = (uint32_t *)(uintptr_t)view->segment_count;
+        self->rays.ray.registration_count = (uint32_t *)(uintptr_t)view->registration_count;
+        self->present =
+            RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count);
+    }
+    self->is_begun_rays = true;
+}
+
+/* Discrete columns of the portion in hand, unfolded when first asked for, unless the map kept them.
+ * Those of legs take longer to keep than to unfold. */
 static enum rmap_status unfold(void *context, rmap_column_set columns, struct rmap_error *err)
 {
     struct rmap_query_history *self = context;
-    rmap_column_set fresh = columns & ~self->present;
+    const size_t portion = self->reader.portion;
+    if (!self->is_begun_rays)
+        begin_rays(self);
+    self->present |=
+        rmap_map_borrow_columns(self->map, portion, columns & ~self->present, &self->rays);
+    const rmap_column_set fresh = columns & ~self->present;
     if (!fresh)
         return RMAP_OK;
     enum rmap_status st = rmap_history_unfold(&self->reader.view, fresh, self->unfolded, err);
     if (st != RMAP_OK)
         return st;
-    self->present |= fresh | RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
-                     RMAP_COLUMN_BIT(RMAP_RAY_registration_count);
-    self->rays = *self->unfolded;
+    self->own |= fresh;
+    self->present |= fresh;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) /* more columns may have moved others */
+        if (self->own & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(&self->rays, (enum rmap_column)c) =
+                rmap_portion_column(self->unfolded, (enum rmap_column)c);
+    rmap_map_keep_columns(self->map, portion, fresh & ~leg_columns, &self->rays);
     return RMAP_OK;
 }
 
@@ -208,7 +240,7 @@ static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, ui
 {
     enum rmap_status st = RMAP_OK;
     if (!self->is_begun) {
-        self->rays.n_row[RMAP_TABLE_RAY] = self->reader.view.n_row[RMAP_TABLE_RAY];
+        RMAP_TRY(unfold(self, 0, err));
         rmap_query_rows_enter(self->by_class, &self->reader.view, &self->rays, unfold, self);
         RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot,
                                   self->reader.view.n_row[RMAP_TABLE_RAY], err));

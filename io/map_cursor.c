@@ -360,40 +360,12 @@ out:
     return st;
 }
 
-/* Shows what the store has of these columns; returns them. */
-static rmap_column_set borrow_columns(struct rmap_cursor *self, rmap_column_set columns)
-{
-    rmap_column_set found = 0;
-    for (int c = 0; self->map->store && c < RMAP_COLUMN_COUNT; c++) {
-        void *rows =
-            columns & RMAP_COLUMN_BIT(c)
-                ? rmap_column_store_get(self->map->store, self->in_hand, (enum rmap_column)c)
-                : NULL;
-        if (!rows)
-            continue;
-        *rmap_portion_column_address(&self->shown, (enum rmap_column)c) = rows;
-        found |= RMAP_COLUMN_BIT(c);
-    }
-    return found;
-}
-
 static void show_columns(struct rmap_cursor *self)
 {
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (self->present & RMAP_COLUMN_BIT(c))
             *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
                 rmap_portion_column(self->portion, (enum rmap_column)c);
-}
-
-static void keep_columns(const struct rmap_cursor *self, rmap_column_set fresh)
-{
-    for (int c = 0; self->map->store && c < RMAP_COLUMN_COUNT; c++)
-        if (fresh & RMAP_COLUMN_BIT(c))
-            rmap_column_store_offer(
-                self->map->store, self->in_hand, (enum rmap_column)c,
-                rmap_portion_column(&self->shown, (enum rmap_column)c),
-                self->shown.n_row[rmap_column_info((enum rmap_column)c)->table] *
-                    rmap_portion_row_nbytes(&self->shown, (enum rmap_column)c));
 }
 
 static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set columns,
@@ -414,7 +386,7 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
     self->present |= fresh;
     show_columns(self);
     RMAP_TRY(check_columns(self, info, fresh, err));
-    keep_columns(self, fresh);
+    rmap_map_keep_columns(self->map, self->in_hand, fresh, &self->shown);
 out:
     return st;
 }
@@ -426,7 +398,8 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *self, rmap_column_set col
     const rmap_column_set cells =
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) | RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector);
     rmap_column_set before = self->present | self->kept;
-    self->kept |= borrow_columns(self, columns & ~before);
+    self->kept |=
+        rmap_map_borrow_columns(self->map, self->in_hand, columns & ~before, &self->shown);
     rmap_column_set fresh = columns & ~(self->present | self->kept);
     if (fresh)
         RMAP_TRY(read_columns(self, fresh, err));

@@ -26,6 +26,33 @@ out:
     return st;
 }
 
+rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
+                                        rmap_column_set columns, struct rmap_portion *rows)
+{
+    rmap_column_set found = 0;
+    for (int c = 0; map->store && c < RMAP_COLUMN_COUNT; c++) {
+        void *kept = columns & RMAP_COLUMN_BIT(c)
+                         ? rmap_column_store_get(map->store, portion, (enum rmap_column)c)
+                         : NULL;
+        if (!kept)
+            continue;
+        *rmap_portion_column_address(rows, (enum rmap_column)c) = kept;
+        found |= RMAP_COLUMN_BIT(c);
+    }
+    return found;
+}
+
+void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
+                           const struct rmap_portion *rows)
+{
+    for (int c = 0; map->store && c < RMAP_COLUMN_COUNT; c++)
+        if (columns & RMAP_COLUMN_BIT(c))
+            rmap_column_store_offer(map->store, portion, (enum rmap_column)c,
+                                    rmap_portion_column(rows, (enum rmap_column)c),
+                                    rows->n_row[rmap_column_info((enum rmap_column)c)->table] *
+                                        rmap_portion_row_nbytes(rows, (enum rmap_column)c));
+}
+
 enum rmap_status rmap_history_reader_enter(const struct rmap_map *map,
                                            const struct rmap_history_index *index, size_t at,
                                            size_t portion, struct rmap_history_reader *self,

@@ -152,6 +152,14 @@ struct rmap_map_kept {
 };
 void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept);
 
+/* Points rows at those of these columns of a portion that are kept, which it returns: nobody writes
+ * to them. And keeps a copy of those in rows, all of which are there, as far as there is room. Both
+ * thread-safe. */
+rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
+                                        rmap_column_set columns, struct rmap_portion *rows);
+void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
+                           const struct rmap_portion *rows);
+
 struct rmap_cursor;
 
 /* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks

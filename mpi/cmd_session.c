@@ -181,9 +181,10 @@ const struct rmap_command rmap_command_session = {
     .operands = "MAP",
     .help =
         "Each line is a criterion, answered as `raymap query --count` does; `list N CRITERION`,\n"
-        "`let NAME = CRITERION`, `names`, `help` and `quit` are understood as well. What "
-        "answering\n"
-        "took is kept in memory, so that the next questions are answered faster. On a terminal\n"
+        "`let NAME = CRITERION`, `names`, `status`, `help` and `quit` are understood as well. "
+        "What\n"
+        "answering took is kept in memory, up to --memory, so that the next questions read and\n"
+        "decode nothing again; `status` says how much that is. On a terminal\n"
         "lines can be edited, called back and completed with the tabulator; from a pipe every\n"
         "line is answered by one line of JSON, a wrong one by {\"line\", \"error\"}, and the exit\n"
         "status is 3 when there was one.",

@@ -14,6 +14,7 @@
 #include "mpi/query_count_out.h"
 #include "mpi/query_rays_out.h"
 #include "mpi/session_define.h"
+#include "mpi/session_status.h"
 #include "mpi/session_warm.h"
 #include "mpi/session_words.h"
 
@@ -22,6 +23,7 @@ static const char help[] =
     "list N CRITERION          the N matching rays with the smallest ids\n"
     "let NAME = CRITERION      a name for later lines: @NAME\n"
     "names                     what the scene's objects, sources, detectors are called\n"
+    "status                    how much of the map is kept in memory\n"
     "help, quit\n";
 
 /* Past a word and the blanks behind it; NULL when the line does not begin with the word. */
@@ -33,18 +35,23 @@ static const char *after_word(const char *line, const char *word)
     return line + len + strspn(line + len, " \t\r");
 }
 
-/* Collective. The first question pays for what makes the next ones fast: indexes take half of the
- * memory, columns the rest. */
+/* Collective. The first question pays for what makes the next ones fast: indexes made for it take
+ * half of the memory at most, what it opens and decodes the rest. Where the machine has no memory,
+ * less is kept. */
 static enum rmap_status prepare(struct rmap_session *session, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = session->context;
     struct rmap_warmth warmth = {0};
+    struct rmap_error why = {0};
     if (session->warm)
         return RMAP_OK;
     session->warm = true;
     RMAP_TRY(rmap_session_warm(context, session->map, session->memory / 2, &warmth, err));
-    st = rmap_map_keep(session->map, (size_t)(session->memory / 2), err);
+    st = rmap_map_keep(session->map, (size_t)session->memory, &why);
+    if (st != RMAP_OK && st != RMAP_SYSTEM)
+        *err = why;
+    st = st == RMAP_SYSTEM ? RMAP_OK : st;
     if (context->rank == 0 && !context->quiet && warmth.n_piece > 0)
         fprintf(stderr,
                 "made history indexes of %s in memory, %.1f MB; `raymap index` keeps "
@@ -204,6 +211,8 @@ enum rmap_status rmap_session_answer(struct rmap_session *session, const char *l
         return show(session, "help");
     if (after_word(line, "names"))
         return show(session, "names");
+    if ((rest = after_word(line, "status")) && *rest == '\0')
+        return rmap_session_status(session->context, session->map, session->memory, err);
     if (after_word(line, "let"))
         return define(session, line, err);
     if ((rest = after_word(line, "list"))) {

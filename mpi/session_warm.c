@@ -36,28 +36,42 @@ static enum rmap_status show(void *context, struct rmap_error *err)
     return RMAP_OK;
 }
 
-static enum rmap_status warm(struct warming *self, size_t piece, struct rmap_error *err)
+/* Of a piece without an index. An index has two bytes per ray or more. */
+static enum rmap_status make_index(struct warming *self, size_t piece, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_history_index *index = NULL;
     struct rmap_history_bytes bytes = {0};
-    RMAP_TRY(rmap_map_history(self->map, piece, &index, err));
-    if (index) {
-        rmap_map_history_release(self->map, piece);
-        return RMAP_OK;
-    }
+    const uint64_t n_ray = rmap_map_piece(self->map, piece)->n_row[RMAP_TABLE_RAY];
+    if (n_ray > self->budget / 2 || atomic_load(&self->nbytes) + 2 * n_ray > self->budget)
+        return RMAP_OK; /* its columns are read, then */
     RMAP_TRY(rmap_map_history_make(self->map, piece, tick, self, &bytes, err));
     uint64_t nbytes = bytes.head_nbytes + bytes.body_nbytes;
-    if (atomic_fetch_add(&self->nbytes, nbytes) + nbytes > self->budget) {
+    if (atomic_fetch_add(&self->nbytes, nbytes) + nbytes <= self->budget)
+        st = rmap_map_history_keep(self->map, piece, &bytes, err);
+    if (bytes.head) { /* not taken */
         atomic_fetch_sub(&self->nbytes, nbytes);
-        goto out; /* its columns are read, then */
+        goto out;
     }
-    RMAP_TRY(rmap_map_history_keep(self->map, piece, &bytes, err));
-    bytes = (struct rmap_history_bytes){0};
     atomic_fetch_add(&self->n_made, 1);
 out:
     rmap_free(bytes.head);
     rmap_free(bytes.body);
+    return st;
+}
+
+static enum rmap_status warm(struct warming *self, size_t piece, struct rmap_error *err)
+{
+    const struct rmap_history_index *index = NULL;
+    struct rmap_error why = {0};
+    enum rmap_status st = rmap_map_history(self->map, piece, &index, &why);
+    if (st == RMAP_OK && index)
+        rmap_map_history_release(self->map, piece);
+    else if (st == RMAP_OK)
+        st = make_index(self, piece, &why);
+    if (st == RMAP_SYSTEM) /* without memory columns are read; whatever else it is, they tell */
+        return RMAP_OK;
+    if (st != RMAP_OK)
+        *err = why;
     return st;
 }
 

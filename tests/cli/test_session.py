@@ -55,6 +55,71 @@ def test_pipe():
     assert [without_cost(a) for a in lines(MAP, text=text)] == want
 
 
+ALIKE = [("hit(barrel)", "not hit(*, reflect_specular)"),
+         ("angle(sensor) < 10 deg and path_length < 170 mm", "angle(sensor) > 7 deg and path_length < 150 mm"),
+         ("source(star) and registered(sensor, rect(-6, -4, 6, 4))",
+          "hit(barrel) and registered(sensor, rect(-3, -5, 7, 2))"),
+         ("path(\"T@'lens*'+ .*\")", "path(\".* R@'lens*' .*\")"),
+         ("optical_path < 200 mm", "optical_path > 150 mm")]
+
+
+def test_second_reads_nothing():
+    """Nothing of the map is left on disk but its index when the second question of a kind comes."""
+    for name, options in (("plain", []), ("compact", ["--encoding", "compact"])):
+        for indexed in (False, True):
+            path = f"hot-{name}-{indexed}.raymap"
+            shutil.rmtree(path, ignore_errors=True)
+            code, _, err = run("trace", SCENE, "-o", path, "-n", "20000", "--quiet", *options)
+            assert code == 0, err
+            if indexed:
+                code, _, err = run("index", path, "--large", "--quiet")
+                assert code == 0, err
+            want = [json.loads(run("query", path, second, "--count", "--json", "--quiet")[1])
+                    for _, second in ALIKE]
+            for launch in ((), ("mpirun", "-np", "2")):
+                asked_twice(path, want, launch)
+
+
+def asked_twice(path, want, launch):
+    session = subprocess.Popen([*launch, RAYMAP, "session", path, "--quiet"], stdin=subprocess.PIPE,
+                               stdout=subprocess.PIPE, text=True)
+
+    def ask(line):
+        session.stdin.write(line + "\n")
+        session.stdin.flush()
+        return json.loads(session.stdout.readline())
+
+    for first, _ in ALIKE:
+        ask(first)
+    before = ask("status")["memory"]
+    assert 0 < before["taken"] <= before["budget"] and before["opened"] > 0, before
+    shards = [entry for entry in os.listdir(path) if entry.startswith("shard-")]
+    assert shards
+    for shard in shards:
+        os.rename(os.path.join(path, shard), os.path.join(path, "away-" + shard))
+    for (_, second), known in zip(ALIKE, want):
+        got = ask(second)
+        assert got.get("bytes_read") == 0, (path, launch, got)
+        assert without_cost(got) == without_cost(known), (path, launch, got, known)
+    assert ask("status")["memory"]["columns"] == before["columns"]
+    for shard in shards:
+        os.rename(os.path.join(path, "away-" + shard), os.path.join(path, shard))
+    session.stdin.close()
+    assert session.wait(timeout=60) == 0
+
+
+def test_budgets():
+    text = "".join(first + "\n" + second + "\n" for first, second in ALIKE) + "status\n"
+    want = [counted(c) for pair in ALIKE for c in pair]
+    for memory in (0, 1, 4097, 65536, 300000, 1 << 20, 1 << 24):
+        for launch in ((), ("mpirun", "-np", "2")):
+            got = lines(MAP, "--memory", str(memory), text=text, launch=launch)
+            assert [without_cost(a) for a in got[:-1]] == want, memory
+            kept = got[-1]["memory"]
+            assert kept["budget"] == memory * (2 if launch else 1)
+            assert kept["taken"] <= kept["budget"], kept
+
+
 def test_names_and_lists():
     ghost = "source(star) and hit(*, reflect_specular) >= 2"
     got = lines(MAP, text=f"let g = {ghost}\n@g\nlet g = @h\n@g\nlet h = not @g\n@h\nlist 3 @g\nquit\nall\n",
@@ -129,7 +194,8 @@ def main():
     shutil.rmtree(MAP, ignore_errors=True)
     code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
     assert code == 0, err
-    for test in (test_pipe, test_names_and_lists, test_mistakes, test_terminal):
+    for test in (test_pipe, test_second_reads_nothing, test_budgets, test_names_and_lists,
+                 test_mistakes, test_terminal):
         test()
         print(test.__name__, "passed")
     shutil.rmtree(MAP)

@@ -323,31 +323,91 @@ static void count_marks(const struct rmap_history_view *view, const uint64_t *bi
     rmap_bits_count_groups(bits, groups->size, n_ray, count);
 }
 
+/* Room for what tests want and count. */
+struct wants {
+    uint8_t *class, *hit;
+    uint32_t *count;
+};
+
+/* Classes and registrations by chance, so many of a thousand. */
+static void check_marks(const struct rmap_history_view *view, const struct rmap_portion *p,
+                        uint64_t random, uint32_t share, const struct wants *want)
+{
+    size_t n_class = rmap_history_n_class(view->index), n_hit = rmap_history_n_hit(view->index);
+    for (size_t c = 0; c < n_class; c++)
+        want->class[c] = draw(&random, 1000) < share;
+    for (size_t c = 0; c < n_hit; c++)
+        want->hit[c] = draw(&random, 1000) < share;
+    count_marks(view, rmap_history_mark(view, want->class), rmap_history_leg_groups, want->count);
+    check_counts(view, p, want->class, want->count);
+    count_marks(view, rmap_history_mark_hits(view, want->hit), rmap_history_hit_groups,
+                want->count);
+    check_hits(view, p, want->hit, want->count);
+}
+
+/* Opens the portion again from a copy of what the view made. */
+static void reopen(struct rmap_history_view *view, size_t portion, struct rmap_history_made **made)
+{
+    struct rmap_error err = {0};
+    const size_t nbytes = rmap_history_made_nbytes(view);
+    struct rmap_history_made *copy = rmap_alloc_unset(nbytes, 1);
+    assert_non_null(copy);
+    memset(copy, 0xA5, nbytes);
+    rmap_history_made_copy(view, copy);
+    rmap_free(*made);
+    *made = copy;
+    assert_int_equal(rmap_history_view_reopen(view->index, portion, copy, view, &err), RMAP_OK);
+}
+
 static void test_counts_are_those_of_the_rows(void **state)
 {
     struct rig *rig = *state;
     struct rmap_error err = {0};
     struct rmap_history_view view = {0};
-    assert_int_equal(open_index(rig, true, &err), RMAP_OK);
-    size_t n_class = rmap_history_n_class(rig->index), n_hit = rmap_history_n_hit(rig->index);
-    uint8_t *wanted = rmap_alloc(n_class, 1), *hits = rmap_alloc(n_hit, 1);
-    uint32_t *count = rmap_alloc(4096, sizeof *count);
-    assert_true(wanted && hits && count);
+    const uint32_t shares[] = {0, 1, 10, 100, 500, 900, 1000};
+    for (int in_memory = 0; in_memory < 2; in_memory++) {
+        assert_int_equal(open_index(rig, in_memory == 1, &err), RMAP_OK);
+        struct rmap_history_made *made = NULL;
+        struct wants want = {rmap_alloc(rmap_history_n_class(rig->index), 1),
+                             rmap_alloc(rmap_history_n_hit(rig->index), 1),
+                             rmap_alloc(4096, sizeof(uint32_t))};
+        assert_true(want.class && want.hit && want.count);
+        for (size_t i = 0; i < N_PORTION; i++) {
+            assert_int_equal(rmap_history_view_open(rig->index, i, &view, &err), RMAP_OK);
+            for (size_t s = 0; s < sizeof shares / sizeof *shares; s++) {
+                if (view.form == RMAP_HISTORY_ROWS)
+                    check_marks(&view, rig->portion[i], 99 * i + s, shares[s], &want);
+                reopen(&view, i, &made); /* before and after all of it is there */
+            }
+        }
+        rmap_free(want.class);
+        rmap_free(want.hit);
+        rmap_free(want.count);
+        rmap_free(made);
+        rmap_history_destroy(rig->index);
+    }
+    rmap_history_view_fini(&view);
+}
+
+static void test_gives_back_what_was_reopened(void **state)
+{
+    struct rig *rig = *state;
+    struct rmap_error err = {0};
+    struct rmap_history_view view = {0};
+    struct rmap_portion out = {0};
+    struct rmap_history_made *made = NULL;
+    assert_int_equal(open_index(rig, false, &err), RMAP_OK);
     for (size_t i = 0; i < N_PORTION; i++) {
         assert_int_equal(rmap_history_view_open(rig->index, i, &view, &err), RMAP_OK);
-        if (view.form != RMAP_HISTORY_ROWS)
-            continue;
-        const uint32_t shares[] = {0, 1, 10, 100, 500, 900, 1000}; /* of a thousand classes */
-        for (size_t s = 0; s < sizeof shares / sizeof *shares; s++) {
-            uint64_t random = 99 * i + s;
-            for (size_t c = 0; c < n_class; c++)
-                wanted[c] = draw(&random, 1000) < shares[s];
-            for (size_t c = 0; c < n_hit; c++)
-                hits[c] = draw(&random, 1000) < shares[s];
-            count_marks(&view, rmap_history_mark(&view, wanted), rmap_history_leg_groups, count);
-            check_counts(&view, rig->portion[i], wanted, count);
-            count_marks(&view, rmap_history_mark_hits(&view, hits), rmap_history_hit_groups, count);
-            check_hits(&view, rig->portion[i], hits, count);
+        for (int round = 0; round < 2; round++) {
+            reopen(&view, i, &made);
+            assert_int_equal(view.unit_weight, !recipes[i].weighted);
+            assert_int_equal(rmap_history_unfold(&view, RMAP_COLUMNS_ALL, &out, &err), RMAP_OK);
+            assert_int_equal(out.first_ray, rig->portion[i]->first_ray);
+            same_columns(rig->portion[i], &out);
+            if (view.relative)
+                assert_memory_equal(view.relative, rig->portion[i]->registration.relative,
+                                    4 * out.n_row[RMAP_TABLE_REGISTRATION]);
         }
         /* sets that were asked for in the portion before, more of them than are marked at once */
         for (size_t s = 0; s < 20; s++) {
@@ -357,11 +417,11 @@ static void test_counts_are_those_of_the_rows(void **state)
             check_counts(&view, rig->portion[i], wanted, count);
         }
     }
-    rmap_free(wanted);
-    rmap_free(hits);
-    rmap_free(count);
-    rmap_history_view_fini(&view);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        rmap_free(rmap_portion_column(&out, (enum rmap_column)c));
+    rmap_free(made);
     rmap_history_destroy(rig->index);
+    rmap_history_view_fini(&view);
 }
 
 /* Every damage is found: a portion's by its own checksum, the head's by that of the head. */
@@ -452,6 +512,7 @@ int main(void)
         cmocka_unit_test_setup_teardown(test_gives_back_what_it_was_given, setup, teardown),
         cmocka_unit_test_setup_teardown(test_dictionary_holds_the_paths, setup, teardown),
         cmocka_unit_test_setup_teardown(test_counts_are_those_of_the_rows, setup, teardown),
+        cmocka_unit_test_setup_teardown(test_gives_back_what_was_reopened, setup, teardown),
         cmocka_unit_test_setup_teardown(test_damage_is_told, setup, teardown),
         cmocka_unit_test_setup_teardown(test_values_lie_in_the_scene, setup, teardown),
         cmocka_unit_test_setup_teardown(test_short_memory_is_told, setup, teardown),
