@@ -9,40 +9,18 @@
 #include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/bench.h"
-#include "mpi/bench_questions.h"
+#include "mpi/bench_search.h"
 #include "mpi/bench_seed.h"
 #include "mpi/index_run.h"
 #include "mpi/progress.h"
 #include "mpi/scan.h"
-#include "mpi/session_memo.h"
-#include "mpi/session_warm.h"
 
-enum { QUESTION_MAX = 8, SESSION_NBYTES = 1 << 30 };
+enum { QUESTION_MAX = 8 };
 
-/* How a map may stand there. */
-static const struct {
-    size_t encoding; /* row of rmap_bench_encoding */
-    bool indexed;
-} store_table[] = {{0, false}, {0, true}, {1, false}, {1, true}};
-enum { N_STORE = sizeof store_table / sizeof *store_table };
+const struct rmap_bench_stored rmap_bench_stored[RMAP_BENCH_STORED] = {
+    {0, false}, {0, true}, {1, false}, {1, true}};
 
-/* The same rays in maps of every kind, and in the reference's file. */
-struct search {
-    struct rmap_bench *bench;
-    const struct rmap_bench_scene *scene;
-    const struct rmap_bench_question *question;
-    size_t n_question;
-    char map[N_STORE][600], seed[600];
-    double n_segment; /* millions */
-};
-
-/* What an answer took, and how many rays it found for the first criterion. */
-struct answer {
-    double seconds, cpu;
-    uint64_t n_ray;
-};
-
-static enum rmap_status prepare(struct search *search, struct rmap_error *err)
+static enum rmap_status prepare(struct rmap_bench_search *search, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench *bench = search->bench;
@@ -51,8 +29,9 @@ static enum rmap_status prepare(struct search *search, struct rmap_error *err)
     struct rmap_seed_result seed;
     double seconds, n_segment;
     search->n_question = rmap_bench_questions(scene->name, &search->question);
-    for (size_t k = 0; k < N_STORE; k++) {
-        const struct rmap_bench_encoding *encoding = &rmap_bench_encoding[store_table[k].encoding];
+    for (size_t k = 0; k < RMAP_BENCH_STORED; k++) {
+        const struct rmap_bench_encoding *encoding =
+            &rmap_bench_encoding[rmap_bench_stored[k].encoding];
         struct rmap_index_result index;
         (void)snprintf(search->map[k], sizeof search->map[k], "%s/query-%s-%zu.raymap",
                        bench->folder, scene->name, k);
@@ -60,7 +39,7 @@ static enum rmap_status prepare(struct search *search, struct rmap_error *err)
                                                .encoding = encoding->encoding};
         RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene, n_ray, &store,
                                   &seconds, &n_segment, err));
-        if (store_table[k].indexed)
+        if (rmap_bench_stored[k].indexed)
             RMAP_TRY(rmap_index_run(&bench->alone, search->map[k], RMAP_INDEX_LARGE, &index, err));
     }
     (void)snprintf(search->seed, sizeof search->seed, "%s/query-%s.seed", bench->folder,
@@ -73,9 +52,9 @@ out:
 }
 
 /* Puts questions to an open map, all in one scan, which alone is timed. */
-static enum rmap_status ask(const struct search *search, struct rmap_map *map,
+static enum rmap_status ask(const struct rmap_bench_search *search, struct rmap_map *map,
                             const struct rmap_bench_question *question, size_t n_question,
-                            struct answer *answer, struct rmap_error *err)
+                            struct rmap_bench_answer *answer, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_criterion *criterion[QUESTION_MAX] = {NULL};
@@ -89,9 +68,9 @@ static enum rmap_status ask(const struct search *search, struct rmap_map *map,
     double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
     RMAP_TRY(rmap_scan_map(&search->bench->alone, map, criterion, n_question, RMAP_DEAL_SHARES,
                            count, err));
-    *answer = (struct answer){.seconds = rmap_clock_seconds() - begun,
-                              .cpu = rmap_bench_cpu() - cpu,
-                              .n_ray = count[0].rays};
+    *answer = (struct rmap_bench_answer){.seconds = rmap_clock_seconds() - begun,
+                                         .cpu = rmap_bench_cpu() - cpu,
+                                         .n_ray = count[0].rays};
 out:
     for (size_t q = 0; q < n_question; q++) {
         rmap_count_fini(&count[q]);
@@ -100,32 +79,10 @@ out:
     return st;
 }
 
-/* Puts one to a session. */
-static enum rmap_status ask_session(const struct search *search, struct rmap_session_memo *memo,
-                                    struct rmap_map *map,
-                                    const struct rmap_bench_question *question,
-                                    struct answer *answer, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_criterion *criterion = NULL;
-    struct rmap_count count = {0};
-    RMAP_TRY(rmap_criterion_compile(question->text, rmap_map_scene(map), &criterion, err));
-    RMAP_TRY(rmap_count_init(&count, rmap_map_scene(map)->n_source, err));
-    double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
-    RMAP_TRY(rmap_session_count(&search->bench->alone, memo, map, criterion, &count, err));
-    *answer = (struct answer){.seconds = rmap_clock_seconds() - begun,
-                              .cpu = rmap_bench_cpu() - cpu,
-                              .n_ray = count.rays};
-out:
-    rmap_count_fini(&count);
-    rmap_criterion_destroy(criterion);
-    return st;
-}
-
 /* To a map opened for them. */
-static enum rmap_status ask_map(const struct search *search, size_t store,
+static enum rmap_status ask_map(const struct rmap_bench_search *search, size_t store,
                                 const struct rmap_bench_question *question, size_t n_question,
-                                struct answer *answer, struct rmap_error *err)
+                                struct rmap_bench_answer *answer, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
     enum rmap_status st = rmap_map_open(search->map[store], &map, err);
@@ -135,20 +92,21 @@ static enum rmap_status ask_map(const struct search *search, size_t store,
     return st;
 }
 
-/* With what tells the kinds of maps apart. */
-static void report(const struct search *search, size_t store, const char *name,
-                   const struct rmap_bench_series *series, const char *unit, json_t *extra)
+void rmap_bench_search_report(const struct rmap_bench_search *search, size_t store,
+                              const char *name, const struct rmap_bench_series *series,
+                              const char *unit, json_t *extra)
 {
+    const struct rmap_bench_stored *stored = &rmap_bench_stored[store];
     (void)json_object_set_new(extra, "encoding",
-                              json_string(rmap_bench_encoding[store_table[store].encoding].name));
-    (void)json_object_set_new(extra, "index", json_boolean(store_table[store].indexed));
+                              json_string(rmap_bench_encoding[stored->encoding].name));
+    (void)json_object_set_new(extra, "index", json_boolean(stored->indexed));
     rmap_bench_report(search->bench, name, search->scene, series, unit, extra);
 }
 
 /* Both must find the same rays, or as nearly as the reference's numbers tell: else there is nothing
  * to compare. */
 static enum rmap_status check_answer(const struct rmap_bench_question *question,
-                                     const struct answer *answer, uint64_t n_seed,
+                                     const struct rmap_bench_answer *answer, uint64_t n_seed,
                                      struct rmap_error *err)
 {
     double apart = fabs((double)answer->n_ray - (double)n_seed);
@@ -160,15 +118,15 @@ static enum rmap_status check_answer(const struct rmap_bench_question *question,
 }
 
 /* One question: the reference and the maps in turns. */
-static enum rmap_status measure_class(const struct search *search,
+static enum rmap_status measure_class(const struct rmap_bench_search *search,
                                       const struct rmap_bench_question *question,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench *bench = search->bench;
     struct rmap_seed_question asked;
-    struct rmap_bench_series series[N_STORE] = {{0}};
-    struct answer answer = {0};
+    struct rmap_bench_series series[RMAP_BENCH_STORED] = {{0}};
+    struct rmap_bench_answer answer = {0};
     bool *in_set = NULL;
     RMAP_TRY(rmap_bench_question_pose(question, search->scene->scene, &asked, &in_set, err));
     for (int i = -1; i < bench->n_repeat; i++) { /* -1: brings all into the page cache */
@@ -177,7 +135,7 @@ static enum rmap_status measure_class(const struct search *search,
         RMAP_TRY(
             rmap_seed_query(search->seed, &asked, bench->alone.n_thread, &n_seed, &seed_s, err));
         cpu = rmap_bench_cpu() - cpu;
-        for (size_t k = 0; k < N_STORE; k++) {
+        for (size_t k = 0; k < RMAP_BENCH_STORED; k++) {
             RMAP_TRY(ask_map(search, k, question, 1, &answer, err));
             RMAP_TRY(check_answer(question, &answer, n_seed, err));
             if (i < 0)
@@ -187,23 +145,23 @@ static enum rmap_status measure_class(const struct search *search,
             rmap_bench_add_cpu(&series[k], answer.cpu, cpu);
         }
     }
-    for (size_t k = 0; k < N_STORE; k++)
-        report(search, k, "query_vs_seed", &series[k], "million segments/s",
-               json_pack("{s:s, s:s, s:I}", "class", question->class, "criterion", question->text,
-                         "matched", (json_int_t)answer.n_ray));
+    for (size_t k = 0; k < RMAP_BENCH_STORED; k++)
+        rmap_bench_search_report(search, k, "query_vs_seed", &series[k], "million segments/s",
+                                 json_pack("{s:s, s:s, s:I}", "class", question->class, "criterion",
+                                           question->text, "matched", (json_int_t)answer.n_ray));
 out:
     rmap_free(in_set);
     return st;
 }
 
 /* All questions in one scan against the slowest of them alone. */
-static enum rmap_status measure_several(const struct search *search, size_t store,
+static enum rmap_status measure_several(const struct rmap_bench_search *search, size_t store,
                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench_series series = {0};
     for (int i = 0; i < search->bench->n_repeat; i++) {
-        struct answer together = {0}, alone = {0}, slowest = {0};
+        struct rmap_bench_answer together = {0}, alone = {0}, slowest = {0};
         RMAP_TRY(ask_map(search, store, search->question, search->n_question, &together, err));
         for (size_t q = 0; q < search->n_question; q++) {
             RMAP_TRY(ask_map(search, store, &search->question[q], 1, &alone, err));
@@ -213,64 +171,8 @@ static enum rmap_status measure_several(const struct search *search, size_t stor
         rmap_bench_add(&series, 1e3 * together.seconds, 1e3 * slowest.seconds);
         rmap_bench_add_cpu(&series, slowest.cpu, together.cpu); /* as the times: together / alone */
     }
-    report(search, store, "query_several_vs_slowest", &series, "ms",
-           json_pack("{s:I}", "criteria", (json_int_t)search->n_question));
-out:
-    return st;
-}
-
-/* A session that puts a question, for which it prepares what it keeps, and then another one, or the
- * same once more. */
-static enum rmap_status ask_twice(const struct search *search, size_t store,
-                                  const struct rmap_bench_question *question,
-                                  const struct rmap_bench_question *next, struct answer *first,
-                                  struct answer *second, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_map *map = NULL;
-    struct rmap_session_memo *memo = rmap_alloc(1, sizeof *memo);
-    struct rmap_warmth warmth = {0};
-    if (!memo)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a session");
-    RMAP_TRY(rmap_map_open(search->map[store], &map, err));
-    double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
-    RMAP_TRY(rmap_session_warm(&search->bench->alone, map, SESSION_NBYTES, &warmth, err));
-    RMAP_TRY(rmap_map_keep(map, SESSION_NBYTES, err));
-    RMAP_TRY(ask_session(search, memo, map, question, first, err));
-    first->seconds = rmap_clock_seconds() - begun;
-    first->cpu = rmap_bench_cpu() - cpu;
-    RMAP_TRY(ask_session(search, memo, map, next, second, err));
-out:
-    rmap_session_memo_clear(memo);
-    rmap_free(memo);
-    rmap_map_close(map);
-    return st;
-}
-
-/* The same question again; and the question after another one. */
-static enum rmap_status measure_session(const struct search *search, size_t store, size_t q,
-                                        struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_bench_question *question = &search->question[q];
-    const struct rmap_bench_question *other = &search->question[(q + 1) % search->n_question];
-    struct rmap_bench_series again = {0}, next = {0};
-    for (int i = 0; i < search->bench->n_repeat; i++) {
-        struct answer first = {0}, second = {0}, before = {0}, after = {0};
-        RMAP_TRY(ask_twice(search, store, question, question, &first, &second, err));
-        RMAP_TRY(ask_twice(search, store, other, question, &before, &after, err));
-        rmap_bench_add(&again, search->n_segment / second.seconds,
-                       search->n_segment / first.seconds);
-        rmap_bench_add_cpu(&again, second.cpu, first.cpu);
-        rmap_bench_add(&next, search->n_segment / after.seconds, search->n_segment / first.seconds);
-        rmap_bench_add_cpu(&next, after.cpu, first.cpu);
-    }
-    report(search, store, "session_second_vs_first", &again, "million segments/s",
-           json_pack("{s:s, s:s, s:s}", "class", question->class, "criterion", question->text,
-                     "after", "the same"));
-    report(search, store, "session_second_vs_first", &next, "million segments/s",
-           json_pack("{s:s, s:s, s:s}", "class", question->class, "criterion", question->text,
-                     "after", "another"));
+    rmap_bench_search_report(search, store, "query_several_vs_slowest", &series, "ms",
+                             json_pack("{s:I}", "criteria", (json_int_t)search->n_question));
 out:
     return st;
 }
@@ -279,18 +181,19 @@ enum rmap_status rmap_bench_query(struct rmap_bench *bench, const struct rmap_be
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct search search = {.bench = bench, .scene = scene};
+    struct rmap_bench_search search = {.bench = bench, .scene = scene};
     RMAP_TRY(prepare(&search, err));
     for (size_t q = 0; q < search.n_question && rmap_bench_wanted(bench, "query_vs_seed"); q++)
         if (search.question[q].class)
             RMAP_TRY(measure_class(&search, &search.question[q], err));
     if (rmap_bench_wanted(bench, "query_several_vs_slowest"))
-        for (size_t k = 0; k < N_STORE; k++)
+        for (size_t k = 0; k < RMAP_BENCH_STORED; k++)
             RMAP_TRY(measure_several(&search, k, err));
     for (size_t q = 0; q < search.n_question; q++)
-        for (size_t k = 0; k < N_STORE && rmap_bench_wanted(bench, "session_second_vs_first"); k++)
+        for (size_t k = 0;
+             k < RMAP_BENCH_STORED && rmap_bench_wanted(bench, "session_second_vs_first"); k++)
             if (search.question[q].class)
-                RMAP_TRY(measure_session(&search, k, q, err));
+                RMAP_TRY(rmap_bench_session(&search, k, &search.question[q], err));
 out:
     return st;
 }

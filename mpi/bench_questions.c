@@ -17,6 +17,8 @@ static const struct rmap_bench_question question_table[] = {
      .class = "objects",
      .text = "source(star) and hit('lens.*', reflect_specular) >= 2 and "
              "registered(sensor, rect(-6.1, -4.1, 6.1, 4.1))",
+     .like = "source(sun) and hit('cover.*', reflect_specular) >= 1 and "
+             "registered(sensor, rect(-5, -4.5, 6, 4))",
      .source = "star",
      .objects = "lens.*",
      .events = RMAP_EVENT_REFLECT_SPECULAR,
@@ -27,12 +29,15 @@ static const struct rmap_bench_question question_table[] = {
     {.scene = "double-gauss",
      .class = "never",
      .text = "not hit(cover.*)",
+     .like = "not hit(barrel)",
      .objects = "cover.*",
      .events = UINT32_MAX},
     {.scene = "double-gauss",
      .class = "numbers",
      .text = "registered(sensor, rect(-6.1, -4.1, 6.1, 4.1) where angle < 12 deg) and "
              "path_length < 170 mm",
+     .like = "registered(sensor, rect(-5, -4.5, 6, 4) where angle < 10 deg) and "
+             "path_length < 160 mm",
      .objects = "*",
      .events = UINT32_MAX,
      .at_most = ANY,
@@ -44,6 +49,7 @@ static const struct rmap_bench_question question_table[] = {
     {.scene = "double-gauss",
      .class = "path",
      .text = "path(\"T@lens.1 .* R@'lens.*' .* R@'lens.*' .* V@sensor .*\")",
+     .like = "path(\"T@cover.1 .* R@'lens.*' .* V@sensor .*\")",
      .objects = "*",
      .events = UINT32_MAX,
      .at_most = ANY,
@@ -57,6 +63,8 @@ static const struct rmap_bench_question question_table[] = {
      .class = "objects",
      .text = "source(lamp) and hit('*_wall', reflect_specular) >= 2 and "
              "registered(floor_map, rect(-1.01, -1.01, 1.01, 1.01))",
+     .like = "source(lamp) and hit('board*', transmit) >= 1 and "
+             "registered(floor_map, rect(-0.9, -1.2, 1.1, 0.8))",
      .source = "lamp",
      .objects = "*_wall",
      .events = RMAP_EVENT_REFLECT_SPECULAR,
@@ -67,12 +75,15 @@ static const struct rmap_bench_question question_table[] = {
     {.scene = "room",
      .class = "never",
      .text = "not hit('*_wall')",
+     .like = "not hit(shelves)",
      .objects = "*_wall",
      .events = UINT32_MAX},
     {.scene = "room",
      .class = "numbers",
      .text = "registered(floor_map, rect(-1.01, -1.01, 1.01, 1.01) where angle < 30 deg) and "
              "path_length < 8 m",
+     .like = "registered(floor_map, rect(-0.9, -1.2, 1.1, 0.8) where angle < 25 deg) and "
+             "path_length < 7 m",
      .objects = "*",
      .events = UINT32_MAX,
      .at_most = ANY,
@@ -84,6 +95,7 @@ static const struct rmap_bench_question question_table[] = {
     {.scene = "room",
      .class = "path",
      .text = "path(\"D@floor .* R@'*_wall' .* T@'board*' .* V@floor_map .*\")",
+     .like = "path(\"D@floor .* R@'*_wall' .* V@floor_map .*\")",
      .objects = "*",
      .events = UINT32_MAX,
      .at_most = ANY,

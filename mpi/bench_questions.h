@@ -15,6 +15,7 @@ struct rmap_bench_question {
     const char *scene;
     const char *class; /* NULL: asked together with the others alone */
     const char *text;
+    const char *like; /* of the same kind, with other names and numbers; NULL without a class */
     const char *source, *objects, *detector;
     uint32_t events;       /* at the objects */
     int at_least, at_most; /* times */

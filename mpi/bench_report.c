@@ -103,6 +103,7 @@ void rmap_bench_report(struct rmap_bench *bench, const char *name,
             printf(" indexed");
         print_text(extra, "class");
         print_text(extra, "against");
+        print_text(extra, "after");
         printf(" %9.4g against %9.4g %s: %.3f (%.3f to %.3f)", ours, reference, unit, middle, least,
                most);
         if (series->n_cpu)
