@@ -117,25 +117,26 @@ static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
     return true;
 }
 
-/* x^(-1/k) to 1 %: the logarithm is read from the bits of x (Mitchell 1962,
+/* x^-k to 1 %: the logarithm is read from the bits of x (Mitchell 1962,
  * doi:10.1109/TEC.1962.5219391), and a parabola stands for the power of 2. */
-static inline double inverse_root_about(double x, double k)
+static inline double inverse_power_about(double x, double k)
 {
     const double one = 0x1p52 * 1023.0;
     int64_t bits;
     memcpy(&bits, &x, sizeof bits);
-    double power = (one - (double)bits) * 0x1p-52 / k;
+    double power = (one - (double)bits) * 0x1p-52 * k;
     double whole = floor(power), part = power - whole;
     bits = ((int64_t)whole + 1023) << 52;
     memcpy(&x, &bits, sizeof bits);
     return x * (1.0 + part * (0.6565 + 0.3435 * part));
 }
 
+/* Of rough curves the error's square is given. */
 static inline double change_after(const struct rmap_curve *curve,
                                   const struct rmap_curve_pair *pair, double error)
 {
-    double change = curve->rough ? inverse_root_about(error, pair->exponent)
-                                 : exp(-log(error) / pair->exponent);
+    double change = curve->rough ? inverse_power_about(rmap_max(error, 1e-20), 0.5 / pair->exponent)
+                                 : exp(-log(rmap_max(error, 1e-10)) / pair->exponent);
     return rmap_min(rmap_max(safety * change, least_change), greatest_change);
 }
 
@@ -144,7 +145,7 @@ static inline double suggest(const struct rmap_curve *curve, const struct rmap_c
                              double h, double error, double growth)
 {
     double share = pair == &rmap_curve_pair_6 ? curve->share_6 : 1.0;
-    double change = change_after(curve, pair, rmap_max(error, 1e-10));
+    double change = change_after(curve, pair, error);
     double next = h / share * rmap_min(change, growth);
     return share < 1.0 ? next * (safety * safety) : next; /* across the pairs it is less sure */
 }
@@ -179,8 +180,8 @@ static inline const struct rmap_curve_pair *plan_step(const struct rmap_curve *c
 }
 
 /* Error-controlled; `way`, to where the caller would like to get, and `longest` are in t. */
-static inline bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step,
-                                    double way, double longest)
+RMAP_COPIED bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step,
+                                  double way, double longest)
 {
     double growth = greatest_change;
     learn(curve);
@@ -196,7 +197,8 @@ static inline bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_
             way = longest = 0.25 * h;
             continue;
         }
-        double error = rmap_curve_nystrom_error(curve, step);
+        double error = curve->rough ? rmap_curve_nystrom_error_square(curve, step)
+                                    : rmap_curve_nystrom_error(curve, step);
         if (error <= 1.0) {
             curve->last_h = h;
             curve->last_pair = pair;

@@ -34,7 +34,7 @@ struct rmap_curve_step {
     double error;           /* estimate of the error of `to` over this step, scene units */
 
     /* Dense output: r = from.r + t from.T + t^2 (sum of bend[k] (t / whole)^k), t = theta h */
-    double bend[RMAP_CURVE_POWERS][4];  /* x, y, z, and 0: four abreast */
+    double bend[RMAP_CURVE_POWERS][4];  /* x, y, z: four abreast */
     double turn[RMAP_CURVE_POWERS][4];  /* (k + 2) bend[k]: of T */
     double whole;                       /* h before any cut */
     double between;                     /* error of T inside the step, of what is allowed */
@@ -53,7 +53,8 @@ struct rmap_curve {
     double next_h;                 /* guess for the next step, of the pair of order 8 */
     double share_6;                /* of it: what the pair of order 6 may step */
     double last_h, last_error; /* of an accepted step that next_h has yet to learn from (0: none),
-                                  and the share of its error in what was allowed */
+                                  and the share of its error in what was allowed (rough: its
+                                  square) */
     double last_growth;
     const struct rmap_curve_pair *last_pair;
     uint64_t n_evaluation; /* of the field, so far */
@@ -85,7 +86,8 @@ void rmap_curve_at(const struct rmap_curve_step *step, double theta, struct rmap
                    struct rmap_vec3 *T);
 
 /* Ends the step at theta, as accurately as a step that had been taken to there: may evaluate.
- * step->to, optical and length are of the shorter step; the curve's state is its end. */
+ * step->to, optical and length are of the shorter step; the curve's state is its end. Of a rough
+ * step r and T alone are sure, T's length within what dense output allows. */
 bool rmap_curve_cut(struct rmap_curve *curve, struct rmap_curve_step *step, double theta);
 
 /* Integrals from the step's start to theta from the dense output (for detectors on the way). */

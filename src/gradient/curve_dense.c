@@ -11,17 +11,7 @@ void rmap_curve_at(const struct rmap_curve_step *step, double theta, struct rmap
                    struct rmap_vec3 *T)
 {
     double t = theta * step->h;
-    double share = t / step->whole;
-    rmap_wide shares = {share, share, share, share};
-    rmap_wide of_r, of_T;
-    rmap_wide_load(&of_r, step->bend[RMAP_CURVE_POWERS - 1]);
-    rmap_wide_load(&of_T, step->turn[RMAP_CURVE_POWERS - 1]);
-    for (int k = RMAP_CURVE_POWERS - 2; k >= 0; k--) {
-        rmap_wide_horner(&shares, step->bend[k], &of_r);
-        rmap_wide_horner(&shares, step->turn[k], &of_T);
-    }
-    *r = rmap_axpy(t * t, rmap_wide_vec3(&of_r), rmap_axpy(t, step->from.T, step->from.r));
-    *T = rmap_axpy(t, rmap_wide_vec3(&of_T), step->from.T);
+    rmap_curve_dense(step, t, t / step->whole, r, T);
 }
 
 /* from + t of for four t at once */
@@ -143,15 +133,18 @@ static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, do
     if (step->pair && step->pair->has_finer && step->between > 1.0) {
         (void)rmap_curve_nystrom_finer(curve, step, theta, &to->T);
     }
+    step->h = theta * step->h;
+    if (step->rough) { /* its direction is all that counts */
+        to->n = rmap_length(to->T);
+        rmap_curve_measure(step);
+        return;
+    }
     if (!rmap_curve_evaluate(curve, to)) { /* the edge of the field, within rounding */
         to->n = rmap_length(to->T);
     }
     to->T = rmap_scale(to->T, to->n / rmap_length(to->T));
-    step->h = theta * step->h;
     step->optical = optical;
     step->length = length;
-    if (step->rough)
-        rmap_curve_measure(step);
 }
 
 /* The step taken anew to there, where dense output would be too coarse. */

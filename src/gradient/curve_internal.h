@@ -12,8 +12,8 @@
 #include "base/wide.h"
 #include "gradient/curve.h"
 
-/* x, y, z and 0, or four of a kind: one operation does them all. By address alone, as what passes
- * them in registers differs from machine to machine. */
+/* x, y, z and what comes cheapest, or four of a kind: one operation does them all. By address
+ * alone, as what passes them in registers differs from machine to machine. */
 typedef double rmap_wide __attribute__((vector_size(32)));
 
 static inline struct rmap_vec3 rmap_wide_vec3(const rmap_wide *a)
@@ -23,7 +23,7 @@ static inline struct rmap_vec3 rmap_wide_vec3(const rmap_wide *a)
 
 static inline void rmap_wide_set(rmap_wide *a, struct rmap_vec3 b)
 {
-    *a = (rmap_wide){b.x, b.y, b.z, 0.0};
+    *a = (rmap_wide){b.x, b.y, b.z, b.z};
 }
 
 static inline void rmap_wide_load(rmap_wide *a, const double from[4])
@@ -48,6 +48,23 @@ static inline void rmap_wide_horner(const rmap_wide *share, const double b[4], r
     rmap_wide next;
     rmap_wide_load(&next, b);
     *a = next + *a * *share;
+}
+
+/* rmap_curve_at with t = theta h and its share of the whole step. */
+RMAP_COPIED void rmap_curve_dense(const struct rmap_curve_step *step, double t, double share,
+                                  struct rmap_vec3 *r, struct rmap_vec3 *T)
+{
+    rmap_wide shares = {share, share, share, share};
+    rmap_wide of_r, of_T;
+    rmap_wide_load(&of_r, step->bend[RMAP_CURVE_POWERS - 1]);
+    rmap_wide_load(&of_T, step->turn[RMAP_CURVE_POWERS - 1]);
+    RMAP_UNROLL
+    for (int k = RMAP_CURVE_POWERS - 2; k >= 0; k--) {
+        rmap_wide_horner(&shares, step->bend[k], &of_r);
+        rmap_wide_horner(&shares, step->turn[k], &of_T);
+    }
+    *r = rmap_axpy(t * t, rmap_wide_vec3(&of_r), rmap_axpy(t, step->from.T, step->from.r));
+    *T = rmap_axpy(t, rmap_wide_vec3(&of_T), step->from.T);
 }
 
 /* An embedded pair of Runge-Kutta-Nystroem formulae; its last stage is the next step's first. */
@@ -95,6 +112,10 @@ void rmap_curve_find_closed(struct rmap_curve *curve);
 /* Sets the step's errors; returns the greatest's share of what the medium allows: 1 is just
  * allowed. */
 double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curve_step *step);
+
+/* Its square, for rough curves: what the next step waits for takes one division and no root. */
+double rmap_curve_nystrom_error_square(const struct rmap_curve *curve,
+                                       struct rmap_curve_step *step);
 
 /* Sets step->bend[k], and turn[k] from it. */
 static inline void rmap_curve_set_bend(struct rmap_curve_step *step, int k, const rmap_wide *bend)

@@ -25,9 +25,9 @@ RMAP_COPIED void combine(const double *weight, const struct rmap_curve_step *ste
     }
 }
 
-static inline double length_of(const rmap_wide *a)
+static inline double square_of(const rmap_wide *a)
 {
-    return rmap_length(rmap_wide_vec3(a));
+    return rmap_dot(rmap_wide_vec3(a), rmap_wide_vec3(a));
 }
 
 /* D = n grad n */
@@ -85,7 +85,7 @@ bool rmap_curve_nystrom(struct rmap_curve *curve, const struct rmap_curve_pair *
                                       : step_with(&rmap_curve_pair_6, 6, curve, step, h);
 }
 
-/* h times the error of r, the error of T, and what is two and four orders rougher. */
+/* Squares: h times the error of r, the error of T, and what is two and four orders rougher. */
 struct defects {
     double place, turn, rough, rougher;
 };
@@ -98,8 +98,14 @@ RMAP_COPIED struct defects defects_with(const struct rmap_curve_pair *pair, int 
     combine(pair->defect_T, step, stages, &of_T);
     combine(pair->rough, step, stages, &of_rough);
     combine(pair->rougher, step, stages, &of_rougher);
-    return (struct defects){length_of(&of_r), length_of(&of_T), length_of(&of_rough),
-                            length_of(&of_rougher)};
+    return (struct defects){square_of(&of_r), square_of(&of_T), square_of(&of_rough),
+                            square_of(&of_rougher)};
+}
+
+RMAP_COPIED struct defects defects_of(const struct rmap_curve_step *step)
+{
+    return step->pair == &rmap_curve_pair_8 ? defects_with(&rmap_curve_pair_8, 9, step)
+                                            : defects_with(&rmap_curve_pair_6, 6, step);
 }
 
 /* The embedded defect is the error of the lower order, far more than that of the step. As in
@@ -111,18 +117,38 @@ double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curv
 {
     const struct rmap_gradient *gradient = curve->gradient;
     const struct rmap_curve_pair *pair = step->pair;
-    struct defects of = pair == &rmap_curve_pair_8 ? defects_with(&rmap_curve_pair_8, 9, step)
-                                                   : defects_with(&rmap_curve_pair_6, 6, step);
-    double h = step->h, place = h * of.place;
-    double fall = pair->smoothness * of.turn;
-    if (of.rougher > 0.0) {
-        fall = rmap_max(fall, pair->smoothness * of.rough * of.rough / of.rougher);
+    struct defects square = defects_of(step);
+    double of_turn = sqrt(square.turn), of_rough = sqrt(square.rough);
+    double of_rougher = sqrt(square.rougher);
+    double h = step->h, place = h * sqrt(square.place);
+    double fall = pair->smoothness * of_turn;
+    if (of_rougher > 0.0) {
+        fall = rmap_max(fall, pair->smoothness * of_rough * of_rough / of_rougher);
     }
-    double share = fall < of.rough ? fall / of.rough : 1.0;
-    double angle = of.turn / step->to.n * gradient->size;
+    double share = fall < of_rough ? fall / of_rough : 1.0;
+    double angle = of_turn / step->to.n * gradient->size;
     step->error = share * h * place;
     step->between = sqrt(share) * h * angle / gradient->options.tolerance;
     return rmap_max(step->error, share * h * angle) / gradient->options.tolerance;
+}
+
+RMAP_WIDE
+double rmap_curve_nystrom_error_square(const struct rmap_curve *curve, struct rmap_curve_step *step)
+{
+    const struct rmap_gradient *gradient = curve->gradient;
+    const struct rmap_curve_pair *pair = step->pair;
+    struct defects of = defects_of(step);
+    double tolerance = gradient->options.tolerance, n = step->to.n, h2 = step->h * step->h;
+    double unit = 1.0 / (tolerance * tolerance), view = gradient->size / n;
+    double smooth = pair->smoothness * pair->smoothness, share = smooth * of.turn / of.rough;
+    if (of.rougher > 0.0) {
+        share = rmap_max(share, smooth * of.rough / of.rougher);
+    }
+    share = share < 1.0 ? share : 1.0; /* uniform: 0 / 0 */
+    double place = h2 * h2 * of.place, angle = h2 * of.turn * (view * view);
+    step->error = sqrt(share * place);
+    step->between = sqrt(sqrt(share) * angle * unit);
+    return share * rmap_max(place, angle) * unit;
 }
 
 RMAP_COPIED void dense_with(const struct rmap_curve_pair *pair, int stages,

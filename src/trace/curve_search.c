@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/wide.h"
+#include "gradient/curve_internal.h"
 
 /* While its sag is less than this share of its length, a run is much like the line ahead, where the
  * next surface is known. */
@@ -12,6 +13,10 @@
 
 /* A piece shorter than this share of its run is straight, whatever rounding makes of it. */
 #define SHORTEST 1e-12
+
+/* Shares of the tolerance that the chord on which a leg ends may leave the curve by: steps are
+ * mostly far better than the tolerance. Pictures do not show it. */
+static const double chord_off = 1e-4, chord_off_in_pictures = 0.1;
 
 struct point {
     double time;
@@ -24,11 +29,17 @@ struct piece {
     double sag; /* at most */
 };
 
-int rmap_curve_run_find(const struct rmap_curve_run *run, double time, double *theta)
+static inline int step_at(const struct rmap_curve_run *run, double time)
 {
     int i = 0;
     while (i < run->n - 1 && time > run->time[i + 1])
         i++;
+    return i;
+}
+
+int rmap_curve_run_find(const struct rmap_curve_run *run, double time, double *theta)
+{
+    int i = step_at(run, time);
     *theta = (time - run->time[i]) / run->step[i].h;
     return i;
 }
@@ -41,25 +52,28 @@ static double run_time(const struct rmap_curve_run *run)
 /* The ends of steps exactly as their neighbours have them. */
 RMAP_COPIED void point_at(const struct rmap_curve_run *run, double time, struct point *p)
 {
-    double theta;
-    int i = rmap_curve_run_find(run, time, &theta);
+    int i = step_at(run, time);
     const struct rmap_curve_step *step = &run->step[i];
     p->time = time;
     if (time == run->time[i + 1]) {
         p->r = step->to.r;
         p->T = step->to.T;
-    } else {
-        rmap_curve_at(step, theta, &p->r, &p->T);
+        return;
     }
+    double t = time - run->time[i];
+    if (!step->rough)
+        t = t / step->h * step->h; /* rounded as theta is */
+    rmap_curve_dense(step, t, t / step->whole, &p->r, &p->T);
 }
 
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
-                             const struct rmap_curve_options *options, double decides,
+                             const struct rmap_curve_options *options, bool rough,
                              const struct rmap_ray *ray, struct rmap_vec3 normal)
 {
     search->accel = accel;
     search->options = options;
-    search->decides = decides;
+    search->rough = rough;
+    search->decides = (rough ? chord_off_in_pictures : chord_off) * options->tolerance;
     search->ray.medium = ray->medium;
     search->ray.gradient = ray->gradient;
     search->ray.contact = ray->contact;
@@ -112,11 +126,13 @@ RMAP_COPIED bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, 
                        struct rmap_hit *hit, double *share)
 {
     struct rmap_vec3 way = rmap_sub(to, from);
-    double length = rmap_length(way);
+    double square = rmap_dot(way, way), length = sqrt(square);
     if (!(length > 0.0))
         return false;
+    /* the quotient need not wait for the root; the last bit shows it */
+    double inverse = search->rough ? length * (1.0 / square) : 1.0 / length;
     search->ray.origin = from;
-    search->ray.direction = rmap_scale(way, 1.0 / length);
+    search->ray.direction = rmap_scale(way, inverse);
     if (!rmap_accel_next_within(search->accel, &search->ray, length, hit))
         return false;
     *share = rmap_min(hit->t / length, 1.0);
@@ -247,6 +263,13 @@ RMAP_COPIED void set_piece(struct rmap_curve_search *search, struct piece *piece
     piece->sag = bend * span * span;
 }
 
+/* Is the time at a place on a chord that of the curve there, but for what its sag may be, too? */
+RMAP_COPIED bool reads_time(const struct rmap_curve_search *search, double span)
+{
+    double most = 8.0 * search->decides, square = span * span;
+    return search->run.pull * square * square <= most * most;
+}
+
 enum verdict { CLEAR, MET, UNDECIDED };
 
 /* When pieces are to end: the one in hand, and the one after it once that is clear. */
@@ -268,6 +291,10 @@ RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct pi
         return MET;
     }
     double enough = 0.01 * search->options->tolerance;
+    if (decides && search->rough && reads_time(search, span)) {
+        aim->next = from + share * span;
+        return MET;
+    }
     if (decides) {
         aim->next = cross_plane(&search->run, piece, hit, from + share * span, enough);
         return MET;

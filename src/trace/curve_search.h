@@ -33,6 +33,7 @@ int rmap_curve_run_find(const struct rmap_curve_run *run, double time, double *t
 struct rmap_curve_search {
     const struct rmap_accel *accel;           /* borrowed */
     const struct rmap_curve_options *options; /* borrowed */
+    bool rough;                               /* for a picture */
     double decides;                           /* sag of a chord that may end the leg */
     struct rmap_curve_run run;
     double ahead;            /* distance to a surface straight ahead of the run's start */
@@ -40,10 +41,10 @@ struct rmap_curve_search {
     struct rmap_vec3 normal; /* of the surface that the leg starts on */
 };
 
-/* A leg that starts as `ray` does; normal: of the surface it starts on, if its contact has one. It
- * ends on a chord that leaves the curve by `decides` at most. */
+/* A leg that starts as `ray` does; normal: of the surface it starts on, if its contact has one.
+ * rough: only a picture is made of it, which does not show the last tenth of the tolerance. */
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
-                             const struct rmap_curve_options *options, double decides,
+                             const struct rmap_curve_options *options, bool rough,
                              const struct rmap_ray *ray, struct rmap_vec3 normal);
 
 /* A run with no steps yet, from a point of the curve in the direction of T. True with *hit when a

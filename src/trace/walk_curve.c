@@ -11,10 +11,6 @@
 #include "trace/curve_search.h"
 #include "trace/walk.h"
 
-/* Shares of the tolerance that the chord on which a leg ends may leave the curve by: steps are
- * mostly far better than the tolerance. Pictures do not show it. */
-static const double chord_off = 1e-4, chord_off_in_pictures = 0.1;
-
 /* A curved leg on its way. */
 struct bend {
     struct rmap_walk *walk;
@@ -228,9 +224,8 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     leg->optical_from = walk->optical_path;
     leg->length = leg->index = 0.0;
     leg->segment = walk->draw.step++;
-    double off = is_rough(walk) ? chord_off_in_pictures : chord_off;
-    rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options,
-                            off * gradient->options.tolerance, &walk->ray, walk->start_normal);
+    rmap_curve_search_begin(&bend->search, walk->accel, &gradient->options, is_rough(walk),
+                            &walk->ray, walk->start_normal);
     rmap_curve_points_begin(&bend->points, walk->recorder, gradient->options.polyline);
 }
 

@@ -205,7 +205,7 @@ static void in_place(void **state)
     assert_true(rmap_affine_invert(&place.to_world, &place.to_local));
     struct rmap_vec3 p = rmap_affine_point(&place.to_world, rmap_vec3(0.1, -0.2, 0.4));
     double n, h = 1e-4;
-    struct rmap_vec3 slope;
+    struct rmap_vec3 slope = {0.0, 0.0, 0.0};
     assert_true(rmap_gradient_at(&place, 0, p, &n, &slope));
     assert_near(n, sqrt(2.0 - 0.21), 1e-14);
     const struct rmap_vec3 along = {0.48, 0.6, 0.64};
