@@ -66,6 +66,16 @@ RMAP_COPIED void point_at(const struct rmap_curve_run *run, double time, struct 
     rmap_curve_dense(step, t, t / step->whole, &p->r, &p->T);
 }
 
+/* As point_at() has it: a coordinate of -0 becomes 0. */
+RMAP_COPIED void begin_run(const struct rmap_curve_run *run, struct point *p)
+{
+    const struct rmap_curve_state *from = &run->step[0].from;
+    const struct rmap_vec3 nothing = {0.0, 0.0, 0.0};
+    p->time = 0.0;
+    p->r = rmap_add(from->r, nothing);
+    p->T = rmap_add(from->T, nothing);
+}
+
 void rmap_curve_search_begin(struct rmap_curve_search *search, const struct rmap_accel *accel,
                              const struct rmap_curve_options *options, bool rough,
                              const struct rmap_ray *ray, struct rmap_vec3 normal)
@@ -253,13 +263,17 @@ RMAP_COPIED void set_piece(struct rmap_curve_search *search, struct piece *piece
     double bend = 0.125 * run->bend, shortest = SHORTEST * run_time(run);
     double most = sqrt(search->options->sag / bend); /* bend 0: infinite */
     double span = rmap_min(end - piece->a.time, rmap_max(most, shortest));
-    point_at(run, span < end - piece->a.time ? piece->a.time + span : end, &piece->b);
-    while (starts_on_surface(search) && !same_side(search, piece) && span > shortest) {
+    double time = span < end - piece->a.time ? piece->a.time + span : end;
+    for (;; time = piece->a.time + span) {
+        point_at(run, time, &piece->b);
+        if (!starts_on_surface(search) || same_side(search, piece))
+            break;
+        if (!(span > shortest)) {
+            leave_surface(search); /* along it within rounding: its media tell where the light is */
+            break;
+        }
         span *= 0.25;
-        point_at(run, piece->a.time + span, &piece->b);
     }
-    if (starts_on_surface(search) && !same_side(search, piece))
-        leave_surface(search); /* along it within rounding: its media tell where the light is */
     piece->sag = bend * span * span;
 }
 
@@ -290,18 +304,14 @@ RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct pi
         aim->next = from;
         return MET;
     }
-    double enough = 0.01 * search->options->tolerance;
-    if (decides && search->rough && reads_time(search, span)) {
-        aim->next = from + share * span;
-        return MET;
-    }
+    double time = from + share * span, enough = 0.01 * search->options->tolerance, off = 0.0;
+    double share_astray = decides ? 0.0 : astray(piece, hit, &off);
+    if (!(decides && search->rough && reads_time(search, span)))
+        time = cross_plane(&search->run, piece, hit, time, rmap_max(enough, 0.05 * off));
     if (decides) {
-        aim->next = cross_plane(&search->run, piece, hit, from + share * span, enough);
+        aim->next = time;
         return MET;
     }
-    double off, share_astray = astray(piece, hit, &off);
-    enough = rmap_max(enough, 0.05 * off);
-    double time = cross_plane(&search->run, piece, hit, from + share * span, enough);
     double half = half_window(search, piece, share_astray * aim->wider);
     aim->wider *= 4.0;
     if (time - half > from + 0.5 * half) {
@@ -319,7 +329,7 @@ bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struc
     double end = *time;
     struct piece piece;
     struct aim aim = {.next = end, .after = 0.0, .wider = 1.0};
-    point_at(&search->run, 0.0, &piece.a);
+    begin_run(&search->run, &piece.a);
     while (piece.a.time < end) {
         set_piece(search, &piece, aim.next);
         double span = piece.b.time - piece.a.time;
