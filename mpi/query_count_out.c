@@ -8,13 +8,13 @@
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
 
-/* Flux that all rays of the map stand for. */
+/* Of all sources, also where a query picked the map's rays or some source has none in it. */
 static double total_flux(const struct rmap_map *map)
 {
-    const double *flux_per_weight = rmap_map_flux_per_weight(map);
+    const struct rmap_scene *scene = rmap_map_scene(map);
     double total = 0.0;
-    for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++)
-        total += flux_per_weight[s] * rmap_map_tally(map)->emitted[s];
+    for (size_t s = 0; s < scene->n_source; s++)
+        total += scene->source[s].flux;
     return total;
 }
 

@@ -168,6 +168,8 @@ assert f["selection"].attrs["rays"] == 53001 and f["selection/criterion"][0].sta
 flux = f["ray/weight"][:] * (f["source/flux"][:] / f["source/emitted"][:])[f["ray/source"][:]]
 out = json.loads(subprocess.run([raymap, "query", "s.raymap", "all", "--json"], capture_output=True, check=True).stdout)
 assert abs(flux.sum() - out["flux"]["matched"]) < 1e-12, (flux.sum(), out)
+asked = json.loads(subprocess.run([raymap, "query", "a.raymap", "all", "--json"], capture_output=True, check=True).stdout)
+assert out["flux"]["total"] == asked["flux"]["total"] == g["source/flux"][:].sum()
 assert sorted(f["ray/id"][:])[0] >= 0 and len(set(f["ray/id"][:])) == 777
 PYTHON
 finish
