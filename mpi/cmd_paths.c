@@ -38,7 +38,8 @@ static const struct rmap_option options[] = {
     {"no-peaks", 0, NULL, "without the brightest cells of the classes"},
     {"matrix", 0, "LIST",
      "what detectors saw, by orders, ghosts or contribution; all: these three"},
-    {"output", 'o', "OUT", "OUT.csv or OUT.json: all columns of those classes; CSV with --matrix: that matrix"},
+    {"output", 'o', "OUT",
+     "OUT.csv or OUT.json: all columns of those classes; CSV with --matrix: that matrix"},
     {"force", 'f', NULL, "replace OUT"},
     {NULL}};
 
