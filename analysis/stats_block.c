@@ -231,24 +231,47 @@ static bool may_be_plain(const struct rmap_stats_setup *setup, const struct rmap
            (setup->n_source <= SOURCES_FEW || !any_other(ray->source, n_ray));
 }
 
+RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
+{
+    uint32_t count = 0;
+    for (size_t i = 0; i < n; i++)
+        count += source[i] == which;
+    return count;
+}
+
+static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
+                     int32_t source, size_t end, struct rmap_stats_block *block)
+{
+    const size_t first = block->n_run > 0 ? reader->run[block->n_run - 1].end : 0;
+    if (end > first)
+        reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, source)};
+}
+
 /* Puts stored readings of matching rays in the order of their sources, and lists the runs. */
 static void pick_stored(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
                         const struct rmap_matched *rays, const double *const *column,
                         double *const *to, struct rmap_stats_block *block)
 {
-    const struct rmap_portion *portion = rays->portion;
-    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY], n_quantity = setup->quantities->n;
     const uint8_t *match = rays->n_match < n_ray ? rays->match : NULL;
+    const int32_t *of = rays->portion->ray.source;
     size_t end = 0;
+    if (setup->n_source == 2 && !match) {
+        end = count_of(of, n_ray, 0);
+        for (size_t q = 0; q < n_quantity; q++)
+            (void)rmap_pick_both(column[q], of, 0, n_ray, to[q], to[q] + end);
+        list_run(reader, setup, 0, end, block);
+        list_run(reader, setup, 1, n_ray, block);
+        return;
+    }
     for (int32_t s = 0; s < (int32_t)setup->n_source; s++) {
         const size_t first = end;
-        for (size_t q = 0; q < setup->quantities->n; q++)
-            end = first +
-                  (match ? rmap_pick_matching_of(column[q], match, portion->ray.source, s, n_ray,
-                                                 to[q] + first)
-                         : rmap_pick_of(column[q], portion->ray.source, s, n_ray, to[q] + first));
-        if (end > first)
-            reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, s)};
+        for (size_t q = 0; q < n_quantity; q++) {
+            double *at = to[q] + first;
+            end = first + (match ? rmap_pick_matching_of(column[q], match, of, s, n_ray, at)
+                                 : rmap_pick_of(column[q], of, s, n_ray, at));
+        }
+        list_run(reader, setup, s, end, block);
     }
 }
 

@@ -5,7 +5,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/wide.h"
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#include <immintrin.h>
+#endif
 
 size_t rmap_stats_cell_at(const struct rmap_stats_plan *plan, double value)
 {
@@ -50,73 +52,135 @@ void rmap_stats_cells_from_fine(const struct rmap_stats_plan *plan, const uint32
     }
 }
 
-/* What places are told by: bins counted from the middle of the first one. */
+/* What places are told by: where bins begin, and how near to an edge, in parts of a bin, one is in
+ * doubt. */
 struct ruler {
-    double middle, per;
-    double sure; /* so far from the middle of a bin at most it is the right one for certain */
+    double low, per; /* parts per unit */
+    uint16_t doubt;
+    uint16_t most; /* the last bin */
 };
+
+/* Parts of a bin: what is left of 32 bits of a place. */
+enum { PART_BITS = 16, PARTS = 1 << PART_BITS };
 
 /* Adding this leaves a whole number, the nearest one, in the last bits. */
 static const double WHOLE = 0x1.8p52;
 
-/* A place in doubt, or the last one of as many as there may be. */
-#define IN_DOUBT 0xffff
-
-/* Returns whether one is in doubt. */
-RMAP_WIDE static uint64_t guess_places(const double *restrict value, size_t n,
-                                       const struct ruler *ruler, uint16_t most,
-                                       uint16_t *restrict place)
+static inline uint32_t parts_of(const struct ruler *ruler, double value)
 {
-    const double middle = ruler->middle, per = ruler->per, sure = ruler->sure;
-    uint64_t doubt = 0;
-    for (size_t k = 0; k < n; k++) {
-        const double at = (value[k] - middle) * per, whole = at + WHOLE;
-        const uint64_t in_doubt = -(uint64_t) !(fabs(at - (whole - WHOLE)) < sure);
-        uint64_t bits;
-        memcpy(&bits, &whole, sizeof bits);
-        const uint16_t guess = (uint16_t)bits;
-        place[k] = (guess < most ? guess : most) | (uint16_t)in_doubt;
-        doubt |= in_doubt;
+    const double whole = (value - ruler->low) * ruler->per + WHOLE;
+    uint64_t bits;
+    memcpy(&bits, &whole, sizeof bits);
+    return (uint32_t)bits;
+}
+
+static inline bool is_in_doubt(const struct ruler *ruler, uint32_t parts)
+{
+    return (uint16_t)(parts + ruler->doubt) < 2 * ruler->doubt;
+}
+
+/* So many are told at once, and so many of these are looked at again where one is in doubt. */
+enum { GROUP = 16, GROUPS = 64 };
+
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+/* Four values' parts of bins, in the lower halves of four numbers. */
+__attribute__((target("avx2"))) static inline __m256 parts_of_4(const double *value, __m256d low,
+                                                                __m256d per)
+{
+    const __m256d at = _mm256_mul_pd(_mm256_sub_pd(_mm256_loadu_pd(value), low), per);
+    return _mm256_castpd_ps(_mm256_add_pd(at, _mm256_set1_pd(WHOLE)));
+}
+
+/* Sets place of n_group groups; returns the groups with one in doubt. */
+__attribute__((target("avx2"))) static uint64_t
+guess_wide(const struct ruler *ruler, const double *value, size_t n_group, uint16_t *place)
+{
+    const __m256d low = _mm256_set1_pd(ruler->low), per = _mm256_set1_pd(ruler->per);
+    const __m256i most = _mm256_set1_epi16((short)ruler->most);
+    const __m256i doubt = _mm256_set1_epi16((short)ruler->doubt);
+    const __m256i beyond = _mm256_set1_epi16((short)(2 * ruler->doubt - 1));
+    const __m256i order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
+    uint64_t doubtful = 0;
+    for (size_t g = 0; g < n_group; g++) {
+        const double *own = value + g * GROUP;
+        const __m256i a = _mm256_castps_si256(
+            _mm256_shuffle_ps(parts_of_4(own, low, per), parts_of_4(own + 4, low, per), 0x88));
+        const __m256i b = _mm256_castps_si256(
+            _mm256_shuffle_ps(parts_of_4(own + 8, low, per), parts_of_4(own + 12, low, per), 0x88));
+        const __m256i bin =
+            _mm256_packus_epi32(_mm256_srli_epi32(a, PART_BITS), _mm256_srli_epi32(b, PART_BITS));
+        const __m256i none = _mm256_setzero_si256();
+        const __m256i part = _mm256_packus_epi32(_mm256_blend_epi16(a, none, 0xaa),
+                                                 _mm256_blend_epi16(b, none, 0xaa));
+        const __m256i moved = _mm256_add_epi16(part, doubt);
+        const __m256i near = _mm256_cmpeq_epi16(_mm256_min_epu16(moved, beyond), moved);
+        _mm256_storeu_si256((void *)(place + g * GROUP),
+                            _mm256_permutevar8x32_epi32(_mm256_min_epu16(bin, most), order));
+        if (!_mm256_testz_si256(near, near))
+            doubtful |= UINT64_C(1) << g;
     }
-    return doubt;
+    return doubtful;
 }
 
-/* Whether one of four is in doubt, or may be. */
-static bool any_of_four(const uint16_t *place)
+static bool is_wide(void)
 {
-    uint64_t four;
-    memcpy(&four, place, sizeof four);
-    four = ~four; /* is 0 there: the carry of a subtraction tells */
-    return ((four - 0x0001000100010001) & ~four & 0x8000800080008000) != 0;
+    return __builtin_cpu_supports("avx2");
+}
+#else
+#define guess_wide(ruler, value, n_group, place) ((uint64_t)0)
+#define is_wide()                                false
+#endif
+
+static uint64_t guess_narrow(const struct ruler *ruler, const double *value, size_t n_group,
+                             uint16_t *place)
+{
+    uint64_t doubtful = 0;
+    for (size_t k = 0; k < n_group * GROUP; k++) {
+        const uint32_t parts = parts_of(ruler, value[k]), bin = parts >> PART_BITS;
+        place[k] = (uint16_t)(bin < ruler->most ? bin : ruler->most);
+        doubtful |= (uint64_t)is_in_doubt(ruler, parts) << k / GROUP;
+    }
+    return doubtful;
 }
 
-static void settle_places(const struct rmap_stats_plan *plan, size_t quantity, const double *value,
-                          size_t n, uint16_t *place)
+/* Edges are rounded, and so are places: by some parts in 2^52 of the numbers in them. False: by so
+ * many parts of a bin that nothing is sure. */
+static bool make_ruler(const struct rmap_stats_plan *plan, size_t quantity, struct ruler *ruler)
 {
-    for (size_t k = 0; k < n; k++) {
-        while (n - k > 4 && !any_of_four(place + k))
-            k += 4;
-        if (place[k] == IN_DOUBT)
-            place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
+    const double low = plan->fine_low[quantity], per = plan->fine_per[quantity];
+    const double n = (double)plan->n_fine, reach = 2.0 * fabs(low) * per + 2.0 * n;
+    const double doubt = 64.0 * DBL_EPSILON * reach * PARTS + 2.0;
+    *ruler = (struct ruler){low, per * PARTS, 0, (uint16_t)(plan->n_fine - 1)};
+    if (!(per > 0.0 && doubt < 0.25 * PARTS))
+        return false;
+    ruler->doubt = (uint16_t)doubt;
+    return true;
+}
+
+/* Tells those in doubt of some groups one by one. */
+static void settle(const struct rmap_stats_plan *plan, size_t quantity, const struct ruler *ruler,
+                   uint64_t doubtful, const double *value, uint16_t *place)
+{
+    for (; doubtful; doubtful &= doubtful - 1) {
+        const size_t first = (size_t)__builtin_ctzll(doubtful) * GROUP;
+        for (size_t k = first; k < first + GROUP; k++)
+            if (is_in_doubt(ruler, parts_of(ruler, value[k])))
+                place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
     }
 }
-
-/* So many at once: few are in doubt. */
-enum { GUESSED = 128 };
 
 void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
                             const double *value, size_t n, uint16_t *place)
 {
-    const double low = plan->fine_low[quantity], per = plan->fine_per[quantity];
-    const double width = per > 0.0 ? 1.0 / per : 0.0;
-    /* Edges are rounded, and so are places: by some parts in 2^52 of the numbers in them. */
-    const double reach = 2.0 * fabs(low) + width * (double)plan->n_fine;
-    const double slack = 64.0 * DBL_EPSILON * (reach * per + (double)plan->n_fine);
-    const struct ruler ruler = {low + 0.5 * width, per, 0.5 - slack};
-    const uint16_t most = (uint16_t)(plan->n_fine - 1);
-    for (size_t first = 0; first < n; first += GUESSED) {
-        const size_t some = n - first < GUESSED ? n - first : GUESSED;
-        if (guess_places(value + first, some, &ruler, most, place + first))
-            settle_places(plan, quantity, value + first, some, place + first);
+    struct ruler ruler;
+    size_t n_group = make_ruler(plan, quantity, &ruler) ? n / GROUP : 0;
+    const bool wide = is_wide();
+    for (size_t k = n_group * GROUP; k < n; k++)
+        place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
+    for (size_t some; n_group > 0; n_group -= some, value += some * GROUP, place += some * GROUP) {
+        some = n_group < GROUPS ? n_group : GROUPS;
+        const uint64_t doubtful = wide ? guess_wide(&ruler, value, some, place)
+                                       : guess_narrow(&ruler, value, some, place);
+        settle(plan, quantity, &ruler, doubtful, value, place);
     }
 }

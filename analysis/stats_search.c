@@ -224,34 +224,7 @@ static enum rmap_status look_through(struct rmap_stats_search *search,
     return st;
 }
 
-static int compare_items(const void *a, const void *b)
-{
-    const struct rmap_stats_item *x = a, *y = b;
-    return (x->value > y->value) - (x->value < y->value);
-}
-
-/* So few are sorted by moving each to its place, first in wide steps (Shell 1959, with the gaps of
- * Ciura 2001). */
-enum { ITEMS_FEW = 2048 };
-
-static void sort_items(struct rmap_stats_item *item, size_t n)
-{
-    static const size_t gaps[] = {701, 301, 132, 57, 23, 10, 4, 1};
-    if (n > ITEMS_FEW) {
-        qsort(item, n, sizeof *item, compare_items);
-        return;
-    }
-    for (size_t g = 0; g < sizeof gaps / sizeof *gaps; g++)
-        for (size_t k = gaps[g]; k < n; k++) {
-            const struct rmap_stats_item own = item[k];
-            size_t at = k;
-            for (; at >= gaps[g] && item[at - gaps[g]].value > own.value; at -= gaps[g])
-                item[at] = item[at - gaps[g]];
-            item[at] = own;
-        }
-}
-
-/* Puts the items in the order of their lists, those of a list in that of their values. */
+/* Puts the items in the order of their lists. */
 static enum rmap_status divide_items(struct rmap_stats_search *search, struct rmap_error *err)
 {
     struct rmap_stats_item *item = rmap_alloc_unset(search->n_item, sizeof *item);
@@ -266,12 +239,11 @@ static enum rmap_status divide_items(struct rmap_stats_search *search, struct rm
         item[search->list[search->item[i].list].first++] = search->item[i];
     for (size_t k = 0; k < search->n_list; k++) {
         struct rmap_stats_list *list = &search->list[k];
-        if (list->n == 0)
-            continue;
         list->first -= list->n;
-        sort_items(item + list->first, list->n);
-        list->least = item[list->first].value;
-        list->greatest = item[list->first + list->n - 1].value;
+        for (size_t i = list->first; i < list->first + list->n; i++) {
+            list->least = item[i].value < list->least ? item[i].value : list->least;
+            list->greatest = item[i].value > list->greatest ? item[i].value : list->greatest;
+        }
     }
     rmap_free(search->item);
     search->item = item;
@@ -325,29 +297,19 @@ out:
     return st;
 }
 
-/* In a list whose readings are sorted: the first value at which the flux, `below` before the list,
- * reaches the target. Flux sums up per source, then over sources: the order of equal values does
- * not matter. weight: [n_source] scratch. */
+/* In a list: the first value at which the flux, `below` before the list, reaches the target.
+ * weight: [n_source] scratch. */
 static double value_in_list(const struct rmap_stats_search *search,
                             const struct rmap_stats_list *list, double below, double target,
                             double *weight)
 {
     const struct rmap_stats_setup *setup = search->stats->setup;
-    const double *flux_per_weight = rmap_map_flux_per_weight(setup->quantities->map);
-    for (size_t s = 0; s < setup->n_source; s++)
-        weight[s] = 0.0;
-    for (size_t k = list->first; k < list->first + list->n; k++) {
-        const struct rmap_stats_item *item = &search->item[k];
-        weight[item->source] += item->weight;
-        if (k + 1 < list->first + list->n && search->item[k + 1].value == item->value)
-            continue;
-        double flux = below;
-        for (size_t s = 0; s < setup->n_source; s++)
-            flux += flux_per_weight[s] * weight[s];
-        if (flux >= target)
-            return item->value;
-    }
-    return list->greatest;
+    const struct rmap_stats_flux flux = {.per_weight =
+                                             rmap_map_flux_per_weight(setup->quantities->map),
+                                         .n_source = setup->n_source,
+                                         .below = below,
+                                         .target = target};
+    return rmap_stats_items_at(search->item + list->first, list->n, &flux, weight);
 }
 
 double rmap_stats_search_at(const struct rmap_stats_search *search, size_t g, double p,
@@ -387,7 +349,9 @@ double rmap_stats_search_below(const struct rmap_stats_search *search, size_t cl
     if (!(list->least < list->greatest))
         return before[bin + 1];
     double weight = before[bin];
-    for (size_t k = list->first; k < list->first + list->n && search->item[k].value <= value; k++)
-        weight += search->item[k].source == s ? search->item[k].weight : 0.0;
+    for (size_t k = list->first; k < list->first + list->n; k++) {
+        const struct rmap_stats_item *item = &search->item[k];
+        weight += item->source == s && item->value <= value ? item->weight : 0.0;
+    }
     return weight;
 }

@@ -1,20 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
  * Where shares of the flux are reached. The fine histogram says in which of its bins; with the
- * readings in memory, those of the few bins of interest are listed and sorted and tell it exactly;
+ * readings in memory, those of the few bins of interest are listed and tell it exactly;
  * without, it is interpolated in the bin.
  */
 #ifndef RMAP_STATS_SEARCH_H
 #define RMAP_STATS_SEARCH_H
 
 #include "analysis/stats.h"
+#include "analysis/stats_items.h"
 #include "analysis/stats_windows.h"
-
-struct rmap_stats_item {
-    double value, weight;
-    uint32_t source;
-    uint32_t list;
-};
 
 /* A fine bin that is of interest: what is in it. */
 struct rmap_stats_list {

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/stats_windows.h"
 
-#include <string.h>
-
-#include "base/wide.h"
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#include <immintrin.h>
+#endif
 
 void rmap_stats_windows_over(struct rmap_stats_windows *windows, const uint16_t *bin, size_t n)
 {
@@ -22,41 +22,47 @@ void rmap_stats_windows_over(struct rmap_stats_windows *windows, const uint16_t 
     }
 }
 
+#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
 enum { LANES = 16 };
-typedef uint16_t vector __attribute__((vector_size(LANES * sizeof(uint16_t))));
 
 /* n: a multiple of LANES. At least one window. */
-RMAP_WIDE static size_t pick_wide(const struct rmap_stats_windows *windows, const uint16_t *place,
-                                  size_t n, uint32_t *picked)
+__attribute__((target("avx2"))) static size_t pick_wide(const struct rmap_stats_windows *windows,
+                                                        const uint16_t *place, size_t n,
+                                                        uint32_t *picked)
 {
-    vector first[RMAP_STATS_WINDOWS], more[RMAP_STATS_WINDOWS];
+    __m256i first[RMAP_STATS_WINDOWS], more[RMAP_STATS_WINDOWS];
     size_t n_picked = 0;
     for (size_t w = 0; w < RMAP_STATS_WINDOWS; w++) { /* missing ones as the first one */
-        first[w] = (vector){0} + windows->first[w < windows->n ? w : 0];
-        more[w] = (vector){0} + windows->more[w < windows->n ? w : 0];
+        first[w] = _mm256_set1_epi16((short)windows->first[w < windows->n ? w : 0]);
+        more[w] = _mm256_set1_epi16((short)windows->more[w < windows->n ? w : 0]);
     }
     for (size_t k = 0; k < n; k += LANES) {
-        vector its, in = {0};
-        uint64_t four[LANES / 4];
-        memcpy(&its, place + k, sizeof its);
-        for (size_t w = 0; w < RMAP_STATS_WINDOWS; w++)
-            in |= (vector)(its - first[w] <= more[w]);
-        memcpy(four, &in, sizeof four);
-        if (!(four[0] | four[1] | four[2] | four[3]))
-            continue;
-        for (size_t f = 0; f < LANES / 4; f++)
-            for (size_t i = 0; i < 4; i++) { /* no branch */
-                picked[n_picked] = (uint32_t)(k + 4 * f + i);
-                n_picked += four[f] >> 16 * i & 1;
-            }
+        const __m256i its = _mm256_loadu_si256((const void *)(place + k));
+        __m256i in = _mm256_setzero_si256();
+        for (size_t w = 0; w < RMAP_STATS_WINDOWS; w++) {
+            const __m256i at = _mm256_sub_epi16(its, first[w]);
+            in = _mm256_or_si256(in, _mm256_cmpeq_epi16(_mm256_min_epu16(at, more[w]), at));
+        }
+        uint32_t bits = (uint32_t)_mm256_movemask_epi8(in) & 0x55555555;
+        for (; bits; bits &= bits - 1)
+            picked[n_picked++] = (uint32_t)(k + (size_t)__builtin_ctz(bits) / 2);
     }
     return n_picked;
 }
 
+static size_t wide_part(size_t n)
+{
+    return __builtin_cpu_supports("avx2") ? n / LANES * LANES : 0;
+}
+#else
+#define pick_wide(windows, place, n, picked) ((size_t)0)
+#define wide_part(n)                         ((size_t)0)
+#endif
+
 size_t rmap_stats_windows_pick(const struct rmap_stats_windows *windows, const uint16_t *place,
                                size_t n, uint32_t *picked)
 {
-    const size_t n_wide = windows->n > 0 ? n / LANES * LANES : 0;
+    const size_t n_wide = windows->n > 0 ? wide_part(n) : 0;
     size_t n_picked = n_wide > 0 ? pick_wide(windows, place, n_wide, picked) : 0;
     for (size_t k = n_wide; k < n; k++)
         picked[n_picked++] = (uint32_t)k;

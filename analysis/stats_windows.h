@@ -19,7 +19,7 @@ struct rmap_stats_windows {
 /* Over all n bins, in ascending order; near ones share a window. */
 void rmap_stats_windows_over(struct rmap_stats_windows *windows, const uint16_t *bin, size_t n);
 
-/* Lists which of n places lie in a window, in their order; returns how many. */
+/* Lists which of n places may lie in a window, in their order: all that do. Returns how many. */
 size_t rmap_stats_windows_pick(const struct rmap_stats_windows *windows, const uint16_t *place,
                                size_t n, uint32_t *picked);
 

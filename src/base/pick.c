@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "base/pick.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
@@ -75,6 +76,21 @@ pick_matching_of_wide(const double *value, const uint8_t *match, const int32_t *
     return at;
 }
 
+__attribute__((target("avx2,popcnt"))) static size_t pick_both_wide(const double *value,
+                                                                    const int32_t *of,
+                                                                    int32_t which, size_t n,
+                                                                    double *to, double *others)
+{
+    const __m128i wanted = _mm_set1_epi32(which);
+    size_t at = 0;
+    for (size_t k = 0; k < n; k += WIDTH) {
+        const uint32_t its = bits_equal_4(of + k, wanted);
+        (void)pick_4(value + k, its ^ 15, others + k - at);
+        at += pick_4(value + k, its, to + at);
+    }
+    return at;
+}
+
 static size_t wide_part(size_t n)
 {
     return __builtin_cpu_supports("avx2") ? n / WIDTH * WIDTH : 0;
@@ -83,6 +99,7 @@ static size_t wide_part(size_t n)
 #define wide_part(n)                                          ((size_t)0)
 #define pick_matching_wide(value, match, n, to)               ((size_t)0)
 #define pick_of_wide(value, of, which, n, to)                 ((size_t)0)
+#define pick_both_wide(value, of, which, n, to, others)       ((size_t)0)
 #define pick_matching_of_wide(value, match, of, which, n, to) ((size_t)0)
 #endif
 
@@ -105,6 +122,29 @@ size_t rmap_pick_of(const double *value, const int32_t *of, int32_t which, size_
         to[at] = value[k];
         at += of[k] == which;
     }
+    return at;
+}
+
+/* Puts the first of the others in their places again, which those may have run over. */
+static void mend_first(const double *value, const int32_t *of, int32_t which, size_t n,
+                       double *others)
+{
+    for (size_t k = 0, at = 0; k < n && at < RMAP_PICK_MORE; k++)
+        if (of[k] != which)
+            others[at++] = value[k];
+}
+
+size_t rmap_pick_both(const double *value, const int32_t *of, int32_t which, size_t n, double *to,
+                      double *others)
+{
+    const size_t n_wide = wide_part(n);
+    size_t at = n_wide > 0 ? pick_both_wide(value, of, which, n_wide, to, others) : 0;
+    for (size_t k = n_wide; k < n; k++) {
+        const bool its = of[k] == which;
+        *(its ? to + at : others + k - at) = value[k];
+        at += its;
+    }
+    mend_first(value, of, which, n, others);
     return at;
 }
 

@@ -17,7 +17,12 @@ size_t rmap_pick_matching(const double *value, const uint8_t *match, size_t n, d
 /* Those with of[k] == which; returns how many. */
 size_t rmap_pick_of(const double *value, const int32_t *of, int32_t which, size_t n, double *to);
 
-/* Those of them with match[k] 1, not 0. */
+/* Those with of[k] == which, and the others; these may stand right behind those. Returns how many
+ * those are. */
+size_t rmap_pick_both(const double *value, const int32_t *of, int32_t which, size_t n, double *to,
+                      double *others);
+
+/* Those with of[k] == which and match[k] 1, not 0. */
 size_t rmap_pick_matching_of(const double *value, const uint8_t *match, const int32_t *of,
                              int32_t which, size_t n, double *to);
 
