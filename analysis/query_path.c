@@ -5,6 +5,7 @@
 
 #include "analysis/path_table.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 void rmap_query_path_fini(struct rmap_query_path *self)
 {
@@ -49,13 +50,20 @@ struct search {
     size_t n_word;                /* of a bit per ray */
 };
 
+static void want_classes(const uint8_t *restrict has, const uint16_t *restrict symbol, size_t n,
+                         uint8_t *restrict wanted)
+{
+    RMAP_UNROLL
+    for (size_t k = 0; k < n; k++)
+        wanted[k] = has[symbol[k]];
+}
+
 /* Bits of legs with one of these symbols, or NULL. */
 static const uint64_t *mark_legs(const struct search *search, const uint8_t *has)
 {
     uint8_t *wanted = search->path->wanted;
     size_t n_class = rmap_history_n_class(search->view->index);
-    for (size_t k = 0; k < n_class; k++)
-        wanted[k] = has[search->symbol[k]];
+    want_classes(has, search->symbol, n_class, wanted);
     return rmap_history_mark(search->view, wanted);
 }
 

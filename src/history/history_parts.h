@@ -120,7 +120,7 @@ struct rmap_history_index {
 
 /* Sets of classes that were asked for, and their legs in the portion in hand. Portions are counted
  * from 1 on. */
-enum { RMAP_HISTORY_SET_MAX = 16 };
+enum { RMAP_HISTORY_SET_MAX = 16, RMAP_HISTORY_SETS_AT_ONCE = 7 };
 struct rmap_history_set {
     uint64_t asked;  /* the last portion in which it was */
     uint64_t marked; /* the last portion whose legs were */
@@ -133,6 +133,8 @@ struct rmap_history_sets {
     uint8_t *wanted; /* [n_room][n_class] */
     uint64_t *mark;  /* [n_room][rmap_history_mark_words] */
     /* What several are at once: a bit for each. */
+    uint8_t composed[RMAP_HISTORY_SETS_AT_ONCE]; /* their numbers */
+    unsigned n_composed;
     uint8_t *of_class; /* [n_class] */
     uint8_t *of_rare;  /* by local class behind the common ones; 0 for those that are not there */
     uint8_t *of_leg;   /* [n_rare] */

@@ -16,9 +16,9 @@
 #endif
 
 enum {
-    AT_ONCE = 7, /* a bit of a byte for each set, and one for the rare legs */
-    PAGE = 256,  /* rare classes that share a code */
-    STEP = 8,    /* rare legs that are put at once, and sets that they are put to */
+    AT_ONCE = RMAP_HISTORY_SETS_AT_ONCE, /* a bit of a byte for each, and one for rare legs */
+    PAGE = 256,                          /* rare classes that share a code */
+    STEP = 8, /* rare legs that are put at once, and sets that they are put to */
     PUT_AT_ONCE = 4,
     SPARE = 4, /* sets that a portion has room for beside those known before */
     SET_MAX = RMAP_HISTORY_SET_MAX
@@ -60,9 +60,15 @@ static void localise(const struct rmap_history_view *view, struct batch *batch)
 {
     struct rmap_history_sets *sets = &view->rows->sets;
     const struct rmap_history_shape *shape = &view->rows->shape;
-    memset(sets->of_class, 0, sets->n_class);
-    for (unsigned b = 0; b < batch->n; b++)
-        add_set(sets->wanted + batch->number[b] * sets->n_class, sets->n_class, b, sets->of_class);
+    if (sets->n_composed != batch->n ||
+        memcmp(sets->composed, batch->number, batch->n * sizeof *batch->number) != 0) {
+        memset(sets->of_class, 0, sets->n_class);
+        for (unsigned b = 0; b < batch->n; b++)
+            add_set(sets->wanted + batch->number[b] * sets->n_class, sets->n_class, b,
+                    sets->of_class);
+        memcpy(sets->composed, batch->number, sizeof batch->number);
+        sets->n_composed = batch->n;
+    }
     batch->common = gather(sets->of_class, view->local_class, shape->n_common, batch->of_code);
     batch->rare = gather(sets->of_class, view->local_class + shape->n_common,
                          shape->n_local - shape->n_common, sets->of_rare);
@@ -80,10 +86,9 @@ RMAP_WIDE_SHIFTS static size_t list_rare(const struct rmap_history_view *view, c
     size_t n = 0, most = rows->shape.n_rare,
            n_word = rmap_bit_words(view->n_row[RMAP_TABLE_SEGMENT]);
     for (size_t w = 0; w < n_word; w++, code += 64)
-        for (uint64_t left = rare[w]; left != 0 && n < most; left &= left - 1, n++) {
-            size_t page = 255u - code[__builtin_ctzll(left)];
-            sets_of[n] = of_rare[page * PAGE + number[n]];
-        }
+        for (uint64_t left = rare[w]; left != 0 && n < most; left &= left - 1, n++)
+            sets_of[n] = of_rare[number[n] + 255u * PAGE -
+                                 (size_t)code[(size_t)__builtin_ctzll(left)] * PAGE];
     memset(sets_of + n, 0, STEP);
     return n;
 }
@@ -233,6 +238,7 @@ static size_t place_set(struct rmap_history_sets *sets, const uint8_t *wanted)
     size_t s = sets->n < sets->n_room ? sets->n++ : oldest;
     memcpy(sets->wanted + s * sets->n_class, wanted, sets->n_class);
     sets->set[s] = (struct rmap_history_set){0};
+    sets->n_composed = 0;
     return s;
 }
 
@@ -256,7 +262,7 @@ enum rmap_status rmap_history_sets_enter(struct rmap_history_view *view, struct 
     void *wanted = sets->wanted, *of_class = sets->of_class, *of_rare = sets->of_rare;
     void *of_leg = sets->of_leg, *mark = sets->mark;
     if (sets->n_class != n_class)
-        sets->n = 0;
+        sets->n = sets->n_composed = 0;
     sets->n_class = n_class;
     sets->portion++;
     sets->n_room = sets->n + SPARE < SET_MAX ? sets->n + SPARE : SET_MAX;
