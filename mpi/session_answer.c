@@ -149,6 +149,8 @@ static enum rmap_status read_list(const char *rest, uint64_t *limit_ret, const c
     number[len] = '\0';
     *text_ret = rest + len + strspn(rest + len, " \t");
     enum rmap_status st = rmap_parse_count(number, "list", limit_ret, err);
+    if (st == RMAP_OK && *limit_ret == 0)
+        st = rmap_error_set(err, RMAP_INPUT, "list 0: at least one ray");
     return st == RMAP_OK || st == RMAP_SYSTEM ? st : RMAP_INPUT;
 }
 
@@ -183,15 +185,30 @@ out:
     return st;
 }
 
-static enum rmap_status show(const struct rmap_session *session, const char *what)
+/* Collective. */
+static enum rmap_status show_names(const struct rmap_session *session, struct rmap_error *err)
 {
-    if (session->context->rank != 0)
-        return RMAP_OK;
-    if (strcmp(what, "names") == 0)
-        rmap_session_names_print(rmap_map_scene(session->map), stderr);
-    else
+    const struct rmap_context *context = session->context;
+    const struct rmap_scene *scene = rmap_map_scene(session->map);
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0 && context->json)
+        st = rmap_json_line(json_pack("{s:o}", "names", rmap_session_names_json(scene)), stdout,
+                            err);
+    else if (context->rank == 0)
+        rmap_session_names_print(scene, stderr);
+    return rmap_agree(context, st, err);
+}
+
+/* Collective. */
+static enum rmap_status show_help(const struct rmap_session *session, struct rmap_error *err)
+{
+    const struct rmap_context *context = session->context;
+    enum rmap_status st = RMAP_OK;
+    if (context->rank == 0 && context->json)
+        st = rmap_json_line(json_pack("{s:s}", "help", help), stdout, err);
+    else if (context->rank == 0)
         fputs(help, stderr);
-    return RMAP_OK;
+    return rmap_agree(context, st, err);
 }
 
 enum rmap_status rmap_session_answer(struct rmap_session *session, const char *line,
@@ -208,9 +225,9 @@ enum rmap_status rmap_session_answer(struct rmap_session *session, const char *l
                              : rmap_error_set(err, RMAP_INPUT, "nothing stands behind `quit`");
     }
     if (after_word(line, "help"))
-        return show(session, "help");
+        return show_help(session, err);
     if (after_word(line, "names"))
-        return show(session, "names");
+        return show_names(session, err);
     if ((rest = after_word(line, "status")) && *rest == '\0')
         return rmap_session_status(session->context, session->map, session->memory, err);
     if (after_word(line, "let"))

@@ -213,7 +213,9 @@ enum rmap_status rmap_session_input_next(struct rmap_session_input *self, const 
     if (strlen(self->line) != (size_t)len)
         return rmap_error_set(err, RMAP_INPUT, "the line holds a zero byte");
     if (len > 0 && self->line[len - 1] == '\n')
-        self->line[len - 1] = '\0';
+        self->line[--len] = '\0';
+    if (len > 0 && self->line[len - 1] == '\r') /* written elsewhere */
+        self->line[--len] = '\0';
     *line_ret = self->line;
     return RMAP_OK;
 }

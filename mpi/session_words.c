@@ -90,10 +90,23 @@ enum rmap_status rmap_session_words(const struct rmap_scene *scene, const char *
     return RMAP_OK;
 }
 
+static const char *const title[KINDS] = {"objects",   "groups",   "sources",
+                                         "detectors", "surfaces", "media"};
+
+json_t *rmap_session_names_json(const struct rmap_scene *scene)
+{
+    json_t *names = json_object();
+    for (int kind = 0; kind < KINDS; kind++) {
+        json_t *list = json_array();
+        for (size_t i = 0; name_of(scene, kind, i); i++)
+            (void)json_array_append_new(list, json_string(name_of(scene, kind, i)));
+        (void)json_object_set_new(names, title[kind], list);
+    }
+    return names;
+}
+
 void rmap_session_names_print(const struct rmap_scene *scene, FILE *out)
 {
-    static const char *const title[KINDS] = {"objects",   "groups",   "sources",
-                                             "detectors", "surfaces", "media"};
     for (int kind = 0; kind < KINDS; kind++) {
         if (!name_of(scene, kind, 0))
             continue;

@@ -6,6 +6,7 @@
 #ifndef RMAP_SESSION_WORDS_H
 #define RMAP_SESSION_WORDS_H
 
+#include <jansson.h>
 #include <stdio.h>
 
 #include "base/status.h"
@@ -17,5 +18,8 @@ enum rmap_status rmap_session_words(const struct rmap_scene *scene, const char *
 
 /* A line for each kind of name: "objects:  barrel  lens.1 ..." */
 void rmap_session_names_print(const struct rmap_scene *scene, FILE *out);
+
+/* {"objects": [...], ...}, a list for each kind. The caller's; NULL when memory is short. */
+json_t *rmap_session_names_json(const struct rmap_scene *scene);
 
 #endif

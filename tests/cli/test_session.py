@@ -120,6 +120,16 @@ def test_budgets():
             assert kept["taken"] <= kept["budget"], kept
 
 
+def test_every_line_has_its_answer():
+    got = lines(MAP, text="names\r\nhelp\n\n# a remark\nlist 0 all\nall\r\n", status=3)
+    assert len(got) == 4, got
+    names = got[0]["names"]
+    assert "sensor" in names["detectors"] and "star" in names["sources"] and "barrel" in names["groups"], names
+    assert "list N CRITERION" in got[1]["help"]
+    assert got[2]["line"] == 5 and "at least one" in got[2]["error"], got[2]
+    assert got[3]["criterion"] == "all", got[3]
+
+
 def test_names_and_lists():
     ghost = "source(star) and hit(*, reflect_specular) >= 2"
     got = lines(MAP, text=f"let g = {ghost}\n@g\nlet g = @h\n@g\nlet h = not @g\n@h\nlist 3 @g\nquit\nall\n",
@@ -194,7 +204,7 @@ def main():
     shutil.rmtree(MAP, ignore_errors=True)
     code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
     assert code == 0, err
-    for test in (test_pipe, test_second_reads_nothing, test_budgets, test_names_and_lists,
+    for test in (test_pipe, test_second_reads_nothing, test_budgets, test_every_line_has_its_answer, test_names_and_lists,
                  test_mistakes, test_terminal):
         test()
         print(test.__name__, "passed")
