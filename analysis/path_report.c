@@ -13,7 +13,7 @@ void rmap_path_flux(const struct rmap_map *map, size_t source, double weight, do
 {
     const double n = rmap_map_emitted(map)[source];
     const double unit = rmap_map_flux_per_weight(map)[source];
-    *flux_ret = unit * weight;
+    *flux_ret = rmap_map_flux(map, source, weight);
     *standard_error_ret =
         n < 2 ? (double)NAN
               : unit * sqrt(fmax(n / (n - 1) * (weight_squared - weight * weight / n), 0.0));

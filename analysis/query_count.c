@@ -43,7 +43,7 @@ void rmap_count_flux(const struct rmap_count *count, const struct rmap_map *map,
     for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++) {
         double n = emitted[s], w = count->source_weight[s];
         double w2 = count->source_weight_squared[s];
-        flux += n > 0.0 ? rmap_map_scene(map)->source[s].flux * (w / n) : 0.0; /* all: exactly it */
+        flux += rmap_map_flux(map, s, w);
         variance += n < 2
                         ? (double)NAN
                         : flux_per_weight[s] * flux_per_weight[s] * n / (n - 1) * (w2 - w * w / n);

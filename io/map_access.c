@@ -140,6 +140,13 @@ const double *rmap_map_flux_per_weight(const struct rmap_map *map)
     return map->flux_per_weight;
 }
 
+double rmap_map_flux(const struct rmap_map *map, size_t source, double weight)
+{
+    const double n = rmap_map_emitted(map)[source];
+    return n > 0.0 && weight == n ? rmap_map_scene(map)->source[source].flux
+                                  : map->flux_per_weight[source] * weight;
+}
+
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part)
 {
     size_t low = 0, high = map->content.n_portion;

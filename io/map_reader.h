@@ -129,6 +129,9 @@ enum rmap_status rmap_map_check_pieces(const struct rmap_map *map,
 /* Flux that one unit of weight stands for, per source: Phi_s / N_s; 0 where N_s = 0. [n_source] */
 const double *rmap_map_flux_per_weight(const struct rmap_map *map);
 
+/* Flux of rays of one source that weigh so much together; of all of them exactly the source's. */
+double rmap_map_flux(const struct rmap_map *map, size_t source, double weight);
+
 /* Portions are in the order of their first ray id.
  *
  * Splitting a scan: part `part` of n_part holds portions [split(part), split(part + 1)), about the
