@@ -5,9 +5,7 @@
 #include <math.h>
 #include <string.h>
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#endif
+#include "base/intrinsics.h"
 
 size_t rmap_stats_cell_at(const struct rmap_stats_plan *plan, double value)
 {
@@ -82,7 +80,7 @@ static inline bool is_in_doubt(const struct ruler *ruler, uint32_t parts)
 /* So many are told at once, and so many of these are looked at again where one is in doubt. */
 enum { GROUP = 16, GROUPS = 64 };
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#ifdef RMAP_INTRINSICS
 /* Four values' parts of bins, in the lower halves of four numbers. */
 __attribute__((target("avx2"))) static inline __m256 parts_of_4(const double *value, __m256d low,
                                                                 __m256d per)

@@ -1,9 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/stats_windows.h"
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#endif
+#include "base/intrinsics.h"
 
 void rmap_stats_windows_over(struct rmap_stats_windows *windows, const uint16_t *bin, size_t n)
 {
@@ -22,7 +20,7 @@ void rmap_stats_windows_over(struct rmap_stats_windows *windows, const uint16_t 
     }
 }
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#ifdef RMAP_INTRINSICS
 enum { LANES = 16 };
 
 /* n: a multiple of LANES. At least one window. */

@@ -7,10 +7,7 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#define RMAP_STEP_HASH_AVX2 1
-#endif
+#include "base/intrinsics.h"
 
 enum { BLOCK = RMAP_STEP_HASH_BLOCK, SETS = RMAP_STEP_HASH_SETS, WORDS = RMAP_STEP_HASH_BLOCK / 4 };
 
@@ -92,7 +89,7 @@ void rmap_step_hash_rows_plain(const struct rmap_step_hash_keys *keys, const uin
         hash[i] = hash_plain(keys, steps + row[i].first, row[i].nbytes);
 }
 
-#ifdef RMAP_STEP_HASH_AVX2
+#ifdef RMAP_INTRINSICS
 #define AVX2 __attribute__((target("avx2"))) static inline
 
 /* So many bytes that stay, and none behind. */

@@ -1,10 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/step_letters.h"
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#define RMAP_STEP_LETTERS_AVX2 1
-#endif
+#include "base/intrinsics.h"
 
 enum { EVENT_BITS = 13, EVENT_CODES = 1 << EVENT_BITS, LETTER_BITS = 4 };
 
@@ -18,7 +15,7 @@ static uint8_t least_of(const struct rmap_step_letters *letters, uint32_t events
     return least;
 }
 
-#ifdef RMAP_STEP_LETTERS_AVX2
+#ifdef RMAP_INTRINSICS
 static bool is_wide(void)
 {
     return __builtin_cpu_supports("avx2");

@@ -5,12 +5,8 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/intrinsics.h"
 #include "base/wide.h"
-
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#define RMAP_BIT_GROUPS_BMI2 1
-#endif
 
 /* Bits that are written one after the other. */
 struct stream {
@@ -36,7 +32,7 @@ static inline uint64_t take(const uint64_t *bits, size_t at)
     return at % 64 > 0 ? low | bits[at / 64 + 1] << (64 - at % 64) : low;
 }
 
-#ifdef RMAP_BIT_GROUPS_BMI2
+#ifdef RMAP_INTRINSICS
 /* a - b - *borrow; *borrow: whether that is below 0. */
 static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
 {
@@ -110,7 +106,7 @@ static void plain_spread(const uint64_t *packed, const uint64_t *filled, size_t 
     }
 }
 
-#ifdef RMAP_BIT_GROUPS_BMI2
+#ifdef RMAP_INTRINSICS
 __attribute__((target("bmi2,popcnt"))) static void
 wide_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
 {
@@ -381,7 +377,7 @@ static void plain_bytes(const uint64_t *bits, size_t first, size_t n, uint8_t is
         byte[i] = bits[i / 64] >> i % 64 & 1 ? is : other;
 }
 
-#ifdef RMAP_BIT_GROUPS_BMI2
+#ifdef RMAP_INTRINSICS
 /* 32 at a time: each byte gets the byte that its bit is in, and keeps that bit. */
 __attribute__((target("avx2"))) static size_t wide_bytes(const uint64_t *bits, size_t n, uint8_t is,
                                                          uint8_t other, uint8_t *byte)

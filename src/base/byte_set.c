@@ -1,12 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "base/byte_set.h"
 
+#include "base/intrinsics.h"
 #include "base/wide.h"
-
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#define RMAP_BYTE_SET_AVX2 1
-#endif
 
 static inline uint64_t pack_bits(const uint8_t *byte, size_t n, const uint8_t member[256])
 {
@@ -60,7 +56,7 @@ static void plain_words(const uint32_t *word, size_t first, size_t n, uint32_t w
         bits[i / 64] &= ~(((uint64_t)((word[i] & which) != 0) ^ (flip & 1)) << i % 64);
 }
 
-#ifdef RMAP_BYTE_SET_AVX2
+#ifdef RMAP_INTRINSICS
 /* 32 numbers as 32 bytes, all ones or all zeros, in their order: packing keeps to halves. */
 __attribute__((target("avx2"))) static inline uint64_t bits_of(__m256i a, __m256i b, __m256i c,
                                                                __m256i d)

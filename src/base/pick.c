@@ -4,12 +4,9 @@
 #include <stdbool.h>
 #include <string.h>
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#define RMAP_PICK_AVX2 1
-#endif
+#include "base/intrinsics.h"
 
-#ifdef RMAP_PICK_AVX2
+#ifdef RMAP_INTRINSICS
 enum { WIDTH = 4 };
 
 /* For each set of four doubles: those of it first, by their halves. */

@@ -6,10 +6,10 @@
 #ifndef RMAP_COMPACT_PATH_WIDE_H
 #define RMAP_COMPACT_PATH_WIDE_H
 
+#include "base/intrinsics.h"
 #include "compact/paths.h"
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
+#ifdef RMAP_INTRINSICS
 #define RMAP_PATHS_AVX2 __attribute__((target("avx2")))
 #define AVX2            RMAP_PATHS_AVX2 static inline
 

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "compact/primitives.h"
 
+#include "base/intrinsics.h"
+
 /* Legs [first, n), whose next triangle is k; the next one after them. */
 static size_t place(const struct rmap_compact_model *model, const int32_t *object, size_t first,
                     size_t n, const uint32_t *triangle, size_t n_triangle, size_t k,
@@ -20,8 +22,7 @@ static size_t place(const struct rmap_compact_model *model, const int32_t *objec
     return k;
 }
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
+#ifdef RMAP_INTRINSICS
 
 /* For each set of lanes, how many of it come before each lane. */
 #define BEFORE(m, k)                                                                               \

@@ -4,6 +4,8 @@
  */
 #include "compact/wave_random.h"
 
+#include "base/intrinsics.h"
+
 #define KEY0   0x9E3779B9u
 #define KEY1   0xBB67AE85u
 #define TIMES0 0xD2511F53u
@@ -27,8 +29,7 @@ static void draw(uint64_t seed, uint32_t c[4][W])
     }
 }
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
+#ifdef RMAP_INTRINSICS
 #define AVX2 __attribute__((target("avx2")))
 
 /* Every second ray: the low halves of 64 bits count, so that nothing need be taken apart. */

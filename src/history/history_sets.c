@@ -7,13 +7,9 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/intrinsics.h"
 #include "base/wide.h"
 #include "history/history_parts.h"
-
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#define RMAP_HISTORY_BMI2 1
-#endif
 
 enum {
     AT_ONCE = RMAP_HISTORY_SETS_AT_ONCE, /* a bit of a byte for each, and one for rare legs */
@@ -108,7 +104,7 @@ static void plain_put(const uint8_t *sets_of, size_t n, const uint64_t *rare,
                 to[s].mark[w] |= sets_of[at] >> to[s].bit & 1 ? left & (0 - left) : 0;
 }
 
-#ifdef RMAP_HISTORY_BMI2
+#ifdef RMAP_INTRINSICS
 /* A set's bits of eight legs are taken together, and put where the legs are. n_set: known where
  * this is copied to. */
 __attribute__((target("bmi,bmi2,popcnt"))) RMAP_COPIED void put_sets(const uint8_t *sets_of,
