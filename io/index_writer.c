@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/index_scene.h"
 #include "io/map_format.h"
 #include "io/map_internal.h"
 #include "io/map_scan.h"
@@ -33,8 +34,6 @@ struct index {
     size_t n_row;
 };
 
-static const struct rmap_h5_unit one = {"1", 1.0, {0}};
-
 static enum rmap_status put_totals(struct index *self, bool complete, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -56,133 +55,6 @@ static enum rmap_status put_totals(struct index *self, bool complete, struct rma
         RMAP_TRY(rmap_h5_put(&self->h5, "/", "curve_points", RMAP_U64, 1,
                              &self->content.n_row[RMAP_TABLE_CURVE], err));
 out:
-    return st;
-}
-
-static enum rmap_status write_bundle(struct index *self, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    uint8_t *blob = NULL;
-    size_t nbytes = 0;
-    RMAP_TRY(rmap_scene_pack(self->run->bundle, &blob, &nbytes, err));
-    RMAP_TRY(rmap_h5_group(&self->h5, "/scene", err));
-    const char *text = self->run->bundle->text ? self->run->bundle->text : "";
-    RMAP_TRY(rmap_h5_write_names(&self->h5, "/scene/text", &text, 1, "the scene file", err));
-    struct rmap_h5_array array = {
-        "/scene/bundle", RMAP_U8, 1,
-        {nbytes},        one,     "scene text, choices and meshes as the program packs them"};
-    RMAP_TRY(rmap_h5_write(&self->h5, &array, blob, err));
-out:
-    rmap_free(blob);
-    return st;
-}
-
-/* Names lie at different offsets of different structs: the list is gathered by address. */
-struct name_list {
-    const char *path, *description;
-    const void *first; /* struct 0 */
-    size_t n, struct_nbytes, name_offset;
-};
-
-static enum rmap_status write_name_list(struct index *self, const struct name_list *list,
-                                        struct rmap_error *err)
-{
-    const char **name = rmap_alloc(list->n, sizeof *name);
-    if (!name)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for names");
-    for (size_t i = 0; i < list->n; i++)
-        memcpy(&name[i], (const char *)list->first + i * list->struct_nbytes + list->name_offset,
-               sizeof *name);
-    enum rmap_status st =
-        rmap_h5_write_names(&self->h5, list->path, name, list->n, list->description, err);
-    rmap_free(name);
-    return st;
-}
-
-static enum rmap_status write_names(struct index *self, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = self->run->scene;
-#define LIST(member, text)                                                                         \
-    {                                                                                              \
-        "/name/" #member, text, scene->member, scene->n_##member, sizeof *scene->member,           \
-            offsetof(struct rmap_##member, name)                                                   \
-    }
-    const struct name_list list[] = {
-        LIST(source, "names of sources; /ray/source counts them"),
-        LIST(object, "names of objects; /segment/object counts them"),
-        LIST(group, "names of groups of objects"),
-        LIST(surface, "names of optical surfaces"),
-        LIST(medium, "names of media; /segment/medium counts them"),
-        LIST(detector, "names of detectors; /registration/detector counts them"),
-        LIST(geometry, "names of unique geometries"),
-    };
-#undef LIST
-    static const struct rmap_h5_field object_field[] = {
-        {"/name/object_id", RMAP_U64, 1, offsetof(struct rmap_object, id), "stable id of objects"},
-        {"/name/object_group", RMAP_I32, 1, offsetof(struct rmap_object, parent),
-         "group that holds an object, as a row of /name/group; -1: none"},
-        {"/name/object_geometry", RMAP_I32, 1, offsetof(struct rmap_object, geometry),
-         "geometry of an object, as a row of /name/geometry"},
-    };
-    static const struct rmap_h5_field group_field[] = {
-        {"/name/group_id", RMAP_U64, 1, offsetof(struct rmap_group, id), "stable id of groups"},
-        {"/name/group_group", RMAP_I32, 1, offsetof(struct rmap_group, parent),
-         "group that holds a group; -1: none"},
-    };
-    RMAP_TRY(rmap_h5_group(&self->h5, "/name", err));
-    for (size_t i = 0; i < sizeof list / sizeof *list; i++)
-        RMAP_TRY(write_name_list(self, &list[i], err));
-    RMAP_TRY(rmap_h5_write_fields(&self->h5, object_field, 3, scene->object, scene->n_object,
-                                  sizeof *scene->object, err));
-    RMAP_TRY(rmap_h5_write_fields(&self->h5, group_field, 2, scene->group, scene->n_group,
-                                  sizeof *scene->group, err));
-out:
-    return st;
-}
-
-static enum rmap_status write_light(struct index *self, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = self->run->scene;
-    size_t n = scene->n_source, n_channel = (size_t)scene->channels.n;
-    const struct rmap_h5_unit nm = {"nm", 1e-9, {1}};
-    const struct rmap_h5_unit flux_unit = scene->flux_unit == RMAP_FLUX_W
-                                              ? (struct rmap_h5_unit){"W", 1.0, {2, 1, -3}}
-                                              : (struct rmap_h5_unit){"lm", 1.0, {[6] = 1}};
-    double *flux = rmap_alloc(n, sizeof *flux);
-    double *colour = rmap_alloc(n * n_channel, sizeof *colour);
-    if (!flux || !colour) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the sources");
-        goto out;
-    }
-    for (size_t s = 0; s < n; s++) {
-        flux[s] = scene->source[s].flux;
-        memcpy(colour + s * n_channel, scene->source[s].colour, n_channel * sizeof *colour);
-    }
-    const struct rmap_h5_array array[] = {
-        {"/channel/wavelength", RMAP_F64, 1, {n_channel}, nm, "vacuum wavelength of each channel"},
-        {"/source/flux", RMAP_F64, 1, {n}, flux_unit, "flux of each source"},
-        {"/source/emitted",
-         RMAP_F64,
-         1,
-         {n},
-         one,
-         "rays that each source's flux is shared out over: those in the map, or in the map whose "
-         "rays these were picked from"},
-        {"/source/colour", RMAP_F64, 2, {n, n_channel}, one, "share of the flux per channel"},
-    };
-    RMAP_TRY(rmap_h5_group(&self->h5, "/channel", err));
-    RMAP_TRY(rmap_h5_group(&self->h5, "/source", err));
-    RMAP_TRY(rmap_h5_write(&self->h5, &array[0], scene->channels.wavelength_nm, err));
-    RMAP_TRY(rmap_h5_write(&self->h5, &array[1], flux, err));
-    RMAP_TRY(rmap_h5_write(
-        &self->h5, &array[2],
-        self->run->selection ? self->run->selection->emitted : self->tally->emitted, err));
-    RMAP_TRY(rmap_h5_write(&self->h5, &array[3], colour, err));
-out:
-    rmap_free(flux);
-    rmap_free(colour);
     return st;
 }
 
@@ -254,9 +126,9 @@ static enum rmap_status write_file(struct index *self, const char *temporary, bo
     RMAP_TRY(rmap_h5_create(&self->h5, temporary, err));
     RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, self->run, &self->origin, err));
     RMAP_TRY(put_totals(self, complete, err));
-    RMAP_TRY(write_bundle(self, err));
-    RMAP_TRY(write_names(self, err));
-    RMAP_TRY(write_light(self, err));
+    RMAP_TRY(rmap_index_scene_write(
+        &self->h5, self->run,
+        self->run->selection ? self->run->selection->emitted : self->tally->emitted, err));
     RMAP_TRY(rmap_map_spaces_write(&self->h5, &self->spaces, err));
     RMAP_TRY(write_models(self, err));
     RMAP_TRY(write_runs(self, err));

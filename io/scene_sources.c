@@ -8,91 +8,9 @@
 
 #include "base/alloc.h"
 #include "io/scene_reader.h"
+#include "io/scene_source_light.h"
 
 static const char *const type_word[] = {"collimated", "point", "area", "rays"};
-
-/* Flux and spectrum wait until it is known whether the scene counts in W or lm. */
-struct light {
-    const struct rmap_yaml_node *node;
-    struct rmap_spectrum spectrum;
-    bool spectrum_given, lumens;
-    double flux;
-    int32_t source; /* index */
-};
-
-/* ---- flux ---- */
-
-static bool flux_unit(const char *unit, double *factor, bool *lumens)
-{
-    static const struct {
-        const char *unit;
-        double factor;
-        bool lumens;
-    } known[] = {{"", 1, false},      {"W", 1, false},     {"uW", 1e-6, false},
-                 {"mW", 1e-3, false}, {"kW", 1e3, false},  {"MW", 1e6, false},
-                 {"lm", 1, true},     {"mlm", 1e-3, true}, {"klm", 1e3, true}};
-    for (size_t i = 0; i < RMAP_COUNT(known); i++) {
-        if (strcmp(unit, known[i].unit) != 0)
-            continue;
-        *factor = known[i].factor;
-        *lumens = known[i].lumens;
-        return true;
-    }
-    return false;
-}
-
-static void read_flux(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                      struct light *light)
-{
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "flux");
-    const char *text = rmap_reader_text(reader, node, "flux", RMAP_OPTIONAL), *unit = NULL;
-    double factor = 1;
-    light->flux = 1;
-    if (!text)
-        return;
-    if (!rmap_reader_parse_quantity(text, &light->flux, &unit)) {
-        rmap_reader_error(reader, at,
-                          "'flux' must be a power, as in '1 W' or '800 lm', not '%.40s'", text);
-        return;
-    }
-    if (!flux_unit(unit, &factor, &light->lumens)) {
-        static const char *const known[] = {"W", "uW", "mW", "kW", "MW", "lm", "mlm", "klm"};
-        rmap_reader_unknown(reader, at->line, at->column, "unknown unit of flux", unit, known,
-                            RMAP_COUNT(known));
-    }
-    light->flux *= factor;
-    if (!(light->flux > 0))
-        rmap_reader_error(reader, at, "'flux' must be greater than 0, not %.40s", text);
-}
-
-static void settle_light(struct rmap_reader *reader, const struct light *light)
-{
-    struct rmap_scene *scene = reader->scene;
-    struct rmap_source *source = &scene->source[light->source];
-    bool in_lumens = scene->flux_unit == RMAP_FLUX_LM;
-    const struct rmap_yaml_node *at = rmap_yaml_get(light->node, "spectrum");
-    struct rmap_error failure = {0};
-    source->flux = light->flux;
-    if (rmap_spectrum_shares(&light->spectrum, &scene->channels, in_lumens, source->colour,
-                             &failure) != RMAP_OK) {
-        rmap_reader_error(reader, at ? at : light->node, "source '%.60s': %.200s", source->name,
-                          failure.text);
-        return;
-    }
-    if (!light->lumens || in_lumens)
-        return;
-    double lm_per_w = rmap_luminous_efficacy(&scene->channels, source->colour);
-    if (!light->spectrum_given)
-        rmap_reader_error(reader, light->node,
-                          "source '%.60s' is given in lm, others in W: to turn lm into W its "
-                          "'spectrum' must be given",
-                          source->name);
-    else if (!(lm_per_w > 0))
-        rmap_reader_error(reader, light->node,
-                          "source '%.60s' is given in lm but has no visible light", source->name);
-    else
-        source->flux = light->flux / lm_per_w;
-}
 
 /* ---- shape and directions ---- */
 
@@ -280,7 +198,7 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
 }
 
 static enum rmap_status read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    struct rmap_source *source, struct light *light)
+                                    struct rmap_source *source, struct rmap_source_light *light)
 {
     static const char *const lambertian[] = {"lambertian", "cosine"};
     enum rmap_status st = RMAP_OK;
@@ -293,7 +211,7 @@ static enum rmap_status read_source(struct rmap_reader *reader, const struct rma
     light->node = node;
     light->spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
-    read_flux(reader, node, light);
+    rmap_reader_read_flux(reader, node, light);
     RMAP_TRY(rmap_reader_source_spectrum(reader, node, &light->spectrum));
     RMAP_TRY(rmap_reader_medium(reader, node, "medium", &source->medium));
     (void)rmap_reader_number(reader, node, "rays_share", RMAP_OPTIONAL, &rmap_range_positive,
@@ -355,7 +273,8 @@ enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader, int3
     return *medium_ret >= 0 ? RMAP_OK : rmap_reader_vacuum(reader, medium_ret);
 }
 
-static enum rmap_status settle(struct rmap_reader *reader, const struct light *light, size_t n)
+static enum rmap_status settle(struct rmap_reader *reader, const struct rmap_source_light *light,
+                               size_t n)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
@@ -365,7 +284,7 @@ static enum rmap_status settle(struct rmap_reader *reader, const struct light *l
         all_lumens &= light[i].lumens;
     scene->flux_unit = all_lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
     for (size_t i = 0; i < n; i++) {
-        settle_light(reader, &light[i]);
+        rmap_reader_settle_light(reader, &light[i]);
         struct rmap_source *source = &scene->source[light[i].source];
         bool named = source->medium >= 0 || rmap_yaml_get(light[i].node, "medium");
         if (!named && medium < 0)
@@ -390,7 +309,7 @@ enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader)
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
         return RMAP_OK;
     }
-    struct light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
+    struct rmap_source_light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
     if (!light)
         return rmap_reader_no_memory(reader);
     size_t n = 0;

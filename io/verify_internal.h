@@ -20,6 +20,16 @@ void rmap_finding_add_portion(struct rmap_finding *finding,
 void rmap_verification_flag_piece(struct rmap_verification *self, size_t piece, int flag);
 void rmap_verification_flag_portion(struct rmap_verification *self, size_t portion, int flag);
 
+/* verify_files.c: one finding per shard directory that is not there; one per piece on disk, of
+ * which the list is all, that the index of a complete map does not know. */
+enum rmap_status rmap_verify_missing_shards(struct rmap_verification *self,
+                                            struct rmap_findings *findings,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_verify_extra_pieces(struct rmap_verification *self,
+                                          const struct rmap_piece_name *name, size_t n,
+                                          struct rmap_findings *findings,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* Findings for every dataset in which two lists of equal length differ; `file` says the first.
  * portion: whose rays they cost (NULL: none), row by row. */
 struct rmap_table_pair {
