@@ -6,6 +6,7 @@
 
 #include "analysis/figure_axes.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/raster.h"
 
 enum { LEFT = 82, TOP = 84, RIGHT = 150, BOTTOM = 60, IMAGE_WIDTH = 720, IMAGE_HEIGHT = 560 };
@@ -219,7 +220,8 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     const char *none = image->registrations > 0.0 ? "" : " (nothing was registered)";
     if (isfinite(image->flux_error))
         (void)snprintf(error, sizeof error, " ± %.2g", image->flux_error);
-    int n = snprintf(line, sizeof line, "%.0f registrations, %.4g%s %s%s", image->registrations,
+    int n = snprintf(line, sizeof line, "%s, %.4g%s %s%s",
+                     rmap_counted((uint64_t)llround(image->registrations), "registration").text,
                      image->flux, error, image->flux_unit, none);
     if (picture->options->true_colour && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
