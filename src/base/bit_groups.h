@@ -70,7 +70,4 @@ void rmap_bit_groups_keep_first(const struct rmap_bit_groups *groups, uint64_t *
 void rmap_bit_groups_keep_behind(const struct rmap_bit_groups *groups, const uint64_t *bits,
                                  uint64_t *next);
 
-/* byte [n]: `is` for bits that are set, `other` for the others. */
-void rmap_bits_to_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte);
-
 #endif

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "base/bit_bytes.h"
 #include "base/bit_groups.h"
 #include "base/byte_set.h"
 
