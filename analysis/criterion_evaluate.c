@@ -195,13 +195,14 @@ void rmap_judge_fini(struct rmap_judge *judge)
     rmap_free(judge->mark);
     rmap_free(judge->reach);
     rmap_free(judge->at_objects);
+    rmap_free(judge->in_region);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         rmap_bit_groups_fini(&judge->rows[t]);
     *judge = (struct rmap_judge){0};
 }
 
-enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
-                                  struct rmap_error *err)
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t n_slot,
+                                  size_t n_ray, struct rmap_error *err)
 {
     void *kept = judge->kept, *is_kept = judge->is_kept;
     enum rmap_status st = rmap_reserve(&kept, &judge->kept_cap, n_slot * n_ray, 1, err);
@@ -213,7 +214,8 @@ enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_
         memset(judge->is_kept, 0, n_slot);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         judge->groups[t] = NULL;
-    judge->has_objects = false;
+    judge->has_objects &= is_same;
+    judge->has_region &= is_same;
     return st;
 }
 

@@ -328,24 +328,23 @@ RMAP_WIDE static void keep_one_box(const struct rmap_box *box, const uint16_t *r
         flag[i] &= (at[2 * i] - x <= width) & (at[2 * i + 1] - y <= height) & !empty;
 }
 
-static void keep_where(const struct rmap_criterion *criterion, int32_t where,
-                       const struct rmap_portion *portion, const struct rmap_strip *strip,
-                       uint8_t *flag)
+void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
+                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits)
 {
     const bool of_steps =
         (criterion->node[where].columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
-    struct seen seen = {criterion, portion, strip->first, {.ray = strip->ray}};
-    size_t ray_row = strip->ray_row;
-    for (size_t i = 0; of_steps && i < strip->ray; i++)
-        seen.before.first += portion->ray.segment_count[i];
-    for (size_t i = 0; i < strip->n; i++) {
-        if (!flag[i])
-            continue;
-        if (of_steps)
-            see_next(&seen, strip->first + i, &ray_row);
-        else
-            seen.row = strip->first + i;
-        flag[i] = where_holds(&seen, where);
+    struct seen seen = {.criterion = criterion, .portion = portion};
+    size_t ray_row = 0;
+    for (size_t first = 0; first < n_row; first += 64) {
+        uint64_t kept = n_row - first < 64 ? (UINT64_C(1) << (n_row - first)) - 1 : UINT64_MAX;
+        kept &= bits[first / 64];
+        for (uint64_t left = kept; left != 0; left &= left - 1) {
+            seen.row = first + (size_t)__builtin_ctzll(left);
+            if (of_steps)
+                see_next(&seen, seen.row, &ray_row);
+            kept ^= (left & (0 - left)) * !where_holds(&seen, where);
+        }
+        bits[first / 64] = kept;
     }
 }
 
@@ -371,6 +370,4 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
                 flag[i] =
                     region_has(test, &criterion->scene->detector[registration->detector[first + i]],
                                registration->relative + 2 * (first + i));
-    if (test->where >= 0)
-        keep_where(criterion, test->where, portion, strip, flag);
 }

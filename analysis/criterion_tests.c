@@ -29,31 +29,77 @@ static enum rmap_status reserve(const struct rmap_evaluation *ev, size_t n_bit,
     return st;
 }
 
-/* Bytes that are 0 or 1 as bits from a multiple of 64 on. */
-static void keep_bits(const struct rmap_evaluation *ev, const uint8_t *flag, size_t first, size_t n)
+/* Bytes that are 0 or 1 as bits. */
+static void keep_bits(const uint8_t *flag, size_t n, uint64_t *bits)
 {
     static const uint8_t is_marked[256] = {0, 1};
-    rmap_byte_set_bits(flag, n, is_marked, ev->judge->mark + first / 64);
+    rmap_byte_set_bits(flag, n, is_marked, bits);
 }
 
-/* A bit for each row of the test's table. size: [n_ray] rows of each ray. */
-static void mark_rows(const struct rmap_evaluation *ev, const struct rmap_criterion_node *node,
+/* A bit for each leg. size: [n_ray] legs of each ray. */
+static void mark_legs(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
                       const uint32_t *size, size_t n_row)
 {
     uint8_t flag[STRIP_ROWS];
-    const bool is_step = node->kind == RMAP_CRITERION_STEPS;
-    const bool by_ray = is_step ? node->steps.side != NULL : node->registrations.where >= 0;
     struct rmap_strip strip = {0};
     for (; strip.first < n_row; strip.first += strip.n) {
         strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
-        while (by_ray && strip.ray_row + size[strip.ray] <= strip.first)
+        while (test->side && strip.ray_row + size[strip.ray] <= strip.first)
             strip.ray_row += size[strip.ray++];
-        if (is_step)
-            rmap_steps_mark(ev->criterion, &node->steps, ev->portion, &strip, flag);
-        else
-            rmap_registrations_mark(ev->criterion, &node->registrations, ev->portion, &strip, flag);
-        keep_bits(ev, flag, strip.first, strip.n);
+        rmap_steps_mark(ev->criterion, test, ev->portion, &strip, flag);
+        keep_bits(flag, strip.n, ev->judge->mark + strip.first / 64);
     }
+}
+
+/* Whether two tests, but for what stands behind `where`, ask the same of detectors that follow each
+ * other. */
+static bool ask_alike(const struct rmap_registration_test *a,
+                      const struct rmap_registration_test *b)
+{
+    const struct rmap_index_set *x = &a->detector, *y = &b->detector;
+    if (x->member || y->member || x->low != y->low || x->span != y->span ||
+        a->crossed != b->crossed || a->region != b->region || !a->box != !b->box)
+        return false;
+    return a->box ? memcmp(a->box + x->low, b->box + y->low, x->span * sizeof *a->box) == 0
+                  : a->region == RMAP_REGION_ALL;
+}
+
+/* A bit for each registration, in judge->in_region. Several tests may ask for the same. */
+static enum rmap_status mark_regions(const struct rmap_evaluation *ev,
+                                     const struct rmap_registration_test *test, size_t n_row,
+                                     struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    uint8_t flag[STRIP_ROWS];
+    void *block = judge->in_region;
+    enum rmap_status st = rmap_reserve(&block, &judge->in_region_cap, rmap_bit_words(n_row) + 2,
+                                       sizeof *judge->in_region, err);
+    judge->in_region = block;
+    if (st != RMAP_OK || (judge->has_region && ask_alike(&judge->region, test)))
+        return st;
+    for (struct rmap_strip strip = {0}; strip.first < n_row; strip.first += strip.n) {
+        strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
+        rmap_registrations_mark(ev->criterion, test, ev->portion, &strip, flag);
+        keep_bits(flag, strip.n, judge->in_region + strip.first / 64);
+    }
+    judge->has_region = true;
+    judge->region = *test;
+    return RMAP_OK;
+}
+
+/* The same, and of what stands behind `where`: in judge->mark. */
+static enum rmap_status mark_registrations(const struct rmap_evaluation *ev,
+                                           const struct rmap_registration_test *test, size_t n_row,
+                                           struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    enum rmap_status st = mark_regions(ev, test, n_row, err);
+    if (st != RMAP_OK || n_row == 0)
+        return st;
+    memcpy(judge->mark, judge->in_region, rmap_bit_words(n_row) * sizeof *judge->mark);
+    if (test->where >= 0)
+        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, judge->mark);
+    return RMAP_OK;
 }
 
 /* The rows of each ray in a table. */
@@ -137,10 +183,12 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
     struct rmap_bit_groups *groups;
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
     RMAP_TRY(group_rows(ev, table, &groups, err));
-    if (table == RMAP_TABLE_SEGMENT && is_plain(&node->steps))
+    if (table == RMAP_TABLE_REGISTRATION)
+        RMAP_TRY(mark_registrations(ev, &node->registrations, ev->portion->n_row[table], err));
+    else if (is_plain(&node->steps))
         RMAP_TRY(mark_steps(ev, &node->steps, ev->portion->n_row[table], err));
     else
-        mark_rows(ev, node, groups->size, ev->portion->n_row[table]);
+        mark_legs(ev, &node->steps, groups->size, ev->portion->n_row[table]);
     *marks = (struct rmap_marks){ev->judge->mark, groups};
 out:
     return st;
@@ -231,7 +279,7 @@ static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
         mark_endings(ev, &node->ending, flag);
     else
         rmap_index_set_mark(&node->source, ev->portion->ray.source, ev->n_ray, flag);
-    keep_bits(ev, flag, 0, ev->n_ray);
+    keep_bits(flag, ev->n_ray, ev->judge->mark);
 out:
     return st;
 }

@@ -228,7 +228,8 @@ struct rmap_strip {
     size_t ray_row;  /* where that ray's rows begin */
 };
 
-/* Mark rows that count: flag[i] = 1 or 0 for row strip->first + i. */
+/* Mark rows that count: flag[i] = 1 or 0 for row strip->first + i. Of registrations, whatever the
+ * test says of them behind `where`. */
 void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
                      const struct rmap_portion *portion, const struct rmap_strip *strip,
                      uint8_t *flag);
@@ -236,6 +237,11 @@ void rmap_registrations_mark(const struct rmap_criterion *criterion,
                              const struct rmap_registration_test *test,
                              const struct rmap_portion *portion, const struct rmap_strip *strip,
                              uint8_t *flag);
+
+/* Bits stay of those rows of /registration for which `where`, a node, holds. bits: [words of
+ * n_row]. */
+void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
+                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits);
 
 /* A number of a registration (row of /registration), and the columns that it is made of. */
 double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
