@@ -79,18 +79,23 @@ RMAP_WIDE static uint32_t count_source(const int32_t *restrict source,
     return rays;
 }
 
+/* n_match: rays that match, whatever their source: of the first one those that are no other's. */
 static void count_sources(struct rmap_count *count, const int32_t *source, const uint8_t *verdict,
-                          size_t n, size_t n_source)
+                          size_t n, size_t n_source, uint64_t n_match)
 {
     uint32_t rays[SOURCE_MAX] = {0};
     if (n_source <= SOURCE_FEW)
-        for (size_t s = 0; s < n_source; s++)
+        for (size_t s = 1; s < n_source; s++)
             rays[s] = count_source(source, verdict, n, (int32_t)s);
     else
         for (size_t i = 0; i < n; i++)
             rays[source[i]] += verdict[i] >> 1;
-    for (size_t s = 0; s < n_source; s++)
+    for (size_t s = 1; s < n_source; s++) {
         add_source(count, s, rays[s]);
+        n_match -= rays[s];
+    }
+    if (n_source > 0)
+        add_source(count, 0, (double)n_match);
 }
 
 RMAP_WIDE static bool are_below(const int32_t *source, size_t n, size_t n_source)
@@ -120,10 +125,10 @@ void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *por
 {
     const struct rmap_ray_columns *ray = &portion->ray;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    (void)add_numbers(count, ray->segment_count, verdict, n_ray,
-                      portion->n_row[RMAP_TABLE_SEGMENT]);
+    uint64_t n_match =
+        add_numbers(count, ray->segment_count, verdict, n_ray, portion->n_row[RMAP_TABLE_SEGMENT]);
     if (facts->are_counted) {
-        count_sources(count, ray->source, verdict, n_ray, facts->n_source);
+        count_sources(count, ray->source, verdict, n_ray, facts->n_source, n_match);
         return;
     }
     for (size_t i = 0; i < n_ray; i++) {

@@ -186,10 +186,14 @@ static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_p
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *rows = self->portion;
+    bool has[RMAP_TABLE_COUNT] = {false};
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        has[rmap_column_info((enum rmap_column)c)->table] |= (columns & RMAP_COLUMN_BIT(c)) != 0;
     for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
         rows->n_row[t] = 0;
-        RMAP_TRY(rmap_portion_reserve(rows, (enum rmap_table)t, (size_t)info->n_row[t],
-                                      columns | self->present, err));
+        if (has[t])
+            RMAP_TRY(rmap_portion_reserve(rows, (enum rmap_table)t, (size_t)info->n_row[t],
+                                          columns | self->present, err));
     }
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
         rows->n_row[t] = (size_t)info->n_row[t];
