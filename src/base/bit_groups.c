@@ -190,18 +190,21 @@ static void pack(const struct rmap_bit_groups *groups, const uint64_t *bits, con
     give(groups, packed, out);
 }
 
-/* Bits in all of BLOCK groups; *least: in one of them. */
-enum { BLOCK = 64 };
+/* Bits in all of BLOCK groups, which are below 2^26 each, or any at all; *least: in one of them. */
+enum { BLOCK = 64, SMALL_BITS = 26 };
 RMAP_WIDE static uint64_t add_up(const uint32_t size[BLOCK], uint32_t *least)
 {
-    uint64_t sum = 0;
-    uint32_t low = UINT32_MAX;
+    uint32_t sum = 0, any = 0, low = UINT32_MAX;
+    uint64_t large = 0;
     for (size_t i = 0; i < BLOCK; i++) {
         sum += size[i];
+        any |= size[i];
         low = size[i] < low ? size[i] : low;
     }
+    for (size_t i = 0; any >> SMALL_BITS && i < BLOCK; i++)
+        large += size[i];
     *least = low;
-    return sum;
+    return large ? large : sum;
 }
 
 /* Marks where groups end that begin behind bit `at`, which a group of no bits marks again; returns

@@ -37,24 +37,37 @@ void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *ro
         row_class[i] = class_at(view, &codes, i);
 }
 
+/* Where legs and registrations of each of n rays begin, registrations in the upper half; returns
+ * where the next ones do. */
+static inline uint64_t place_block(const uint32_t *legs, const uint32_t *hits, size_t n,
+                                   uint64_t at, uint64_t *begin)
+{
+    for (size_t i = 0; i < n; i++) {
+        begin[i] = at;
+        at += legs[i] | (uint64_t)hits[i] << 32;
+    }
+    return at;
+}
+
 size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint64_t *bits,
                                struct rmap_history_place_of_ray *ray)
 {
+    enum { BLOCK = 64 };
     const size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     const bool has_hits = view->registration_count != NULL;
     const uint32_t *legs = view->segment_count, *hits = has_hits ? view->registration_count : legs;
-    uint32_t leg = 0, registration = 0;
-    size_t n = 0, at = 0;
-    for (size_t first = 0; first < n_ray; first += 64)
-        for (uint64_t left = bits[first / 64]; left != 0; left &= left - 1) {
-            size_t i = first + (size_t)__builtin_ctzll(left);
-            for (; at < i; at++) {
-                leg += legs[at];
-                registration += hits[at];
-            }
+    uint64_t at = 0, begin[BLOCK];
+    size_t n = 0;
+    for (size_t first = 0; first < n_ray; first += BLOCK) {
+        size_t few = n_ray - first < BLOCK ? n_ray - first : BLOCK;
+        at = place_block(legs + first, hits + first, few, at, begin);
+        for (uint64_t left = bits[first / BLOCK]; left != 0; left &= left - 1) {
+            size_t i = (size_t)__builtin_ctzll(left);
             ray[n++] =
-                (struct rmap_history_place_of_ray){(uint32_t)i, leg, has_hits ? registration : 0};
+                (struct rmap_history_place_of_ray){(uint32_t)(first + i), (uint32_t)begin[i],
+                                                   has_hits ? (uint32_t)(begin[i] >> 32) : 0};
         }
+    }
     return n;
 }
 
