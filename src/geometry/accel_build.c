@@ -252,6 +252,31 @@ static RTCScene new_scene(const struct rmap_accel *accel)
     return scene;
 }
 
+static double volume_of(const struct RTCBounds *box)
+{
+    return (double)(box->upper_x - box->lower_x) * (double)(box->upper_y - box->lower_y) *
+           (double)(box->upper_z - box->lower_z);
+}
+
+/* Bounds are worth a look where there is much room beside them. */
+static void set_rest_bounds(struct rmap_accel *accel)
+{
+    const double roundings = 64;
+    float pad = (float)(roundings * RMAP_FLOAT_EPS * 2 * (accel->radius + accel->reach));
+    struct RTCBounds all, rest;
+    if (!accel->rest)
+        return;
+    rtcGetSceneBounds(accel->top, &all);
+    rtcGetSceneBounds(accel->rest, &rest);
+    const float lower[3] = {rest.lower_x, rest.lower_y, rest.lower_z};
+    const float upper[3] = {rest.upper_x, rest.upper_y, rest.upper_z};
+    accel->rest_apart = volume_of(&rest) < 0.5 * volume_of(&all);
+    for (int k = 0; k < 3; k++) {
+        accel->rest_lower[k] = lower[k] - pad;
+        accel->rest_upper[k] = upper[k] + pad;
+    }
+}
+
 /* A few shapes are found faster through the sieve than by Embree, which then holds the meshes
  * only. */
 static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *err)
@@ -277,9 +302,11 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
     rtcCommitScene(accel->top);
     if (accel->rest)
         rtcCommitScene(accel->rest);
-    if (sieved)
+    if (sieved) {
+        set_rest_bounds(accel);
+        rmap_balls_build(accel);
         rmap_sieve_build(accel);
-    else {
+    } else {
         accel->rest = accel->top;
         rtcRetainScene(accel->rest);
     }

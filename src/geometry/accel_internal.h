@@ -12,6 +12,13 @@
 #include "geometry/accel.h"
 #include "scene/scene.h"
 
+/* Vectors as wide as the machine has them; what passes is decided in double all the same. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define RMAP_WIDEST __attribute__((target_clones("avx2", "default")))
+#else
+#define RMAP_WIDEST
+#endif
+
 /* Rounding of one float operation. */
 #define RMAP_FLOAT_EPS 0x1p-24
 
@@ -56,6 +63,7 @@ struct rmap_accel_object {
     const struct rmap_facets *facets;
     RTCScene bottom;
     bool embree_instance;          /* else the ray is taken into the mesh's frame in double */
+    bool ball;                     /* among the balls: the sieve does not hold it */
     struct rmap_vec3 lower, upper; /* local bounds */
     bool rigid;                    /* a rotation or mirror: lengths are kept */
     double tolerance;              /* surfaces this near to one another coincide */
@@ -102,6 +110,14 @@ struct rmap_sieve {
     struct rmap_sieve_group group[RMAP_SIEVE_SLOTS / RMAP_SIEVE_WIDE];
 };
 
+/* Spheres, about Embree's origin; squared radii. Unused ones have an outer2 below 0. */
+struct rmap_balls {
+    int n; /* 0: not in use */
+    float x[RMAP_SIEVE_WIDE], y[RMAP_SIEVE_WIDE], z[RMAP_SIEVE_WIDE];
+    float outer2[RMAP_SIEVE_WIDE], inner2[RMAP_SIEVE_WIDE];
+    int32_t object[RMAP_SIEVE_WIDE];
+};
+
 struct rmap_accel_failure {
     atomic_flag taken;
     enum RTCError code;
@@ -110,8 +126,11 @@ struct rmap_accel_failure {
 
 struct rmap_accel {
     RTCDevice device;
-    RTCScene top;  /* everything */
-    RTCScene rest; /* what the sieve does not hold; NULL: nothing */
+    RTCScene top;                       /* everything */
+    RTCScene rest;                      /* what the sieve does not hold; NULL: nothing */
+    float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
+    bool rest_apart;                    /* most of the scene is outside them */
+    struct rmap_balls balls;
     struct rmap_sieve sieve;
     RTCScene *bottom;           /* [n_geometry], NULL for shapes */
     struct rmap_facets *facets; /* [n_geometry] */
@@ -217,6 +236,11 @@ void rmap_sieve_build(struct rmap_accel *accel);
 void rmap_sieve_search(struct rmap_query *query, const float origin[3], const float direction[3],
                        double shift);
 
+/* accel_balls.c: the same for up to 8 spheres, which the sieve then leaves out. */
+void rmap_balls_build(struct rmap_accel *accel);
+void rmap_balls_search(struct rmap_query *query, const float origin[3], const float direction[3],
+                       double shift);
+
 /* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
                                  double wider, RTCScene *scene_ret,
@@ -259,6 +283,12 @@ const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
 struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
                                        const struct rmap_candidate *candidate);
 void rmap_query_enter(struct rmap_query *query, int32_t object);
+
+/* Where the float ray, in its own distances, needs no further look. */
+static inline float rmap_far_end(const struct rmap_query *query, double shift)
+{
+    return (float)(query->limit + RMAP_SLACK_ERRORS * query->accel->error - shift);
+}
 
 /* Brings query->local into the object's frame. */
 static inline void rmap_query_local(struct rmap_query *query, int32_t object)

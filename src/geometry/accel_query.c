@@ -162,6 +162,24 @@ static void look_around(struct rmap_query *query)
     (void)rmap_consider_neighbours(query, query->start.object, query->start.primitive);
 }
 
+/* Do the bounds of what Embree holds lie beside the ray as far as it is of interest? Mostly where
+ * the sieve has found something near, or little is asked for. */
+static bool passes_rest(const struct rmap_query *query, const float origin[3],
+                        const float direction[3], double shift)
+{
+    const struct rmap_accel *accel = query->accel;
+    float far = rmap_far_end(query, shift);
+    bool beside = false;
+    if (!accel->rest_apart)
+        return false;
+    for (int k = 0; k < 3; k++) {
+        float end = origin[k] + far * direction[k]; /* infinite 0: NaN, which is beside nothing */
+        beside |= (origin[k] < accel->rest_lower[k]) & (end < accel->rest_lower[k]);
+        beside |= (origin[k] > accel->rest_upper[k]) & (end > accel->rest_upper[k]);
+    }
+    return beside;
+}
+
 static void traverse(struct rmap_query *query, RTCScene scene, const float origin[3],
                      const float direction[3], double shift)
 {
@@ -229,9 +247,11 @@ bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ra
     if (!enter_scene(&query, origin, direction, &shift))
         return false;
     look_around(&query);
+    if (accel->balls.n > 0)
+        rmap_balls_search(&query, origin, direction, shift);
     if (accel->sieve.n_slot > 0)
         rmap_sieve_search(&query, origin, direction, shift);
-    if (accel->rest)
+    if (accel->rest && !passes_rest(&query, origin, direction, shift))
         traverse(&query, accel->rest, origin, direction, shift);
     if (query.n_candidate == 0)
         return false;

@@ -10,13 +10,6 @@
 
 #include "geometry/accel_internal.h"
 
-/* Vectors as wide as the machine has them; what passes is decided in double all the same. */
-#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
-#define RMAP_WIDEST __attribute__((target_clones("avx2", "default")))
-#else
-#define RMAP_WIDEST
-#endif
-
 /* In roundings of the longest coordinate: those of the ray's transform and of a point along it,
  * some 10 in all. */
 #define SHELL_ERRORS 64
@@ -48,6 +41,11 @@ static double largest_row(const struct rmap_affine *a)
     return largest;
 }
 
+static bool is_held(const struct rmap_accel_object *object)
+{
+    return object->shape && !object->ball;
+}
+
 static bool parallel(const struct rmap_accel_object *a, const struct rmap_accel_object *b)
 {
     return memcmp(a->to_local.m, b->to_local.m, sizeof(a->to_local.m)) == 0;
@@ -61,8 +59,8 @@ static const struct rmap_accel_object *find_row(const struct rmap_accel *accel)
     for (size_t i = 0; i < accel->n_object; i++) {
         const struct rmap_accel_object *one = &accel->object[i];
         int n = 0;
-        for (size_t k = 0; one->shape && k < accel->n_object; k++)
-            n += accel->object[k].shape && parallel(one, &accel->object[k]);
+        for (size_t k = 0; is_held(one) && k < accel->n_object; k++)
+            n += is_held(&accel->object[k]) && parallel(one, &accel->object[k]);
         if (n > most) {
             most = n;
             best = one;
@@ -119,7 +117,7 @@ static void build_row(struct rmap_accel *accel, const struct rmap_accel_object *
     struct rmap_sieve *sieve = &accel->sieve;
     int32_t row[RMAP_SIEVE_SLOTS];
     for (int32_t i = 0; i < (int32_t)accel->n_object; i++) {
-        if (!accel->object[i].shape || !parallel(first, &accel->object[i]))
+        if (!is_held(&accel->object[i]) || !parallel(first, &accel->object[i]))
             continue;
         int at = sieve->n_row++;
         for (; at > 0 && lower_end(accel, row[at - 1]) > lower_end(accel, i); at--)
@@ -152,7 +150,7 @@ void rmap_sieve_build(struct rmap_accel *accel)
         build_row(accel, first);
     sieve->n_slot = (sieve->n_row + WIDE - 1) / WIDE * WIDE;
     for (int32_t i = 0; i < (int32_t)accel->n_object; i++) {
-        if (!accel->object[i].shape || (first && parallel(first, &accel->object[i])))
+        if (!is_held(&accel->object[i]) || (first && parallel(first, &accel->object[i])))
             continue;
         sieve->others |= UINT64_C(1) << sieve->n_slot;
         set_shell(sieve, sieve->n_slot++, accel, i);
@@ -234,12 +232,6 @@ static uint32_t sift_row(const struct rmap_sieve_group *g, const struct line *re
     return bits;
 }
 
-/* Where the float ray, in its own distances, needs no further look. */
-static float far_end(const struct rmap_query *query, double shift)
-{
-    return (float)(query->limit + RMAP_SLACK_ERRORS * query->accel->error - shift);
-}
-
 static void consider(struct rmap_query *query, int slot)
 {
     const struct rmap_sieve *sieve = &query->accel->sieve;
@@ -260,7 +252,7 @@ static void search_group(struct rmap_query *query, int first, const struct line 
     while (left) {
         int k = line->rate > 0 ? __builtin_ctz(left) : 31 - __builtin_clz(left);
         left &= ~(1U << k);
-        if (near[k] <= far_end(query, shift))
+        if (near[k] <= rmap_far_end(query, shift))
             consider(query, first + k);
     }
 }
@@ -279,7 +271,7 @@ static void search_row(struct rmap_query *query, const float origin[3], const fl
         const struct rmap_sieve_group *group = &sieve->group[upward ? i : n - 1 - i];
         float enter = upward ? group->lowest : group->highest_before;
         float leave = upward ? group->highest : group->lowest;
-        if ((enter - line.p[2]) * line.rate - sieve->rounding > far_end(query, shift))
+        if ((enter - line.p[2]) * line.rate - sieve->rounding > rmap_far_end(query, shift))
             return;
         if ((leave - line.p[2]) * line.rate + sieve->rounding < 0)
             continue;
@@ -315,7 +307,7 @@ static void search_others(struct rmap_query *query, const float origin[3], const
                                sieve->rounding, &near[i])
                 << i;
     left &= sieve->others;
-    while ((k = take_nearest(&left, near, far_end(query, shift))) >= 0)
+    while ((k = take_nearest(&left, near, rmap_far_end(query, shift))) >= 0)
         consider(query, k);
 }
 

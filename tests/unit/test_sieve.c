@@ -118,10 +118,85 @@ static void test_the_sieve_finds_what_embree_finds(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* Balls in and beside one another, some of which touch, over a block that is a mesh. */
+static void open_balls(struct builder *b, int n)
+{
+    const double radius[] = {2, 1, 1, 0.5, 1.5, 0.01, 3, 1};
+    const double x[] = {0, 0, 2, 2, -3, 0, 20, 0.999};
+    struct rmap_vec3 no = rmap_vec3(0, 0, 0);
+    builder_open(b, 16);
+    builder_object(b, builder_mesh(b, make_cube(4)),
+                   rmap_affine_placement(rmap_vec3(1, 1, 1), no, rmap_vec3(0, 0, -8)), 0, 0);
+    for (int k = 0; k < n; k++) {
+        int32_t ball = builder_shape(
+            b, (struct rmap_shape){.type = RMAP_SHAPE_SPHERE, .radius = radius[k % 8]});
+        builder_object(b, ball,
+                       rmap_affine_placement(rmap_vec3(1, 1, k % 3 ? 1 : -1),
+                                             rmap_vec3(10 * k, 20 * k, 0),
+                                             rmap_vec3(x[k % 8], 5 * (k / 8), 0)),
+                       0, 0);
+    }
+    builder_close(b);
+}
+
+/* Chords that end before, on, and behind the next surface. */
+static void compare_chords(const struct builder *b, const struct rmap_accel *other)
+{
+    const double beyond[] = {-0.5, -1e-5, -1e-8, -1e-13, 0, 1e-13, 1e-8, 0.5};
+    for (uint64_t i = 0; i < N_RAY; i++) {
+        double u[4];
+        rmap_rng(32, i, 0, RMAP_RNG_EMIT_POINT, u);
+        struct rmap_ray ray = {.origin = rmap_scale(any_direction(i, 99), i % 2 ? 3 * u[0] : 30),
+                               .direction = any_direction(i, 0)};
+        for (uint32_t leg = 0; leg < N_LEG; leg++) {
+            struct rmap_hit next;
+            if (!rmap_accel_next(other, &ray, &next))
+                break;
+            for (size_t k = 0; next.t > 0 && k < sizeof(beyond) / sizeof(beyond[0]); k++) {
+                struct rmap_hit hit, expected;
+                memset(&hit, 0, sizeof(hit));
+                memset(&expected, 0, sizeof(expected));
+                double length = next.t * (1 + beyond[k]);
+                bool met = rmap_accel_next_within(b->accel, &ray, length, &hit);
+                assert_int_equal(met, rmap_accel_next_within(other, &ray, length, &expected));
+                assert_memory_equal(&hit, &expected, sizeof(hit));
+            }
+            ray.origin = next.position;
+            if (leg % 2) { /* from space, near the surface */
+                ray.origin = rmap_axpy(1e-3 * u[2] * u[2] * u[2], ray.direction, ray.origin);
+                rmap_contact_clear(&ray.contact);
+                ray.direction = any_direction(i, leg + 1);
+            } else {
+                rmap_contact_pass(&ray.contact, &next);
+            }
+        }
+    }
+}
+
+static void test_balls_are_met_by_chords_as_by_embree(void **state)
+{
+    (void)state;
+    if (rmap_accel_isa_level() < WITH_SIEVE)
+        skip();
+    for (int n = 1; n < 10; n++) { /* nine are no balls, but shells of the sieve */
+        struct builder b;
+        struct rmap_accel *plain = NULL;
+        struct rmap_error err = {0};
+        open_balls(&b, n);
+        assert_int_equal(rmap_accel_create_isa(b.scene, 1, WITHOUT_SIEVE, &plain, &err), RMAP_OK);
+        assert_true(compare_paths(&b, plain) > 100);
+        compare_chords(&b, plain);
+        rmap_accel_destroy(plain);
+        builder_destroy(&b);
+    }
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_the_sieve_finds_what_embree_finds),
+        cmocka_unit_test(test_balls_are_met_by_chords_as_by_embree),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
