@@ -110,7 +110,6 @@ static bool step_blindly(struct rmap_curve *curve, struct rmap_curve_step *step)
     to->D = from->D;
     to->n = rmap_length(to->T);
     step->h = h;
-    step->error = curve->gradient->options.tolerance;
     rmap_curve_hermite_finish(step);
     curve->blind = true;
     curve->next_h = h;

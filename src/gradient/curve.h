@@ -31,13 +31,13 @@ struct rmap_curve_step {
     struct rmap_curve_state from, to;
     double h;               /* in t */
     double optical, length; /* over the step: integrals of n^2 dt, of n dt; as accurate as r */
-    double error;           /* estimate of the error of `to` over this step, scene units */
 
     /* Dense output: r = from.r + t from.T + t^2 (sum of bend[k] (t / whole)^k), t = theta h */
     double bend[RMAP_CURVE_POWERS][4];  /* x, y, z: four abreast */
     double turn[RMAP_CURVE_POWERS][4];  /* (k + 2) bend[k]: of T */
     double whole;                       /* h before any cut */
-    double between;                     /* error of T inside the step, of what is allowed */
+    double share;                       /* of a defect that is the error, and the defect of T as */
+    double angle;                       /* seen over the medium's size; rough: their squares */
     double allowed;                     /* error of lengths */
     bool rough;                         /* lengths are estimates */
     bool closed;                        /* in closed form */

@@ -139,8 +139,6 @@ bool rmap_curve_closed(struct rmap_curve *curve, struct rmap_curve_step *step, d
     step->h = step->whole = h;
     step->closed = true;
     step->pair = NULL;
-    step->between = 0.0;
-    step->error = 8.0 * DBL_EPSILON * (rmap_length(from->r) + h * from->n);
     rmap_curve_measure(step);
     return true;
 }

@@ -130,7 +130,7 @@ static void cut_dense(struct rmap_curve *curve, struct rmap_curve_step *step, do
     rmap_curve_at(step, theta, &to->r, &to->T);
     if (!step->rough)
         rmap_curve_lengths(step, theta, &optical, &length);
-    if (step->pair && step->pair->has_finer && step->between > 1.0) {
+    if (step->pair && step->pair->has_finer && rmap_curve_nystrom_between(curve, step) > 1.0) {
         (void)rmap_curve_nystrom_finer(curve, step, theta, &to->T);
     }
     step->h = theta * step->h;
@@ -156,7 +156,7 @@ static bool cut_anew(struct rmap_curve *curve, struct rmap_curve_step *step, dou
     if (!step->pair) {
         return rmap_curve_sharma(curve, step, theta * step->h);
     }
-    if (step->pair->has_finer || step->between <= 1.0) {
+    if (step->pair->has_finer || rmap_curve_nystrom_between(curve, step) <= 1.0) {
         return false;
     }
     struct rmap_curve_step shorter = *step;

@@ -109,13 +109,17 @@ bool rmap_curve_closed(struct rmap_curve *curve, struct rmap_curve_step *step, d
 /* Finds out whether the curve has a closed form. Sets closed, bend and closed_h. */
 void rmap_curve_find_closed(struct rmap_curve *curve);
 
-/* Sets the step's errors; returns the greatest's share of what the medium allows: 1 is just
- * allowed. */
+/* Sets the step's share and angle; returns its greatest error's share of what the medium allows: 1
+ * is just allowed. */
 double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curve_step *step);
 
 /* Its square, for rough curves: what the next step waits for takes one division and no root. */
 double rmap_curve_nystrom_error_square(const struct rmap_curve *curve,
                                        struct rmap_curve_step *step);
+
+/* Error of T inside the step, as a share of what is allowed. */
+double rmap_curve_nystrom_between(const struct rmap_curve *curve,
+                                  const struct rmap_curve_step *step);
 
 /* Sets step->bend[k], and turn[k] from it. */
 static inline void rmap_curve_set_bend(struct rmap_curve_step *step, int k, const rmap_wide *bend)

@@ -127,9 +127,9 @@ double rmap_curve_nystrom_error(const struct rmap_curve *curve, struct rmap_curv
     }
     double share = fall < of_rough ? fall / of_rough : 1.0;
     double angle = of_turn / step->to.n * gradient->size;
-    step->error = share * h * place;
-    step->between = sqrt(share) * h * angle / gradient->options.tolerance;
-    return rmap_max(step->error, share * h * angle) / gradient->options.tolerance;
+    step->share = share;
+    step->angle = angle;
+    return rmap_max(share * h * place, share * h * angle) / gradient->options.tolerance;
 }
 
 RMAP_WIDE
@@ -146,9 +146,19 @@ double rmap_curve_nystrom_error_square(const struct rmap_curve *curve, struct rm
     }
     share = share < 1.0 ? share : 1.0; /* uniform: 0 / 0 */
     double place = h2 * h2 * of.place, angle = h2 * of.turn * (view * view);
-    step->error = sqrt(share * place);
-    step->between = sqrt(sqrt(share) * angle * unit);
+    step->share = share;
+    step->angle = angle;
     return share * rmap_max(place, angle) * unit;
+}
+
+double rmap_curve_nystrom_between(const struct rmap_curve *curve,
+                                  const struct rmap_curve_step *step)
+{
+    double tolerance = curve->gradient->options.tolerance, root = sqrt(step->share);
+    if (!step->rough)
+        return root * step->whole * step->angle / tolerance;
+    double unit = 1.0 / (tolerance * tolerance);
+    return sqrt(root * step->angle * unit);
 }
 
 RMAP_COPIED void dense_with(const struct rmap_curve_pair *pair, int stages,

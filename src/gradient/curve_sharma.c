@@ -32,7 +32,6 @@ void rmap_curve_hermite_finish(struct rmap_curve_step *step)
         rmap_curve_set_bend(step, k, &wide);
     }
     step->whole = h;
-    step->between = 0.0;
     step->pair = NULL;
     step->closed = false;
     step->n_stage = 0;
@@ -64,6 +63,5 @@ bool rmap_curve_sharma(struct rmap_curve *curve, struct rmap_curve_step *step, d
     step->to = at;
     step->h = h;
     rmap_curve_hermite_finish(step);
-    step->error = step->length * fabs(rmap_length(at.T) - at.n) / at.n; /* the invariant's drift */
     return true;
 }

@@ -11,7 +11,7 @@
  * next surface is known. */
 #define STRAIGHT 0.1
 
-/* A piece shorter than this share of its run is straight, whatever rounding makes of it. */
+/* A piece shorter than this share of its run is straight. */
 #define SHORTEST 1e-12
 
 /* Shares of the tolerance that the chord on which a leg ends may leave the curve by: steps are
@@ -27,6 +27,13 @@ struct point {
 struct piece {
     struct point a, b;
     double sag; /* at most */
+};
+
+/* Of the run's pieces. */
+struct measure {
+    double sag;      /* at most, per square of a piece's time */
+    double longest;  /* in time, by the sag that the medium allows */
+    double shortest; /* in time: straight, whatever rounding makes of it */
 };
 
 static inline int step_at(const struct rmap_curve_run *run, double time)
@@ -257,24 +264,23 @@ RMAP_COPIED bool same_side(const struct rmap_curve_search *search, const struct 
 
 /* The piece up to `end`, or a shorter one whose sag the medium allows; one that starts the leg on
  * a surface leaves it to the side to which the curve does. */
-RMAP_COPIED void set_piece(struct rmap_curve_search *search, struct piece *piece, double end)
+RMAP_COPIED void set_piece(struct rmap_curve_search *search, const struct measure *of,
+                           struct piece *piece, double end)
 {
     const struct rmap_curve_run *run = &search->run;
-    double bend = 0.125 * run->bend, shortest = SHORTEST * run_time(run);
-    double most = sqrt(search->options->sag / bend); /* bend 0: infinite */
-    double span = rmap_min(end - piece->a.time, rmap_max(most, shortest));
+    double span = rmap_min(end - piece->a.time, rmap_max(of->longest, of->shortest));
     double time = span < end - piece->a.time ? piece->a.time + span : end;
     for (;; time = piece->a.time + span) {
         point_at(run, time, &piece->b);
         if (!starts_on_surface(search) || same_side(search, piece))
             break;
-        if (!(span > shortest)) {
+        if (!(span > of->shortest)) {
             leave_surface(search); /* along it within rounding: its media tell where the light is */
             break;
         }
         span *= 0.25;
     }
-    piece->sag = bend * span * span;
+    piece->sag = of->sag * span * span;
 }
 
 /* Is the time at a place on a chord that of the curve there, but for what its sag may be, too? */
@@ -292,11 +298,11 @@ struct aim {
     double wider; /* of the window about the crossing, after failures */
 };
 
-RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct piece *piece,
-                               struct aim *aim, struct rmap_hit *hit)
+RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct measure *of,
+                               const struct piece *piece, struct aim *aim, struct rmap_hit *hit)
 {
     double share = 0.0, from = piece->a.time, span = piece->b.time - from;
-    bool decides = piece->sag <= search->decides || span <= SHORTEST * run_time(&search->run);
+    bool decides = piece->sag <= search->decides || span <= of->shortest;
     aim->next = from + 0.5 * span;
     if (!meets(search, piece->a.r, piece->b.r, hit, &share))
         return decides || polygon_is_clear(search, piece) ? CLEAR : UNDECIDED;
@@ -323,17 +329,25 @@ RMAP_COPIED enum verdict judge(struct rmap_curve_search *search, const struct pi
     return UNDECIDED;
 }
 
+RMAP_COPIED struct measure measure_of(const struct rmap_curve_search *search)
+{
+    double bend = 0.125 * search->run.bend;
+    return (struct measure){bend, sqrt(search->options->sag / bend), /* bend 0: infinite */
+                            SHORTEST * run_time(&search->run)};
+}
+
 RMAP_WIDE
 bool rmap_curve_search_run(struct rmap_curve_search *search, double *time, struct rmap_hit *hit)
 {
     double end = *time;
     struct piece piece;
     struct aim aim = {.next = end, .after = 0.0, .wider = 1.0};
+    const struct measure of = measure_of(search);
     begin_run(&search->run, &piece.a);
     while (piece.a.time < end) {
-        set_piece(search, &piece, aim.next);
+        set_piece(search, &of, &piece, aim.next);
         double span = piece.b.time - piece.a.time;
-        switch (judge(search, &piece, &aim, hit)) {
+        switch (judge(search, &of, &piece, &aim, hit)) {
         case MET:
             *time = aim.next;
             if (!starts_on_surface(search))
