@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "analysis/stats_measure.h"
 #include "analysis/stats_pack.h"
 #include "base/alloc.h"
 #include "base/pick.h"
@@ -168,77 +169,6 @@ static void merge_range(struct rmap_stats_range *into, const struct rmap_stats_r
     into->n_cluster += from->n_cluster;
 }
 
-enum { LANES = 8, VECTOR = 4 };
-
-typedef double vector __attribute__((vector_size(VECTOR * sizeof(double))));
-typedef int64_t mask __attribute__((vector_size(VECTOR * sizeof(double))));
-
-/* What there is to know of numbers, each lane of every LANES-th of them. */
-struct measured {
-    double low[LANES], high[LANES], sum[LANES], squared[LANES];
-};
-
-/* The same of VECTOR lanes. */
-struct vectors {
-    vector low, high, sum, squared;
-};
-
-static inline void take_lanes(struct vectors *its, const struct measured *measured, size_t lane)
-{
-    memcpy(&its->low, measured->low + lane, sizeof its->low);
-    memcpy(&its->high, measured->high + lane, sizeof its->high);
-    memcpy(&its->sum, measured->sum + lane, sizeof its->sum);
-    memcpy(&its->squared, measured->squared + lane, sizeof its->squared);
-}
-
-static inline void give_lanes(const struct vectors *its, struct measured *measured, size_t lane)
-{
-    memcpy(measured->low + lane, &its->low, sizeof its->low);
-    memcpy(measured->high + lane, &its->high, sizeof its->high);
-    memcpy(measured->sum + lane, &its->sum, sizeof its->sum);
-    memcpy(measured->squared + lane, &its->squared, sizeof its->squared);
-}
-
-static inline void look_at_vector(struct vectors *its, const double *value)
-{
-    vector v;
-    memcpy(&v, value, sizeof v);
-    const mask less = v<its->low, more = v> its->high;
-    its->low = (vector)(((mask)v & less) | ((mask)its->low & ~less));
-    its->high = (vector)(((mask)v & more) | ((mask)its->high & ~more));
-    its->sum += v;
-    its->squared += v * v;
-}
-
-/* n: a multiple of LANES. */
-RMAP_WIDE static void measure(const double *value, size_t n, struct measured *measured)
-{
-    struct vectors first, second;
-    take_lanes(&first, measured, 0);
-    take_lanes(&second, measured, VECTOR);
-    for (size_t k = 0; k < n; k += LANES) {
-        look_at_vector(&first, value + k);
-        look_at_vector(&second, value + k + VECTOR);
-    }
-    give_lanes(&first, measured, 0);
-    give_lanes(&second, measured, VECTOR);
-}
-
-/* Of bits: positive numbers stand in the order of theirs, below all others. */
-RMAP_WIDE static double least_positive(const double *value, size_t n)
-{
-    uint64_t least = UINT64_C(0x7ff0000000000000) - 1; /* of infinity */
-    for (size_t k = 0; k < n; k++) {
-        uint64_t bits;
-        memcpy(&bits, value + k, sizeof bits);
-        least = bits - 1 < least ? bits - 1 : least; /* 0 is the greatest of all */
-    }
-    const uint64_t bits = least + 1;
-    double number;
-    memcpy(&number, &bits, sizeof number);
-    return number;
-}
-
 RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)
 {
     uint32_t count = 0;
@@ -247,39 +177,17 @@ RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)
     return count;
 }
 
-/* Readings [first, end) of a portion, all of one group. A portion comes as a whole, whoever adds
- * it: sums over its readings, in their order, may be rounded. */
+/* Readings [first, end) of a portion, all of one group. */
 static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_block *block,
                     size_t quantity, size_t first, size_t end, struct rmap_stats_range *range)
 {
-    const double infinity = (double)INFINITY;
     const double *value = block->value[quantity] + first;
-    const size_t n = end - first, n_wide = n / LANES * LANES;
-    struct measured m = {.sum = {0.0}};
-    double low = infinity, high = -infinity;
-    for (size_t lane = 0; lane < LANES; lane++) {
-        m.low[lane] = infinity;
-        m.high[lane] = -infinity;
-    }
-    if (n_wide > 0)
-        measure(value, n_wide, &m);
-    for (size_t k = n_wide; k < n; k++) {
-        const double v = value[k];
-        low = v < low ? v : low;
-        high = v > high ? v : high;
-        m.sum[0] += v;
-        m.squared[0] += v * v;
-    }
-    for (size_t lane = 0; lane < LANES; lane++) {
-        low = m.low[lane] < low ? m.low[lane] : low;
-        high = m.high[lane] > high ? m.high[lane] : high;
-        m.sum[0] += lane > 0 ? m.sum[lane] : 0.0;
-        m.squared[0] += lane > 0 ? m.squared[lane] : 0.0;
-    }
-    widen(range, low, high,
-          low > 0.0 || !self->setup->logarithmic ? low : least_positive(value, n));
-    rmap_exact_sum_add(&self->known.sum[quantity], m.sum[0]);
-    rmap_exact_sum_add(&self->known.squared[quantity], m.squared[0]);
+    const size_t n = end - first;
+    const struct rmap_stats_measured m = rmap_stats_measure(value, n);
+    const bool positive = m.low > 0.0 || !self->setup->logarithmic;
+    widen(range, m.low, m.high, positive ? m.low : rmap_stats_least_positive(value, n));
+    rmap_exact_sum_add(&self->known.sum[quantity], m.sum);
+    rmap_exact_sum_add(&self->known.squared[quantity], m.squared);
     range->n_cluster += block->tag ? count_clusters(block->tag + first, n) : n;
     range->n_reading += n;
 }

@@ -15,6 +15,18 @@ size_t rmap_stats_cell_at(const struct rmap_stats_plan *plan, double value)
                                     : cell;
 }
 
+size_t rmap_stats_cell_of(const struct rmap_stats_plan *plan, const struct rmap_stats_block *block,
+                          size_t k)
+{
+    if (plan->setup->quantities->n == 1)
+        return rmap_stats_cell_at(plan, block->value[0][k]);
+    const size_t x = rmap_bin_of(&plan->bins[0], block->value[0][k]);
+    const size_t y = rmap_bin_of(&plan->bins[1], block->value[1][k]);
+    if (x >= plan->bins[0].n || y >= plan->bins[1].n)
+        return plan->n_cell + RMAP_STATS_ABOVE;
+    return x + plan->bins[0].n * y;
+}
+
 /* Fine bins [first, end) of a cell, or of what is below or above all. */
 static void bins_of_cell(const struct rmap_stats_plan *plan, size_t cell, size_t *first,
                          size_t *end)

@@ -19,6 +19,10 @@ void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
 /* Cell of a value of the only quantity, or n_cell + RMAP_STATS_BELOW or RMAP_STATS_ABOVE. */
 size_t rmap_stats_cell_at(const struct rmap_stats_plan *plan, double value);
 
+/* Cell of reading k of a block; of two quantities, n_cell + RMAP_STATS_ABOVE is outside. */
+size_t rmap_stats_cell_of(const struct rmap_stats_plan *plan, const struct rmap_stats_block *block,
+                          size_t k);
+
 /* Adds the fine bins of cells up, where cells are made of them. */
 void rmap_stats_cells_from_fine(const struct rmap_stats_plan *plan, const uint32_t *fine,
                                 double *cell);

@@ -1,14 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/stats_sums.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/stats_ones.h"
 #include "analysis/stats_places.h"
 #include "base/alloc.h"
-#include "base/wide.h"
 
 /* A reading of a cluster in its cell. */
 struct rmap_stats_place {
@@ -102,18 +100,6 @@ out:
     return st;
 }
 
-static size_t cell_of(const struct rmap_stats_plan *plan, const struct rmap_stats_block *block,
-                      size_t k)
-{
-    if (plan->setup->quantities->n == 1)
-        return rmap_stats_cell_at(plan, block->value[0][k]);
-    const size_t x = rmap_bin_of(&plan->bins[0], block->value[0][k]);
-    const size_t y = rmap_bin_of(&plan->bins[1], block->value[1][k]);
-    if (x >= plan->bins[0].n || y >= plan->bins[1].n)
-        return plan->n_cell + RMAP_STATS_ABOVE;
-    return x + plan->bins[0].n * y;
-}
-
 static int compare_places(const void *a, const void *b)
 {
     size_t x = ((const struct rmap_stats_place *)a)->cell;
@@ -133,7 +119,7 @@ static enum rmap_status add_to_cells(struct rmap_stats_sums *self,
     if (st != RMAP_OK)
         return st;
     for (size_t k = 0; k < n; k++)
-        place[k] = (struct rmap_stats_place){cell_of(self->plan, block, first + k),
+        place[k] = (struct rmap_stats_place){rmap_stats_cell_of(self->plan, block, first + k),
                                              rmap_stats_weight(block, first + k)};
     qsort(place, n, sizeof *place, compare_places);
     for (size_t k = 0; k < n;) {
@@ -160,96 +146,6 @@ static void add_to_moments(const struct rmap_stats_plan *plan, const struct rmap
             q[j] += power;
     }
     rmap_stats_moments_add(moments, q);
-}
-
-/* Readings taken at once. */
-enum { CHUNK = 1024 };
-
-/* A run of clusters of one reading of weight 1 each, all of one class. */
-struct run {
-    size_t class, first, n; /* n <= CHUNK */
-};
-
-/* Bins of the histogram; -1 for what lies beyond them or within `slack` of an edge, counted in
- * bins. */
-RMAP_WIDE static void sure_places(const double *restrict value, size_t n,
-                                  const struct rmap_bins *bins, double slack,
-                                  int32_t *restrict place)
-{
-    const double low = bins->edge[0], per = bins->per, last = (double)(bins->n - 1);
-    for (size_t k = 0; k < n; k++) {
-        const double at = (value[k] - low) * per;
-        double within = at > 0.0 ? at : 0.0;
-        within = within < last ? within : last;
-        const int32_t guess = (int32_t)within;
-        const double part = at - (double)guess;
-        const int32_t doubt = -(int32_t) !((part > slack) & (part < 1.0 - slack));
-        place[k] = guess | doubt;
-    }
-}
-
-static void add_run_to_cells(const struct rmap_stats_plan *plan,
-                             const struct rmap_stats_block *block, const struct run *run,
-                             double *cell)
-{
-    const struct rmap_bins *bins = &plan->bins[0];
-    int32_t place[CHUNK];
-    if (plan->n_fine_per_cell > 0)
-        return; /* rmap_stats_sums_finish */
-    if (plan->setup->quantities->n > 1 || !bins->uniform || bins->n > INT32_MAX) {
-        for (size_t k = run->first; k < run->first + run->n; k++)
-            cell[cell_of(plan, block, k)] += 1.0;
-        return;
-    }
-    /* Edges are rounded, and so are places: by some parts in 2^52 of the numbers in them. */
-    const double reach = fabs(bins->edge[0]) + fabs(bins->edge[bins->n]);
-    const double slack = 64.0 * DBL_EPSILON * (reach * bins->per + (double)bins->n);
-    sure_places(block->value[0] + run->first, run->n, bins, slack, place);
-    for (size_t k = 0; k < run->n; k++)
-        cell[place[k] >= 0 ? (size_t)place[k] : cell_of(plan, block, run->first + k)] += 1.0;
-}
-
-static void count_places(const uint16_t *place, size_t n, uint32_t *count)
-{
-    RMAP_UNROLL
-    for (size_t k = 0; k < n; k++)
-        count[place[k]]++;
-}
-
-static void add_run(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
-                    const struct run *run)
-{
-    const struct rmap_stats_plan *plan = self->plan;
-    const size_t n_quantity = plan->setup->quantities->n;
-    uint16_t own[CHUNK];
-    for (size_t i = 0; i < n_quantity; i++) {
-        const double *value = block->value[i] + run->first;
-        const size_t row = run->class * n_quantity + i;
-        uint16_t *place = block->place[i] ? block->place[i] + run->first : own;
-        rmap_stats_moments_add_ones(&self->moments[row], value, run->n, plan->centre[i],
-                                    plan->per_scale[i]);
-        rmap_stats_fine_places(plan, i, value, run->n, place);
-        count_places(place, run->n, self->fine_single + row * plan->n_fine);
-    }
-    add_run_to_cells(plan, block, run,
-                     self->single + run->class * (plan->n_cell + RMAP_STATS_BEYOND));
-}
-
-/* The run that begins at `first`, before `last`; of none where that cluster is another one. */
-static struct run run_at(const struct rmap_stats_block *block, size_t first, size_t last)
-{
-    const uint32_t class = rmap_stats_class(block->tag[first]), own = class | RMAP_STATS_FIRST;
-    const double *weight = block->weight;
-    size_t end = first;
-    last = last < first + CHUNK ? last : first + CHUNK;
-    if (!weight || weight[first] == 1.0)
-        for (end = first + 1; end < last && block->tag[end] == own;)
-            end++;
-    for (size_t k = first; weight && k < end; k++)
-        end = weight[k] == 1.0 ? end : k;
-    if (end > first && end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
-        end--; /* its last one goes on */
-    return (struct run){class, first, end - first};
 }
 
 static enum rmap_status add_cluster(struct rmap_stats_sums *self,
@@ -279,10 +175,10 @@ static enum rmap_status add_portion(struct rmap_stats_sums *self,
     const size_t last = block->n;
     const size_t n_moments = self->plan->setup->n_class * self->plan->setup->quantities->n;
     for (size_t first = 0, end = 0; first < last; first = end) {
-        const struct run run = run_at(block, first, last);
-        end = first + run.n;
-        if (run.n > 0) {
-            add_run(self, block, &run);
+        const struct rmap_stats_ones ones = rmap_stats_ones_at(block, first, last);
+        end = first + ones.n;
+        if (ones.n > 0) {
+            rmap_stats_sums_add_ones(self, block, &ones);
             continue;
         }
         end = rmap_stats_cluster_end(block, first);
@@ -301,8 +197,8 @@ static void add_plain(struct rmap_stats_sums *self, const struct rmap_stats_bloc
     for (size_t r = 0, first = 0; r < block->n_run; r++) {
         const size_t class = block->run[r].class, end = block->run[r].end;
         for (size_t n; first < end; first += n) {
-            n = end - first < CHUNK ? end - first : CHUNK;
-            add_run(self, block, &(struct run){class, first, n});
+            n = end - first < RMAP_STATS_ONES_MOST ? end - first : RMAP_STATS_ONES_MOST;
+            rmap_stats_sums_add_ones(self, block, &(struct rmap_stats_ones){class, first, n});
         }
         for (size_t i = 0; i < n_quantity; i++)
             rmap_stats_moments_flush(&self->moments[class * n_quantity + i]);
