@@ -39,7 +39,8 @@ struct rmap_stats_block {
     const double *weight;             /* NULL: all 1 */
     const struct rmap_stats_run *run; /* [n_run] */
     size_t n_run;
-    uint16_t *place[RMAP_QUANTITIES_MAX]; /* [n] memory for fine bins of readings; NULL: none */
+    uint16_t *place[RMAP_QUANTITIES_MAX];    /* [n] memory for fine bins of readings; NULL: none */
+    const double *next[RMAP_QUANTITIES_MAX]; /* values of the block after it; NULL: not known */
 };
 #define RMAP_STATS_FIRST 0x80000000u
 

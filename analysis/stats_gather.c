@@ -289,6 +289,7 @@ struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gather
     for (size_t i = 0; i < self->setup->quantities->n; i++) {
         block.value[i] = part->value[i];
         block.place[i] = part->place[i];
+        block.next[i] = index + 1 < self->n_part ? part[1].value[i] : NULL;
     }
     return block;
 }

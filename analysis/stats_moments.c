@@ -18,12 +18,25 @@ RMAP_WIDE static void centred(const double *restrict value, size_t n, double cen
 enum { VECTOR = 4, POWERS = RMAP_MOMENT_POWERS - 1 };
 typedef double vector __attribute__((vector_size(VECTOR * sizeof(double))));
 
-/* Sums of u, u^2, ... of VECTOR of the LANES, from `lane` on. n: a multiple of LANES. */
+/* What goes on beside sums of powers, which leave the processor time for it. */
+struct beside {
+    const uint16_t *place; /* [n] */
+    uint32_t *count;       /* of each place */
+    const double *next;    /* so many will be read next */
+};
+
+/* Adds to sums of u, u^2, ... of VECTOR of the LANES, from `lane` on; a part of the places. n: a
+ * multiple of LANES. */
 RMAP_WIDE static void sum_powers(const double *value, size_t n, size_t lane, double centre,
-                                 double per_scale, vector sum[POWERS])
+                                 double per_scale, const struct beside *beside, vector sum[POWERS])
 {
-    vector own[POWERS] = {{0.0}};
-    for (size_t i = lane; i < n; i += LANES) {
+    const size_t first = lane / VECTOR * (n / LANES) * VECTOR;
+    const uint16_t *place = beside->place + first;
+    const double *next = beside->next + first;
+    uint32_t *count = beside->count;
+    vector own[POWERS];
+    memcpy(own, sum, sizeof own);
+    for (size_t i = lane; i < n; i += LANES, place += VECTOR, next += VECTOR) {
         vector its, power;
         memcpy(&its, value + i, sizeof its);
         its = (its - centre) * per_scale;
@@ -33,6 +46,9 @@ RMAP_WIDE static void sum_powers(const double *value, size_t n, size_t lane, dou
             power *= its;
             own[k] += power;
         }
+        for (int k = 0; k < VECTOR; k++)
+            count[place[k]]++;
+        __builtin_prefetch(next);
     }
     memcpy(sum, own, sizeof own);
 }
@@ -44,14 +60,29 @@ static double sum_lanes(const vector lanes[LANES / VECTOR])
     return (four[0] + four[2]) + (four[1] + four[3]);
 }
 
-/* Values of which there are `n`, up to a multiple of LANES followed by such that u is 0. */
-static void add_batch(struct rmap_stats_moments *moments, const double *value, size_t n,
-                      double centre, double per_scale)
+/* For sums beside which nothing is counted. */
+static const uint16_t nowhere[RMAP_MOMENT_BATCH] = {0};
+
+/* A batch of n readings; up to a multiple of LANES such follow that u is 0. */
+static void add_batch(struct rmap_stats_moments *moments, const struct rmap_moment_ones *ones,
+                      size_t n)
 {
-    vector sum[LANES / VECTOR][POWERS];
-    const size_t n_wide = (n + LANES - 1) / LANES * LANES;
+    vector sum[LANES / VECTOR][POWERS] = {{{0.0}}};
+    double tail[LANES];
+    uint32_t ignored = 0;
+    const size_t n_wide = n / LANES * LANES;
+    const struct beside beside = {ones->place ? ones->place : nowhere,
+                                  ones->place ? ones->count : &ignored,
+                                  ones->next ? ones->next : ones->value};
     for (size_t v = 0; v < LANES / VECTOR; v++)
-        sum_powers(value, n_wide, v * VECTOR, centre, per_scale, sum[v]);
+        sum_powers(ones->value, n_wide, v * VECTOR, ones->centre, ones->per_scale, &beside, sum[v]);
+    for (size_t k = 0; k < LANES; k++)
+        tail[k] = n_wide + k < n ? ones->value[n_wide + k] : ones->centre;
+    const struct beside none = {nowhere, &ignored, tail};
+    for (size_t v = 0; n_wide < n && v < LANES / VECTOR; v++)
+        sum_powers(tail, LANES, v * VECTOR, ones->centre, ones->per_scale, &none, sum[v]);
+    for (size_t k = n_wide; ones->place && k < n; k++)
+        ones->count[ones->place[k]]++;
     rmap_exact_sum_add(&moments->power[0], (double)n);
     for (size_t k = 0; k < POWERS; k++) {
         const vector lanes[] = {sum[0][k], sum[1][k], sum[2][k], sum[3][k]};
@@ -61,28 +92,39 @@ static void add_batch(struct rmap_stats_moments *moments, const double *value, s
 
 static void flush_ones(struct rmap_stats_moments *moments)
 {
-    const size_t n = (moments->n_waiting + LANES - 1) / LANES * LANES;
-    for (size_t i = moments->n_waiting; i < n; i++)
-        moments->waiting[i] = 0.0;
-    add_batch(moments, moments->waiting, moments->n_waiting, 0.0, 1.0);
+    const struct rmap_moment_ones ones = {.value = moments->waiting, .per_scale = 1.0};
+    add_batch(moments, &ones, moments->n_waiting);
     moments->n_waiting = 0;
 }
 
-void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments, const double *value, size_t n,
-                                 double centre, double per_scale)
+/* Lets n readings wait until there is a batch of them. */
+static void keep_waiting(struct rmap_stats_moments *moments, const struct rmap_moment_ones *ones,
+                         size_t n)
 {
-    while (n > 0) {
-        const size_t room = RMAP_MOMENT_BATCH - moments->n_waiting, some = n < room ? n : room;
-        if (some == RMAP_MOMENT_BATCH) {
-            add_batch(moments, value, some, centre, per_scale);
-        } else {
-            centred(value, some, centre, per_scale, moments->waiting + moments->n_waiting);
-            moments->n_waiting += some;
-        }
-        value += some;
-        n -= some;
-        if (moments->n_waiting == RMAP_MOMENT_BATCH)
-            flush_ones(moments);
+    centred(ones->value, n, ones->centre, ones->per_scale, moments->waiting + moments->n_waiting);
+    moments->n_waiting += n;
+    for (size_t k = 0; ones->place && k < n; k++)
+        ones->count[ones->place[k]]++;
+    if (moments->n_waiting == RMAP_MOMENT_BATCH)
+        flush_ones(moments);
+}
+
+void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments,
+                                 const struct rmap_moment_ones *ones)
+{
+    struct rmap_moment_ones rest = *ones;
+    while (rest.n > 0) {
+        const size_t room = RMAP_MOMENT_BATCH - moments->n_waiting;
+        const size_t some = rest.n < room ? rest.n : room;
+        const bool whole = some == RMAP_MOMENT_BATCH || (rest.are_last && moments->n_waiting == 0);
+        rest.next = some < rest.n ? rest.value + some : ones->next;
+        if (whole)
+            add_batch(moments, &rest, some);
+        else
+            keep_waiting(moments, &rest, some);
+        rest.value += some;
+        rest.place = rest.place ? rest.place + some : NULL;
+        rest.n -= some;
     }
 }
 

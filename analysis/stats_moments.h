@@ -10,6 +10,8 @@
 #ifndef RMAP_STATS_MOMENTS_H
 #define RMAP_STATS_MOMENTS_H
 
+#include <stdbool.h>
+
 #include "base/exact_sum.h"
 
 enum {
@@ -34,9 +36,19 @@ struct rmap_stats_moments {
 /* Ends a portion. */
 void rmap_stats_moments_flush(struct rmap_stats_moments *moments);
 
-/* n clusters of one reading of weight 1: u = (value - centre) per_scale. */
-void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments, const double *value, size_t n,
-                                 double centre, double per_scale);
+/* n clusters of one reading of weight 1: u = (value - centre) per_scale. Borrowed. */
+struct rmap_moment_ones {
+    const double *value; /* [n] */
+    size_t n;
+    double centre, per_scale;
+    bool are_last; /* of the portion: they need not wait for others */
+    /* What is done beside, as the processor has time for it: */
+    const uint16_t *place; /* [n] NULL: none */
+    uint32_t *count;       /* count[place] of each goes up by 1 */
+    const double *next;    /* about as many readings that will be asked for next; NULL: none */
+};
+void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments,
+                                 const struct rmap_moment_ones *ones);
 
 /* A cluster's sums q. */
 void rmap_stats_moments_add(struct rmap_stats_moments *moments, const double q[RMAP_MOMENTS]);

@@ -46,13 +46,6 @@ static void add_to_cells(const struct rmap_stats_plan *plan, const struct rmap_s
             1.0;
 }
 
-static void count_places(const uint16_t *place, size_t n, uint32_t *count)
-{
-    RMAP_UNROLL
-    for (size_t k = 0; k < n; k++)
-        count[place[k]]++;
-}
-
 void rmap_stats_sums_add_ones(struct rmap_stats_sums *self, const struct rmap_stats_block *block,
                               const struct rmap_stats_ones *ones)
 {
@@ -63,10 +56,16 @@ void rmap_stats_sums_add_ones(struct rmap_stats_sums *self, const struct rmap_st
         const double *value = block->value[i] + ones->first;
         const size_t row = ones->class * n_quantity + i;
         uint16_t *place = block->place[i] ? block->place[i] + ones->first : own;
-        rmap_stats_moments_add_ones(&self->moments[row], value, ones->n, plan->centre[i],
-                                    plan->per_scale[i]);
         rmap_stats_fine_places(plan, i, value, ones->n, place);
-        count_places(place, ones->n, self->fine_single + row * plan->n_fine);
+        const struct rmap_moment_ones its = {.value = value,
+                                             .n = ones->n,
+                                             .centre = plan->centre[i],
+                                             .per_scale = plan->per_scale[i],
+                                             .are_last = ones->are_last,
+                                             .place = place,
+                                             .count = self->fine_single + row * plan->n_fine,
+                                             .next = ones->next[i]};
+        rmap_stats_moments_add_ones(&self->moments[row], &its);
     }
     add_to_cells(plan, block, ones,
                  self->single + ones->class * (plan->n_cell + RMAP_STATS_BEYOND));
@@ -86,5 +85,5 @@ struct rmap_stats_ones rmap_stats_ones_at(const struct rmap_stats_block *block, 
         end = weight[k] == 1.0 ? end : k;
     if (end > first && end < block->n && !(block->tag[end] & RMAP_STATS_FIRST))
         end--; /* its last one goes on */
-    return (struct rmap_stats_ones){class, first, end - first};
+    return (struct rmap_stats_ones){.class = class, .first = first, .n = end - first};
 }

@@ -13,6 +13,8 @@ enum { RMAP_STATS_ONES_MOST = 1024 };
 /* Readings [first, first + n) of a block, all of one class; n <= RMAP_STATS_ONES_MOST. */
 struct rmap_stats_ones {
     size_t class, first, n;
+    bool are_last;                           /* of the class in the portion */
+    const double *next[RMAP_QUANTITIES_MAX]; /* that will be asked for next; NULL: not known */
 };
 
 /* Those of a block with tags from `first` on, before `last`; none where that cluster is another

@@ -195,13 +195,15 @@ static void add_plain(struct rmap_stats_sums *self, const struct rmap_stats_bloc
 {
     const size_t n_quantity = self->plan->setup->quantities->n;
     for (size_t r = 0, first = 0; r < block->n_run; r++) {
-        const size_t class = block->run[r].class, end = block->run[r].end;
+        const size_t end = block->run[r].end;
         for (size_t n; first < end; first += n) {
             n = end - first < RMAP_STATS_ONES_MOST ? end - first : RMAP_STATS_ONES_MOST;
-            rmap_stats_sums_add_ones(self, block, &(struct rmap_stats_ones){class, first, n});
+            struct rmap_stats_ones ones = {
+                .class = block->run[r].class, .first = first, .n = n, .are_last = first + n == end};
+            for (size_t i = 0; i < n_quantity; i++)
+                ones.next[i] = first + n < block->n ? block->value[i] + first + n : block->next[i];
+            rmap_stats_sums_add_ones(self, block, &ones);
         }
-        for (size_t i = 0; i < n_quantity; i++)
-            rmap_stats_moments_flush(&self->moments[class * n_quantity + i]);
     }
 }
 

@@ -33,12 +33,15 @@ static void make_values(double *u)
 /* A portion with rays of one reading and of several. */
 static void add_portion(struct rmap_stats_moments *moments, const double *u)
 {
-    rmap_stats_moments_add_ones(moments, u, PORTION / 2, 0.0, 1.0);
+    struct rmap_moment_ones ones = {.value = u, .n = PORTION / 2, .per_scale = 1.0};
+    rmap_stats_moments_add_ones(moments, &ones);
     for (size_t k = 0; k < PORTION; k++) {
         const double q[RMAP_MOMENTS] = {2.0, u[k], u[k] * u[k], 0.0, 0.0};
         rmap_stats_moments_add(moments, q);
     }
-    rmap_stats_moments_add_ones(moments, u + PORTION / 2, PORTION - PORTION / 2, 0.0, 1.0);
+    ones.value = u + PORTION / 2;
+    ones.n = PORTION - PORTION / 2;
+    rmap_stats_moments_add_ones(moments, &ones);
     rmap_stats_moments_flush(moments);
 }
 
