@@ -2,6 +2,7 @@
 #include "analysis/fold.h"
 
 #include "analysis/query_marker.h"
+#include "analysis/query_sums.h"
 #include "base/alloc.h"
 
 /* For these an index is read where no criterion asks for it. */
@@ -109,14 +110,16 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *match = NULL;
-    if (!self->marker)
-        return rmap_cursor_read(self->cursor, rays->index, &rays->portion, err);
+    const rmap_column_set columns = self->fold->columns & ~self->fold->deferred;
+    if (!self->marker) {
+        st = rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err);
+        return st == RMAP_OK ? rmap_cursor_fetch(self->cursor, columns, err) : st;
+    }
     RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
     rays->match = match;
     rays->view = rays->n_match > 0 ? rmap_query_marker_view(self->marker) : NULL;
     if (rays->n_match > 0)
-        st = rmap_query_marker_know(self->marker, self->fold->columns & ~self->fold->deferred,
-                                    &rays->portion, err);
+        st = rmap_query_marker_know(self->marker, columns, &rays->portion, err);
 out:
     return st;
 }
@@ -125,9 +128,33 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
                                  struct rmap_error *err)
 {
     const struct rmap_portion *portion;
-    if (!rays->scanner || !rays->scanner->marker)
+    if (!rays->scanner || rays->scanner->view)
         return RMAP_OK;
+    if (!rays->scanner->marker)
+        return rmap_cursor_fetch(rays->scanner->cursor, columns, err);
     return rmap_query_marker_know(rays->scanner->marker, columns, &portion, err);
+}
+
+enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    const double one = 1.0;
+    bool known = false;
+    if (!rays->portion->ray.weight && scanner->marker)
+        st = rmap_query_marker_holds(scanner->marker, RMAP_RAY_weight, &one, &known, err);
+    else if (!rays->portion->ray.weight)
+        st = rmap_cursor_holds(scanner->cursor, RMAP_RAY_weight, &one, &known, err);
+    RMAP_TRY(st);
+    if (!known) {
+        RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_weight), err));
+        known =
+            rmap_weights_are_one(rays->portion->ray.weight, rays->portion->n_row[RMAP_TABLE_RAY]);
+    }
+    *are_one_ret = known;
+out:
+    return st;
 }
 
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,

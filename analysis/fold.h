@@ -33,6 +33,11 @@ struct rmap_matched {
 enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_set columns,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* *are_one_ret: all rays of the portion, whether they match or not, weigh 1. The column need not be
+ * there: it is read where the stored bytes do not tell. */
+enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 /* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
 struct rmap_fold_kind {
     /* An empty state. */

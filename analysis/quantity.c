@@ -258,7 +258,7 @@ static rmap_column_set columns_of(const struct rmap_quantity *quantity)
 /* What all of them need, once each is known. */
 static void plan(struct rmap_quantities *self, bool has_detector)
 {
-    self->columns = RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    self->columns = 0;
     self->of_registrations = has_detector;
     for (size_t i = 0; i < self->n; i++) {
         struct rmap_quantity *quantity = &self->of[i];
@@ -267,6 +267,8 @@ static void plan(struct rmap_quantities *self, bool has_detector)
         self->spreads = self->spreads || (quantity->kind == RMAP_QUANTITY_RAY_NUMBER &&
                                           quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH);
     }
+    self->deferred = RMAP_COLUMN_BIT(RMAP_RAY_weight) & ~self->columns;
+    self->columns |= RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
     if (self->of_registrations)
         self->columns |= RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
                          RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |

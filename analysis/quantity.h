@@ -59,7 +59,8 @@ struct rmap_quantities {
     uint64_t detector_bits;         /* as in struct rmap_portion_summary */
     bool spreads;                   /* `wavelength` is among them */
     struct rmap_path_order order;   /* when an order is among them */
-    rmap_column_set columns;        /* that reading them needs */
+    rmap_column_set columns;        /* that reading them needs, with sources and weights */
+    rmap_column_set deferred;       /* those of them that only their flux needs: weights */
     struct rmap_criterion *holder;  /* of the sets' memory */
 };
 

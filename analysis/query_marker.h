@@ -38,6 +38,11 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *marker, rmap_c
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
+/* As rmap_cursor_holds, of that portion. */
+enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *marker, enum rmap_column column,
+                                         const void *element, bool *holds_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 /* What the history index tells of that portion; NULL: nothing. */
 struct rmap_history_view;
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *marker);

@@ -144,6 +144,14 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *self, rmap
     return RMAP_OK;
 }
 
+enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *self, enum rmap_column column,
+                                          const void *element, bool *holds_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = enter_columns(self, err);
+    return st == RMAP_OK ? rmap_cursor_holds(self->cursor, column, element, holds_ret, err) : st;
+}
+
 const struct rmap_history_view *rmap_query_verdicts_view(const struct rmap_query_verdicts *self)
 {
     return self->view;

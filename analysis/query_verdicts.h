@@ -49,6 +49,11 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
                                           const struct rmap_portion **portion_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
+/* As rmap_cursor_holds. */
+enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *verdicts,
+                                          enum rmap_column column, const void *element,
+                                          bool *holds_ret, struct rmap_error *err) RMAP_MUST_USE;
+
 /* What the history index tells of the portion in hand; NULL: nothing. */
 const struct rmap_history_view *
 rmap_query_verdicts_view(const struct rmap_query_verdicts *verdicts);

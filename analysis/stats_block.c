@@ -3,7 +3,6 @@
 
 #include <string.h>
 
-#include "analysis/query_sums.h"
 #include "base/alloc.h"
 #include "base/pick.h"
 #include "base/wide.h"
@@ -226,9 +225,8 @@ enum { SOURCES_FEW = 8 };
 static bool may_be_plain(const struct rmap_stats_setup *setup, const struct rmap_matched *rays)
 {
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    const struct rmap_ray_columns *ray = &rays->portion->ray;
-    return setup->by != RMAP_STATS_BY_DETECTOR && rmap_weights_are_one(ray->weight, n_ray) &&
-           (setup->n_source <= SOURCES_FEW || !any_other(ray->source, n_ray));
+    return setup->by != RMAP_STATS_BY_DETECTOR &&
+           (setup->n_source <= SOURCES_FEW || !any_other(rays->portion->ray.source, n_ray));
 }
 
 RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
@@ -350,11 +348,14 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     bool all_one = true;
     const double *column[RMAP_QUANTITIES_MAX] = {NULL};
     readings->lean = may_be_plain(setup, rays);
+    if (readings->lean)
+        RMAP_TRY(rmap_fold_weights(rays, &readings->lean, err));
     if (readings->lean && rmap_quantities_stored(setup->quantities, rays, column))
         return read_stored(reader, setup, rays, column, block, err);
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
     if (readings->lean)
         return read_plain(reader, setup, rays, block, err);
+    RMAP_TRY(rmap_fold_fetch(rays, setup->quantities->deferred, err));
     RMAP_TRY(reserve(reader, readings->n + 1, err));
     for (size_t k = 0; k < readings->n; k++) {
         double weight = rays->portion->ray.weight[readings->ray[k]] * readings->share[k];

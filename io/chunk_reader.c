@@ -23,6 +23,13 @@ struct open_file {
     uint64_t tick;
 };
 
+/* What the stored bytes of a chunk told. */
+struct told {
+    const struct rmap_chunk_entry *entry;
+    uint8_t element[8];
+    bool holds;
+};
+
 struct rmap_chunk_reader {
     const struct rmap_map *map;
     struct rmap_decoder *decoder;
@@ -31,6 +38,7 @@ struct rmap_chunk_reader {
     /* Chunks as byte planes, from which rows are taken; made when first read. */
     struct rmap_chunk_cache *cache[RMAP_ENCODING_COUNT][RMAP_STREAM_MAX];
     struct rmap_chunk_budget budget; /* of all caches */
+    struct told told;                /* by the last one that was asked */
     struct open_file file[FILES_MAX];
     uint64_t tick;
     bool is_counted; /* among those that share the map's bytes: it has read chunks */
@@ -141,12 +149,11 @@ static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece,
     return RMAP_OK;
 }
 
-static enum rmap_status decode(struct rmap_chunk_reader *self, const struct place *place,
-                               const struct rmap_chunk_entry *entry, int fd, uint8_t *plane,
-                               struct rmap_error *err)
+static enum rmap_status read_stored(struct rmap_chunk_reader *self,
+                                    const struct rmap_chunk_entry *entry, int fd,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
     void *block = self->stored;
     st =
         rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes + RMAP_DECODER_SLACK, 1, err);
@@ -156,7 +163,18 @@ static enum rmap_status decode(struct rmap_chunk_reader *self, const struct plac
     RMAP_TRY(rmap_read_exactly(fd, self->stored, entry->nbytes, entry->offset, err));
     self->nbytes += entry->nbytes;
     if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
-        return rmap_error_set(err, RMAP_FORMAT, "checksum does not match: the data are damaged");
+        st = rmap_error_set(err, RMAP_FORMAT, "checksum does not match: the data are damaged");
+out:
+    return st;
+}
+
+static enum rmap_status decode(struct rmap_chunk_reader *self, const struct place *place,
+                               const struct rmap_chunk_entry *entry, int fd, uint8_t *plane,
+                               struct rmap_error *err)
+{
+    struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(read_stored(self, entry, fd, err));
     RMAP_TRY(rmap_decoder_planes(self->decoder, self->stored, &size, RMAP_CHUNK_ROWS * place->width,
                                  place->element, plane, err));
 out:
@@ -189,14 +207,21 @@ out:
     return st;
 }
 
+/* Rows of the piece in a chunk; what else stands there is 0. */
+static uint64_t rows_of_chunk(const struct rmap_chunk_reader *self, const struct place *place,
+                              uint64_t index)
+{
+    uint64_t rows = self->map->content.piece[place->piece].stored_rows[place->info->table];
+    rows -= index * RMAP_CHUNK_ROWS;
+    return rows < RMAP_CHUNK_ROWS ? rows : RMAP_CHUNK_ROWS;
+}
+
 /* Of the stored bytes of a chunk, those of its rows [first, last). Telescopes. */
 static uint64_t share_of_chunk(const struct rmap_chunk_reader *self, const struct place *place,
                                uint64_t index, size_t first, size_t last)
 {
     uint64_t nbytes = place->chunks->entry[place->chunks->first[place->stream] + index].nbytes;
-    uint64_t rows = self->map->content.piece[place->piece].stored_rows[place->info->table];
-    rows -= index * RMAP_CHUNK_ROWS;
-    rows = rows < RMAP_CHUNK_ROWS ? rows : RMAP_CHUNK_ROWS;
+    uint64_t rows = rows_of_chunk(self, place, index);
     return nbytes * last / rows - nbytes * first / rows;
 }
 
@@ -266,4 +291,54 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t p
         at += n;
     }
     return st;
+}
+
+/* One element over and over takes fewer bytes. */
+enum { REPEATED_MOST = 2048 };
+
+/* Whether the chunk is the element over and over, by its stored bytes. One that was damaged does
+ * not tell: reading its rows will say so. */
+static enum rmap_status ask_chunk(struct rmap_chunk_reader *self, const struct place *place,
+                                  uint64_t index, const void *element, struct rmap_error *err)
+{
+    const struct rmap_chunk_entry *entry =
+        &place->chunks->entry[place->chunks->first[place->stream] + index];
+    const struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
+    struct told *told = &self->told;
+    struct rmap_error damage = {0};
+    int fd = -1;
+    if (told->entry == entry && memcmp(told->element, element, place->element) == 0)
+        return RMAP_OK;
+    told->entry = entry;
+    told->holds = false;
+    memcpy(told->element, element, place->element);
+    if (entry->nbytes > REPEATED_MOST)
+        return RMAP_OK;
+    enum rmap_status st = open_piece(self, place->piece, &fd, err);
+    if (st != RMAP_OK || read_stored(self, entry, fd, &damage) != RMAP_OK)
+        return st;
+    told->holds = rmap_codec_repeats(self->stored, &size, element, place->element,
+                                     (size_t)rows_of_chunk(self, place, index), RMAP_CHUNK_ROWS);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_chunk_reader_holds(struct rmap_chunk_reader *self, size_t piece, int stream,
+                                         uint64_t first, size_t n, const void *element,
+                                         bool *holds_ret, struct rmap_error *err)
+{
+    struct place place;
+    enum rmap_status st = look_up(self, piece, stream, &place, err);
+    *holds_ret = false;
+    if (st != RMAP_OK || n == 0 || place.width != 1)
+        return st;
+    const uint64_t last = (first + n - 1) / RMAP_CHUNK_ROWS;
+    bool holds = last < place.chunks->first[stream + 1] - place.chunks->first[stream];
+    for (uint64_t index = first / RMAP_CHUNK_ROWS; holds && index <= last; index++) {
+        st = ask_chunk(self, &place, index, element, err);
+        if (st != RMAP_OK)
+            return st;
+        holds = self->told.holds;
+    }
+    *holds_ret = holds;
+    return RMAP_OK;
 }

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/codec.h"
 
-#include <stdbool.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "base/wide.h"
 #include "io/inflate.h"
 #include "io/shuffle.h"
+#include "io/uniform_plane.h"
 #include "trace/portion_hash.h"
 
 #define FLETCHER_NBYTES 4
@@ -203,4 +203,13 @@ enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stor
                                   plane, n * lead))
         return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * lead);
     return RMAP_OK;
+}
+
+bool rmap_codec_repeats(const uint8_t *stored, const struct rmap_stream_size *size,
+                        const void *element, size_t element_nbytes, size_t n_used, size_t n)
+{
+    const size_t end = ADLER + FLETCHER_NBYTES;
+    return size->nbytes > end && n_used > 0 &&
+           rmap_uniform_stream(stored, size->nbytes - end, element, element_nbytes, n_used,
+                               n - n_used);
 }

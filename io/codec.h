@@ -9,6 +9,7 @@
 #ifndef RMAP_CODEC_H
 #define RMAP_CODEC_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -56,6 +57,11 @@ enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stor
                                      const struct rmap_stream_size *size, size_t n,
                                      size_t element_nbytes, uint8_t *plane,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether a chunk of the encoder's is n_used times this element, then zeros up to n: told without
+ * decoding it. False of one that another encoder made, whatever is in it. */
+bool rmap_codec_repeats(const uint8_t *stored, const struct rmap_stream_size *size,
+                        const void *element, size_t element_nbytes, size_t n_used, size_t n);
 
 /* HDF5's fletcher32 filter: Fletcher's sums of big-endian 16-bit words modulo 65535, where 0
  * stands for "all words 0" only. */

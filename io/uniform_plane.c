@@ -5,7 +5,7 @@
  */
 #include "io/uniform_plane.h"
 
-#include <stdbool.h>
+#include <string.h>
 
 #include "io/bit_writer.h"
 
@@ -103,4 +103,43 @@ size_t rmap_uniform_plane(uint8_t byte, size_t nbytes, uint8_t *out)
         rmap_bits_put(&bits, rest > 1 ? one | one << 2 : one, 2 * rest);
     rmap_bits_put(&bits, copied ? rmap_bits_turned(6, 3) : 3, copied ? 3 : 2);
     return (size_t)(rmap_bits_align(&bits) - out);
+}
+
+/* A stream that is compared with what would be written. */
+struct comparison {
+    const uint8_t *at;
+    size_t left;
+    bool is_equal;
+};
+
+static void compare(struct comparison *with, const uint8_t *bytes, size_t n)
+{
+    with->is_equal = with->is_equal && n <= with->left && memcmp(with->at, bytes, n) == 0;
+    if (with->is_equal) {
+        with->at += n;
+        with->left -= n;
+    }
+}
+
+enum { PLANE_MOST = 1 << 16 };
+
+static void compare_plane(struct comparison *with, uint8_t byte, size_t n)
+{
+    uint8_t block[RMAP_UNIFORM_BOUND + PLANE_MOST / 8];
+    if (n > 0 && with->is_equal)
+        compare(with, block, rmap_uniform_plane(byte, n, block));
+}
+
+bool rmap_uniform_stream(const uint8_t *stream, size_t nbytes, const uint8_t *byte, size_t n_plane,
+                         size_t n_used, size_t n_zero)
+{
+    static const uint8_t header[2] = {0x78, 0x01}, final_block[2] = {0x03, 0x00};
+    struct comparison with = {stream, nbytes, n_used + n_zero <= PLANE_MOST};
+    compare(&with, header, sizeof header);
+    for (size_t k = 0; k < n_plane && with.is_equal; k++) {
+        compare_plane(&with, byte[k], byte[k] ? n_used : n_used + n_zero);
+        compare_plane(&with, 0, byte[k] ? n_zero : 0);
+    }
+    compare(&with, final_block, sizeof final_block);
+    return with.is_equal && with.left == 0;
 }

@@ -24,7 +24,8 @@ static struct rmap_fold fold_of(const struct rmap_stats_request *request,
                               .map = quantities->map,
                               .overlay = quantities->overlay,
                               .criterion = request->criterion,
-                              .columns = quantities->columns};
+                              .columns = quantities->columns,
+                              .deferred = quantities->deferred};
 }
 
 /* Readings in memory, shared out over the threads of rank 0. */

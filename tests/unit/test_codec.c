@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Chunks come back equal whatever is in them, zlib itself reads them, fletcher32 is Fletcher's,
- * and no flipped bit goes unseen.
+ * and no flipped bit goes unseen. A chunk of one number is told by its bytes.
  */
 #include <setjmp.h>
 #include <stdarg.h>
@@ -163,12 +163,52 @@ static void test_damage_is_seen(void **state)
     rmap_free(stored);
 }
 
+/* n_used times the number, then zeros; but one row, if it is one of them, is another number. */
+static bool is_told(double number, double asked, size_t n_used, size_t told_used, size_t other)
+{
+    enum { N = 65536 };
+    struct rmap_encoder *encoder;
+    struct rmap_stream_size stream;
+    double *raw = rmap_alloc(N, sizeof *raw);
+    uint8_t *stored = rmap_alloc(rmap_codec_bound(N, sizeof *raw), 1);
+    assert_int_equal(rmap_encoder_create(&encoder, NULL), RMAP_OK);
+    for (size_t i = 0; i < n_used; i++)
+        raw[i] = i == other ? 1.5 * number + 1.0 : number;
+    assert_int_equal(
+        rmap_encoder_encode_first(encoder, raw, n_used, N, sizeof *raw, stored, &stream, NULL),
+        RMAP_OK);
+    const bool told = rmap_codec_repeats(stored, &stream, &asked, sizeof asked, told_used, N);
+    rmap_encoder_destroy(encoder);
+    rmap_free(stored);
+    rmap_free(raw);
+    return told;
+}
+
+static void test_one_number_is_told(void **state)
+{
+    static const size_t used[] = {1, 1023, 3392, 40000, 65535, 65536};
+    const size_t none = SIZE_MAX;
+    (void)state;
+    const bool can_tell = is_told(1.0, 1.0, 65536, 65536, none); /* by our own deflate */
+    for (size_t k = 0; k < sizeof used / sizeof *used; k++) {
+        const size_t n = used[k];
+        assert_true(is_told(1.0, 1.0, n, n, none) == can_tell);
+        assert_true(is_told(-0.3, -0.3, n, n, none) == can_tell);
+        assert_false(is_told(1.0, 0.5, n, n, none));
+        assert_false(is_told(1.0, 1.0, n, n - 1, none));
+        assert_false(is_told(1.0, 1.0, n, n, 0));
+        assert_false(is_told(1.0, 1.0, n, n, n / 2));
+        assert_false(is_told(1.0, 1.0, n, n, n - 1));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_round_trip),
         cmocka_unit_test(test_fletcher),
         cmocka_unit_test(test_damage_is_seen),
+        cmocka_unit_test(test_one_number_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
