@@ -51,12 +51,11 @@ static bool is_reached(const struct rmap_stats_flux *flux, const double *weight)
     return sum >= flux->target;
 }
 
-double rmap_stats_items_at(struct rmap_stats_item *item, size_t n,
-                           const struct rmap_stats_flux *flux, double *weight)
+/* In one part; weight: of what is below it. n > 0. */
+static double value_in_part(struct rmap_stats_item *item, size_t n,
+                            const struct rmap_stats_flux *flux, double *weight)
 {
     double value = item[0].value;
-    for (size_t s = 0; s < flux->n_source; s++)
-        weight[s] = 0.0;
     while (n > 0) {
         size_t n_below, n_up_to;
         const double middle = median(item[0].value, item[n / 2].value, item[n - 1].value);
@@ -75,4 +74,24 @@ double rmap_stats_items_at(struct rmap_stats_item *item, size_t n,
         n -= n_up_to;
     }
     return value;
+}
+
+double rmap_stats_items_at(struct rmap_stats_item *item, const size_t *first, size_t n_part,
+                           const struct rmap_stats_flux *flux, double *weight)
+{
+    size_t last = 0; /* with an item */
+    for (size_t s = 0; s < flux->n_source; s++)
+        weight[s] = 0.0;
+    for (size_t k = 0; k < n_part; k++) {
+        const size_t n = first[k + 1] - first[k];
+        if (n == 0)
+            continue;
+        last = k;
+        add(item + first[k], n, 1.0, weight);
+        if (is_reached(flux, weight))
+            break;
+    }
+    const size_t n = first[last + 1] - first[last];
+    add(item + first[last], n, -1.0, weight);
+    return value_in_part(item + first[last], n, flux, weight);
 }

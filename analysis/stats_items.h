@@ -11,7 +11,6 @@
 struct rmap_stats_item {
     double value, weight;
     uint32_t source;
-    uint32_t list;
 };
 
 /* Flux of readings: `below` that of all lower ones. */
@@ -21,10 +20,12 @@ struct rmap_stats_flux {
     double below, target;
 };
 
-/* The first value at which the flux reaches the target; the greatest where none does. Flux sums up
- * per source, then over sources: the order of equal values does not matter, nor that of items,
- * which is changed. n > 0; weight: [n_source] scratch. */
-double rmap_stats_items_at(struct rmap_stats_item *item, size_t n,
+/* The first value at which the flux reaches the target; the greatest where none does. Part k of the
+ * items is [first[k], first[k + 1]), and holds no value greater than one of a later part; n_part of
+ * them, one at least with an item. Flux sums up per source, then over sources: the order of equal
+ * values does not matter, nor that of items in a part, which is changed. weight: [n_source]
+ * scratch. */
+double rmap_stats_items_at(struct rmap_stats_item *item, const size_t *first, size_t n_part,
                            const struct rmap_stats_flux *flux, double *weight);
 
 #endif

@@ -179,18 +179,30 @@ static void settle(const struct rmap_stats_plan *plan, size_t quantity, const st
     }
 }
 
+/* At most GROUPS groups. */
+static void tell_groups(const struct rmap_stats_plan *plan, size_t quantity,
+                        const struct ruler *ruler, const double *value, size_t n_group,
+                        uint16_t *place)
+{
+    const uint64_t doubtful = is_wide() ? guess_wide(ruler, value, n_group, place)
+                                        : guess_narrow(ruler, value, n_group, place);
+    settle(plan, quantity, ruler, doubtful, value, place);
+}
+
 void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
                             const double *value, size_t n, uint16_t *place)
 {
     struct ruler ruler;
     size_t n_group = make_ruler(plan, quantity, &ruler) ? n / GROUP : 0;
-    const bool wide = is_wide();
-    for (size_t k = n_group * GROUP; k < n; k++)
+    for (size_t k = 0; n_group == 0 && k < n; k++)
         place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
-    for (size_t some; n_group > 0; n_group -= some, value += some * GROUP, place += some * GROUP) {
+    if (n_group == 0)
+        return;
+    const size_t rest = n % GROUP, last = n - GROUP;
+    for (size_t k = 0, some; n_group > 0; n_group -= some, k += some * GROUP) {
         some = n_group < GROUPS ? n_group : GROUPS;
-        const uint64_t doubtful = wide ? guess_wide(&ruler, value, some, place)
-                                       : guess_narrow(&ruler, value, some, place);
-        settle(plan, quantity, &ruler, doubtful, value, place);
+        tell_groups(plan, quantity, &ruler, value + k, some, place + k);
     }
+    if (rest > 0) /* some of these once more */
+        tell_groups(plan, quantity, &ruler, value + last, 1, place + last);
 }

@@ -37,10 +37,10 @@ static void below_from_counts(const struct rmap_stats_search *search, const doub
                               size_t n, struct below_sums *sums)
 {
     const struct rmap_stats_setup *setup = search->stats->setup;
-    const size_t n_fine = search->stats->plan->n_fine;
     for (size_t class = 0; class < setup->n_class; class ++)
         for (size_t j = 0; j < n; j++) {
-            const double a = search->before[class * (n_fine + 1) + n_fine];
+            const double a =
+                rmap_stats_levels_weight(&search->levels, class, search->stats->plan->n_fine);
             const double value = quantile[class / setup->n_source * n + j];
             const double b = isnan(value) ? 0.0 : rmap_stats_search_below(search, class, value);
             sums[class * n + j] = (struct below_sums){a, a, b, b, b};

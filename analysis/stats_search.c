@@ -16,52 +16,26 @@ enum { CHUNK = 1024 };
 
 void rmap_stats_search_fini(struct rmap_stats_search *search)
 {
-    rmap_free(search->below);
-    rmap_free(search->before);
+    rmap_stats_levels_fini(&search->levels);
     rmap_free(search->of_bin);
     rmap_free(search->windows);
     rmap_free(search->list);
+    rmap_free(search->found);
+    rmap_free(search->first);
     rmap_free(search->item);
-}
-
-static const double *before_of(const struct rmap_stats_search *search, size_t class)
-{
-    return search->before + class * (search->stats->plan->n_fine + 1);
-}
-
-static void sum_up(struct rmap_stats_search *search, size_t class)
-{
-    const struct rmap_stats_setup *setup = search->stats->setup;
-    const size_t n_fine = search->stats->plan->n_fine;
-    const size_t row = (class * setup->quantities->n + search->quantity) * n_fine;
-    const double *fine = search->sums->fine ? search->sums->fine + row : NULL;
-    const uint32_t *single = search->sums->fine_single + row;
-    const double flux = rmap_map_flux_per_weight(setup->quantities->map)[class % setup->n_source];
-    double *before = search->before + class * (n_fine + 1);
-    double *below = search->below + class / setup->n_source * (n_fine + 1);
-    for (size_t k = 0; k < n_fine; k++) {
-        before[k + 1] =
-            before[k] +
-            (single[k] + (fine ? fine[k] : 0.0)); /* exact, so that a bin without light adds none */
-        below[k + 1] += flux * before[k + 1];
-    }
 }
 
 enum rmap_status rmap_stats_search_init(struct rmap_stats_search *search, struct rmap_error *err)
 {
     const struct rmap_stats_setup *setup = search->stats->setup;
     const size_t n_fine = search->stats->plan->n_fine, n_bin = setup->n_group * n_fine;
-    search->below = rmap_alloc(setup->n_group * (n_fine + 1), sizeof *search->below);
-    search->before = rmap_alloc(setup->n_class * (n_fine + 1), sizeof *search->before);
     search->of_bin = rmap_alloc(n_bin, sizeof *search->of_bin);
     search->windows = rmap_alloc(setup->n_group, sizeof *search->windows);
-    if (!search->below || !search->before || !search->of_bin || !search->windows)
+    if (!search->of_bin || !search->windows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles");
     for (size_t k = 0; k < n_bin; k++)
         search->of_bin[k] = -1;
-    for (size_t class = 0; class < setup->n_class; class ++)
-        sum_up(search, class);
-    return RMAP_OK;
+    return rmap_stats_levels_init(&search->levels, search->sums, search->quantity, err);
 }
 
 bool rmap_stats_search_is_whole(const struct rmap_stats_search *search)
@@ -75,20 +49,10 @@ bool rmap_stats_search_is_whole(const struct rmap_stats_search *search)
 static size_t bin_at(const struct rmap_stats_search *search, size_t g, double p, double *target_ret)
 {
     const size_t n_fine = search->stats->plan->n_fine;
-    const double *below = search->below + g * (n_fine + 1);
-    const double target = (p - SHARE_SLACK) * below[n_fine];
-    size_t low = 0, high = n_fine;
+    const double flux = rmap_stats_levels_flux(&search->levels, g, n_fine);
+    const double target = (p - SHARE_SLACK) * flux;
     *target_ret = target;
-    if (!(below[n_fine] > 0.0))
-        return n_fine;
-    while (low < high) { /* first bin whose end reaches it and that has light */
-        size_t middle = (low + high) / 2;
-        if (below[middle + 1] >= target && below[middle + 1] > 0.0)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return low < n_fine ? low : n_fine - 1;
+    return flux > 0.0 ? rmap_stats_levels_bin(&search->levels, g, target) : n_fine;
 }
 
 static enum rmap_status want_one(struct rmap_stats_search *search, size_t g, double p,
@@ -181,26 +145,29 @@ static enum rmap_status measure_lists(struct rmap_stats_search *search, const st
     return RMAP_OK;
 }
 
-/* Adds the readings of lists, but of those known to hold one value only. */
-static enum rmap_status add_items(struct rmap_stats_search *search, const struct chunk *chunk,
-                                  struct rmap_error *err)
+/* Finds the readings of lists, but of those known to hold one value only. They are not at hand:
+ * what they are is read later, of all at once. */
+static enum rmap_status find_items(struct rmap_stats_search *search, const struct chunk *chunk,
+                                   struct rmap_error *err)
 {
     uint32_t picked[CHUNK];
     int32_t of[CHUNK];
     const size_t n_picked = pick(search, chunk, picked, of);
-    void *memory = search->item;
-    enum rmap_status st = rmap_reserve(&memory, &search->item_cap, search->n_item + n_picked + 1,
-                                       sizeof *search->item, err);
-    search->item = memory;
+    void *memory = search->found;
+    enum rmap_status st = rmap_reserve(&memory, &search->found_cap, search->n_found + n_picked + 1,
+                                       sizeof *search->found, err);
+    search->found = memory;
     for (size_t i = 0; st == RMAP_OK && i < n_picked; i++) {
         const size_t k = chunk->first + picked[i];
+        const double *at = chunk->block.value[search->quantity] + k;
         if (search->list[of[i]].least == search->list[of[i]].greatest)
             continue;
-        search->item[search->n_item++] = (struct rmap_stats_item){
-            .value = chunk->block.value[search->quantity][k],
+        __builtin_prefetch(at);
+        search->found[search->n_found++] = (struct rmap_stats_found){
+            .at = at,
             .weight = rmap_stats_weight(&chunk->block, k),
             .source = (uint32_t)(class_at(chunk, k) % search->stats->setup->n_source),
-            .list = (uint32_t)of[i]};
+            .part = (uint32_t)of[i] * RMAP_STATS_PARTS};
     }
     return st;
 }
@@ -224,30 +191,46 @@ static enum rmap_status look_through(struct rmap_stats_search *search,
     return st;
 }
 
-/* Puts the items in the order of their lists. */
+/* Parts of a list's bin: of two values, the greater one is in the same part or a later one. */
+static uint32_t part_of(const struct rmap_stats_search *search, const struct rmap_stats_list *list,
+                        double value)
+{
+    const struct rmap_stats_plan *plan = search->stats->plan;
+    const size_t i = search->quantity;
+    const double bin = (double)(list->bin % plan->n_fine);
+    const double at = (value - plan->fine_low[i]) * plan->fine_per[i] - bin;
+    const double part = fmin(fmax(at * RMAP_STATS_PARTS, 0.0), RMAP_STATS_PARTS - 1);
+    return (uint32_t)part;
+}
+
+/* Reads what was found, in the order of lists and of their parts. */
 static enum rmap_status divide_items(struct rmap_stats_search *search, struct rmap_error *err)
 {
-    struct rmap_stats_item *item = rmap_alloc_unset(search->n_item, sizeof *item);
-    if (!item)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles");
-    size_t first = 0;
-    for (size_t i = 0; i < search->n_item; i++)
-        search->list[search->item[i].list].n++;
-    for (size_t k = 0; k < search->n_list; first += search->list[k++].n)
-        search->list[k].first = first;
-    for (size_t i = 0; i < search->n_item; i++)
-        item[search->list[search->item[i].list].first++] = search->item[i];
-    for (size_t k = 0; k < search->n_list; k++) {
-        struct rmap_stats_list *list = &search->list[k];
-        list->first -= list->n;
-        for (size_t i = list->first; i < list->first + list->n; i++) {
-            list->least = item[i].value < list->least ? item[i].value : list->least;
-            list->greatest = item[i].value > list->greatest ? item[i].value : list->greatest;
-        }
-    }
+    const size_t n_part = search->n_list * RMAP_STATS_PARTS;
+    size_t *first = rmap_alloc(n_part + 2, sizeof *first);
+    struct rmap_stats_item *item = rmap_alloc_unset(search->n_found, sizeof *item);
+    rmap_free(search->first);
     rmap_free(search->item);
+    search->first = first;
     search->item = item;
-    search->item_cap = search->n_item;
+    if (!first || !item)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles");
+    for (size_t i = 0; i < search->n_found; i++) {
+        struct rmap_stats_found *found = &search->found[i];
+        struct rmap_stats_list *list = &search->list[found->part / RMAP_STATS_PARTS];
+        const double value = *found->at;
+        list->least = value < list->least ? value : list->least;
+        list->greatest = value > list->greatest ? value : list->greatest;
+        found->part += part_of(search, list, value);
+        first[found->part + 2]++;
+    }
+    for (size_t k = 2; k < n_part + 2; k++)
+        first[k] += first[k - 1];
+    for (size_t i = 0; i < search->n_found; i++) {
+        const struct rmap_stats_found *found = &search->found[i];
+        item[first[found->part + 1]++] = (struct rmap_stats_item){
+            .value = *found->at, .weight = found->weight, .source = found->source};
+    }
     return RMAP_OK;
 }
 
@@ -289,8 +272,8 @@ enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct
     lay_windows(search);
     if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
         RMAP_TRY(look_through(search, measure_lists, err)); /* few values, of many rays each */
-    search->n_item = 0;
-    RMAP_TRY(look_through(search, add_items, err));
+    search->n_found = 0;
+    RMAP_TRY(look_through(search, find_items, err));
     RMAP_TRY(divide_items(search, err));
     search->n_filled = search->n_list;
 out:
@@ -299,9 +282,8 @@ out:
 
 /* In a list: the first value at which the flux, `below` before the list, reaches the target.
  * weight: [n_source] scratch. */
-static double value_in_list(const struct rmap_stats_search *search,
-                            const struct rmap_stats_list *list, double below, double target,
-                            double *weight)
+static double value_in_list(const struct rmap_stats_search *search, size_t index, double below,
+                            double target, double *weight)
 {
     const struct rmap_stats_setup *setup = search->stats->setup;
     const struct rmap_stats_flux flux = {.per_weight =
@@ -309,7 +291,11 @@ static double value_in_list(const struct rmap_stats_search *search,
                                          .n_source = setup->n_source,
                                          .below = below,
                                          .target = target};
-    return rmap_stats_items_at(search->item + list->first, list->n, &flux, weight);
+    const struct rmap_stats_list *list = &search->list[index];
+    if (!(list->least < list->greatest))
+        return list->least;
+    return rmap_stats_items_at(search->item, search->first + index * RMAP_STATS_PARTS,
+                               RMAP_STATS_PARTS, &flux, weight);
 }
 
 double rmap_stats_search_at(const struct rmap_stats_search *search, size_t g, double p,
@@ -321,18 +307,16 @@ double rmap_stats_search_at(const struct rmap_stats_search *search, size_t g, do
     const size_t k = bin_at(search, g, p, &target);
     if (k == n_fine)
         return (double)NAN;
-    const double *below = search->below + g * (n_fine + 1);
+    const double below = rmap_stats_levels_flux(&search->levels, g, k);
     const int32_t index = search->of_bin[g * n_fine + k];
-    if (index >= 0 && (size_t)index < search->n_filled) {
-        const struct rmap_stats_list *list = &search->list[index];
-        return list->least < list->greatest ? value_in_list(search, list, below[k], target, weight)
-                                            : list->least;
-    }
+    if (index >= 0 && (size_t)index < search->n_filled)
+        return value_in_list(search, (size_t)index, below, target, weight);
     if (rmap_stats_search_is_whole(search))
         return plan->fine_low[i] + 0.5 + (double)k;
     if (plan->fine_per[i] == 0.0)
         return plan->fine_low[i];
-    double part = (target - below[k]) / (below[k + 1] - below[k]);
+    const double end = rmap_stats_levels_flux(&search->levels, g, k + 1);
+    const double part = (target - below) / (end - below);
     return plan->fine_low[i] + ((double)k + fmin(fmax(part, 0.0), 1.0)) / plan->fine_per[i];
 }
 
@@ -341,15 +325,13 @@ double rmap_stats_search_below(const struct rmap_stats_search *search, size_t cl
     const struct rmap_stats_plan *plan = search->stats->plan;
     const size_t g = class / plan->setup->n_source, s = class % plan->setup->n_source;
     const size_t bin = rmap_stats_fine(plan, search->quantity, value);
-    const double *before = before_of(search, class);
     const int32_t index = search->of_bin[g * plan->n_fine + bin];
-    if (index < 0 || (size_t)index >= search->n_filled)
-        return before[bin + 1];
-    const struct rmap_stats_list *list = &search->list[index];
-    if (!(list->least < list->greatest))
-        return before[bin + 1];
-    double weight = before[bin];
-    for (size_t k = list->first; k < list->first + list->n; k++) {
+    if (index < 0 || (size_t)index >= search->n_filled ||
+        !(search->list[index].least < search->list[index].greatest))
+        return rmap_stats_levels_weight(&search->levels, class, bin + 1);
+    const size_t *first = search->first + (size_t)index * RMAP_STATS_PARTS;
+    double weight = rmap_stats_levels_weight(&search->levels, class, bin);
+    for (size_t k = first[0]; k < first[RMAP_STATS_PARTS]; k++) {
         const struct rmap_stats_item *item = &search->item[k];
         weight += item->source == s && item->value <= value ? item->weight : 0.0;
     }

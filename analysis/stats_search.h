@@ -9,13 +9,24 @@
 
 #include "analysis/stats.h"
 #include "analysis/stats_items.h"
+#include "analysis/stats_levels.h"
 #include "analysis/stats_windows.h"
 
 /* A fine bin that is of interest: what is in it. */
 struct rmap_stats_list {
     size_t bin; /* group * n_fine + bin */
     double least, greatest;
-    size_t first, n; /* of the items */
+};
+
+/* Items of a list stand in so many parts, each of a part of its bin. */
+enum { RMAP_STATS_PARTS = 32 };
+
+/* Where an item is read from. */
+struct rmap_stats_found {
+    const double *at;
+    double weight;
+    uint32_t source;
+    uint32_t part; /* list * RMAP_STATS_PARTS + part */
 };
 
 /* One quantity of all groups. All but what it allocates is borrowed. */
@@ -25,14 +36,15 @@ struct rmap_stats_search {
     const struct rmap_stats_gathered *gathered; /* no parts: readings are not in memory */
     bool in_memory;
     size_t quantity;
-    double *below;                      /* [n_group][n_fine + 1] flux in the bins before */
-    double *before;                     /* [n_class][n_fine + 1] weight in the bins before */
+    struct rmap_stats_levels levels;
     int32_t *of_bin;                    /* [n_group][n_fine] list, -1: of no interest */
     struct rmap_stats_windows *windows; /* [n_group] over the bins with a list */
     struct rmap_stats_list *list;
     size_t n_list, list_cap, n_filled;
-    struct rmap_stats_item *item;
-    size_t n_item, item_cap;
+    struct rmap_stats_found *found;
+    size_t n_found, found_cap;
+    struct rmap_stats_item *item; /* [n_found] */
+    size_t *first; /* [n_filled * RMAP_STATS_PARTS + 1] of the items of a part; the end of all */
 };
 
 /* The caller has set what is borrowed. */

@@ -36,11 +36,11 @@ __attribute__((target("avx2"))) static size_t pick_wide(const struct rmap_stats_
     }
     for (size_t k = 0; k < n; k += LANES) {
         const __m256i its = _mm256_loadu_si256((const void *)(place + k));
-        __m256i in = _mm256_setzero_si256();
-        for (size_t w = 0; w < RMAP_STATS_WINDOWS; w++) {
-            const __m256i at = _mm256_sub_epi16(its, first[w]);
-            in = _mm256_or_si256(in, _mm256_cmpeq_epi16(_mm256_min_epu16(at, more[w]), at));
-        }
+        __m256i beyond = _mm256_set1_epi16(-1); /* the nearest window's end; 0: within it */
+        for (size_t w = 0; w < RMAP_STATS_WINDOWS; w++)
+            beyond = _mm256_min_epu16(beyond,
+                                      _mm256_subs_epu16(_mm256_sub_epi16(its, first[w]), more[w]));
+        const __m256i in = _mm256_cmpeq_epi16(beyond, _mm256_setzero_si256());
         uint32_t bits = (uint32_t)_mm256_movemask_epi8(in) & 0x55555555;
         for (; bits; bits &= bits - 1)
             picked[n_picked++] = (uint32_t)(k + (size_t)__builtin_ctz(bits) / 2);
