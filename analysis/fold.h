@@ -52,6 +52,9 @@ struct rmap_fold_kind {
                                void **state_ret, struct rmap_error *err);
     /* False: no ray of this portion can count, whatever matches. NULL: any can. */
     bool (*may_count)(const void *context, const struct rmap_portion_info *portion);
+    /* Nothing more is added to the states of a rank: this one, which others are merged into, takes
+     * what they share through the context. NULL: they share nothing. */
+    enum rmap_status (*settle)(void *state, struct rmap_error *err);
 };
 
 /* All borrowed. */

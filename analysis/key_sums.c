@@ -5,94 +5,74 @@
 
 #include "base/alloc.h"
 
-/* Slots grow to SLOTS_FEW, then fill a huge page. */
-enum { SLOTS_FIRST = 4096, SLOTS_FEW = 1 << 14, SLOTS_MANY = 1 << 19, ENTRIES_FEW = 1 << 10 };
-
-/* Three quarters of the slots are used at most. */
-static size_t slots_for(size_t n)
-{
-    size_t n_slot = SLOTS_FIRST;
-    while (n_slot / 4 * 3 < n)
-        n_slot *= 2;
-    return n_slot;
-}
+enum { ENTRIES_FEW = 1 << 10, STRIDE = sizeof(struct rmap_key_sum) };
 
 void rmap_key_sums_init(struct rmap_key_sums *sums, size_t most)
 {
-    uint32_t number = 1;
-    while (number < most)
-        number = 2 * number + 1;
-    *sums = (struct rmap_key_sums){.most = most, .number = number};
+    *sums = (struct rmap_key_sums){0};
+    rmap_key_slots_init(&sums->slots, most);
 }
 
 void rmap_key_sums_fini(struct rmap_key_sums *sums)
 {
     rmap_free(sums->entry);
-    rmap_free(sums->slot);
-    *sums = (struct rmap_key_sums){.most = sums->most, .number = sums->number};
+    rmap_key_slots_fini(&sums->slots);
+    sums->entry = NULL;
+    sums->n = sums->n_entry = 0;
 }
 
-static size_t slots_behind(size_t n_slot, size_t most)
+struct rmap_key_sum *rmap_key_sums_find(const struct rmap_key_sums *sums, struct rmap_key key)
 {
-    const size_t many = n_slot == 0           ? SLOTS_FIRST
-                        : n_slot < SLOTS_FEW  ? SLOTS_FEW
-                        : n_slot < SLOTS_MANY ? SLOTS_MANY
-                                              : 2 * n_slot;
-    return many < most ? many : most;
-}
-
-static enum rmap_status grow(struct rmap_key_sums *sums, struct rmap_error *err)
-{
-    const size_t n_slot = slots_behind(sums->n_slot, slots_for(sums->most));
-    uint32_t *slot = rmap_alloc_unset(n_slot, sizeof *slot);
-    if (!slot)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for sums by %zu keys", sums->n);
-    memset(slot, 0, n_slot * sizeof *slot);
-    rmap_free(sums->slot);
-    sums->slot = slot;
-    sums->n_slot = n_slot;
-    for (size_t i = 0; i < sums->n; i++) {
-        const uint64_t mixed = rmap_key_sums_mixed(sums->entry[i].key);
-        size_t at = rmap_key_sums_slot(sums, mixed);
-        while (slot[at] != 0)
-            at = (at + 1) & (n_slot - 1);
-        slot[at] = ((uint32_t)(mixed >> 32) & ~sums->number) | (uint32_t)(i + 1);
-    }
-    return RMAP_OK;
+    size_t slot, at = RMAP_KEY_SLOTS_NONE;
+    if (sums->slots.n_slot > 0)
+        at =
+            rmap_key_slots_look(&sums->slots, sums->entry, STRIDE, key, rmap_key_mixed(key), &slot);
+    return at != RMAP_KEY_SLOTS_NONE ? &sums->entry[at] : NULL;
 }
 
 /* For another entry. */
 static enum rmap_status make_room(struct rmap_key_sums *sums, struct rmap_error *err)
 {
-    if (sums->n < sums->n_entry)
-        return RMAP_OK;
-    const size_t n = sums->n_entry == 0 && sums->most > ENTRIES_FEW ? ENTRIES_FEW : sums->most;
-    struct rmap_key_sum *entry = rmap_alloc_unset(n, sizeof *entry);
-    if (!entry)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for sums by %zu keys", n);
-    if (sums->n > 0)
-        memcpy(entry, sums->entry, sums->n * sizeof *entry);
-    rmap_free(sums->entry);
-    sums->entry = entry;
-    sums->n_entry = n;
-    return RMAP_OK;
+    enum rmap_status st = RMAP_OK;
+    const size_t most = sums->slots.most;
+    const size_t n = sums->n_entry == 0 && most > ENTRIES_FEW ? ENTRIES_FEW : most;
+    if (sums->n >= sums->n_entry) {
+        struct rmap_key_sum *entry = rmap_alloc_unset(n, sizeof *entry);
+        if (!entry)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for sums by %zu keys", n);
+        if (sums->n > 0)
+            memcpy(entry, sums->entry, sums->n * sizeof *entry);
+        rmap_free(sums->entry);
+        sums->entry = entry;
+        sums->n_entry = n;
+    }
+    if (sums->n >= sums->slots.room)
+        st = rmap_key_slots_grow(&sums->slots, sums->entry, STRIDE, sums->n, err);
+    return st;
 }
 
-enum rmap_status rmap_key_sums_add(struct rmap_key_sums *sums, struct rmap_key key, size_t slot,
-                                   struct rmap_key_sum **entry_ret, struct rmap_error *err)
+enum rmap_status rmap_key_sums_enter(struct rmap_key_sums *sums, struct rmap_key key,
+                                     struct rmap_key_sum **entry_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const uint64_t mixed = rmap_key_mixed(key);
+    size_t slot = 0, at = RMAP_KEY_SLOTS_NONE;
     *entry_ret = NULL;
-    if (sums->n == sums->most)
+    if (sums->slots.n_slot > 0)
+        at = rmap_key_slots_look(&sums->slots, sums->entry, STRIDE, key, mixed, &slot);
+    if (at != RMAP_KEY_SLOTS_NONE) {
+        *entry_ret = &sums->entry[at];
         return RMAP_OK;
-    RMAP_TRY(make_room(sums, err));
-    if (sums->n + 1 > sums->n_slot / 4 * 3) {
-        RMAP_TRY(grow(sums, err));
-        (void)rmap_key_sums_look(sums, key, rmap_key_sums_mixed(key), &slot);
     }
-    *entry_ret = rmap_key_sums_put(sums, key, rmap_key_sums_mixed(key), slot);
-    sums->room = sums->n_slot / 4 * 3;
-    sums->room = sums->n_entry < sums->room ? sums->n_entry : sums->room;
+    if (sums->n == sums->slots.most)
+        return RMAP_OK;
+    if (sums->n >= sums->n_entry || sums->n >= sums->slots.room) {
+        RMAP_TRY(make_room(sums, err));
+        (void)rmap_key_slots_look(&sums->slots, sums->entry, STRIDE, key, mixed, &slot);
+    }
+    rmap_key_slots_put(&sums->slots, slot, mixed, sums->n);
+    *entry_ret = &sums->entry[sums->n++];
+    **entry_ret = (struct rmap_key_sum){.key = key};
 out:
     return st;
 }

@@ -8,14 +8,13 @@
 #ifndef RMAP_PATH_COUNT_H
 #define RMAP_PATH_COUNT_H
 
+#include "analysis/class_sums.h"
 #include "analysis/fold.h"
+#include "analysis/key_sums.h"
 #include "analysis/path_hash.h"
 #include "analysis/path_sketch.h"
 #include "analysis/path_steps.h"
 #include "analysis/query.h"
-
-/* Numbers of a class's entry. */
-enum { RMAP_PATH_RAYS, RMAP_PATH_SEGMENTS, RMAP_PATH_REGISTRATIONS, RMAP_PATH_FIRST_RAY };
 
 /* An entry of cells: what of a class was registered in a cell; a ray's registrations in it are one
  * contribution. */
@@ -36,18 +35,35 @@ struct rmap_path_counting {
     const struct rmap_path_sketch *sketch; /* NULL: count all */
     const uint32_t *least;                 /* [n_source] with a sketch */
     const struct rmap_key_sums *chosen;    /* NULL, or keys of the only classes that count */
+    struct rmap_path_pool *pool;           /* NULL: each state has all of its classes itself */
+};
+
+/* Classes of all states of a rank, which they enter together: most are those of one ray, which each
+ * of them would have again, and which would have to be merged. They become those of the state that
+ * settles. */
+enum rmap_status rmap_path_pool_create(const struct rmap_path_counting *context,
+                                       struct rmap_path_pool **pool_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_pool_destroy(struct rmap_path_pool *pool);
+
+/* Classes, and the steps of some, in the order of their entries. */
+struct rmap_path_tally {
+    struct rmap_class_sums classes;
+    struct rmap_path_steps steps;
 };
 
 /* State of the fold. */
 struct rmap_path_counts {
     struct rmap_count total; /* of all rays that have a path; portions and bytes are 0 */
     double most_weight;      /* of a ray */
-    struct rmap_key_sums classes, cells;
-    struct rmap_path_steps steps;   /* of classes, in the order of their entries */
+    struct rmap_path_tally tally;
+    struct rmap_key_sums cells;
     bool is_full, cells_full;       /* more than `most`: without entries then */
     struct rmap_path_sketch sketch; /* when is_full without a sketch to begin with */
     struct rmap_path_buffers *buffers;
     const struct rmap_path_counting *context;
+    struct rmap_path_pool *pool;    /* NULL: settled, or none is shared */
+    struct rmap_class_cache *cache; /* of the pool's classes; NULL: none */
 };
 
 /* The fold is to defer them all: an index may make them unnecessary. */

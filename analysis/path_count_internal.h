@@ -1,10 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * What path_count.c, path_count_view.c and path_count_merge.c share.
+ * What path_count.c, path_count_rays.c, path_count_view.c and path_count_merge.c share.
  */
 #ifndef RMAP_PATH_COUNT_INTERNAL_H
 #define RMAP_PATH_COUNT_INTERNAL_H
 
+#include <pthread.h>
+
+#include "analysis/class_cache.h"
 #include "analysis/path_count.h"
 #include "analysis/path_dictionary.h"
 
@@ -20,25 +23,25 @@ struct rmap_path_buffers {
     size_t n_ray, ray_cap;
 };
 
-/* What became of a class: NULL: it is not counted. */
+/* What became of a class. */
 struct rmap_path_added {
-    const struct rmap_key_sum *sum;
+    size_t class;    /* RMAP_KEY_SLOTS_NONE: it is not counted */
     uint64_t before; /* its rays */
+    uint64_t after;
 };
 
 /* Adds what another entry, or one ray, brings to its class. */
 enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *counts,
-                                            const struct rmap_key_sum *more,
+                                            const struct rmap_class_sum *more,
                                             struct rmap_path_added *added,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
 /* Whether its steps are to be kept. */
-static inline bool rmap_path_counts_want_steps(const struct rmap_path_counts *self,
+static inline bool rmap_path_tally_wants_steps(const struct rmap_path_tally *tally,
                                                const struct rmap_path_added *added)
 {
-    return added->sum &&
-           rmap_path_steps_want(&self->steps, (size_t)(added->sum - self->classes.entry),
-                                added->before, added->sum->number[RMAP_PATH_RAYS]);
+    return added->class != RMAP_KEY_SLOTS_NONE &&
+           rmap_path_steps_want(&tally->steps, added->class, added->before, added->after);
 }
 
 /* More classes, or cells, than may be. */
@@ -50,19 +53,41 @@ void rmap_path_counts_drop_cells(struct rmap_path_counts *counts);
 bool rmap_path_counts_has(const struct rmap_path_counting *context, struct rmap_key key);
 
 /* Room for the steps of a row of the portion, whose class wants them; NULL: there is none. */
-enum rmap_status rmap_path_counts_make_room(struct rmap_path_counts *counts,
-                                            const struct rmap_portion *portion,
-                                            const struct rmap_path_place_of_ray *place,
-                                            const struct rmap_path_added *added,
-                                            rmap_path_step **to,
-                                            struct rmap_error *err) RMAP_MUST_USE;
-void rmap_path_counts_end_class(struct rmap_path_counts *counts,
-                                const struct rmap_path_added *added, size_t n);
+enum rmap_status rmap_path_tally_make_room(struct rmap_path_tally *tally,
+                                           const struct rmap_portion *portion,
+                                           const struct rmap_path_place_of_ray *place,
+                                           const struct rmap_path_added *added, rmap_path_step **to,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_path_tally_init(struct rmap_path_tally *tally, const struct rmap_path_counting *context);
+void rmap_path_tally_fini(struct rmap_path_tally *tally);
+
+struct rmap_path_pool {
+    pthread_mutex_t mutex; /* of what follows */
+    struct rmap_path_tally tally;
+    bool is_full; /* more classes than may be: without entries then */
+};
+
+/* Adds the rays in the buffers to their classes. is_wide: weights are not all 1. */
+enum rmap_status rmap_path_counts_add_listed(struct rmap_path_counts *counts,
+                                             const struct rmap_portion *portion, bool is_wide,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+
+/* Notes the classes' rays in the sketch, which is made where there is none. */
+enum rmap_status rmap_path_counts_outline(struct rmap_path_counts *counts,
+                                          const struct rmap_class_sums *classes,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rays that a state counted in its cache, of classes of the pool that this state has by now. */
+void rmap_path_counts_take_cache(struct rmap_path_counts *counts,
+                                 const struct rmap_class_cache *cache);
+void rmap_path_counts_drop_cache(struct rmap_path_counts *counts);
 
 /* Functions of the kind. */
 enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,
                                            const struct rmap_matched *rays,
                                            struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_path_counts_merge(void *into, const void *from, struct rmap_error *err);
+enum rmap_status rmap_path_counts_settle(void *counts, struct rmap_error *err);
 
 #endif

@@ -7,51 +7,81 @@
 
 /* number: of its steps. Some come twice: they are the same. */
 static enum rmap_status merge_class(struct rmap_path_counts *into,
-                                    const struct rmap_path_counts *from, size_t class,
+                                    const struct rmap_path_tally *from, size_t class,
                                     uint32_t number, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_path_added added;
+    const struct rmap_class_sum sum = rmap_class_sums_at(&from->classes, class);
     size_t n;
     const rmap_path_step *step = rmap_path_steps_at(&from->steps, number, &n);
-    RMAP_TRY(rmap_path_counts_add_class(into, &from->classes.entry[class], &added, err));
-    if (step && added.sum && added.before < 2)
-        st = rmap_path_steps_add(&into->steps, (size_t)(added.sum - into->classes.entry), step, n,
-                                 err);
+    RMAP_TRY(rmap_path_counts_add_class(into, &sum, &added, err));
+    if (step && added.class != RMAP_KEY_SLOTS_NONE && added.before < 2)
+        st = rmap_path_steps_add(&into->tally.steps, added.class, step, n, err);
 out:
     return st;
 }
 
-static void expect_next(const struct rmap_key_sums *classes, const struct rmap_key_sum *entry,
+static void expect_next(const struct rmap_class_sums *classes, const struct rmap_class_entry *entry,
                         size_t n)
 {
     uint64_t mixed[RMAP_PATH_TOGETHER];
     n = n < RMAP_PATH_TOGETHER ? n : RMAP_PATH_TOGETHER;
     for (size_t i = 0; i < n; i++)
-        mixed[i] = rmap_key_sums_mixed(entry[i].key);
-    rmap_key_sums_expect_slots(classes, mixed, n);
-    rmap_key_sums_expect_entries(classes, mixed, n);
+        mixed[i] = rmap_key_mixed(entry[i].key);
+    rmap_key_slots_expect(&classes->slots, mixed, n);
+    rmap_key_slots_expect_entries(&classes->slots, classes->entry, sizeof *classes->entry, mixed,
+                                  n);
+}
+
+static enum rmap_status merge_tally(struct rmap_path_counts *into,
+                                    const struct rmap_path_tally *from, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = from->classes.n;
+    uint32_t *number = NULL;
+    RMAP_TRY(rmap_path_steps_index(&from->steps, n, &number, err));
+    for (size_t i = 0; i < n; i++) {
+        if (i % RMAP_PATH_TOGETHER == 0)
+            expect_next(&into->tally.classes, from->classes.entry + i, n - i);
+        RMAP_TRY(merge_class(into, from, i, number[i], err));
+    }
+out:
+    rmap_free(number);
+    return st;
 }
 
 static enum rmap_status merge_classes(struct rmap_path_counts *into,
                                       const struct rmap_path_counts *from, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_key_sum *entry = from->classes.entry;
-    const size_t n = from->classes.n;
-    uint32_t *number = NULL;
-    RMAP_TRY(rmap_path_steps_index(&from->steps, n, &number, err));
     if (from->is_full)
         RMAP_TRY(rmap_path_counts_spill(into, err));
-    for (size_t i = 0; i < n; i++) {
-        if (i % RMAP_PATH_TOGETHER == 0)
-            expect_next(&into->classes, entry + i, n - i);
-        RMAP_TRY(merge_class(into, from, i, number[i], err));
-    }
+    rmap_path_counts_take_cache(into, from->cache);
+    RMAP_TRY(merge_tally(into, &from->tally, err));
     if (from->sketch.rays)
         rmap_path_sketch_merge(&into->sketch, &from->sketch);
 out:
-    rmap_free(number);
+    return st;
+}
+
+/* The pool's classes become the state's, with those that it has itself. */
+enum rmap_status rmap_path_counts_settle(void *counts, struct rmap_error *err)
+{
+    struct rmap_path_counts *self = counts;
+    struct rmap_path_pool *pool = self->pool;
+    self->pool = NULL;
+    if (!pool)
+        return RMAP_OK;
+    if (pool->is_full)
+        return rmap_path_counts_spill(self, err);
+    struct rmap_path_tally own = self->tally;
+    self->tally = pool->tally;
+    pool->tally = (struct rmap_path_tally){0};
+    rmap_path_counts_take_cache(self, self->cache);
+    rmap_path_counts_drop_cache(self);
+    const enum rmap_status st = merge_tally(self, &own, err);
+    rmap_path_tally_fini(&own);
     return st;
 }
 

@@ -14,6 +14,11 @@ void rmap_path_hasher_fini(struct rmap_path_hasher *hasher)
 
 enum { SOURCE_BITS = 20 };
 
+bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys)
+{
+    return !keys->view.collapsed && !keys->view.until_detector;
+}
+
 static bool has_few_places(const struct rmap_path_keys *keys)
 {
     return 1 + keys->labels.n + keys->scene->n_medium + keys->scene->n_detector <
@@ -114,7 +119,7 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
     const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     hasher->keys = keys;
     hasher->portion = portion;
-    hasher->is_simple = !keys->view.collapsed && !keys->view.until_detector;
+    hasher->is_simple = rmap_path_keys_are_simple(keys);
     hasher->is_narrow = has_few_places(keys);
     if (!hasher->is_simple) {
         if (keys->reads_media)

@@ -8,7 +8,7 @@
 #define RMAP_PATH_HASH_H
 
 #include "analysis/fold.h"
-#include "analysis/key_sums.h"
+#include "analysis/key_slots.h"
 #include "analysis/path_key.h"
 
 /* Scenes with more sources are refused: a key has the source in it. */
@@ -19,6 +19,10 @@ static inline int32_t rmap_path_source_of(struct rmap_key key)
 {
     return (int32_t)(key.high & (RMAP_PATH_SOURCES_MAX - 1));
 }
+
+/* Whether a path is all of its legs and where registrations stand: rays with equal keys then have
+ * as many of either. */
+bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys);
 
 /* A ray that has a path. */
 struct rmap_path_of_ray {

@@ -21,6 +21,15 @@ static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
     return to + nbytes;
 }
 
+static uint8_t *put_classes(uint8_t *to, const struct rmap_class_sums *classes)
+{
+    for (size_t i = 0; i < classes->n; i++) {
+        const struct rmap_class_sum sum = rmap_class_sums_at(classes, i);
+        to = put(to, &sum, sizeof sum);
+    }
+    return to;
+}
+
 static uint8_t *put_sums(uint8_t *to, const struct rmap_key_sums *sums)
 {
     for (size_t i = 0; i < sums->n; i++)
@@ -31,7 +40,8 @@ static uint8_t *put_sums(uint8_t *to, const struct rmap_key_sums *sums)
 static size_t state_nbytes(const struct head *head, size_t n_source)
 {
     return sizeof *head + 2 * n_source * sizeof(double) +
-           (size_t)(head->n_class + head->n_cell) * sizeof(struct rmap_key_sum) +
+           (size_t)head->n_class * sizeof(struct rmap_class_sum) +
+           (size_t)head->n_cell * sizeof(struct rmap_key_sum) +
            (size_t)head->n_step_word * sizeof(uint32_t) +
            (head->has_sketch ? RMAP_PATH_SKETCH_NBYTES : 0);
 }
@@ -43,17 +53,17 @@ enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, s
     const size_t n_source = rmap_map_scene(self->context->map)->n_source;
     const struct head head = {.rays = self->total.rays,
                               .segments = self->total.segments,
-                              .n_class = self->classes.n,
+                              .n_class = self->tally.classes.n,
                               .n_cell = self->cells.n,
                               .most_weight = self->most_weight,
                               .is_full = self->is_full,
                               .cells_full = self->cells_full,
                               .has_sketch = self->sketch.rays != NULL,
-                              .n_with_steps = self->steps.n,
-                              .n_step_word = self->steps.n_word,
-                              .n_first_step = self->steps.n_first,
-                              .steps_closed = self->steps.is_closed,
-                              .steps_full = self->steps.is_full};
+                              .n_with_steps = self->tally.steps.n,
+                              .n_step_word = self->tally.steps.n_word,
+                              .n_first_step = self->tally.steps.n_first,
+                              .steps_closed = self->tally.steps.is_closed,
+                              .steps_full = self->tally.steps.is_full};
     const size_t nbytes = state_nbytes(&head, n_source);
     uint8_t *bytes = rmap_alloc(nbytes, 1), *at = bytes;
     if (!bytes)
@@ -61,14 +71,30 @@ enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, s
     at = put(at, &head, sizeof head);
     at = put(at, self->total.source_weight, n_source * sizeof(double));
     at = put(at, self->total.source_weight_squared, n_source * sizeof(double));
-    at = put_sums(at, &self->classes);
+    at = put_classes(at, &self->tally.classes);
     at = put_sums(at, &self->cells);
-    at = put(at, self->steps.word, (size_t)head.n_step_word * sizeof *self->steps.word);
+    at = put(at, self->tally.steps.word, (size_t)head.n_step_word * sizeof *self->tally.steps.word);
     if (head.has_sketch)
         (void)put(at, self->sketch.rays, RMAP_PATH_SKETCH_NBYTES);
     *bytes_ret = bytes;
     *nbytes_ret = nbytes;
     return RMAP_OK;
+}
+
+static enum rmap_status take_classes(struct rmap_class_sums *classes, const uint8_t **at,
+                                     uint64_t n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (uint64_t i = 0; i < n; i++) {
+        struct rmap_class_sum sum;
+        size_t index;
+        uint64_t before;
+        memcpy(&sum, *at, sizeof sum);
+        *at += sizeof sum;
+        RMAP_TRY(rmap_class_sums_add(classes, &sum, &index, &before, err));
+    }
+out:
+    return st;
 }
 
 static enum rmap_status take_sums(struct rmap_key_sums *sums, const uint8_t **at, uint64_t n,
@@ -121,6 +147,7 @@ enum rmap_status rmap_path_counts_unpack(const void *context_, const uint8_t *by
         return rmap_error_set(err, RMAP_INTERNAL, "paths of a rank: %zu bytes came", nbytes);
     RMAP_TRY(rmap_path_count_kind.create(context, &state, err));
     self = state;
+    self->pool = NULL;
     self->total.rays = head.rays;
     self->total.segments = head.segments;
     self->most_weight = head.most_weight;
@@ -131,9 +158,9 @@ enum rmap_status rmap_path_counts_unpack(const void *context_, const uint8_t *by
     at += n_source * sizeof(double);
     memcpy(self->total.source_weight_squared, at, n_source * sizeof(double));
     at += n_source * sizeof(double);
-    RMAP_TRY(take_sums(&self->classes, &at, head.n_class, err));
+    RMAP_TRY(take_classes(&self->tally.classes, &at, head.n_class, err));
     RMAP_TRY(take_sums(&self->cells, &at, head.n_cell, err));
-    RMAP_TRY(take_steps(&self->steps, &at, &head, err));
+    RMAP_TRY(take_steps(&self->tally.steps, &at, &head, err));
     if (head.has_sketch) {
         RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
         memcpy(self->sketch.rays, at, RMAP_PATH_SKETCH_NBYTES);

@@ -21,7 +21,8 @@ void rmap_path_flux(const struct rmap_map *map, size_t source, double weight, do
 
 /* A class while classes are ranked. */
 struct ranked {
-    const struct rmap_key_sum *sum;
+    size_t class;
+    uint64_t first_ray;
     double value; /* the greater, the earlier */
     double flux;
 };
@@ -29,22 +30,21 @@ struct ranked {
 static int compare_ranked(const void *a_, const void *b_)
 {
     const struct ranked *a = a_, *b = b_;
-    const uint64_t first_a = a->sum->number[RMAP_PATH_FIRST_RAY];
-    const uint64_t first_b = b->sum->number[RMAP_PATH_FIRST_RAY];
     if (a->value != b->value)
         return a->value > b->value ? -1 : 1;
     if (a->flux != b->flux)
         return a->flux > b->flux ? -1 : 1;
-    return (first_a > first_b) - (first_a < first_b);
+    return (a->first_ray > b->first_ray) - (a->first_ray < b->first_ray);
 }
 
-static inline double value_of(const struct rmap_key_sum *sum, enum rmap_path_sort sort, double flux)
+static inline double value_of(const struct rmap_class_sums *classes, size_t i,
+                              enum rmap_path_sort sort, double flux)
 {
-    const double rays = (double)sum->number[RMAP_PATH_RAYS];
+    const double rays = (double)classes->entry[i].rays;
     if (sort == RMAP_PATH_BY_RAYS)
         return rays;
     if (sort == RMAP_PATH_BY_LENGTH)
-        return (double)sum->number[RMAP_PATH_SEGMENTS] / rays;
+        return (double)rmap_class_sums_at(classes, i).more.segments / rays;
     return flux;
 }
 
@@ -67,16 +67,17 @@ static void sift(struct ranked *heap, size_t n, size_t at)
 static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
                              size_t n_row, struct ranked **ranked_ret, struct rmap_error *err)
 {
-    const struct rmap_key_sums *classes = &counts->classes;
+    const struct rmap_class_sums *classes = &counts->tally.classes;
     const double *unit = rmap_map_flux_per_weight(counts->context->map);
     struct ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
     size_t n = 0;
     if (!ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
     for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
-        const struct rmap_key_sum *sum = &classes->entry[i];
-        const double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
-        const struct ranked entry = {sum, value_of(sum, sort, flux), flux};
+        const struct rmap_class_entry *its = &classes->entry[i];
+        const double weight = classes->is_wide ? classes->more[i].weight : (double)its->rays;
+        const double flux = unit[rmap_path_source_of(its->key)] * weight;
+        const struct ranked entry = {i, its->first_ray, value_of(classes, i, sort, flux), flux};
         if (n == n_row && entry.value < ranked[0].value)
             continue;
         if (n < n_row) {
@@ -94,24 +95,25 @@ static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_pa
 }
 
 /* A row, and its share taken off what is left. */
-static void fill_row(struct rmap_path_report *report, const struct rmap_key_sum *sum,
+static void fill_row(struct rmap_path_report *report, const struct rmap_class_sum *sum,
                      struct rmap_path_row *row, struct rmap_count *rest)
 {
-    const int32_t source = rmap_path_source_of(sum->key);
-    *row = (struct rmap_path_row){.key = sum->key,
+    const struct rmap_class_more *more = &sum->more;
+    const int32_t source = rmap_path_source_of(sum->entry.key);
+    *row = (struct rmap_path_row){.key = sum->entry.key,
                                   .source = source,
-                                  .rays = sum->number[RMAP_PATH_RAYS],
-                                  .segments = sum->number[RMAP_PATH_SEGMENTS],
-                                  .registrations = sum->number[RMAP_PATH_REGISTRATIONS],
-                                  .first_ray = sum->number[RMAP_PATH_FIRST_RAY],
+                                  .rays = sum->entry.rays,
+                                  .segments = more->segments,
+                                  .registrations = more->registrations,
+                                  .first_ray = sum->entry.first_ray,
                                   .peak.detector = -1};
-    rmap_path_flux(report->map, (size_t)source, sum->weight, sum->weight_squared, &row->flux,
+    rmap_path_flux(report->map, (size_t)source, more->weight, more->weight_squared, &row->flux,
                    &row->standard_error);
     row->share = report->total.flux > 0.0 ? row->flux / report->total.flux : 0.0;
     rest->rays -= row->rays;
     rest->segments -= row->segments;
-    rest->source_weight[source] -= sum->weight;
-    rest->source_weight_squared[source] -= sum->weight_squared;
+    rest->source_weight[source] -= more->weight;
+    rest->source_weight_squared[source] -= more->weight_squared;
 }
 
 /* Rows whose steps are looked for one by one. */
@@ -123,16 +125,17 @@ static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_key_sums *classes = &counts->classes;
+    const struct rmap_class_sums *classes = &counts->tally.classes;
     uint32_t *number = NULL;
     if (report->n_row > ROWS_FEW)
-        RMAP_TRY(rmap_path_steps_index(&counts->steps, classes->n, &number, err));
+        RMAP_TRY(rmap_path_steps_index(&counts->tally.steps, classes->n, &number, err));
     for (size_t k = 0; k < report->n_row; k++) {
         struct rmap_path_row *row = &report->row[k];
-        const size_t class = (size_t)(ranked[k].sum - classes->entry);
+        const size_t class = ranked[k].class;
         size_t n;
-        const rmap_path_step *step = number ? rmap_path_steps_at(&counts->steps, number[class], &n)
-                                            : rmap_path_steps_of(&counts->steps, class, &n);
+        const rmap_path_step *step =
+            number ? rmap_path_steps_at(&counts->tally.steps, number[class], &n)
+                   : rmap_path_steps_of(&counts->tally.steps, class, &n);
         if (!step)
             continue;
         row->step = rmap_alloc(n + 1, sizeof *row->step);
@@ -160,7 +163,7 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = counts->context->map;
-    const size_t n_source = rmap_map_scene(map)->n_source, n = counts->classes.n;
+    const size_t n_source = rmap_map_scene(map)->n_source, n = counts->tally.classes.n;
     struct ranked *ranked = NULL;
     struct rmap_count rest = {0};
     struct rmap_path_report *report = rmap_alloc(1, sizeof *report);
@@ -181,8 +184,11 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
     RMAP_TRY(rmap_count_init(&rest, n_source, err));
     rmap_count_add(&rest, &counts->total, n_source);
     RMAP_TRY(rank(counts, sort, report->n_row, &ranked, err));
-    for (size_t k = 0; k < report->n_row; k++)
-        fill_row(report, ranked[k].sum, &report->row[k], &rest);
+    for (size_t k = 0; k < report->n_row; k++) {
+        const struct rmap_class_sum sum =
+            rmap_class_sums_at(&counts->tally.classes, ranked[k].class);
+        fill_row(report, &sum, &report->row[k], &rest);
+    }
     RMAP_TRY(copy_steps(counts, ranked, report, err));
     report->rest = total_of(map, &rest);
     *report_ret = report;

@@ -8,7 +8,7 @@
 #ifndef RMAP_PATH_SKETCH_H
 #define RMAP_PATH_SKETCH_H
 
-#include "analysis/key_sums.h"
+#include "analysis/key_slots.h"
 
 enum { RMAP_PATH_SKETCH_ROWS = 4, RMAP_PATH_SKETCH_WIDTH = 1 << 20 };
 #define RMAP_PATH_SKETCH_NBYTES                                                                    \

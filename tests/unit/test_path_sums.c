@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "analysis/class_cache.h"
 #include "analysis/key_sums.h"
 #include "analysis/path_steps.h"
 #include "base/alloc.h"
@@ -45,6 +46,118 @@ static void test_sums(void **state)
             assert_int_equal(sum->number[0], 3 * (k + 1));
         }
         rmap_key_sums_fini(&sums);
+    }
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+static struct rmap_class_sum sum_of(size_t number, uint64_t rays, uint64_t first, double weight)
+{
+    return (struct rmap_class_sum){{key_of(number), rays, first},
+                                   {(double)rays * weight, (double)rays * weight * weight,
+                                    rays * (number % 5 + 1), rays * (number % 3)}};
+}
+
+static void check_class(const struct rmap_class_sums *classes, size_t number, uint64_t rays,
+                        double weight)
+{
+    size_t slot;
+    const size_t at =
+        rmap_class_sums_look(classes, key_of(number), rmap_key_mixed(key_of(number)), &slot);
+    assert_int_equal(at, number);
+    const struct rmap_class_sum its = rmap_class_sums_at(classes, at);
+    assert_int_equal(its.entry.rays, rays);
+    assert_int_equal(its.entry.first_ray, 100 + number);
+    assert_int_equal(its.more.segments, rays * (number % 5 + 1));
+    assert_int_equal(its.more.registrations, rays * (number % 3));
+    assert_true(its.more.weight == weight);
+}
+
+/* Each class gets a ray, then two; in the third turn rays of another weight, if any, for which the
+ * table grows wide. No more classes are taken than may be. */
+static void check_classes(bool is_wide, double weight, size_t most)
+{
+    struct rmap_class_sums classes;
+    struct rmap_error err;
+    rmap_class_sums_init(&classes, is_wide, most);
+    for (size_t k = 0; k < 3 * (most + 10); k++) {
+        const size_t number = k % (most + 10), turn = k / (most + 10);
+        const struct rmap_class_sum more =
+            sum_of(number, turn == 1 ? 2 : 1, turn == 1 ? 100 + number : 5000000 - k,
+                   turn == 2 ? weight : 1.0);
+        size_t index;
+        uint64_t before;
+        assert_int_equal(rmap_class_sums_add(&classes, &more, &index, &before, &err), RMAP_OK);
+        assert_int_equal(index, number < most ? number : RMAP_KEY_SLOTS_NONE);
+        assert_int_equal(before, number < most ? (turn == 2 ? 3 : turn) : 0);
+    }
+    assert_int_equal(classes.n, most);
+    assert_int_equal(classes.is_wide, is_wide || weight != 1.0);
+    for (size_t k = 0; k < most; k++)
+        check_class(&classes, k, 4, 3.0 + weight);
+    rmap_class_sums_fini(&classes);
+}
+
+static void test_classes(void **state)
+{
+    (void)state;
+    static const size_t mosts[] = {1, 1023, 1024, 1025, 12289, 50000};
+    for (size_t m = 0; m < sizeof mosts / sizeof *mosts; m++) {
+        check_classes(false, 1.0, mosts[m]);
+        check_classes(true, 1.0, mosts[m]);
+        check_classes(false, 0.5, mosts[m]);
+    }
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
+/* What is counted in the cache and what the table gets is all that came; `wide_at`: when the table
+ * grows wide. */
+static void check_cache(size_t n_class, size_t wide_at)
+{
+    static struct rmap_class_cache cache;
+    struct rmap_class_sums classes;
+    struct rmap_error err;
+    const size_t n_ray = 20 * n_class;
+    size_t n_cached = 0;
+    memset(&cache, 0, sizeof cache);
+    rmap_class_sums_init(&classes, false, n_class);
+    for (size_t k = 0; k < n_ray; k++) {
+        const size_t number = k < n_class ? k : k * k % n_class;
+        const uint64_t id = k < n_ray - n_class ? 100000000 - k : 100 + (k - n_ray + n_class);
+        const size_t its = k < n_ray - n_class ? number : k - n_ray + n_class;
+        const uint64_t mixed = rmap_key_mixed(key_of(its));
+        if (k == wide_at)
+            assert_int_equal(rmap_class_sums_widen(&classes, &err), RMAP_OK);
+        if (rmap_class_cache_count(&cache, key_of(its), mixed, id)) {
+            n_cached++;
+            continue;
+        }
+        const struct rmap_class_sum more = sum_of(its, 1, id, 1.0);
+        size_t index;
+        uint64_t before;
+        assert_int_equal(rmap_class_sums_add(&classes, &more, &index, &before, &err), RMAP_OK);
+        if (before > 0)
+            rmap_class_cache_meet(&cache, key_of(its), mixed, index, &classes);
+    }
+    for (size_t i = 0; i < RMAP_CLASS_CACHE_LINES; i++)
+        rmap_class_line_flush(&cache.line[i], &classes);
+    uint64_t rays = 0;
+    for (size_t k = 0; k < n_class; k++) {
+        const struct rmap_class_sum its = rmap_class_sums_at(&classes, k);
+        rays += its.entry.rays;
+        check_class(&classes, k, its.entry.rays, (double)its.entry.rays);
+    }
+    assert_int_equal(rays, n_ray);
+    assert_true(n_cached > 0);
+    rmap_class_sums_fini(&classes);
+}
+
+static void test_cache(void **state)
+{
+    (void)state;
+    static const size_t counts[] = {1, 100, 1000, 20000};
+    for (size_t c = 0; c < sizeof counts / sizeof *counts; c++) {
+        check_cache(counts[c], SIZE_MAX);
+        check_cache(counts[c], 15 * counts[c]);
     }
     assert_int_equal(rmap_alloc_live(), 0);
 }
@@ -136,7 +249,8 @@ static void test_want(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums), cmocka_unit_test(test_steps),
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums), cmocka_unit_test(test_classes),
+                                       cmocka_unit_test(test_cache), cmocka_unit_test(test_steps),
                                        cmocka_unit_test(test_want)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,0 +1,95 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums by class of path. What most classes are is in an entry of 32 bytes: where all rays of a
+ * class have as many legs and registrations, these stand beside it once; and where weights are 1,
+ * their sums are numbers of rays. Otherwise a class has `more`. The table holds a stated number of
+ * classes and never more, and says so when it is full: whether it is depends on the keys alone, not
+ * on their order.
+ */
+#ifndef RMAP_CLASS_SUMS_H
+#define RMAP_CLASS_SUMS_H
+
+#include "analysis/key_slots.h"
+
+struct rmap_class_entry {
+    struct rmap_key key;
+    uint64_t rays, first_ray; /* first_ray: the smallest id */
+};
+
+/* Of any of its rays. */
+struct rmap_class_shape {
+    uint32_t n_leg, n_hit;
+};
+
+/* Of all of its rays. */
+struct rmap_class_more {
+    double weight, weight_squared;
+    uint64_t segments, registrations;
+};
+
+/* What a class has, or what is added to it. */
+struct rmap_class_sum {
+    struct rmap_class_entry entry;
+    struct rmap_class_more more;
+};
+
+struct rmap_class_sums {
+    struct rmap_class_entry *entry; /* [n_entry]: a few, or room for most of them, whose pages come
+                                       with use; in the order in which they came */
+    struct rmap_class_shape *shape; /* [n_entry], or NULL: */
+    struct rmap_class_more *more;   /* [n_entry] */
+    struct rmap_key_slots slots;
+    bool is_wide; /* `more` is there, or will be */
+    size_t n_entry, n;
+    size_t room; /* as many fit into what is there */
+};
+
+/* is_wide: rays of a class differ in legs or registrations. most: below RMAP_KEY_SLOTS_MOST. */
+void rmap_class_sums_init(struct rmap_class_sums *sums, bool is_wide, size_t most);
+void rmap_class_sums_fini(struct rmap_class_sums *sums);
+
+/* From now on there is `more`. */
+enum rmap_status rmap_class_sums_widen(struct rmap_class_sums *sums,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Index of the key's class, or RMAP_KEY_SLOTS_NONE. *slot_ret: for rmap_class_sums_put, where there
+ * are slots. */
+static inline size_t rmap_class_sums_look(const struct rmap_class_sums *sums, struct rmap_key key,
+                                          uint64_t mixed, size_t *slot_ret)
+{
+    if (sums->slots.n_slot == 0)
+        return RMAP_KEY_SLOTS_NONE;
+    return rmap_key_slots_look(&sums->slots, sums->entry, sizeof *sums->entry, key, mixed,
+                               slot_ret);
+}
+
+/* Room for another class where there is none, whose slot is sought anew. *is_full_ret: there can be
+ * none. RMAP_SYSTEM. */
+enum rmap_status rmap_class_sums_make_room(struct rmap_class_sums *sums, struct rmap_key key,
+                                           uint64_t mixed, size_t *slot_ret, bool *is_full_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* A new class without rays, for which there is room (n < room); slot: as found by look. Returns its
+ * index: what it has is the caller's to set. */
+static inline size_t rmap_class_sums_put(struct rmap_class_sums *sums, struct rmap_key key,
+                                         uint64_t mixed, size_t slot)
+{
+    const size_t index = sums->n++;
+    rmap_key_slots_put(&sums->slots, slot, mixed, index);
+    sums->entry[index].key = key;
+    return index;
+}
+
+/* More rays of weight 1, alike those that the class has. */
+void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t index, uint64_t n,
+                              uint64_t first_ray);
+
+/* Adds to a class what others of its rays have. *index_ret: the class, or NONE when the table is
+ * full and has no such class; *before_ret: rays that it had. */
+enum rmap_status rmap_class_sums_add(struct rmap_class_sums *sums,
+                                     const struct rmap_class_sum *more, size_t *index_ret,
+                                     uint64_t *before_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+struct rmap_class_sum rmap_class_sums_at(const struct rmap_class_sums *sums, size_t index);
+
+#endif

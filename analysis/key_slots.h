@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Where the entry of a key of 128 bits stands: entries, each beginning with its key, stand in the
+ * order in which their keys came; an open-addressing table of small slots, of which many fit into a
+ * cache, tells the number of each.
+ */
+#ifndef RMAP_KEY_SLOTS_H
+#define RMAP_KEY_SLOTS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "base/wide.h"
+
+struct rmap_key {
+    uint64_t low, high; /* high: not 0 */
+};
+
+/* Entries that a table may be asked to hold. */
+#define RMAP_KEY_SLOTS_MOST ((size_t)1 << 31)
+
+/* What is looked for and not there. */
+#define RMAP_KEY_SLOTS_NONE SIZE_MAX
+
+struct rmap_key_slots {
+    uint32_t *slot;  /* [n_slot]; 0: free; else index of an entry + 1, and bits of its key above */
+    uint32_t number; /* bits of a slot that are the index */
+    size_t n_slot;
+    size_t room; /* entries for which there are slots enough */
+    size_t most; /* entries */
+};
+
+/* most: below RMAP_KEY_SLOTS_MOST. */
+void rmap_key_slots_init(struct rmap_key_slots *slots, size_t most);
+void rmap_key_slots_fini(struct rmap_key_slots *slots);
+
+/* Makes more room; first_key: of n entries, one every `stride` bytes. RMAP_SYSTEM. */
+enum rmap_status rmap_key_slots_grow(struct rmap_key_slots *slots, const void *first_key,
+                                     size_t stride, size_t n, struct rmap_error *err) RMAP_MUST_USE;
+
+static inline uint64_t rmap_key_mixed(struct rmap_key key)
+{
+    return (key.low ^ key.high * UINT64_C(0x9e3779b97f4a7c15)) * UINT64_C(0xd6e8feb86659fd93);
+}
+
+static inline size_t rmap_key_slots_at(const struct rmap_key_slots *slots, uint64_t mixed)
+{
+    return (size_t)(mixed >> 20) & (slots->n_slot - 1);
+}
+
+/* Index of the key's entry, or NONE; *slot_ret: where it is, or the free slot where it would be.
+ * There are slots. */
+RMAP_COPIED size_t rmap_key_slots_look(const struct rmap_key_slots *slots, const void *first_key,
+                                       size_t stride, struct rmap_key key, uint64_t mixed,
+                                       size_t *slot_ret)
+{
+    const uint32_t bits = (uint32_t)(mixed >> 32);
+    size_t at = rmap_key_slots_at(slots, mixed);
+    for (uint32_t found; (found = slots->slot[at]) != 0; at = (at + 1) & (slots->n_slot - 1)) {
+        if ((found ^ bits) & ~slots->number)
+            continue;
+        const size_t index = (found & slots->number) - 1;
+        const struct rmap_key *its =
+            (const struct rmap_key *)(const void *)((const char *)first_key + index * stride);
+        if (its->low == key.low && its->high == key.high) {
+            *slot_ret = at;
+            return index;
+        }
+    }
+    *slot_ret = at;
+    return RMAP_KEY_SLOTS_NONE;
+}
+
+/* The entry `index` of a key for which there is room; slot: as found by rmap_key_slots_look. */
+static inline void rmap_key_slots_put(struct rmap_key_slots *slots, size_t slot, uint64_t mixed,
+                                      size_t index)
+{
+    slots->slot[slot] = ((uint32_t)(mixed >> 32) & ~slots->number) | (uint32_t)(index + 1);
+}
+
+/* Keys, mixed, that will be asked for soon. Copied, as is the next: where it need not, the compiler
+ * takes a function that but prefetches for one without effect. */
+RMAP_COPIED void rmap_key_slots_expect(const struct rmap_key_slots *slots, const uint64_t *mixed,
+                                       size_t n)
+{
+    for (size_t i = 0; i < n && slots->n_slot > 0; i++)
+        __builtin_prefetch(&slots->slot[rmap_key_slots_at(slots, mixed[i])], 1);
+}
+
+/* Later: the slots are there by now, and tell of entries. */
+RMAP_COPIED void rmap_key_slots_expect_entries(const struct rmap_key_slots *slots,
+                                               const void *first_key, size_t stride,
+                                               const uint64_t *mixed, size_t n)
+{
+    for (size_t i = 0; i < n && slots->n_slot > 0; i++) {
+        const uint32_t found = slots->slot[rmap_key_slots_at(slots, mixed[i])];
+        const size_t index = (found & slots->number) - (found != 0);
+        __builtin_prefetch((const char *)first_key + index * stride, 1);
+    }
+}
+
+#endif
