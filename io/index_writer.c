@@ -282,9 +282,10 @@ enum rmap_status rmap_map_admit(const struct rmap_map *map, const struct rmap_ru
                               (unsigned long long)map->summary.seed, (unsigned long long)run->seed);
     if (run->isa && strcmp(run->isa, map->summary.isa) != 0)
         return rmap_error_set(err, RMAP_INPUT,
-                              "%s was traced with the instruction set %s, this machine uses %s: "
-                              "rays are the same only on one kind",
-                              map->path, map->summary.isa, run->isa);
+                              "%s was traced with the instruction set %s, of which %s is the most "
+                              "that can be had here: rays are the same only with one, so go on "
+                              "where there is %s",
+                              map->path, map->summary.isa, run->isa, map->summary.isa);
     int32_t space = rmap_map_spaces_find(&map->spaces, origin.space_digest);
     *space_ret = space >= 0 ? space : (int32_t)map->spaces.n;
     bool same = true;

@@ -135,20 +135,6 @@ out:
 
 /* ---- the picture ---- */
 
-/* Collective. All ranks with the same instructions: they meet the same edges of meshes. */
-static enum rmap_status build_accel(struct session *session, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_context *context = session->context;
-    int level = rmap_accel_isa_level();
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &level, 1, MPI_INT, MPI_MIN, context->comm)));
-    rmap_scene_include(session->scene, session->camera);
-    st = rmap_accel_create_isa(session->scene, context->n_thread, level, &session->accel, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-out:
-    return st;
-}
-
 static enum rmap_status prepare(struct session *session, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -159,7 +145,8 @@ static enum rmap_status prepare(struct session *session, struct rmap_error *err)
                               &session->camera, err));
     if (request->size[0] == 0)
         memcpy(request->size, session->camera->resolution, sizeof request->size);
-    RMAP_TRY(build_accel(session, err));
+    rmap_scene_include(session->scene, session->camera);
+    RMAP_TRY(rmap_load_accel(session->context, session->scene, NULL, &session->accel, err));
     st = rmap_renderer_create(session->scene, session->accel, session->camera, request->size,
                               request->seed, &session->renderer, err);
     session->rgb = rmap_alloc((size_t)request->size[0] * request->size[1], 3 * sizeof(float));

@@ -5,6 +5,7 @@
 #ifndef RMAP_LOAD_H
 #define RMAP_LOAD_H
 
+#include "geometry/accel.h"
 #include "io/bundle.h"
 #include "io/map_reader.h"
 #include "mpi/command.h"
@@ -29,6 +30,12 @@ enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
 enum rmap_status rmap_load_scene(const struct rmap_context *context, const char *path,
                                  struct rmap_scene_options *options,
                                  struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. The structure of the scene, on every rank with the same of Embree's instruction sets:
+ * the best that all have, or a lesser one, where `isa` ("AVX2"; NULL or unknown: any) is such. */
+enum rmap_status rmap_load_accel(const struct rmap_context *context, const struct rmap_scene *scene,
+                                 const char *isa, struct rmap_accel **accel_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* Collective. Opens the map on every rank, in the same state on all of them. */

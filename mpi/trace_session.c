@@ -18,23 +18,6 @@
 #include "mpi/scene_difference.h"
 #include "mpi/trace_summary.h"
 
-/* Collective. Bit-equal rays are promised per instruction set, so one run may have only one. */
-static enum rmap_status check_isa(const struct rmap_context *context, const char *isa,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    char first[32] = "";
-    (void)snprintf(first, sizeof first, "%s", isa);
-    RMAP_TRY(RMAP_MPI(MPI_Bcast(first, sizeof first, MPI_CHAR, 0, context->comm)));
-    if (strcmp(first, isa) != 0)
-        st = rmap_error_set(err, RMAP_SYSTEM,
-                            "rank %d runs on %s but rank 0 on %s; run on nodes of one kind",
-                            context->rank, isa, first);
-    RMAP_TRY(rmap_agree(context, st, err));
-out:
-    return st;
-}
-
 /* Whether an index stands at the path. RMAP_FORMAT where pieces stand without one: they are not to
  * be lost. */
 static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_error *err)
@@ -181,8 +164,6 @@ out:
 static enum rmap_status find_goal(struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    if (self->request.mode != RMAP_TRACE_NEW)
-        RMAP_TRY(open_map(self, err));
     if (!self->goal.map) {
         st = rmap_trace_goal_begin(&self->request, &self->goal, err);
         return rmap_agree(self->context, st, err);
@@ -280,9 +261,13 @@ out:
 enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struct rmap_error *err)
 {
     const struct rmap_context *context = self->context;
-    enum rmap_status st = rmap_accel_create(self->scene, context->n_thread, &self->accel, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(check_isa(context, rmap_accel_isa(self->accel), err));
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_summary summary = {0};
+    if (self->request.mode != RMAP_TRACE_NEW)
+        RMAP_TRY(open_map(self, err));
+    if (self->goal.map)
+        rmap_map_summarise(self->goal.map, &summary);
+    RMAP_TRY(rmap_load_accel(context, self->scene, summary.isa, &self->accel, err));
     self->run = (struct rmap_run){.bundle = self->bundle,
                                   .scene = self->scene,
                                   .seed = self->request.seed,

@@ -73,6 +73,9 @@ const char *rmap_accel_isa(const struct rmap_accel *accel);
  * on the minimum. Negative: Embree runs on none. */
 int rmap_accel_isa_level(void);
 
+/* The level of an instruction set as rmap_accel_isa names it; negative: of none. */
+int rmap_accel_isa_level_of(const char *name);
+
 /* rmap_accel_create with the instruction set given; it takes the best. */
 enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_threads, int level,
                                        struct rmap_accel **accel_ret,

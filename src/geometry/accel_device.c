@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include <stdio.h>
+#include <string.h>
 
 #include "base/alloc.h"
 #include "geometry/accel_internal.h"
@@ -27,6 +28,14 @@ int rmap_accel_isa_level(void)
         (void)rtcGetDeviceError(NULL); /* clears it */
     }
     return -1;
+}
+
+int rmap_accel_isa_level_of(const char *name)
+{
+    int level = N_ISA - 1;
+    while (level >= 0 && strcmp(isa_name[level], name) != 0)
+        level--;
+    return level;
 }
 
 const char *rmap_accel_isa(const struct rmap_accel *accel)

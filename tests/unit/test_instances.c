@@ -237,7 +237,7 @@ static void test_threads_and_instruction_sets_agree(void **state)
     for (int level = 0; level <= rmap_accel_isa_level(); level++) {
         struct builder other = b;
         assert_int_equal(rmap_accel_create_isa(b.scene, 1, level, &other.accel, &err), RMAP_OK);
-        assert_non_null(rmap_accel_isa(other.accel));
+        assert_int_equal(rmap_accel_isa_level_of(rmap_accel_isa(other.accel)), level);
         job[2].builder = &other;
         trace(job, 2);
         rmap_accel_destroy(other.accel);
