@@ -229,17 +229,18 @@ out:
 
 static rmap_column_set columns_of(const struct rmap_quantity *quantity)
 {
-    static const enum rmap_column of_ray[] = {
-        [RMAP_RAY_NUMBER_ID] = RMAP_RAY_id,
-        [RMAP_RAY_NUMBER_SEGMENTS] = RMAP_RAY_segment_count,
-        [RMAP_RAY_NUMBER_WAVELENGTH] = RMAP_RAY_wavelength,
-        [RMAP_RAY_NUMBER_FLUX] = RMAP_RAY_weight,
-        [RMAP_RAY_NUMBER_PATH_LENGTH] = RMAP_RAY_path_length,
-        [RMAP_RAY_NUMBER_OPTICAL_PATH] = RMAP_RAY_optical_path,
+    static const rmap_column_set of_ray[] = {
+        [RMAP_RAY_NUMBER_ID] = RMAP_COLUMN_BIT(RMAP_RAY_id),
+        [RMAP_RAY_NUMBER_SEGMENTS] = RMAP_COLUMN_BIT(RMAP_RAY_segment_count),
+        [RMAP_RAY_NUMBER_WAVELENGTH] = RMAP_COLUMN_BIT(RMAP_RAY_wavelength),
+        [RMAP_RAY_NUMBER_FLUX] =
+            RMAP_COLUMN_BIT(RMAP_RAY_weight) | RMAP_COLUMN_BIT(RMAP_RAY_source),
+        [RMAP_RAY_NUMBER_PATH_LENGTH] = RMAP_COLUMN_BIT(RMAP_RAY_path_length),
+        [RMAP_RAY_NUMBER_OPTICAL_PATH] = RMAP_COLUMN_BIT(RMAP_RAY_optical_path),
     };
     switch (quantity->kind) {
     case RMAP_QUANTITY_RAY_NUMBER:
-        return RMAP_COLUMN_BIT(of_ray[quantity->ray_number]);
+        return of_ray[quantity->ray_number];
     case RMAP_QUANTITY_ITS_NUMBER:
         return rmap_registration_number_columns(quantity->its_number);
     case RMAP_QUANTITY_COUNT:
@@ -267,8 +268,10 @@ static void plan(struct rmap_quantities *self, bool has_detector)
         self->spreads = self->spreads || (quantity->kind == RMAP_QUANTITY_RAY_NUMBER &&
                                           quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH);
     }
-    self->deferred = RMAP_COLUMN_BIT(RMAP_RAY_weight) & ~self->columns;
-    self->columns |= RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    const rmap_column_set of_flux =
+        RMAP_COLUMN_BIT(RMAP_RAY_source) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    self->deferred = of_flux & ~self->columns;
+    self->columns |= of_flux;
     if (self->of_registrations)
         self->columns |= RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |
                          RMAP_COLUMN_BIT(RMAP_REGISTRATION_detector) |

@@ -60,7 +60,7 @@ struct rmap_quantities {
     bool spreads;                   /* `wavelength` is among them */
     struct rmap_path_order order;   /* when an order is among them */
     rmap_column_set columns;        /* that reading them needs, with sources and weights */
-    rmap_column_set deferred;       /* those of them that only their flux needs: weights */
+    rmap_column_set deferred;       /* those of them that only their flux needs */
     struct rmap_criterion *holder;  /* of the sets' memory */
 };
 
@@ -106,8 +106,8 @@ struct rmap_readings {
 };
 void rmap_readings_fini(struct rmap_readings *readings);
 
-/* Where every ray has one reading of each quantity, a number that stands in a column of its own:
- * those columns, of all rays of the portion. */
+/* Where every ray has one reading of each quantity that stands in a column of its own: those
+ * columns, of all rays of the portion. What stands there may be no number, or infinite. */
 bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
                             const double *column[RMAP_QUANTITIES_MAX]);
 

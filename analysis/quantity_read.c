@@ -413,12 +413,11 @@ static const struct rmap_channels *channels_of(const struct rmap_quantities *sel
 bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
                             const double *column[RMAP_QUANTITIES_MAX])
 {
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
     if (self->of_registrations || channels_of(self, rays))
         return false;
     for (size_t i = 0; i < self->n; i++) {
         column[i] = column_of(&self->of[i], &rays->portion->ray);
-        if (!column[i] || any_infinite(column[i], n_ray))
+        if (!column[i])
             return false;
     }
     return true;

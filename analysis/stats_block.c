@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "analysis/stats_stored.h"
 #include "base/alloc.h"
 #include "base/pick.h"
 #include "base/wide.h"
@@ -172,11 +173,6 @@ static enum rmap_status arrange(struct rmap_stats_reader *reader,
     return RMAP_OK;
 }
 
-static size_t class_of(const struct rmap_stats_setup *setup, int32_t source)
-{
-    return (size_t)source * (setup->by == RMAP_STATS_BY_SOURCE ? setup->n_source + 1 : 1);
-}
-
 RMAP_WIDE static uint32_t any_other(const int32_t *source, size_t n)
 {
     uint32_t other = 0;
@@ -213,7 +209,8 @@ static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_sta
             end = first + rmap_pick_of(block->value[q], source, (int32_t)s, n, to);
         }
         if (end > first)
-            reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, (int32_t)s)};
+            reader->run[block->n_run++] =
+                (struct rmap_stats_run){end, rmap_stats_class_of(setup, (int32_t)s)};
     }
     for (size_t q = 0; q < n_quantity; q++)
         block->value[q] = reader->arranged.value[q];
@@ -222,91 +219,39 @@ static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_sta
 /* More sources than that are not gone through one by one. */
 enum { SOURCES_FEW = 8 };
 
-static bool may_be_plain(const struct rmap_stats_setup *setup, const struct rmap_matched *rays)
+/* The source of all rays of the portion, or -1 where there may be several: told by its summary, or
+ * where there are more sources than that tells apart, by the column. */
+static enum rmap_status find_source(const struct rmap_stats_setup *setup,
+                                    const struct rmap_matched *rays, int32_t *source_ret,
+                                    struct rmap_error *err)
 {
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    return setup->by != RMAP_STATS_BY_DETECTOR &&
-           (setup->n_source <= SOURCES_FEW || !any_other(rays->portion->ray.source, n_ray));
+    enum { TOLD_APART = 64 };
+    enum rmap_status st = RMAP_OK;
+    const uint64_t bits = rmap_map_portion(setup->quantities->map, rays->index)->summary.sources;
+    *source_ret = -1;
+    if (setup->n_source == 1)
+        *source_ret = 0;
+    else if (setup->n_source <= TOLD_APART && bits && !(bits & (bits - 1)))
+        *source_ret = __builtin_ctzll(bits);
+    if (*source_ret >= 0)
+        return RMAP_OK;
+    RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
+    const int32_t *source = rays->portion->ray.source;
+    if (setup->n_source > TOLD_APART && !any_other(source, rays->portion->n_row[RMAP_TABLE_RAY]))
+        *source_ret = source[0];
+out:
+    return st;
 }
 
-RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
-{
-    uint32_t count = 0;
-    for (size_t i = 0; i < n; i++)
-        count += source[i] == which;
-    return count;
-}
-
-static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                     int32_t source, size_t end, struct rmap_stats_block *block)
-{
-    const size_t first = block->n_run > 0 ? reader->run[block->n_run - 1].end : 0;
-    if (end > first)
-        reader->run[block->n_run++] = (struct rmap_stats_run){end, class_of(setup, source)};
-}
-
-/* Puts stored readings of matching rays in the order of their sources, and lists the runs. */
-static void pick_stored(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                        const struct rmap_matched *rays, const double *const *column,
-                        double *const *to, struct rmap_stats_block *block)
-{
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY], n_quantity = setup->quantities->n;
-    const uint8_t *match = rays->n_match < n_ray ? rays->match : NULL;
-    const int32_t *of = rays->portion->ray.source;
-    size_t end = 0;
-    if (setup->n_source == 2 && !match) {
-        end = count_of(of, n_ray, 0);
-        for (size_t q = 0; q < n_quantity; q++)
-            (void)rmap_pick_both(column[q], of, 0, n_ray, to[q], to[q] + end);
-        list_run(reader, setup, 0, end, block);
-        list_run(reader, setup, 1, n_ray, block);
-        return;
-    }
-    for (int32_t s = 0; s < (int32_t)setup->n_source; s++) {
-        const size_t first = end;
-        for (size_t q = 0; q < n_quantity; q++) {
-            double *at = to[q] + first;
-            end = first + (match ? rmap_pick_matching_of(column[q], match, of, s, n_ray, at)
-                                 : rmap_pick_of(column[q], of, s, n_ray, at));
-        }
-        list_run(reader, setup, s, end, block);
-    }
-}
-
-/* Rays of weight 1, readings that are columns of all rays. */
-static enum rmap_status read_stored(struct rmap_stats_reader *reader,
-                                    const struct rmap_stats_setup *setup,
-                                    const struct rmap_matched *rays, const double *const *column,
-                                    struct rmap_stats_block *block, struct rmap_error *err)
+/* Room for rmap_stats_read_stored. */
+static enum rmap_status reserve_stored(struct rmap_stats_reader *reader,
+                                       const struct rmap_stats_setup *setup,
+                                       const struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY], n = rays->n_match;
-    const int32_t *source = rays->portion->ray.source;
-    const bool one_source = setup->n_source == 1 || !any_other(source, n_ray);
-    reader->readings.n = n;
-    reader->readings.n_undefined = 0;
     RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
-    *block = (struct rmap_stats_block){.n = n, .run = reader->run};
-    if (one_source) {
-        block->n_run = 1;
-        reader->run[0] = (struct rmap_stats_run){n, class_of(setup, source[0])};
-    }
-    double **to = reader->into;
-    if (one_source && n == n_ray) {
-        memcpy(block->value, column, sizeof block->value);
-        return RMAP_OK;
-    }
-    if (!reader->into[0]) {
-        RMAP_TRY(reserve_arranged(&reader->arranged, n + RMAP_PICK_MORE, setup, err));
-        to = reader->arranged.value;
-    }
-    if (!one_source)
-        pick_stored(reader, setup, rays, column, to, block);
-    for (size_t q = 0; q < setup->quantities->n; q++) {
-        if (one_source)
-            (void)rmap_pick_matching(column[q], rays->match, n_ray, to[q]);
-        block->value[q] = to[q];
-    }
+    if (!reader->into[0])
+        st = reserve_arranged(&reader->arranged, rays->n_match + RMAP_PICK_MORE, setup, err);
 out:
     return st;
 }
@@ -314,21 +259,20 @@ out:
 /* Rays of weight 1, one reading of each. */
 static enum rmap_status read_plain(struct rmap_stats_reader *reader,
                                    const struct rmap_stats_setup *setup,
-                                   const struct rmap_matched *rays, struct rmap_stats_block *block,
-                                   struct rmap_error *err)
+                                   const struct rmap_matched *rays, int32_t source,
+                                   struct rmap_stats_block *block, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_readings *readings = &reader->readings;
-    const struct rmap_ray_columns *ray = &rays->portion->ray;
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
     *block = (struct rmap_stats_block){
         .n = readings->n, .value = {readings->at[0], readings->at[1]}, .run = reader->run};
     if (readings->n == 0)
         return RMAP_OK;
-    if (setup->n_source == 1 || !any_other(ray->source, n_ray)) {
+    if (source >= 0) {
         block->n_run = 1;
-        reader->run[0] = (struct rmap_stats_run){readings->n, class_of(setup, ray->source[0])};
+        reader->run[0] = (struct rmap_stats_run){readings->n, rmap_stats_class_of(setup, source)};
         return RMAP_OK;
     }
     RMAP_TRY(hold(&reader->source, &reader->source_cap, n_ray + 1, sizeof *reader->source, err));
@@ -347,14 +291,20 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     struct rmap_readings *readings = &reader->readings;
     bool all_one = true;
     const double *column[RMAP_QUANTITIES_MAX] = {NULL};
-    readings->lean = may_be_plain(setup, rays);
-    if (readings->lean)
+    int32_t source = -1;
+    readings->lean = false;
+    if (setup->by != RMAP_STATS_BY_DETECTOR)
+        RMAP_TRY(find_source(setup, rays, &source, err));
+    if (setup->by != RMAP_STATS_BY_DETECTOR && (setup->n_source <= SOURCES_FEW || source >= 0))
         RMAP_TRY(rmap_fold_weights(rays, &readings->lean, err));
-    if (readings->lean && rmap_quantities_stored(setup->quantities, rays, column))
-        return read_stored(reader, setup, rays, column, block, err);
+    if (readings->lean && rmap_quantities_stored(setup->quantities, rays, column)) {
+        RMAP_TRY(reserve_stored(reader, setup, rays, err));
+        if (rmap_stats_read_stored(reader, setup, rays, source, column, block))
+            return RMAP_OK;
+    }
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
     if (readings->lean)
-        return read_plain(reader, setup, rays, block, err);
+        return read_plain(reader, setup, rays, source, block, err);
     RMAP_TRY(rmap_fold_fetch(rays, setup->quantities->deferred, err));
     RMAP_TRY(reserve(reader, readings->n + 1, err));
     for (size_t k = 0; k < readings->n; k++) {

@@ -7,6 +7,7 @@
 #define RMAP_STATS_BLOCK_H
 
 #include "analysis/quantity.h"
+#include "analysis/stats_measure.h"
 
 enum rmap_stats_by { RMAP_STATS_TOGETHER, RMAP_STATS_BY_SOURCE, RMAP_STATS_BY_DETECTOR };
 
@@ -22,6 +23,12 @@ struct rmap_stats_setup {
 
 void rmap_stats_setup_init(struct rmap_stats_setup *setup, const struct rmap_quantities *quantities,
                            enum rmap_stats_by by, size_t budget_nbytes);
+
+/* Of readings that are not told apart by detector. */
+static inline size_t rmap_stats_class_of(const struct rmap_stats_setup *setup, int32_t source)
+{
+    return (size_t)source * (setup->by == RMAP_STATS_BY_SOURCE ? setup->n_source + 1 : 1);
+}
 
 /* Readings of a class that stand together. */
 struct rmap_stats_run {
@@ -39,6 +46,8 @@ struct rmap_stats_block {
     const double *weight;             /* NULL: all 1 */
     const struct rmap_stats_run *run; /* [n_run] */
     size_t n_run;
+    bool is_measured;
+    struct rmap_stats_measured measured[RMAP_QUANTITIES_MAX]; /* all values, where it is */
     uint16_t *place[RMAP_QUANTITIES_MAX];    /* [n] memory for fine bins of readings; NULL: none */
     const double *next[RMAP_QUANTITIES_MAX]; /* values of the block after it; NULL: not known */
 };

@@ -183,7 +183,9 @@ static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_bl
 {
     const double *value = block->value[quantity] + first;
     const size_t n = end - first;
-    const struct rmap_stats_measured m = rmap_stats_measure(value, n);
+    const struct rmap_stats_measured m = block->is_measured && n == block->n
+                                             ? block->measured[quantity]
+                                             : rmap_stats_measure(value, n);
     const bool positive = m.low > 0.0 || !self->setup->logarithmic;
     widen(range, m.low, m.high, positive ? m.low : rmap_stats_least_positive(value, n));
     rmap_exact_sum_add(&self->known.sum[quantity], m.sum);
