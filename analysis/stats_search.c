@@ -69,7 +69,8 @@ static enum rmap_status want_one(struct rmap_stats_search *search, size_t g, dou
     if (st != RMAP_OK)
         return st;
     search->of_bin[g * n_fine + k] = (int32_t)search->n_list;
-    search->list[search->n_list++] = (struct rmap_stats_list){.bin = g * n_fine + k};
+    search->list[search->n_list++] =
+        (struct rmap_stats_list){.bin = g * n_fine + k, .place = (double)k};
     return RMAP_OK;
 }
 
@@ -197,10 +198,9 @@ static uint32_t part_of(const struct rmap_stats_search *search, const struct rma
 {
     const struct rmap_stats_plan *plan = search->stats->plan;
     const size_t i = search->quantity;
-    const double bin = (double)(list->bin % plan->n_fine);
-    const double at = (value - plan->fine_low[i]) * plan->fine_per[i] - bin;
-    const double part = fmin(fmax(at * RMAP_STATS_PARTS, 0.0), RMAP_STATS_PARTS - 1);
-    return (uint32_t)part;
+    const double at = (value - plan->fine_low[i]) * plan->fine_per[i] - list->place;
+    const double part = at > 0.0 ? at * RMAP_STATS_PARTS : 0.0;
+    return (uint32_t)(part < RMAP_STATS_PARTS - 1 ? part : RMAP_STATS_PARTS - 1);
 }
 
 /* Reads what was found, in the order of lists and of their parts. */
@@ -266,9 +266,10 @@ enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct
     const struct rmap_stats_setup *setup = search->stats->setup;
     if (search->n_filled == search->n_list)
         return RMAP_OK;
-    for (size_t i = 0; i < search->n_list; i++)
-        search->list[i] = (struct rmap_stats_list){
-            .bin = search->list[i].bin, .least = (double)INFINITY, .greatest = -(double)INFINITY};
+    for (size_t i = 0; i < search->n_list; i++) {
+        search->list[i].least = (double)INFINITY;
+        search->list[i].greatest = -(double)INFINITY;
+    }
     lay_windows(search);
     if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
         RMAP_TRY(look_through(search, measure_lists, err)); /* few values, of many rays each */

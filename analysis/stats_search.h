@@ -14,7 +14,8 @@
 
 /* A fine bin that is of interest: what is in it. */
 struct rmap_stats_list {
-    size_t bin; /* group * n_fine + bin */
+    size_t bin;   /* group * n_fine + place */
+    double place; /* among the bins of the group */
     double least, greatest;
 };
 

@@ -42,7 +42,10 @@ __attribute__((target("avx2"))) static size_t pick_wide(const struct rmap_stats_
                                       _mm256_subs_epu16(_mm256_sub_epi16(its, first[w]), more[w]));
         const __m256i in = _mm256_cmpeq_epi16(beyond, _mm256_setzero_si256());
         uint32_t bits = (uint32_t)_mm256_movemask_epi8(in) & 0x55555555;
-        for (; bits; bits &= bits - 1)
+        /* Often there is none, seldom more than one: which of these is not asked. */
+        picked[n_picked] = (uint32_t)(k + (size_t)__builtin_ctz(bits | 0x80000000) / 2);
+        n_picked += bits != 0;
+        for (bits &= bits - 1; bits; bits &= bits - 1)
             picked[n_picked++] = (uint32_t)(k + (size_t)__builtin_ctz(bits) / 2);
     }
     return n_picked;
