@@ -89,8 +89,27 @@ static inline bool is_in_doubt(const struct ruler *ruler, uint32_t parts)
     return (uint16_t)(parts + ruler->doubt) < 2 * ruler->doubt;
 }
 
-/* So many are told at once, and so many of these are looked at again where one is in doubt. */
+/* So many are told at once, and so many of these before those in doubt are looked at again. */
 enum { GROUP = 16, GROUPS = 64 };
+
+/* Bits of groups with some in doubt; of each of these, two bits of each. */
+struct doubts {
+    uint64_t groups;
+    uint32_t which[GROUPS];
+};
+
+static void guess_narrow(const struct ruler *ruler, const double *value, size_t n_group,
+                         uint16_t *place, struct doubts *doubts)
+{
+    *doubts = (struct doubts){0};
+    for (size_t k = 0; k < n_group * GROUP; k++) {
+        const uint32_t parts = parts_of(ruler, value[k]), bin = parts >> PART_BITS;
+        const bool near = is_in_doubt(ruler, parts);
+        place[k] = (uint16_t)(bin < ruler->most ? bin : ruler->most);
+        doubts->groups |= (uint64_t)near << k / GROUP;
+        doubts->which[k / GROUP] |= (near ? UINT32_C(3) : 0) << k % GROUP * 2;
+    }
+}
 
 #ifdef RMAP_INTRINSICS
 /* Four values' parts of bins, in the lower halves of four numbers. */
@@ -101,16 +120,17 @@ __attribute__((target("avx2"))) static inline __m256 parts_of_4(const double *va
     return _mm256_castpd_ps(_mm256_add_pd(at, _mm256_set1_pd(WHOLE)));
 }
 
-/* Sets place of n_group groups; returns the groups with one in doubt. */
-__attribute__((target("avx2"))) static uint64_t
-guess_wide(const struct ruler *ruler, const double *value, size_t n_group, uint16_t *place)
+/* Sets place of n_group groups. */
+__attribute__((target("avx2"))) static void guess_wide(const struct ruler *ruler,
+                                                       const double *value, size_t n_group,
+                                                       uint16_t *place, struct doubts *doubts)
 {
     const __m256d low = _mm256_set1_pd(ruler->low), per = _mm256_set1_pd(ruler->per);
     const __m256i most = _mm256_set1_epi16((short)ruler->most);
     const __m256i doubt = _mm256_set1_epi16((short)ruler->doubt);
     const __m256i beyond = _mm256_set1_epi16((short)(2 * ruler->doubt - 1));
     const __m256i order = _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7);
-    uint64_t doubtful = 0;
+    doubts->groups = 0;
     for (size_t g = 0; g < n_group; g++) {
         const double *own = value + g * GROUP;
         const __m256i a = _mm256_castps_si256(
@@ -126,10 +146,11 @@ guess_wide(const struct ruler *ruler, const double *value, size_t n_group, uint1
         const __m256i near = _mm256_cmpeq_epi16(_mm256_min_epu16(moved, beyond), moved);
         _mm256_storeu_si256((void *)(place + g * GROUP),
                             _mm256_permutevar8x32_epi32(_mm256_min_epu16(bin, most), order));
-        if (!_mm256_testz_si256(near, near))
-            doubtful |= UINT64_C(1) << g;
+        if (_mm256_testz_si256(near, near))
+            continue;
+        doubts->groups |= UINT64_C(1) << g;
+        doubts->which[g] = (uint32_t)_mm256_movemask_epi8(_mm256_permutevar8x32_epi32(near, order));
     }
-    return doubtful;
 }
 
 static bool is_wide(void)
@@ -137,21 +158,10 @@ static bool is_wide(void)
     return __builtin_cpu_supports("avx2");
 }
 #else
-#define guess_wide(ruler, value, n_group, place) ((uint64_t)0)
-#define is_wide()                                false
+#define guess_wide(ruler, value, n_group, place, doubts)                                           \
+    guess_narrow(ruler, value, n_group, place, doubts)
+#define is_wide() false
 #endif
-
-static uint64_t guess_narrow(const struct ruler *ruler, const double *value, size_t n_group,
-                             uint16_t *place)
-{
-    uint64_t doubtful = 0;
-    for (size_t k = 0; k < n_group * GROUP; k++) {
-        const uint32_t parts = parts_of(ruler, value[k]), bin = parts >> PART_BITS;
-        place[k] = (uint16_t)(bin < ruler->most ? bin : ruler->most);
-        doubtful |= (uint64_t)is_in_doubt(ruler, parts) << k / GROUP;
-    }
-    return doubtful;
-}
 
 /* Edges are rounded, and so are places: by some parts in 2^52 of the numbers in them. False: by so
  * many parts of a bin that nothing is sure. */
@@ -167,15 +177,16 @@ static bool make_ruler(const struct rmap_stats_plan *plan, size_t quantity, stru
     return true;
 }
 
-/* Tells those in doubt of some groups one by one. */
-static void settle(const struct rmap_stats_plan *plan, size_t quantity, const struct ruler *ruler,
-                   uint64_t doubtful, const double *value, uint16_t *place)
+/* Tells those in doubt one by one. */
+static void settle(const struct rmap_stats_plan *plan, size_t quantity, const struct doubts *doubts,
+                   const double *value, uint16_t *place)
 {
-    for (; doubtful; doubtful &= doubtful - 1) {
-        const size_t first = (size_t)__builtin_ctzll(doubtful) * GROUP;
-        for (size_t k = first; k < first + GROUP; k++)
-            if (is_in_doubt(ruler, parts_of(ruler, value[k])))
-                place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
+    for (uint64_t groups = doubts->groups; groups; groups &= groups - 1) {
+        const size_t g = (size_t)__builtin_ctzll(groups);
+        for (uint32_t which = doubts->which[g] & 0x55555555; which; which &= which - 1) {
+            const size_t k = g * GROUP + (size_t)__builtin_ctz(which) / 2;
+            place[k] = (uint16_t)rmap_stats_fine(plan, quantity, value[k]);
+        }
     }
 }
 
@@ -184,9 +195,12 @@ static void tell_groups(const struct rmap_stats_plan *plan, size_t quantity,
                         const struct ruler *ruler, const double *value, size_t n_group,
                         uint16_t *place)
 {
-    const uint64_t doubtful = is_wide() ? guess_wide(ruler, value, n_group, place)
-                                        : guess_narrow(ruler, value, n_group, place);
-    settle(plan, quantity, ruler, doubtful, value, place);
+    struct doubts doubts;
+    if (is_wide())
+        guess_wide(ruler, value, n_group, place, &doubts);
+    else
+        guess_narrow(ruler, value, n_group, place, &doubts);
+    settle(plan, quantity, &doubts, value, place);
 }
 
 void rmap_stats_fine_places(const struct rmap_stats_plan *plan, size_t quantity,
