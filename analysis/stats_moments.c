@@ -160,13 +160,17 @@ void rmap_stats_moments_merge(struct rmap_stats_moments *into,
     for (size_t k = 0; k < RMAP_MOMENT_POWERS; k++)
         rmap_exact_sum_merge(&into->power[k], &from->power[k]);
     for (size_t k = 0; k < RMAP_MOMENTS; k++)
-        rmap_exact_sum_merge(&into->total[k], &from->total[k]);
+        if (!rmap_exact_sum_is_empty(&from->total[k]))
+            rmap_exact_sum_merge(&into->total[k], &from->total[k]);
     for (size_t k = 0; k < RMAP_MOMENT_PRODUCTS; k++)
-        rmap_exact_sum_merge(&into->product[k], &from->product[k]);
+        if (!rmap_exact_sum_is_empty(&from->product[k]))
+            rmap_exact_sum_merge(&into->product[k], &from->product[k]);
 }
 
 static double both(const struct rmap_exact_sum *a, const struct rmap_exact_sum *b)
 {
+    if (rmap_exact_sum_is_empty(b)) /* each reading a cluster of its own, mostly */
+        return rmap_exact_sum_value(a);
     struct rmap_exact_sum sum = *a;
     rmap_exact_sum_merge(&sum, b);
     return rmap_exact_sum_value(&sum);

@@ -8,6 +8,7 @@
 #ifndef RMAP_EXACT_SUM_H
 #define RMAP_EXACT_SUM_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -53,6 +54,9 @@ static inline void rmap_exact_sum_add(struct rmap_exact_sum *sum, double term)
     if (++sum->n_waiting == RMAP_EXACT_SUM_WAITING_MAX)
         rmap_exact_sum_settle(sum);
 }
+
+/* True: nothing was added, or zeros alone. False says nothing. */
+bool rmap_exact_sum_is_empty(const struct rmap_exact_sum *sum);
 
 void rmap_exact_sum_merge(struct rmap_exact_sum *into, const struct rmap_exact_sum *from);
 
