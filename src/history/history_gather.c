@@ -3,6 +3,7 @@
  * Classes of legs, of all rays of a portion or of some.
  */
 #include "base/byte_set.h"
+#include "base/wide.h"
 #include "history/history_parts.h"
 
 /* Classes by code, and what tells those of the codes that rare ones share. */
@@ -42,6 +43,7 @@ void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *ro
 static inline uint64_t place_block(const uint32_t *legs, const uint32_t *hits, size_t n,
                                    uint64_t at, uint64_t *begin)
 {
+    RMAP_UNROLL
     for (size_t i = 0; i < n; i++) {
         begin[i] = at;
         at += legs[i] | (uint64_t)hits[i] << 32;
