@@ -12,7 +12,7 @@ static int compare_members(const void *a_, const void *b_)
     const struct rmap_path_of_ray *a = a_, *b = b_;
     int order = (a->key.low > b->key.low) - (a->key.low < b->key.low);
     order = order != 0 ? order : (a->key.high > b->key.high) - (a->key.high < b->key.high);
-    return order != 0 ? order : (a->place.ray > b->place.ray) - (a->place.ray < b->place.ray);
+    return order != 0 ? order : (a->ray > b->ray) - (a->ray < b->ray);
 }
 
 static bool is_same(const struct rmap_path_of_ray *a, const struct rmap_path_of_ray *b)
@@ -75,7 +75,7 @@ static const struct rmap_path_of_ray *first_ray(const struct work *work, size_t 
     const uint64_t *id = work->portion->ray.id;
     const struct rmap_path_of_ray *least = &work->member[first];
     for (size_t i = first + 1; i < last; i++)
-        if (id[work->member[i].place.ray] < id[least->place.ray])
+        if (id[work->member[i].ray] < id[least->ray])
             least = &work->member[i];
     return least;
 }
@@ -86,7 +86,7 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = work->portion;
-    const struct rmap_path_place_of_ray place = first_ray(work, first, last)->place;
+    const struct rmap_path_place_of_ray place = rmap_path_place_of(first_ray(work, first, last));
     struct rmap_path_class *path = &classes->path[classes->n];
     const struct rmap_path_class *before = classes->n > 0 ? path - 1 : NULL;
     void *block = classes->symbol;
@@ -103,7 +103,7 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
     memcpy(classes->symbol + path->first_symbol, work->symbol,
            path->n_symbol * sizeof *work->symbol);
     for (size_t i = first; i < last; i++) {
-        size_t row = work->member[i].place.ray;
+        size_t row = work->member[i].ray;
         path->segments += portion->ray.segment_count[row];
         path->flux += portion->ray.weight[row];
         classes->of_ray[row] = (uint32_t)place.ray;

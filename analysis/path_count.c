@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/path_count.h"
 
+#include <string.h>
+
 #include "analysis/path_count_internal.h"
 #include "analysis/path_pack.h"
 #include "analysis/query_sums.h"
@@ -71,6 +73,7 @@ static void destroy(void *state)
         rmap_path_hasher_fini(&self->buffers->hasher);
         rmap_path_dictionary_fini(&self->buffers->dictionary);
         rmap_free(self->buffers->ray);
+        rmap_free(self->buffers->all);
     }
     rmap_free(self->buffers);
     rmap_free(self->cache);
@@ -188,52 +191,97 @@ out:
 
 /* ---- rays of a portion ---- */
 
-/* Weights of 1 are counted, which is the same sum. */
-static void add_ones(struct rmap_path_counts *self, const struct rmap_portion *portion)
+static void add_weights(struct rmap_path_counts *self, const struct rmap_portion *portion,
+                        const struct rmap_path_of_ray *list, size_t n)
 {
-    const struct rmap_path_buffers *buffers = self->buffers;
     const struct rmap_ray_columns *ray = &portion->ray;
-    const size_t n_source = rmap_map_scene(self->context->map)->n_source;
-    for (size_t i = 0; n_source > 1 && i < buffers->n_ray; i++) {
-        const size_t source = (size_t)ray->source[buffers->ray[i].place.ray];
-        self->total.source_weight[source]++;
-        self->total.source_weight_squared[source]++;
-    }
-    if (n_source == 1) {
-        self->total.source_weight[0] += (double)buffers->n_ray;
-        self->total.source_weight_squared[0] += (double)buffers->n_ray;
-    }
-    if (buffers->n_ray > 0 && self->most_weight < 1.0)
-        self->most_weight = 1.0;
-}
-
-static void add_weights(struct rmap_path_counts *self, const struct rmap_portion *portion)
-{
-    const struct rmap_path_buffers *buffers = self->buffers;
-    const struct rmap_ray_columns *ray = &portion->ray;
-    double most = self->most_weight;
-    for (size_t i = 0; i < buffers->n_ray; i++) {
-        const size_t row = buffers->ray[i].place.ray, source = (size_t)ray->source[row];
+    for (size_t i = 0; i < n; i++) {
+        const size_t row = list[i].ray, source = (size_t)ray->source[row];
         const double weight = ray->weight[row];
+        self->total.rays++;
+        self->total.segments += ray->segment_count[row];
         self->total.source_weight[source] += weight;
         self->total.source_weight_squared[source] += weight * weight;
-        most = weight > most ? weight : most;
+        self->most_weight = weight > self->most_weight ? weight : self->most_weight;
     }
-    self->most_weight = most;
 }
 
-static void add_totals(struct rmap_path_counts *self, const struct rmap_portion *portion, bool ones)
+/* All rays that match: they have a path, and weight 1. */
+static enum rmap_status add_ones(struct rmap_path_counts *self, const struct rmap_matched *rays,
+                                 const struct rmap_sums_facts *facts, struct rmap_error *err)
 {
-    const struct rmap_path_buffers *buffers = self->buffers;
-    uint64_t n_segment = 0;
-    for (size_t i = 0; i < buffers->n_ray; i++)
-        n_segment += portion->ray.segment_count[buffers->ray[i].place.ray];
-    self->total.rays += buffers->n_ray;
-    self->total.segments += n_segment;
-    if (ones)
-        add_ones(self, portion);
-    else
-        add_weights(self, portion);
+    struct rmap_path_buffers *buffers = self->buffers;
+    const size_t n = rays->portion->n_row[RMAP_TABLE_RAY], had = buffers->all_cap;
+    void *all = buffers->all;
+    enum rmap_status st = RMAP_OK;
+    if (!rays->match) {
+        st = rmap_reserve(&all, &buffers->all_cap, n, 1, err);
+        buffers->all = all;
+        RMAP_TRY(st);
+        memset(buffers->all + had, 1, buffers->all_cap - had);
+    }
+    rmap_sums_add_matches(&self->total, rays->portion, rays->match ? rays->match : buffers->all,
+                          facts);
+    if (rays->n_match > 0 && self->most_weight < 1.0)
+        self->most_weight = 1.0;
+out:
+    return st;
+}
+
+static enum rmap_status add_cells(struct rmap_path_counts *self, const struct rmap_portion *portion,
+                                  const struct rmap_path_of_ray *list, size_t n,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint64_t n_hit;
+    for (size_t i = 0; i < n && !self->cells_full; i++)
+        if (list[i].n_hit > 0)
+            RMAP_TRY(rmap_path_counts_add_hits(self, portion, &list[i], &n_hit, err));
+out:
+    return st;
+}
+
+/* Counts those of n rays whose classes are in the cache; the others go to a list. Returns how many
+ * they are. */
+static size_t count_cached(struct rmap_class_cache *cache, const uint64_t *id,
+                           const struct rmap_path_of_ray *from, size_t n,
+                           struct rmap_path_of_ray *to)
+{
+    size_t n_left = 0;
+    for (size_t i = 0; i < n; i++) {
+        const struct rmap_path_of_ray its = from[i];
+        to[n_left] = its;
+        n_left += !rmap_class_cache_count(cache, its.key, rmap_key_mixed(its.key), id[its.ray]);
+    }
+    return n_left;
+}
+
+/* Keys all rays that have a path; counted: the totals have them by now, and weights are 1. Those
+ * that are not counted by the cache are listed in the buffers. */
+static enum rmap_status list_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
+                                  bool counted, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_buffers *buffers = self->buffers;
+    struct rmap_path_of_ray some[RMAP_PATH_BATCH];
+    struct rmap_path_place_of_ray place = {0};
+    const bool plain = rmap_path_counts_are_plain(self);
+    const bool cells = plain && self->context->most_cells > 0;
+    buffers->n_ray = 0;
+    for (size_t n; (n = rmap_path_hasher_next(&buffers->hasher, rays, &place, some)) > 0;) {
+        struct rmap_path_of_ray *to = buffers->ray + buffers->n_ray;
+        if (!counted)
+            add_weights(self, rays->portion, some, n);
+        if (cells)
+            RMAP_TRY(add_cells(self, rays->portion, some, n, err));
+        if (plain && counted && self->cache)
+            n = count_cached(self->cache, rays->portion->ray.id, some, n, to);
+        else
+            memcpy(to, some, n * sizeof *some);
+        buffers->n_ray += n;
+    }
+out:
+    return st;
 }
 
 static enum rmap_status reserve(struct rmap_path_buffers *buffers, size_t n, struct rmap_error *err)
@@ -250,14 +298,17 @@ static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rma
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = rays->portion;
     struct rmap_path_buffers *buffers = self->buffers;
+    struct rmap_sums_facts facts;
     RMAP_TRY(rmap_fold_fetch(
         rays, rmap_path_count_columns(self->context) & ~RMAP_PATH_HASH_DEFERRED, err));
     RMAP_TRY(reserve(buffers, rays->n_match, err));
     RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, rays, err));
-    buffers->n_ray = rmap_path_hasher_list(&buffers->hasher, rays, buffers->ray);
-    const bool ones = rmap_weights_are_one(portion->ray.weight, portion->n_row[RMAP_TABLE_RAY]);
-    add_totals(self, portion, ones);
-    RMAP_TRY(rmap_path_counts_add_listed(self, portion, !ones, err));
+    RMAP_TRY(rmap_sums_look(portion, rmap_map_scene(self->context->map)->n_source, &facts, err));
+    const bool counted = facts.are_counted && rmap_path_keys_are_simple(self->context->keys);
+    if (counted)
+        RMAP_TRY(add_ones(self, rays, &facts, err));
+    RMAP_TRY(list_rays(self, rays, counted, err));
+    RMAP_TRY(rmap_path_counts_add_listed(self, portion, !counted, err));
 out:
     return st;
 }

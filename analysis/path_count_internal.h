@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What path_count.c, path_count_rays.c, path_count_view.c and path_count_merge.c share.
+ * What path_count.c, path_count_cells.c, path_count_rays.c, path_count_view.c and
+ * path_count_merge.c share.
  */
 #ifndef RMAP_PATH_COUNT_INTERNAL_H
 #define RMAP_PATH_COUNT_INTERNAL_H
@@ -12,15 +13,15 @@
 #include "analysis/path_dictionary.h"
 
 /* As many rays ahead as memory takes to answer; as many keys as are expected together. */
-enum { RMAP_PATH_AHEAD = 12, RMAP_PATH_TOGETHER = 32 };
+enum { RMAP_PATH_AHEAD = 12, RMAP_PATH_TOGETHER = 16 };
 
 struct rmap_path_buffers {
     struct rmap_path_hasher hasher;
     struct rmap_path_dictionary dictionary;
-    /* What is added once all keys are known: by then the lines of the tables that are needed are on
-     * their way from memory. */
-    struct rmap_path_of_ray *ray;
+    struct rmap_path_of_ray *ray; /* rays of a portion that are not in the cache */
     size_t n_ray, ray_cap;
+    uint8_t *all; /* [all_cap] ones */
+    size_t all_cap;
 };
 
 /* What became of a class. */
@@ -67,6 +68,19 @@ struct rmap_path_pool {
     struct rmap_path_tally tally;
     bool is_full; /* more classes than may be: without entries then */
 };
+
+/* Whether a ray's key alone says what it is added to. */
+static inline bool rmap_path_counts_are_plain(const struct rmap_path_counts *counts)
+{
+    const struct rmap_path_counting *context = counts->context;
+    return !counts->is_full && !context->chosen && !context->sketch && context->detector < 0;
+}
+
+/* A ray's registrations: how many count, and each in its cell. */
+enum rmap_status rmap_path_counts_add_hits(struct rmap_path_counts *counts,
+                                           const struct rmap_portion *portion,
+                                           const struct rmap_path_of_ray *its, uint64_t *n_hit,
+                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* Adds the rays in the buffers to their classes. is_wide: weights are not all 1. */
 enum rmap_status rmap_path_counts_add_listed(struct rmap_path_counts *counts,

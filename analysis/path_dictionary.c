@@ -45,10 +45,10 @@ static enum rmap_status read_piece(struct rmap_path_dictionary *self,
     memset(self->path, 0, n * sizeof *self->path);
     const size_t n_path = rmap_path_hasher_list(hasher, &all, list);
     for (size_t k = 0; k < n_path; k++) {
-        const struct rmap_path_place_of_ray *place = &list[k].place;
-        self->path[place->ray] = (struct rmap_path_known){
-            list[k].key, paths->ray.source[place->ray], paths->ray.segment_count[place->ray],
-            count_hits(paths, place, detector), *place};
+        const struct rmap_path_place_of_ray place = rmap_path_place_of(&list[k]);
+        self->path[place.ray] = (struct rmap_path_known){
+            list[k].key, paths->ray.source[place.ray], paths->ray.segment_count[place.ray],
+            count_hits(paths, &place, detector), place};
     }
 out:
     rmap_free(list);

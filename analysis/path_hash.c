@@ -117,6 +117,10 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = rays->portion;
     const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        if (portion->n_row[t] > UINT32_MAX)
+            return rmap_error_set(err, RMAP_SYSTEM, "a portion of %zu rows has too many for paths",
+                                  portion->n_row[t]);
     hasher->keys = keys;
     hasher->portion = portion;
     hasher->is_simple = rmap_path_keys_are_simple(keys);
@@ -160,28 +164,30 @@ static inline uint64_t finish(uint64_t x)
     return x ^ x >> 29;
 }
 
-/* Registrations stand among the legs: each with its place there. Returns how many there are. */
-static inline size_t mix_hits(const struct rmap_path_hasher *hasher,
-                              const struct rmap_path_place_of_ray *place, size_t n_leg,
-                              size_t n_row, struct rmap_step_hash *hash_ret)
+/* Registrations stand among the legs: each with its place there. n_hit: its rows; then those of
+ * them that are registered. */
+static inline void mix_hits(const struct rmap_path_hasher *hasher, struct rmap_path_of_ray *its,
+                            uint32_t n_leg, struct rmap_step_hash *hash_ret)
 {
     const struct rmap_path_hit *of_detector = hasher->keys->hit;
     const struct rmap_registration_columns *hit = &hasher->portion->registration;
     struct rmap_step_hash hash = *hash_ret;
-    size_t at = 0, n_hit = 0;
-    for (size_t i = place->registration; i < place->registration + n_row; i++) {
+    const size_t first = its->registration, behind = first + its->n_hit;
+    uint64_t at = 0;
+    uint32_t n_hit = 0;
+    for (size_t i = first; i < behind; i++) {
         if (!hit->registered[i])
             continue;
-        const struct rmap_path_hit its = of_detector[hit->detector[i]];
-        size_t leg = (size_t)hit->segment[i] + its.follows;
+        const struct rmap_path_hit of = of_detector[hit->detector[i]];
+        uint64_t leg = (uint64_t)hit->segment[i] + of.follows;
         leg = leg < n_leg ? leg : n_leg;
         at = leg > at ? leg : at;
-        mix(&hash, (uint64_t)at << 32 | its.step);
+        mix(&hash, at << 32 | of.step);
         n_hit++;
     }
     if (n_hit > 0)
         *hash_ret = (struct rmap_step_hash){finish(hash.low), finish(hash.high)};
-    return n_hit;
+    its->n_hit = n_hit;
 }
 
 static size_t count_hits(const struct rmap_portion *portion, size_t first, size_t n_row)
@@ -200,38 +206,48 @@ static inline struct rmap_key key_of(int32_t source, struct rmap_step_hash hash)
                              UINT64_C(1) << 63 | hash.high << SOURCE_BITS | its};
 }
 
+/* The next ray's rows. */
+static inline void pass_ray(const struct rmap_ray_columns *ray, struct rmap_path_place_of_ray *at)
+{
+    at->segment += ray->segment_count[at->ray];
+    at->registration += ray->registration_count[at->ray];
+    at->ray++;
+}
+
+static inline struct rmap_path_of_ray listed(const struct rmap_path_place_of_ray *at, size_t n_hit)
+{
+    return (struct rmap_path_of_ray){.ray = (uint32_t)at->ray,
+                                     .segment = (uint32_t)at->segment,
+                                     .registration = (uint32_t)at->registration,
+                                     .n_hit = (uint32_t)n_hit};
+}
+
 /* Rays whose path is written out one by one. */
-static size_t list_walked(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
-                          struct rmap_path_of_ray *list)
+static size_t next_walked(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                          struct rmap_path_place_of_ray *place, struct rmap_path_of_ray *list)
 {
     const struct rmap_ray_columns *ray = &hasher->portion->ray;
     const size_t n_ray = hasher->portion->n_row[RMAP_TABLE_RAY];
-    struct rmap_path_place_of_ray place = {0};
     size_t n = 0, n_step;
-    for (; place.ray < n_ray; place.ray++) {
-        const size_t n_row = ray->registration_count[place.ray];
-        if ((!rays->match || rays->match[place.ray]) &&
-            rmap_path_key_of(hasher->keys, hasher->portion, &place, hasher->scratch, &n_step)) {
-            const struct rmap_step_row row = {0, n_step * sizeof *hasher->scratch};
-            struct rmap_step_hash hash;
-            rmap_step_hash_rows(&hasher->keys->of_hash, (const uint8_t *)hasher->scratch, &row, 1,
-                                &hash);
-            list[n++] =
-                (struct rmap_path_of_ray){key_of(ray->source[place.ray], hash), place,
-                                          count_hits(hasher->portion, place.registration, n_row)};
-        }
-        place.segment += ray->segment_count[place.ray];
-        place.registration += n_row;
+    for (; place->ray < n_ray && n < RMAP_PATH_BATCH; pass_ray(ray, place)) {
+        if ((rays->match && !rays->match[place->ray]) ||
+            !rmap_path_key_of(hasher->keys, hasher->portion, place, hasher->scratch, &n_step))
+            continue;
+        const struct rmap_step_row row = {0, n_step * sizeof *hasher->scratch};
+        struct rmap_step_hash hash;
+        rmap_step_hash_rows(&hasher->keys->of_hash, (const uint8_t *)hasher->scratch, &row, 1,
+                            &hash);
+        list[n] = listed(place, count_hits(hasher->portion, place->registration,
+                                           ray->registration_count[place->ray]));
+        list[n++].key = key_of(ray->source[place->ray], hash);
     }
     return n;
 }
 
-enum { BATCH = 256 };
-
-/* Rays that are keyed together. */
+/* Where the steps of rays stand. */
 struct batch {
-    struct rmap_step_row row[BATCH + 1];
-    struct rmap_step_hash hash[BATCH];
+    struct rmap_step_row row[RMAP_PATH_BATCH];
+    struct rmap_step_hash hash[RMAP_PATH_BATCH];
 };
 
 /* From *place on, as many as match and fit; returns how many. */
@@ -239,48 +255,51 @@ static size_t fill_batch(const struct rmap_path_hasher *hasher, const struct rma
                          struct rmap_path_place_of_ray *place, struct batch *batch,
                          struct rmap_path_of_ray *list)
 {
-    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    const struct rmap_ray_columns ray = hasher->portion->ray;
     const size_t n_ray = hasher->portion->n_row[RMAP_TABLE_RAY];
     const size_t width = hasher->is_narrow ? sizeof *hasher->few : sizeof *hasher->many;
     struct rmap_path_place_of_ray at = *place;
     size_t n = 0;
-    for (; at.ray < n_ray && n < BATCH; at.ray++) {
-        const size_t n_leg = ray->segment_count[at.ray], n_row = ray->registration_count[at.ray];
-        list[n].place = at;
-        list[n].n_hit = n_row;
-        batch->row[n] = (struct rmap_step_row){at.segment * width, n_leg * width};
+    for (; at.ray < n_ray && n < RMAP_PATH_BATCH; pass_ray(&ray, &at)) {
+        list[n] = listed(&at, ray.registration_count[at.ray]);
+        batch->row[n] =
+            (struct rmap_step_row){at.segment * width, ray.segment_count[at.ray] * width};
         n += !rays->match || rays->match[at.ray];
-        at.segment += n_leg;
-        at.registration += n_row;
     }
     *place = at;
+    return n;
+}
+
+size_t rmap_path_hasher_next(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                             struct rmap_path_place_of_ray *place,
+                             struct rmap_path_of_ray list[RMAP_PATH_BATCH])
+{
+    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    const uint8_t *steps =
+        hasher->is_narrow ? (const uint8_t *)hasher->few : (const uint8_t *)hasher->many;
+    struct batch batch;
+    if (!hasher->is_simple)
+        return next_walked(hasher, rays, place, list);
+    const size_t n = fill_batch(hasher, rays, place, &batch, list);
+    if (n > 0)
+        rmap_step_hash_rows(&hasher->keys->of_hash, steps, batch.row, n, batch.hash);
+    for (size_t k = 0; k < n; k++) {
+        struct rmap_path_of_ray *its = &list[k];
+        if (its->n_hit > 0)
+            mix_hits(hasher, its, ray->segment_count[its->ray], &batch.hash[k]);
+        its->key = key_of(ray->source[its->ray], batch.hash[k]);
+    }
     return n;
 }
 
 size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
                              struct rmap_path_of_ray *list)
 {
-    const struct rmap_ray_columns *ray = &hasher->portion->ray;
-    const uint8_t *steps =
-        hasher->is_narrow ? (const uint8_t *)hasher->few : (const uint8_t *)hasher->many;
+    struct rmap_path_of_ray some[RMAP_PATH_BATCH];
     struct rmap_path_place_of_ray place = {0};
-    struct batch batch;
     size_t n = 0;
-    if (!hasher->is_simple)
-        return list_walked(hasher, rays, list);
-    while (place.ray < hasher->portion->n_row[RMAP_TABLE_RAY]) {
-        const size_t n_new = fill_batch(hasher, rays, &place, &batch, list + n);
-        rmap_step_hash_rows(&hasher->keys->of_hash, steps, batch.row, n_new, batch.hash);
-        for (size_t k = 0; k < n_new; k++) {
-            struct rmap_path_of_ray *its = &list[n + k];
-            const size_t row = its->place.ray;
-            if (its->n_hit > 0)
-                its->n_hit = mix_hits(hasher, &its->place, ray->segment_count[row], its->n_hit,
-                                      &batch.hash[k]);
-            its->key = key_of(ray->source[row], batch.hash[k]);
-        }
-        n += n_new;
-    }
+    for (size_t more; (more = rmap_path_hasher_next(hasher, rays, &place, some)) > 0; n += more)
+        memcpy(list + n, some, more * sizeof *some);
     return n;
 }
 

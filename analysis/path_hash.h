@@ -24,12 +24,17 @@ static inline int32_t rmap_path_source_of(struct rmap_key key)
  * as many of either. */
 bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys);
 
-/* A ray that has a path. */
+/* A ray that has a path, and where its rows begin in a portion, of fewer than 2^32 rows. */
 struct rmap_path_of_ray {
     struct rmap_key key;
-    struct rmap_path_place_of_ray place;
-    size_t n_hit; /* its registrations */
+    uint32_t ray, segment, registration;
+    uint32_t n_hit; /* its registrations */
 };
+
+static inline struct rmap_path_place_of_ray rmap_path_place_of(const struct rmap_path_of_ray *its)
+{
+    return (struct rmap_path_place_of_ray){its->ray, its->segment, its->registration};
+}
 
 /* One thread's; all zero at first. */
 struct rmap_path_hasher {
@@ -55,8 +60,16 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
                                         const struct rmap_matched *rays,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* Those that have a path, in their order. list: room for all that match and one more; returns how
- * many. */
+/* Rays that are keyed together. */
+enum { RMAP_PATH_BATCH = 256 };
+
+/* The next of those that have a path, in their order: at most BATCH, from *place on, which is moved
+ * behind them; all zero at first. Returns how many: 0: there are no more. */
+size_t rmap_path_hasher_next(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                             struct rmap_path_place_of_ray *place,
+                             struct rmap_path_of_ray list[RMAP_PATH_BATCH]);
+
+/* All of them. list: room for all that match; returns how many. */
 size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
                              struct rmap_path_of_ray *list);
 

@@ -26,6 +26,10 @@ enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_sou
 void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
                         const uint8_t *verdict, const struct rmap_sums_facts *facts);
 
+/* The same; match: [n_ray] 1 where a ray matches, else 0. */
+void rmap_sums_add_matches(struct rmap_count *count, const struct rmap_portion *portion,
+                           const uint8_t *match, const struct rmap_sums_facts *facts);
+
 /* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
  * dictionary's rays. ROWS: verdict [n_ray]. */
 void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,

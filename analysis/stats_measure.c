@@ -7,9 +7,7 @@
 
 #include "base/wide.h"
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
-#include <immintrin.h>
-#endif
+#include "base/intrinsics.h"
 
 enum { LANES = 8, VECTOR = 4 };
 
@@ -67,7 +65,7 @@ static void measure_narrow(const double *value, size_t n, struct lanes *lanes)
     give_lanes(&second, lanes, VECTOR);
 }
 
-#if defined(__GNUC__) && defined(__x86_64__) && defined(__OPTIMIZE__)
+#ifdef RMAP_INTRINSICS
 /* The least and greatest in one instruction each, which leaves what is there for what is none. */
 __attribute__((target("avx2"))) static void measure_wide(const double *value, size_t n,
                                                          struct lanes *lanes)
