@@ -11,33 +11,37 @@
 
 enum { RMAP_CLASS_CACHE_BITS = 10, RMAP_CLASS_CACHE_LINES = 1 << RMAP_CLASS_CACHE_BITS };
 
+/* What was counted in a line. */
 struct rmap_class_line {
-    struct rmap_key key; /* high 0: of none */
-    uint64_t first_ray;  /* smallest id of the rays counted here */
-    uint32_t rays;       /* not in the table yet */
-    uint32_t class;      /* in the table */
+    uint64_t first_ray; /* of the class, as far as it is known here */
+    uint32_t rays;      /* not in the table yet */
+    uint32_t class;     /* in the table */
 };
 
-/* All zero is empty. Rays have weight 1, and those of a class are alike. */
+/* All zero is empty. Rays have weight 1, and those of a class are alike. Keys stand by themselves:
+ * a ray need not wait for what was written for the one before. */
 struct rmap_class_cache {
+    struct rmap_key key[RMAP_CLASS_CACHE_LINES]; /* high 0: of none */
     struct rmap_class_line line[RMAP_CLASS_CACHE_LINES];
 };
 
-static inline struct rmap_class_line *rmap_class_cache_line(struct rmap_class_cache *cache,
-                                                            uint64_t mixed)
+static inline size_t rmap_class_cache_at(uint64_t mixed)
 {
-    return &cache->line[mixed >> (64 - RMAP_CLASS_CACHE_BITS)];
+    return (size_t)(mixed >> (64 - RMAP_CLASS_CACHE_BITS));
 }
 
 /* Counts a ray if its class is here. */
 static inline bool rmap_class_cache_count(struct rmap_class_cache *cache, struct rmap_key key,
                                           uint64_t mixed, uint64_t id)
 {
-    struct rmap_class_line *line = rmap_class_cache_line(cache, mixed);
-    const bool is_here = ((line->key.low ^ key.low) | (line->key.high ^ key.high)) == 0;
-    const uint64_t first = id < line->first_ray ? id : line->first_ray;
-    line->first_ray = is_here ? first : line->first_ray;
+    const size_t at = rmap_class_cache_at(mixed);
+    const struct rmap_key its = cache->key[at];
+    struct rmap_class_line *line = &cache->line[at];
+    const bool is_here = ((its.low ^ key.low) | (its.high ^ key.high)) == 0;
+    const bool is_first = is_here & (id < line->first_ray); /* rare, as ids mostly ascend */
     line->rays += is_here;
+    if (is_first)
+        line->first_ray = id;
     return is_here;
 }
 
@@ -48,20 +52,22 @@ static inline void rmap_class_line_flush(struct rmap_class_line *line,
     if (line->rays > 0)
         rmap_class_sums_add_rays(classes, line->class, line->rays, line->first_ray);
     line->rays = 0;
-    line->first_ray = UINT64_MAX;
 }
 
-/* A class was met that has other rays: it gets the line, unless rays of the class that has it were
- * counted since the last time. */
+/* A class was met that has other rays: it gets the line, unless more than a few rays of the class
+ * that has it were counted. */
 static inline void rmap_class_cache_meet(struct rmap_class_cache *cache, struct rmap_key key,
                                          uint64_t mixed, size_t class,
                                          struct rmap_class_sums *classes)
 {
-    struct rmap_class_line *line = rmap_class_cache_line(cache, mixed);
-    const bool stays = line->rays > 0;
+    enum { FEW = 3 };
+    const size_t at = rmap_class_cache_at(mixed);
+    struct rmap_class_line *line = &cache->line[at];
+    if (line->rays > FEW)
+        return;
     rmap_class_line_flush(line, classes);
-    if (!stays)
-        *line = (struct rmap_class_line){key, UINT64_MAX, 0, (uint32_t) class};
+    *line = (struct rmap_class_line){classes->entry[class].first_ray, 0, (uint32_t) class};
+    cache->key[at] = key;
 }
 
 #endif

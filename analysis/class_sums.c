@@ -5,7 +5,8 @@
 
 #include "base/alloc.h"
 
-enum { ENTRIES_FEW = 1 << 10, STRIDE = sizeof(struct rmap_class_entry) };
+/* Entries grow to ENTRIES_MANY, which need no huge page, then there is room for all. */
+enum { ENTRIES_FEW = 1 << 10, ENTRIES_MANY = 1 << 14, STRIDE = sizeof(struct rmap_class_entry) };
 
 void rmap_class_sums_init(struct rmap_class_sums *sums, bool is_wide, size_t most)
 {
@@ -45,7 +46,8 @@ static enum rmap_status make_entries(struct rmap_class_sums *sums, struct rmap_e
 {
     enum rmap_status st = RMAP_OK;
     const size_t most = sums->slots.most;
-    const size_t n = sums->n_entry == 0 && most > ENTRIES_FEW ? ENTRIES_FEW : most;
+    const size_t many = sums->n_entry == 0 ? ENTRIES_FEW : ENTRIES_MANY;
+    const size_t n = sums->n_entry < many && many < most ? many : most;
     void *entry = sums->entry, *shape = sums->shape, *more = sums->more;
     st = move(&entry, n, sums->n, sizeof *sums->entry, err);
     sums->entry = entry;

@@ -142,7 +142,7 @@ void rmap_path_counts_take_cache(struct rmap_path_counts *self,
             rmap_class_sums_add_rays(&self->tally.classes, line->class, line->rays,
                                      line->first_ray);
         else if (self->sketch.rays)
-            rmap_path_sketch_add(&self->sketch, line->key, line->rays);
+            rmap_path_sketch_add(&self->sketch, cache->key[i], line->rays);
     }
 }
 

@@ -214,12 +214,14 @@ static inline void pass_ray(const struct rmap_ray_columns *ray, struct rmap_path
     at->ray++;
 }
 
-static inline struct rmap_path_of_ray listed(const struct rmap_path_place_of_ray *at, size_t n_hit)
+/* All but the key. */
+static inline void place_ray(struct rmap_path_of_ray *its, const struct rmap_path_place_of_ray *at,
+                             size_t n_hit)
 {
-    return (struct rmap_path_of_ray){.ray = (uint32_t)at->ray,
-                                     .segment = (uint32_t)at->segment,
-                                     .registration = (uint32_t)at->registration,
-                                     .n_hit = (uint32_t)n_hit};
+    its->ray = (uint32_t)at->ray;
+    its->segment = (uint32_t)at->segment;
+    its->registration = (uint32_t)at->registration;
+    its->n_hit = (uint32_t)n_hit;
 }
 
 /* Rays whose path is written out one by one. */
@@ -237,8 +239,9 @@ static size_t next_walked(const struct rmap_path_hasher *hasher, const struct rm
         struct rmap_step_hash hash;
         rmap_step_hash_rows(&hasher->keys->of_hash, (const uint8_t *)hasher->scratch, &row, 1,
                             &hash);
-        list[n] = listed(place, count_hits(hasher->portion, place->registration,
-                                           ray->registration_count[place->ray]));
+        place_ray(
+            &list[n], place,
+            count_hits(hasher->portion, place->registration, ray->registration_count[place->ray]));
         list[n++].key = key_of(ray->source[place->ray], hash);
     }
     return n;
@@ -261,7 +264,7 @@ static size_t fill_batch(const struct rmap_path_hasher *hasher, const struct rma
     struct rmap_path_place_of_ray at = *place;
     size_t n = 0;
     for (; at.ray < n_ray && n < RMAP_PATH_BATCH; pass_ray(&ray, &at)) {
-        list[n] = listed(&at, ray.registration_count[at.ray]);
+        place_ray(&list[n], &at, ray.registration_count[at.ray]);
         batch->row[n] =
             (struct rmap_step_row){at.segment * width, ray.segment_count[at.ray] * width};
         n += !rays->match || rays->match[at.ray];

@@ -37,15 +37,22 @@ static int compare_ranked(const void *a_, const void *b_)
     return (a->first_ray > b->first_ray) - (a->first_ray < b->first_ray);
 }
 
-static inline double value_of(const struct rmap_class_sums *classes, size_t i,
-                              enum rmap_path_sort sort, double flux)
+static inline double flux_of(const struct rmap_class_sums *classes, size_t i, const double *unit)
 {
+    const struct rmap_class_entry *its = &classes->entry[i];
+    const double weight = classes->is_wide ? classes->more[i].weight : (double)its->rays;
+    return unit[rmap_path_source_of(its->key)] * weight;
+}
+
+static inline double value_of(const struct rmap_class_sums *classes, size_t i,
+                              enum rmap_path_sort sort, const double *unit)
+{
+    if (sort == RMAP_PATH_BY_FLUX)
+        return flux_of(classes, i, unit);
     const double rays = (double)classes->entry[i].rays;
     if (sort == RMAP_PATH_BY_RAYS)
         return rays;
-    if (sort == RMAP_PATH_BY_LENGTH)
-        return (double)rmap_class_sums_at(classes, i).more.segments / rays;
-    return flux;
+    return (double)rmap_class_sums_at(classes, i).more.segments / rays;
 }
 
 /* Moves the entry at `at` down to its place in a heap, whose root comes last of all. */
@@ -74,12 +81,11 @@ static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_pa
     if (!ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
     for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
-        const struct rmap_class_entry *its = &classes->entry[i];
-        const double weight = classes->is_wide ? classes->more[i].weight : (double)its->rays;
-        const double flux = unit[rmap_path_source_of(its->key)] * weight;
-        const struct ranked entry = {i, its->first_ray, value_of(classes, i, sort, flux), flux};
-        if (n == n_row && entry.value < ranked[0].value)
+        const double value = value_of(classes, i, sort, unit);
+        if (n == n_row && value < ranked[0].value)
             continue;
+        const struct ranked entry = {i, classes->entry[i].first_ray, value,
+                                     flux_of(classes, i, unit)};
         if (n < n_row) {
             ranked[n++] = entry;
             for (size_t k = n_row / 2; n == n_row && k-- > 0;)
