@@ -5,9 +5,8 @@
 #include <stdbool.h>
 #include <string.h>
 
-#include "base/wide.h"
-
 #include "base/intrinsics.h"
+#include "base/wide.h"
 
 enum { LANES = 8, VECTOR = 4 };
 
