@@ -55,6 +55,9 @@ struct rmap_fold_kind {
     /* Nothing more is added to the states of a rank: this one, which others are merged into, takes
      * what they share through the context. NULL: they share nothing. */
     enum rmap_status (*settle)(void *state, struct rmap_error *err);
+    /* As merge, where nobody needs `from` any more: it may hand over what it holds, and can only be
+     * destroyed then. NULL: as merge. */
+    enum rmap_status (*absorb)(void *into, void *from, struct rmap_error *err);
 };
 
 /* All borrowed. */

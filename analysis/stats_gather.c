@@ -296,11 +296,9 @@ struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gather
     return block;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+/* But for the readings. */
+static void merge_known(struct rmap_stats_gathered *self, const struct rmap_stats_gathered *other)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_stats_gathered *self = into;
-    const struct rmap_stats_gathered *other = from;
     struct rmap_stats_known *known = &self->known;
     known->n_ray += other->known.n_ray;
     known->n_reading += other->known.n_reading;
@@ -315,10 +313,44 @@ static enum rmap_status merge(void *into, const void *from, struct rmap_error *e
         merge_range(&self->range[i], &other->range[i]);
     if (other->known.dropped && !known->dropped)
         drop(self);
+}
+
+static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_stats_gathered *self = into;
+    const struct rmap_stats_gathered *other = from;
+    merge_known(self, other);
     for (size_t p = 0; p < other->n_part && st == RMAP_OK; p++) {
         const struct rmap_stats_block block = rmap_stats_gathered_block(other, p);
         st = keep(self, &block, err);
     }
+    return st;
+}
+
+/* Readings stay where they are, and change hands. */
+static enum rmap_status absorb(void *into, void *from, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_stats_gathered *self = into, *other = from;
+    void *list = self->part;
+    merge_known(self, other);
+    if (self->known.dropped || other->n_part == 0)
+        return RMAP_OK;
+    if (!fits(self, other->n)) {
+        drop(self);
+        return RMAP_OK;
+    }
+    st =
+        rmap_reserve(&list, &self->part_cap, self->n_part + other->n_part, sizeof *self->part, err);
+    self->part = list;
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_stats_store_absorb(&self->store, &other->store, err));
+    memcpy(self->part + self->n_part, other->part, other->n_part * sizeof *self->part);
+    self->n_part += other->n_part;
+    self->n += other->n;
+    other->n = other->n_part = 0;
+out:
     return st;
 }
 
@@ -332,6 +364,7 @@ const struct rmap_fold_kind rmap_stats_gather_kind = {.create = create,
                                                       .destroy = destroy,
                                                       .add = add,
                                                       .merge = merge,
+                                                      .absorb = absorb,
                                                       .pack = rmap_stats_gathered_pack,
                                                       .unpack = rmap_stats_gathered_unpack,
                                                       .may_count = may_count};

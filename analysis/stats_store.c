@@ -2,6 +2,7 @@
 #include "analysis/stats_store.h"
 
 #include <stdint.h>
+#include <string.h>
 
 #include "base/alloc.h"
 
@@ -60,4 +61,24 @@ void rmap_stats_store_give_back(struct rmap_stats_store *store,
                                 const struct rmap_stats_store *before)
 {
     store->used = store->n_chunk == before->n_chunk ? before->used : 0;
+}
+
+enum rmap_status rmap_stats_store_absorb(struct rmap_stats_store *store,
+                                         struct rmap_stats_store *from, struct rmap_error *err)
+{
+    const size_t n = store->n_chunk + from->n_chunk;
+    void *list = store->chunk;
+    if (from->n_chunk == 0)
+        return RMAP_OK;
+    enum rmap_status st = rmap_reserve(&list, &store->chunk_cap, n, sizeof *store->chunk, err);
+    store->chunk = list;
+    if (st != RMAP_OK)
+        return st;
+    memcpy(store->chunk + store->n_chunk, from->chunk, from->n_chunk * sizeof *store->chunk);
+    store->n_chunk = n;
+    store->used = from->used; /* of the last one */
+    store->size = from->size;
+    from->n_chunk = 0;
+    rmap_stats_store_fini(from);
+    return RMAP_OK;
 }

@@ -21,6 +21,11 @@ void rmap_stats_store_fini(struct rmap_stats_store *store);
 enum rmap_status rmap_stats_store_take(struct rmap_stats_store *store, size_t n, size_t size,
                                        void **piece_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Takes over all of `from`, which is empty then. RMAP_SYSTEM: both are as they were. */
+enum rmap_status rmap_stats_store_absorb(struct rmap_stats_store *store,
+                                         struct rmap_stats_store *from,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 /* Gives back what was taken since the store was as in `before`, a copy of it. */
 void rmap_stats_store_give_back(struct rmap_stats_store *store,
                                 const struct rmap_stats_store *before);
