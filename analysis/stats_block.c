@@ -233,8 +233,9 @@ static enum rmap_status find_source(const struct rmap_stats_setup *setup,
         *source_ret = 0;
     else if (setup->n_source <= TOLD_APART && bits && !(bits & (bits - 1)))
         *source_ret = __builtin_ctzll(bits);
-    if (*source_ret >= 0)
+    if (*source_ret >= 0 && (size_t)*source_ret < setup->n_source)
         return RMAP_OK;
+    *source_ret = -1; /* a damaged summary may name one that is none */
     RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
     const int32_t *source = rays->portion->ray.source;
     if (setup->n_source > TOLD_APART && !any_other(source, rays->portion->n_row[RMAP_TABLE_RAY]))
