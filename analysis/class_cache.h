@@ -14,8 +14,7 @@ enum { RMAP_CLASS_CACHE_BITS = 10, RMAP_CLASS_CACHE_LINES = 1 << RMAP_CLASS_CACH
 /* What was counted in a line. */
 struct rmap_class_line {
     uint64_t first_ray; /* of the class, as far as it is known here */
-    uint32_t rays;      /* not in the table yet */
-    uint32_t class;     /* in the table */
+    uint64_t rays;      /* not in the table yet */
 };
 
 /* All zero is empty. Rays have weight 1, and those of a class are alike. Keys stand by themselves:
@@ -23,6 +22,7 @@ struct rmap_class_line {
 struct rmap_class_cache {
     struct rmap_key key[RMAP_CLASS_CACHE_LINES]; /* high 0: of none */
     struct rmap_class_line line[RMAP_CLASS_CACHE_LINES];
+    uint32_t class[RMAP_CLASS_CACHE_LINES]; /* in the table */
 };
 
 static inline size_t rmap_class_cache_at(uint64_t mixed)
@@ -46,11 +46,12 @@ static inline bool rmap_class_cache_count(struct rmap_class_cache *cache, struct
 }
 
 /* To the table. */
-static inline void rmap_class_line_flush(struct rmap_class_line *line,
-                                         struct rmap_class_sums *classes)
+static inline void rmap_class_cache_flush(struct rmap_class_cache *cache, size_t at,
+                                          struct rmap_class_sums *classes)
 {
+    struct rmap_class_line *line = &cache->line[at];
     if (line->rays > 0)
-        rmap_class_sums_add_rays(classes, line->class, line->rays, line->first_ray);
+        rmap_class_sums_add_rays(classes, cache->class[at], line -> rays, line -> first_ray);
     line->rays = 0;
 }
 
@@ -62,11 +63,11 @@ static inline void rmap_class_cache_meet(struct rmap_class_cache *cache, struct 
 {
     enum { FEW = 3 };
     const size_t at = rmap_class_cache_at(mixed);
-    struct rmap_class_line *line = &cache->line[at];
-    if (line->rays > FEW)
+    if (cache->line[at].rays > FEW)
         return;
-    rmap_class_line_flush(line, classes);
-    *line = (struct rmap_class_line){classes->entry[class].first_ray, 0, (uint32_t) class};
+    rmap_class_cache_flush(cache, at, classes);
+    cache->line[at] = (struct rmap_class_line){classes->entry[class].first_ray, 0};
+    cache->class[at] = (uint32_t) class;
     cache->key[at] = key;
 }
 

@@ -139,8 +139,8 @@ void rmap_path_counts_take_cache(struct rmap_path_counts *self,
         if (line->rays == 0)
             continue;
         if (!self->is_full)
-            rmap_class_sums_add_rays(&self->tally.classes, line->class, line->rays,
-                                     line->first_ray);
+            rmap_class_sums_add_rays(&self->tally.classes, cache->class[i], line -> rays,
+                                     line -> first_ray);
         else if (self->sketch.rays)
             rmap_path_sketch_add(&self->sketch, cache->key[i], line->rays);
     }

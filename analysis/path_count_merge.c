@@ -75,6 +75,8 @@ enum rmap_status rmap_path_counts_settle(void *counts, struct rmap_error *err)
         return RMAP_OK;
     if (pool->is_full)
         return rmap_path_counts_spill(self, err);
+    if (self->is_full) /* by paths of an index, which it counts itself */
+        return rmap_path_counts_outline(self, &pool->tally.classes, err);
     struct rmap_path_tally own = self->tally;
     self->tally = pool->tally;
     pool->tally = (struct rmap_path_tally){0};

@@ -139,7 +139,7 @@ static void check_cache(size_t n_class, size_t wide_at)
             rmap_class_cache_meet(&cache, key_of(its), mixed, index, &classes);
     }
     for (size_t i = 0; i < RMAP_CLASS_CACHE_LINES; i++)
-        rmap_class_line_flush(&cache.line[i], &classes);
+        rmap_class_cache_flush(&cache, i, &classes);
     uint64_t rays = 0;
     for (size_t k = 0; k < n_class; k++) {
         const struct rmap_class_sum its = rmap_class_sums_at(&classes, k);
