@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  *
  * Builds the two levels. Embree's world is the scene moved to the centre of its objects. A mesh
- * gets one bottom-level structure, shared by its instances. An instance whose float transform
- * would be too coarse for it (small, far from the centre, or strongly sheared) becomes a user
- * primitive that takes the ray into the mesh's frame in double, as analytic surfaces do.
+ * gets one bottom-level structure, shared by its instances. These are user primitives of the top
+ * level, which take the ray into the mesh's frame in double, as analytic surfaces do: Embree's own
+ * instances do it in float, whose error in a large scene is not small against a triangle.
  */
 #include <float.h>
 #include <math.h>
@@ -11,8 +11,13 @@
 #include "base/alloc.h"
 #include "geometry/accel_internal.h"
 
-/* Share of its mesh's size by which an instance's float ray may miss. */
-#define FLOAT_INSTANCE_MAX 2e-4
+/* Meshes of more vertices are put into the world by the corners of their box. */
+#define EXACT_BOUNDS_MAX 16384
+
+/* Between a ray's start at the sphere about a mesh's box and Embree's decision, in roundings of
+ * the farthest coordinate, at most: 6 of the start and the direction, 12 of a triangle's edges, 8
+ * of boxes. */
+#define LOCAL_ERRORS 32
 
 static double norm(const struct rmap_affine *a)
 {
@@ -56,6 +61,33 @@ static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec
     world_box(&object->to_world, lower, upper);
 }
 
+/* Tighter than by the corners of its box, for a mesh that is turned. */
+static void set_mesh_bounds(struct rmap_accel_object *object)
+{
+    const struct rmap_mesh *mesh = object->mesh;
+    const struct rmap_affine *a = &object->to_world;
+    const double t[3] = {a->t.x, a->t.y, a->t.z};
+    double lower[3], upper[3];
+    world_bounds(object, &object->world_lower, &object->world_upper);
+    if (mesh->n_vertex > EXACT_BOUNDS_MAX)
+        return;
+    for (int k = 0; k < 3; k++) {
+        lower[k] = INFINITY;
+        upper[k] = -INFINITY;
+    }
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        const float *v = mesh->vertex[i];
+        for (int k = 0; k < 3; k++) {
+            double at = a->m[k][0] * (double)v[0] + a->m[k][1] * (double)v[1] +
+                        a->m[k][2] * (double)v[2] + t[k];
+            lower[k] = rmap_lesser(lower[k], at);
+            upper[k] = rmap_greater(upper[k], at);
+        }
+    }
+    object->world_lower = rmap_vec3(lower[0], lower[1], lower[2]);
+    object->world_upper = rmap_vec3(upper[0], upper[1], upper[2]);
+}
+
 static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
 {
     struct rmap_vec3 far = rmap_greatest(rmap_vec3(fabs(lower.x), fabs(lower.y), fabs(lower.z)),
@@ -96,6 +128,7 @@ static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene,
     } else {
         object->mesh = geometry->mesh;
         rmap_mesh_bounds(geometry->mesh, &object->lower, &object->upper);
+        set_mesh_bounds(object);
     }
     set_tolerances(object);
 }
@@ -118,58 +151,17 @@ static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *e
     return RMAP_OK;
 }
 
-/* The inverse as Embree makes it from a float map; its rounding grows with the map's condition. */
-static double inverse_error(const struct rmap_accel_object *object)
-{
-    float m[3][3], cofactor[3][3];
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            m[i][j] = (float)object->to_world.m[i][j];
-    for (int i = 0; i < 3; i++) {
-        int a = (i + 1) % 3, b = (i + 2) % 3;
-        for (int j = 0; j < 3; j++) {
-            int c = (j + 1) % 3, d = (j + 2) % 3;
-            cofactor[i][j] = m[a][c] * m[b][d] - m[a][d] * m[b][c];
-        }
-    }
-    float det = m[0][0] * cofactor[0][0] + m[0][1] * cofactor[0][1] + m[0][2] * cofactor[0][2];
-    double sum = 0;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++) {
-            double off = (double)(cofactor[j][i] / det) - object->to_local.m[i][j];
-            sum += off * off;
-        }
-    return sqrt(sum);
-}
-
-/* Float errors of a mesh instance, in its own frame and in the world; true when an Embree
- * instance serves it. A ray is as long as the scene, and so are an instance's offsets. Edge
- * functions of triangles add as much as the transform does. */
-static bool set_errors(struct rmap_accel *accel, struct rmap_accel_object *object)
-{
-    double to_local = norm(&object->to_local), to_world = norm(&object->to_world);
-    double size = rmap_length(rmap_sub(object->upper, object->lower));
-    double error = 2 * accel->radius * (inverse_error(object) + 4 * RMAP_FLOAT_EPS * to_local);
-    bool instance = error <= FLOAT_INSTANCE_MAX * size;
-    if (!instance)
-        error = 8 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
-    object->local_error = error;
-    /* Of two norms one is the error's and one the size's: sqrt(3) too large each. */
-    object->error = error * to_world / sqrt(3);
-    if (instance)
-        accel->error = fmax(accel->error, object->error);
-    return instance;
-}
-
 static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
 {
     const struct rmap_accel_parts *parts = args->geometryUserPtr;
     const struct rmap_accel *accel = parts->accel;
     const struct rmap_accel_part *part = &parts->part[args->primID];
     const struct rmap_accel_object *object = &accel->object[part->object];
-    struct rmap_vec3 lower, upper;
-    rmap_part_bounds(object, part->part, &lower, &upper);
-    world_box(&object->to_world, &lower, &upper);
+    struct rmap_vec3 lower = object->world_lower, upper = object->world_upper;
+    if (object->shape) {
+        rmap_part_bounds(object, part->part, &lower, &upper);
+        world_box(&object->to_world, &lower, &upper);
+    }
     double pad = 2 * accel->error + object->tolerance;
     lower = rmap_sub(lower, accel->centre);
     upper = rmap_sub(upper, accel->centre);
@@ -179,28 +171,6 @@ static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
     args->bounds_o->upper_x = (float)(upper.x + pad);
     args->bounds_o->upper_y = (float)(upper.y + pad);
     args->bounds_o->upper_z = (float)(upper.z + pad);
-}
-
-static void attach_instance(struct rmap_accel *accel, size_t i)
-{
-    const struct rmap_accel_object *object = &accel->object[i];
-    struct rmap_vec3 at = rmap_sub(object->to_world.t, accel->centre);
-    double t[3] = {at.x, at.y, at.z};
-    float rows[12];
-    for (int r = 0; r < 3; r++) {
-        for (int c = 0; c < 3; c++)
-            rows[4 * r + c] = (float)object->to_world.m[r][c];
-        rows[4 * r + 3] = (float)t[r];
-    }
-    RTCGeometry instance = rtcNewGeometry(accel->device, RTC_GEOMETRY_TYPE_INSTANCE);
-    rtcSetGeometryInstancedScene(instance, object->bottom);
-    rtcSetGeometryTransform(instance, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, rows);
-    rtcCommitGeometry(instance);
-    rtcAttachGeometryByID(accel->top, instance, (unsigned)accel->n_instance);
-    if (accel->rest)
-        rtcAttachGeometryByID(accel->rest, instance, (unsigned)accel->n_instance);
-    rtcReleaseGeometry(instance);
-    accel->instance_object[accel->n_instance++] = (int32_t)i;
 }
 
 static void add_parts(struct rmap_accel_parts *parts, const struct rmap_accel_object *object,
@@ -248,7 +218,7 @@ static enum rmap_status reserve_parts(struct rmap_accel *accel, size_t *n_shape,
 static RTCScene new_scene(const struct rmap_accel *accel)
 {
     RTCScene scene = rtcNewScene(accel->device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_NONE);
     return scene;
 }
 
@@ -256,6 +226,26 @@ static double volume_of(const struct RTCBounds *box)
 {
     return (double)(box->upper_x - box->lower_x) * (double)(box->upper_y - box->lower_y) *
            (double)(box->upper_z - box->lower_z);
+}
+
+/* Do the shapes stand about everything else, as walls about a room? To a hundredth. */
+static bool shapes_surround(const struct rmap_accel *accel, const struct RTCBounds *rest)
+{
+    const struct rmap_vec3 low = rmap_vec3(rest->lower_x, rest->lower_y, rest->lower_z);
+    const struct rmap_vec3 high = rmap_vec3(rest->upper_x, rest->upper_y, rest->upper_z);
+    struct rmap_vec3 lower = rmap_vec3(INFINITY, INFINITY, INFINITY);
+    struct rmap_vec3 upper = rmap_vec3(-INFINITY, -INFINITY, -INFINITY);
+    for (size_t i = 0; i < accel->n_object; i++) {
+        struct rmap_vec3 from, to;
+        if (!accel->object[i].shape)
+            continue;
+        world_bounds(&accel->object[i], &from, &to);
+        lower = rmap_least(lower, rmap_sub(from, accel->centre));
+        upper = rmap_greatest(upper, rmap_sub(to, accel->centre));
+    }
+    double slack = 0.01 * rmap_length(rmap_sub(high, low));
+    return lower.x - slack <= low.x && high.x <= upper.x + slack && lower.y - slack <= low.y &&
+           high.y <= upper.y + slack && lower.z - slack <= low.z && high.z <= upper.z + slack;
 }
 
 /* Bounds are worth a look where there is much room beside them. */
@@ -271,6 +261,7 @@ static void set_rest_bounds(struct rmap_accel *accel)
     const float lower[3] = {rest.lower_x, rest.lower_y, rest.lower_z};
     const float upper[3] = {rest.upper_x, rest.upper_y, rest.upper_z};
     accel->rest_apart = volume_of(&rest) < 0.5 * volume_of(&all);
+    accel->rest_inside = shapes_surround(accel, &rest);
     for (int k = 0; k < 3; k++) {
         accel->rest_lower[k] = lower[k] - pad;
         accel->rest_upper[k] = upper[k] + pad;
@@ -290,11 +281,7 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
         accel->rest = new_scene(accel);
     for (size_t i = 0; i < accel->n_object; i++) {
         const struct rmap_accel_object *object = &accel->object[i];
-        if (object->mesh && object->mesh->n_triangle == 0)
-            continue;
-        if (object->mesh && object->embree_instance)
-            attach_instance(accel, i);
-        else
+        if (object->shape || object->mesh->n_triangle > 0)
             add_parts(object->mesh ? &accel->meshes : &accel->shapes, object, i);
     }
     attach_callbacks(accel, &accel->meshes, accel->top, accel->rest);
@@ -315,8 +302,7 @@ out:
     return st;
 }
 
-/* A geometry's triangles are widened by twice the largest float error of its instances, and by
- * the rounding of the widened corners. */
+/* Triangles are widened by the float error and the rounding of the widened corners. */
 static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rmap_scene *scene,
                                       struct rmap_error *err)
 {
@@ -328,11 +314,11 @@ static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rma
         struct rmap_accel_object *object = &accel->object[i];
         if (!object->mesh)
             continue;
-        object->embree_instance = set_errors(accel, object);
-        double least =
-            2 * object->local_error + 2 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
-        int32_t geometry = scene->object[i].geometry;
-        wider[geometry] = fmax(wider[geometry], least);
+        double reach = RMAP_FLOAT_EPS * reach_of(object->lower, object->upper);
+        object->middle = rmap_scale(rmap_add(object->lower, object->upper), 0.5);
+        object->half = 0.5 * rmap_length(rmap_sub(object->upper, object->lower));
+        object->local_error = LOCAL_ERRORS * reach;
+        wider[scene->object[i].geometry] = object->local_error + 2 * reach;
     }
     accel->reach = RMAP_REACH_ERRORS * accel->error;
     accel->n_bottom = scene->n_geometry;
@@ -341,7 +327,7 @@ static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rma
         if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
             continue;
         RMAP_TRY(rmap_accel_mesh(accel, geometry, wider[i], &accel->bottom[i], err));
-        RMAP_TRY(rmap_facets_build(geometry->mesh, &accel->facets[i], err));
+        RMAP_TRY(rmap_facets_build(geometry->mesh, wider[i], &accel->facets[i], err));
     }
     for (size_t i = 0; i < accel->n_object; i++) {
         accel->object[i].bottom = accel->bottom[scene->object[i].geometry];
@@ -359,10 +345,9 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
     accel->n_object = scene->n_object;
     accel->behind = -1e-11 * scene->radius;
     accel->object = rmap_alloc(scene->n_object, sizeof(*accel->object));
-    accel->instance_object = rmap_alloc(scene->n_object, sizeof(*accel->instance_object));
     accel->bottom = rmap_alloc(scene->n_geometry, sizeof(*accel->bottom));
     accel->facets = rmap_alloc(scene->n_geometry, sizeof(*accel->facets));
-    if (!accel->facets || !accel->object || !accel->instance_object || !accel->bottom)
+    if (!accel->facets || !accel->object || !accel->bottom)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
     for (size_t i = 0; i < scene->n_object; i++)
         set_object(accel, scene, i);

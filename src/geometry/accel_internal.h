@@ -25,6 +25,9 @@
 /* At grazing incidence distances along the ray blow up as 1 / cos; up to this factor only. */
 #define RMAP_GRAZING_MAX 1e3
 
+/* Needles, widened, would grow without end: at sines below this one they stay too short. */
+#define RMAP_NEEDLE_SINE 1e-4
+
 /* In units of the float error: how far behind its start a ray enters Embree, so that a surface
  * through the start is met down to grazing angles of a hundredth; and how far beyond the nearest
  * candidate others are looked for, whose own float distances are as wrong. */
@@ -33,9 +36,11 @@
 
 /* A mesh as queries need it: the corners of each triangle side by side, to be had with one cache
  * miss, and the triangles that meet at each vertex: those of vertex v are fan[first[k]] ...
- * fan[first[k + 1] - 1] with k = same[v], the first vertex at its place. */
+ * fan[first[k + 1] - 1] with k = same[v], the first vertex at its place. `sight`: a triangle's unit
+ * normal, and the cosine of a ray to it above which Embree cannot miss it, since the float error
+ * along its plane is less than its margin. */
 struct rmap_facets {
-    float (*corner)[9];
+    float (*corner)[9], (*sight)[4];
     uint32_t *same, *first, *fan;
 };
 
@@ -62,15 +67,16 @@ struct rmap_accel_object {
     const struct rmap_mesh *mesh;
     const struct rmap_facets *facets;
     RTCScene bottom;
-    bool embree_instance;          /* else the ray is taken into the mesh's frame in double */
     bool ball;                     /* among the balls: the sieve does not hold it */
     struct rmap_vec3 lower, upper; /* local bounds */
     bool rigid;                    /* a rotation or mirror: lengths are kept */
     double tolerance;              /* surfaces this near to one another coincide */
     double exact;                  /* the same between triangles of one mesh: double rounding */
     double local_exact;            /* the same in its local frame */
-    double error;       /* by which Embree's float ray may miss the true one at this object */
-    double local_error; /* the same in its local frame, where Embree is called there */
+    struct rmap_vec3 world_lower, world_upper; /* meshes: bounds */
+    double local_error;      /* meshes: of Embree's float rays in the local frame, at most */
+    struct rmap_vec3 middle; /* meshes: of the sphere about the local bounds */
+    double half;             /* its radius */
     int32_t medium_front, medium_back;
     const void *soon; /* what the tracer asks for first of an object that is hit */
 };
@@ -130,6 +136,7 @@ struct rmap_accel {
     RTCScene rest;                      /* what the sieve does not hold; NULL: nothing */
     float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
     bool rest_apart;                    /* most of the scene is outside them */
+    bool rest_inside;                   /* they lie within those of the sieve's shapes */
     struct rmap_balls balls;
     struct rmap_sieve sieve;
     RTCScene *bottom;           /* [n_geometry], NULL for shapes */
@@ -137,12 +144,10 @@ struct rmap_accel {
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
     size_t n_object;
-    int32_t *instance_object;               /* Embree instance -> object */
     struct rmap_accel_parts meshes, shapes; /* that callbacks serve */
-    size_t n_instance;
-    struct rmap_vec3 centre; /* origin of Embree's world */
+    struct rmap_vec3 centre;                /* origin of Embree's world */
     double radius;
-    double error;  /* largest of the instances' float errors */
+    double error;  /* of float rays there */
     double reach;  /* how far behind its start a ray enters Embree */
     double behind; /* as in struct rmap_shape_query: beyond the slack that src/compact allows */
     int level;
@@ -217,7 +222,7 @@ struct rmap_traversal {
     struct rmap_query *query;
     double shift, rate;
     float t_far;
-    int32_t object; /* whose structure is searched; -1: the top level */
+    int32_t object; /* whose mesh is searched; -1: the top level */
 };
 
 /* accel_build.c */
@@ -246,8 +251,13 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
                                  double wider, RTCScene *scene_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* By how much a triangle with these edges from its first corner is widened, in its plane. */
+double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider);
+
 /* accel_facets.c */
-enum rmap_status rmap_facets_build(const struct rmap_mesh *mesh, struct rmap_facets *facets,
+/* wider: as for rmap_accel_mesh. */
+enum rmap_status rmap_facets_build(const struct rmap_mesh *mesh, double wider,
+                                   struct rmap_facets *facets,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_facets_release(struct rmap_facets *facets);
 

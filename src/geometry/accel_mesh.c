@@ -10,11 +10,9 @@
 
 /* A triangle and its neighbour may both be seen edge on, and the float ray pass both: the farther
  * they reach, the flatter both must lie. As a share of the inscribed circle's radius; rays that
- * hit the margin only, a few in a hundred, cost a look at the neighbours. */
-#define LEAST_MARGIN 0.01
-
-/* Needles would grow without end: at sines below this one they stay a little too short. */
-#define LEAST_SINE 1e-4
+ * hit the margin only, a few in a hundred, cost a look at the neighbours where those may be seen
+ * edge on. */
+#define LEAST_MARGIN 0.003
 
 static struct rmap_vec3 unit(struct rmap_vec3 v)
 {
@@ -22,18 +20,24 @@ static struct rmap_vec3 unit(struct rmap_vec3 v)
     return length > 0 ? rmap_scale(v, 1 / length) : v;
 }
 
+double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider)
+{
+    double perimeter = rmap_length(e1) + rmap_length(e2) + rmap_length(rmap_sub(e2, e1));
+    if (!(perimeter > 0))
+        return wider;
+    return fmax(wider, LEAST_MARGIN * rmap_length(rmap_cross(e1, e2)) / perimeter);
+}
+
 static void widen(const struct rmap_mesh *mesh, size_t triangle, double wider, float out[9])
 {
     struct rmap_vec3 corner[3];
     rmap_mesh_corners(mesh, triangle, corner);
-    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
-    double perimeter = rmap_length(e1) + rmap_length(e2) + rmap_length(rmap_sub(e2, e1));
-    if (perimeter > 0)
-        wider = fmax(wider, LEAST_MARGIN * rmap_length(rmap_cross(e1, e2)) / perimeter);
+    wider =
+        rmap_facet_margin(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]), wider);
     for (int k = 0; k < 3; k++) {
         struct rmap_vec3 a = unit(rmap_sub(corner[(k + 1) % 3], corner[k]));
         struct rmap_vec3 b = unit(rmap_sub(corner[(k + 2) % 3], corner[k]));
-        double sine = fmax(rmap_length(rmap_cross(a, b)), LEAST_SINE);
+        double sine = fmax(rmap_length(rmap_cross(a, b)), RMAP_NEEDLE_SINE);
         struct rmap_vec3 p = rmap_axpy(-wider / sine, rmap_add(a, b), corner[k]);
         out[3 * k] = (float)p.x;
         out[3 * k + 1] = (float)p.y;
@@ -73,7 +77,7 @@ enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geo
     rtcSetGeometryIntersectFilterFunction(triangles, rmap_accel_triangle);
     rtcCommitGeometry(triangles);
     *scene_ret = rtcNewScene(accel->device);
-    rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_ROBUST);
+    rtcSetSceneFlags(*scene_ret, RTC_SCENE_FLAG_NONE);
     rtcAttachGeometry(*scene_ret, triangles);
     rtcCommitScene(*scene_ret);
     RMAP_TRY(rmap_accel_failed(accel, "building a mesh", err));

@@ -35,66 +35,48 @@ void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args)
     struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
     struct RTCRay *ray = (struct RTCRay *)args->ray;
     const struct RTCHit *hit = (const struct RTCHit *)args->hit;
-    int32_t object = traversal->object;
-    if (object < 0)
-        object = traversal->query->accel->instance_object[hit->instID[0]];
-    if (rmap_consider_triangle(traversal->query, object, (int32_t)hit->primID))
+    if (rmap_consider_triangle(traversal->query, traversal->object, (int32_t)hit->primID))
         ray->tfar = shrink(traversal);
     else
         args->valid[0] = 0;
 }
 
-/* Part of the local ray inside the mesh's box, padded; false: it misses. In world units. */
-static bool clip_box(const struct rmap_accel_object *object, struct rmap_vec3 p, struct rmap_vec3 d,
-                     double pad, double *enter)
+static void search(struct rmap_traversal *traversal, RTCScene scene, const float origin[3],
+                   const float direction[3])
 {
-    double origin[3] = {p.x, p.y, p.z}, direction[3] = {d.x, d.y, d.z};
-    double lower[3] = {object->lower.x, object->lower.y, object->lower.z};
-    double upper[3] = {object->upper.x, object->upper.y, object->upper.z};
-    double from = 0, to = INFINITY;
-    for (int k = 0; k < 3; k++) {
-        double low = lower[k] - pad - origin[k], high = upper[k] + pad - origin[k];
-        if (direction[k] == 0) {
-            if (low > 0 || high < 0)
-                return false;
-            continue;
-        }
-        double a = low / direction[k], b = high / direction[k];
-        from = rmap_greater(from, rmap_lesser(a, b));
-        to = rmap_lesser(to, rmap_greater(a, b));
-    }
-    *enter = from;
-    return from <= to;
+    struct RTCRayHit ray = {.ray = {.org_x = origin[0],
+                                    .org_y = origin[1],
+                                    .org_z = origin[2],
+                                    .dir_x = direction[0],
+                                    .dir_y = direction[1],
+                                    .dir_z = direction[2],
+                                    .tfar = traversal->t_far,
+                                    .mask = UINT32_MAX},
+                            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
+    rtcIntersect1(scene, &traversal->context, &ray);
 }
 
-/* A mesh for which a float instance is too coarse: Embree is called in its own frame, from the
- * point where the double ray enters its box. */
+/* In the mesh's own frame, from the sphere about its box or a little behind the start: what is far
+ * away does not count in the float error. */
 static bool enter_mesh(struct rmap_query *query, int32_t index)
 {
     const struct rmap_accel_object *object = &query->accel->object[index];
     rmap_query_local(query, index);
     struct rmap_vec3 p = query->local.origin, d = query->local.direction;
-    double reach = RMAP_REACH_ERRORS * object->local_error, enter = 0;
-    if (!clip_box(object, p, d, reach, &enter))
-        return false;
     struct rmap_traversal inner;
+    double limit = query->limit;
     traversal_init(&inner, query);
     inner.object = index;
     inner.rate = rmap_length(d);
-    inner.shift = enter - reach / inner.rate;
-    p = rmap_axpy(inner.shift, d, p);
     d = rmap_scale(d, 1 / inner.rate);
-    struct RTCRayHit ray = {.ray = {.org_x = (float)p.x,
-                                    .org_y = (float)p.y,
-                                    .org_z = (float)p.z,
-                                    .dir_x = (float)d.x,
-                                    .dir_y = (float)d.y,
-                                    .dir_z = (float)d.z,
-                                    .mask = UINT32_MAX},
-                            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
-    double limit = query->limit;
-    ray.ray.tfar = shrink(&inner);
-    rtcIntersect1(object->bottom, &inner.context, &ray);
+    double enter = rmap_dot(rmap_sub(object->middle, p), d) - object->half;
+    enter = rmap_greater(enter, 0) - RMAP_REACH_ERRORS * object->local_error;
+    inner.shift = enter / inner.rate;
+    (void)shrink(&inner);
+    p = rmap_axpy(enter, d, p);
+    const float origin[3] = {(float)p.x, (float)p.y, (float)p.z};
+    const float direction[3] = {(float)d.x, (float)d.y, (float)d.z};
+    search(&inner, object->bottom, origin, direction);
     return query->limit < limit;
 }
 
@@ -189,16 +171,15 @@ static void traverse(struct rmap_query *query, RTCScene scene, const float origi
     traversal.rate = 1;
     if (query->limit < HUGE_VAL)
         (void)shrink(&traversal);
-    struct RTCRayHit ray = {.ray = {.org_x = origin[0],
-                                    .org_y = origin[1],
-                                    .org_z = origin[2],
-                                    .dir_x = direction[0],
-                                    .dir_y = direction[1],
-                                    .dir_z = direction[2],
-                                    .tfar = traversal.t_far,
-                                    .mask = UINT32_MAX},
-                            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
-    rtcIntersect1(scene, &traversal.context, &ray);
+    search(&traversal, scene, origin, direction);
+}
+
+static void search_rest(struct rmap_query *query, const float origin[3], const float direction[3],
+                        double shift)
+{
+    RTCScene rest = query->accel->rest;
+    if (rest && !passes_rest(query, origin, direction, shift))
+        traverse(query, rest, origin, direction, shift);
 }
 
 /* The weights are none of them negative: the position lies on the triangle, never beside it. */
@@ -247,12 +228,14 @@ bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ra
     if (!enter_scene(&query, origin, direction, &shift))
         return false;
     look_around(&query);
+    if (accel->rest_inside)
+        search_rest(&query, origin, direction, shift);
     if (accel->balls.n > 0)
         rmap_balls_search(&query, origin, direction, shift);
     if (accel->sieve.n_slot > 0)
         rmap_sieve_search(&query, origin, direction, shift);
-    if (accel->rest && !passes_rest(&query, origin, direction, shift))
-        traverse(&query, accel->rest, origin, direction, shift);
+    if (!accel->rest_inside)
+        search_rest(&query, origin, direction, shift);
     if (query.n_candidate == 0)
         return false;
     finish(&query, hit);

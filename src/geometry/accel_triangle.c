@@ -74,35 +74,44 @@ static double square_distance(const double a[3], const double b[3])
     return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]);
 }
 
-/* Edges belong to both of their triangles. False: the ray passes by, or sees it edge on.
- * at_edge: it passes an edge within `margin`, across the ray. */
-static bool crosses(const struct rmap_local_ray *local, const struct rmap_facets *facets,
-                    struct rmap_candidate *candidate, double margin, bool *at_edge)
+/* What a line makes of a triangle. */
+struct passage {
+    double p[3][3]; /* corners in the sheared frame */
+    double area[3], sum;
+    bool crosses; /* edges belong to both of their triangles; not one that is seen edge on */
+};
+
+static void pass(const struct rmap_local_ray *local, const float corner[9], struct passage *to)
 {
-    double p[3][3], area[3];
-    const float *corner = facets->corner[candidate->primitive];
     for (int k = 0; k < 3; k++)
-        shear(local, &corner[3 * k], p[k]);
-    int s0 = side(p[1], p[2], &area[0]);
-    int s1 = side(p[2], p[0], &area[1]);
-    if (s0 * s1 < 0)
-        return false;
-    int s2 = side(p[0], p[1], &area[2]);
-    if (s0 * s2 < 0 || s1 * s2 < 0)
-        return false;
-    double sum = area[0] + area[1] + area[2];
-    if (sum == 0)
-        return false;
-    candidate->point = rmap_vec3(area[0] / sum, area[1] / sum, area[2] / sum);
-    candidate->t = (candidate->point.x * p[0][2] + candidate->point.y * p[1][2] +
-                    candidate->point.z * p[2][2]) *
+        shear(local, &corner[3 * k], to->p[k]);
+    int s0 = side(to->p[1], to->p[2], &to->area[0]);
+    int s1 = side(to->p[2], to->p[0], &to->area[1]);
+    int s2 = side(to->p[0], to->p[1], &to->area[2]);
+    to->sum = to->area[0] + to->area[1] + to->area[2];
+    to->crosses = s0 * s1 >= 0 && s0 * s2 >= 0 && s1 * s2 >= 0 && to->sum != 0;
+}
+
+/* Where it does. */
+static void set_crossing(const struct rmap_local_ray *local, const struct passage *at,
+                         struct rmap_candidate *candidate)
+{
+    double sum = at->sum;
+    candidate->point = rmap_vec3(at->area[0] / sum, at->area[1] / sum, at->area[2] / sum);
+    candidate->t = (candidate->point.x * at->p[0][2] + candidate->point.y * at->p[1][2] +
+                    candidate->point.z * at->p[2][2]) *
                    local->shear[2];
+}
+
+/* Does the line pass within `margin`, across it, of one of the triangle's edges? */
+static bool nears_edge(const struct passage *at, double margin)
+{
+    const double(*p)[3] = at->p, *area = at->area;
     double least = rmap_lesser(fabs(area[0]), rmap_lesser(fabs(area[1]), fabs(area[2])));
     double longest =
         rmap_greater(square_distance(p[0], p[1]),
                      rmap_greater(square_distance(p[1], p[2]), square_distance(p[2], p[0])));
-    *at_edge = least * least <= margin * margin * longest;
-    return true;
+    return least * least <= margin * margin * longest;
 }
 
 /* The triangle as the start sees it: behind, ahead, or touching. */
@@ -134,10 +143,16 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
 }
 
 /* A triangle that the line crosses. */
-static bool consider(struct rmap_query *query, struct rmap_candidate *candidate)
+static bool consider(struct rmap_query *query, int32_t object, int32_t primitive,
+                     const struct passage *passage)
 {
-    const struct rmap_accel_object *o = &query->accel->object[candidate->object];
+    const struct rmap_accel_object *o = &query->accel->object[object];
+    struct rmap_candidate own, *candidate = &own;
     struct rmap_vec3 corner[3];
+    candidate->object = object;
+    candidate->primitive = primitive;
+    candidate->touches = false;
+    set_crossing(&query->local, passage, candidate);
     rmap_facets_corners(o->facets, candidate->primitive, corner);
     struct rmap_vec3 n = rmap_cross(rmap_sub(corner[1], corner[0]), rmap_sub(corner[2], corner[0]));
     double facing = rmap_dot(n, query->local.direction);
@@ -156,26 +171,30 @@ static bool is_start(const struct rmap_query *query, int32_t object, int32_t pri
     return object == query->start.object && primitive == query->start.primitive;
 }
 
-/* The rest is set once the line is found to cross it: most are passed by. */
-static void begin(struct rmap_candidate *candidate, int32_t object, int32_t primitive)
+/* Does the ray see the triangle so well that Embree cannot miss it? */
+static bool stands_clear(const struct rmap_local_ray *local, const float sight[4], double square)
 {
-    candidate->object = object;
-    candidate->primitive = primitive;
-    candidate->touches = false;
+    struct rmap_vec3 n = rmap_vec3((double)sight[0], (double)sight[1], (double)sight[2]);
+    double facing = rmap_dot(n, local->direction), cosine = (double)sight[3];
+    return facing * facing > cosine * cosine * square;
 }
 
 bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive)
 {
     const struct rmap_accel_object *o = &query->accel->object[object];
-    bool nearer = false, at_edge;
+    const struct rmap_local_ray *local = &query->local;
+    double square = rmap_dot(local->direction, local->direction);
+    bool nearer = false;
     for (int k = 0; k < 3; k++) {
         uint32_t vertex = o->facets->same[o->mesh->triangle[primitive][k]];
         for (uint32_t i = o->facets->first[vertex]; i < o->facets->first[vertex + 1]; i++) {
-            struct rmap_candidate candidate;
-            begin(&candidate, object, (int32_t)o->facets->fan[i]);
-            if (candidate.primitive != primitive && !is_start(query, object, candidate.primitive) &&
-                crosses(&query->local, o->facets, &candidate, 0, &at_edge) &&
-                consider(query, &candidate))
+            int32_t other = (int32_t)o->facets->fan[i];
+            struct passage passage;
+            if (other == primitive || is_start(query, object, other) ||
+                stands_clear(local, o->facets->sight[other], square))
+                continue;
+            pass(local, o->facets->corner[other], &passage);
+            if (passage.crosses && consider(query, object, other, &passage))
                 nearer = true;
         }
     }
@@ -184,19 +203,19 @@ bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t 
 
 bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive)
 {
-    struct rmap_candidate candidate;
     if (is_start(query, object, primitive))
         return false;
-    begin(&candidate, object, primitive);
     rmap_query_local(query, object);
     const struct rmap_accel_object *o = &query->accel->object[object];
-    bool nearer = false, at_edge = true;
-    if (crosses(&query->local, o->facets, &candidate, EDGE_ERRORS * o->local_error, &at_edge))
-        nearer = consider(query, &candidate);
-    /* At an edge, or reported for its margin only: the ray crosses a neighbour too or instead,
+    const struct rmap_local_ray *local = &query->local;
+    struct passage passage;
+    pass(local, o->facets->corner[primitive], &passage);
+    bool nearer = passage.crosses && consider(query, object, primitive, &passage);
+    /* At an edge, or reported for its margin only, the ray crosses a neighbour too or instead,
      * which Embree misses where it is seen edge on, for a margin in its plane is none across
      * the ray. */
-    if (at_edge && rmap_consider_neighbours(query, object, primitive))
+    if ((!passage.crosses || nears_edge(&passage, EDGE_ERRORS * o->local_error)) &&
+        rmap_consider_neighbours(query, object, primitive))
         nearer = true;
     return nearer;
 }

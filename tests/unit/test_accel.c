@@ -28,6 +28,21 @@ static struct rmap_vec3 aim(const struct rmap_mesh *mesh, uint64_t i)
     }
 }
 
+/* Every direction, every third nearly in the plane of the triangle that is aimed at. */
+static struct rmap_vec3 towards(const struct rmap_mesh *mesh, uint64_t i)
+{
+    struct rmap_vec3 d = any_direction(i, 0), c[3];
+    double u[4];
+    if (i % 3)
+        return d;
+    rmap_rng(2, i, 0, RMAP_RNG_EMIT_POINT, u);
+    rmap_mesh_corners(mesh, (size_t)(u[0] * (double)mesh->n_triangle), c);
+    struct rmap_vec3 n = rmap_cross(rmap_sub(c[1], c[0]), rmap_sub(c[2], c[0]));
+    n = rmap_normalize(n);
+    d = rmap_axpy(-rmap_dot(d, n), n, d);
+    return rmap_normalize(rmap_axpy((u[3] < 0.5 ? -1 : 1) * pow(10, -7 * u[2]), n, d));
+}
+
 struct placement {
     const char *name;
     struct rmap_affine place;
@@ -95,7 +110,7 @@ static void check_outside_in(const struct builder *b, const struct rmap_mesh *me
     int wrong = 0, met = 0;
     for (uint64_t i = 0; i < n; i++) {
         struct rmap_vec3 to = aim(mesh, i);
-        struct rmap_vec3 d = any_direction(i, 0);
+        struct rmap_vec3 d = towards(mesh, i);
         double u[4];
         rmap_rng(4, i, 0, RMAP_RNG_EMIT_POINT, u);
         struct rmap_vec3 from = rmap_axpy(-(4 + 20 * u[0]), d, to);
