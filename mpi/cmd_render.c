@@ -326,5 +326,6 @@ const struct rmap_command rmap_command_render = {
     .options = options,
     .min_operands = 1,
     .max_operands = 1,
+    .stops_in_order = true,
     .run = run_render,
 };

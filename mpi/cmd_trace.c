@@ -69,5 +69,6 @@ const struct rmap_command rmap_command_trace = {
     .options = rmap_trace_options,
     .min_operands = 1,
     .max_operands = 1,
+    .stops_in_order = true,
     .run = run_trace,
 };

@@ -33,6 +33,7 @@ struct rmap_command {
     const struct rmap_option *options; /* ends with an entry without a name; the common options
                                           (--json --quiet --threads --help) are added */
     int min_operands, max_operands;    /* checked before run */
+    bool stops_in_order;               /* when a signal asks it to (interrupt.h) */
     /* Collective. The same status on every rank; err->text says what went wrong. */
     enum rmap_status (*run)(const struct rmap_context *context, const struct rmap_arguments *given,
                             struct rmap_error *err);

@@ -16,6 +16,7 @@
 #include "io/json_memory.h"
 #include "mpi/agree.h"
 #include "mpi/command.h"
+#include "mpi/interrupt.h"
 #include "mpi/manual.h"
 #include "mpi/threads.h"
 #include "mpi/version_text.h"
@@ -132,6 +133,15 @@ static enum rmap_status flush_output(const struct rmap_context *context, enum rm
     return rmap_agree(context, st, err);
 }
 
+/* From the start: a batch system's signal may come while ranks still find each other, read a scene,
+ * or take in what a killed run left. */
+static void watch_signals(const char *word)
+{
+    for (size_t i = 0; i < COUNT(command); i++)
+        if (command[i]->stops_in_order && strcmp(word, command[i]->name) == 0)
+            rmap_interrupt_watch();
+}
+
 /* Started without mpirun. Open MPI would start a daemon beside the one process, for half a second
  * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
  * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. Only `bench` needs both, to start
@@ -167,6 +177,7 @@ int main(int argc, char **argv)
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE;
+    watch_signals(argc > 1 ? argv[1] : "");
     keep_pages();
     prepare_alone(argc > 1 ? argv[1] : "");
     rmap_json_memory_watch();

@@ -98,7 +98,6 @@ enum rmap_status rmap_render_run(const struct rmap_context *context,
     struct rmap_render_pass pass = {
         .context = context, .renderer = plan->renderer, .progress = &progress};
     *outcome = (struct rmap_render_outcome){.n_thread = context->n_thread};
-    rmap_interrupt_watch();
     enum rmap_status st = rmap_film_create(plan->renderer->size, &pass.film, err);
     if (st == RMAP_OK && context->rank == 0)
         st = rmap_film_create(plan->renderer->size, &film, err);

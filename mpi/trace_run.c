@@ -103,7 +103,6 @@ enum rmap_status rmap_trace_run(const struct rmap_context *context,
     double begun = rmap_clock_seconds();
     *outcome = (struct rmap_trace_outcome){.n_thread = context->n_thread};
     outcome->n_wanted = rmap_ray_set_count(plan->rays);
-    rmap_interrupt_watch();
     RMAP_TRY(create_counters(&run, err));
     rmap_progress_init(&run.progress, context, "rays", run.rays.n_ray);
     st = start(&run, err);
