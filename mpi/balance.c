@@ -29,7 +29,7 @@ enum rmap_status rmap_balance_check(const struct rmap_tally *tally, struct rmap_
         double ended = sum(tally->absorbed_object + s * scene->n_object, scene->n_object) +
                        sum(tally->absorbed_medium + s * scene->n_medium, scene->n_medium) +
                        tally->left[s] + tally->limit[s] + tally->error[s];
-        if (ended < tally->emitted[s] || ended > tally->emitted[s])
+        if (!(ended >= tally->emitted[s] && ended <= tally->emitted[s])) /* NaN, too */
             return rmap_error_set(err, RMAP_INTERNAL,
                                   "energy balance of source '%s' is broken: %.17g rays emitted, "
                                   "%.17g accounted for; please report this",

@@ -63,6 +63,19 @@ static enum rmap_status check_pieces(const struct rmap_trace_session *self, stru
     return st == RMAP_OK ? st : rmap_error_set(err, st, "%s", why.text);
 }
 
+/* What light a map counted is added to; sums that are wrong already are its damage, not ours. */
+static enum rmap_status check_light(const struct rmap_map *map, const char *path,
+                                    struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    if (rmap_balance_check(rmap_map_tally(map), &why) == RMAP_OK)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_FORMAT,
+                          "%s: its energy balance does not add up: raymap verify says where, and "
+                          "raymap repair counts its rays again",
+                          path);
+}
+
 /* Collective. Opens the map that is gone on with, if one stands. */
 static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_error *err)
 {
@@ -87,6 +100,8 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
                             "%s holds rays that a query picked (raymap info says which): nothing "
                             "can be traced into it; go on with the map that was asked",
                             path);
+    if (st == RMAP_OK)
+        st = check_light(self->goal.map, path, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

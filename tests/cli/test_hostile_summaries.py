@@ -1,0 +1,109 @@
+# SPDX-License-Identifier: MIT
+"""The promise: a map whose tables say what cannot be (portions that name sources, objects or
+detectors beyond the scene's, sums that do not add up), with checksums and seals that hold, gets an
+answer or status 4 from every command; none crashes, hangs or takes memory that the files do not
+warrant."""
+import os
+import resource
+import shutil
+import subprocess
+import sys
+
+from sealed_map import edit, put
+
+PROGRAM = os.environ["RAYMAP"]
+HERE = os.path.dirname(os.path.abspath(__file__))
+ALL = 2**64 - 1
+# Of /portion, of all rows: what a summary says.
+SUMMARIES = [
+    ("sources", 1 << 40), ("sources", 1 << 63), ("sources", 0), ("sources", 1), ("sources", ALL),
+    ("detectors", 1 << 50), ("detectors", 0), ("detectors", ALL),
+    ("objects", ALL), ("objects", 0), ("objects", 1 << 63),
+    ("events", 0), ("events", 2**32 - 1), ("stops", 0), ("stops", 2**32 - 1), ("stops", 1 << 31),
+    ("box_min", float("nan")), ("box_min", float("inf")), ("box_max", -3e38),
+]
+OF_INDEX = [
+    ("/tally/left", 0, 5e-324), ("/tally/emitted", 0, float("nan")), ("/tally/emitted", 1, 1e300),
+    ("/tally/absorbed_object", None, -1e308), ("/detector/sensor/image", None, float("inf")),
+    ("/run/n_ray", 0, ALL), ("/run/first_ray", 0, ALL),
+]
+COMMANDS = [
+    ["info", "--json"],
+    ["stats", "--of", "path_length"], ["stats", "--of", "segments", "--by", "source"],
+    ["stats", "--of", "x(sensor)", "--by", "detector"], ["stats", "--of", "flux", "--of", "wavelength"],
+    ["paths"], ["paths", "--matrix", "all"], ["paths", "-d", "sensor"],
+    ["query", "source(lamp) and hit(lens.*, reflect)", "registered(sensor)", "--count"],
+    ["query", "not source(second)", "--limit", "3"], ["query", "all", "-o", "out.vtp", "--force"],
+    ["draw", "-o", "out.svg", "--force"], ["draw", "-o", "out.html", "--force", "--by", "surface"],
+    ["detector", "sensor", "-o", "out.png", "--force"], ["detector", "sensor", "--tally"],
+    ["detector", "sensor", "--spot"],
+    ["report", "17"], ["report", "--energy"], ["report", "--html", "-o", "out.html", "--force"],
+    ["verify"], ["repair", "--dry-run"],
+]
+# They write to the map: on copies of their own.
+CHANGING = [["repair"], ["index", "--large"], ["convert", "-o", "other.raymap", "--force"],
+            ["trace", "--append", "-n", "100"], ["trace", "--resume", "--time-limit", "1s"]]
+failures = []
+
+
+def limit():
+    if not os.environ.get("ASAN_OPTIONS"):
+        resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))
+
+
+def ask(command, path, what):
+    name, *options = command
+    operands = ["scene.yaml", "-o", path] if name == "trace" else [path]
+    try:
+        done = subprocess.run([PROGRAM, name, *operands, *options, "--quiet"], timeout=120,
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+                              stderr=subprocess.PIPE, check=False, preexec_fn=limit)
+    except subprocess.TimeoutExpired:
+        failures.append(f"{what}: {command} hangs")
+        return
+    said = done.stderr.decode(errors="replace")
+    # 2: so many rays cannot be asked for; 6: or take for ever
+    if done.returncode not in ((0, 2, 4, 6) if name == "trace" else (0, 4)) or "Sanitizer" in said or \
+            "runtime error" in said:
+        failures.append(f"{what}: {command}: status {done.returncode}: {said[:1000]}")
+
+
+def changed(whole, change):
+    shutil.rmtree("bad.raymap", ignore_errors=True)
+    shutil.copytree(whole, "bad.raymap")
+    edit("bad.raymap/map.h5", change)
+    return "bad.raymap"
+
+
+def main():
+    for name in os.listdir("."):
+        shutil.rmtree(name) if os.path.isdir(name) else os.remove(name)
+    subprocess.run(["bash", "-c", '. "$0"; write_scene scene.yaml', f"{HERE}/expect.bash"],
+                   check=True)
+    with open("scene.yaml", encoding="utf-8") as file:
+        scene = file.read()
+    lamp = next(line for line in scene.splitlines() if "name: lamp" in line)
+    with open("scene.yaml", "w", encoding="utf-8") as file:
+        file.write(scene.replace(lamp, lamp + "\n" + lamp.replace("lamp", "second")))
+    cases = [(f"/portion/{name} {value}", f"portion/{name}", None, value)
+             for name, value in SUMMARIES] + [(f"{path} {value}", path, row, value)
+                                              for path, row, value in OF_INDEX]
+    for k, encoding in enumerate(("plain", "compact")):
+        whole = f"{encoding}.raymap"
+        subprocess.run([PROGRAM, "trace", "scene.yaml", "-o", whole, "-n", "9000", "--quiet",
+                        "--encoding", encoding], check=True)
+        if encoding == "compact":
+            subprocess.run([PROGRAM, "index", whole, "--large", "--quiet"], check=True)
+        for i, (what, path, row, value) in enumerate(cases):
+            bad = changed(whole, lambda file: put(file[path], row, value))
+            for j, command in enumerate(COMMANDS):
+                if (command[0] == "stats" and path == "portion/sources") or (i + j + k) % 5 == 0:
+                    ask(command, bad, f"{encoding}, {what}")
+            ask(CHANGING[(i + k) % len(CHANGING)], bad, f"{encoding}, {what}")
+    for failure in failures:
+        print("FAILED:", failure)
+    print(f"{2 * len(cases)} maps, {len(failures)} failures")
+    sys.exit(1 if failures else 0)
+
+
+main()
