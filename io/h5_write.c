@@ -143,9 +143,9 @@ struct table {
 };
 
 static enum rmap_status describe_table(struct rmap_h5 *h5, hid_t set, const struct table *table,
-                                       const void *data, struct rmap_error *err)
+                                       size_t cell, const void *data, struct rmap_error *err)
 {
-    size_t nbytes = H5Tget_size(table->type);
+    size_t nbytes = cell;
     for (int k = 0; k < table->rank; k++)
         nbytes *= (size_t)table->dims[k];
     uint64_t sum = rmap_checksum(data, nbytes);
@@ -173,7 +173,7 @@ static enum rmap_status write_table(struct rmap_h5 *h5, const struct table *tabl
     else if (n > 0)
         st = write_elements(h5, set, table->path, table->type, &tiles, data, err);
     if (st == RMAP_OK)
-        st = describe_table(h5, set, table, data, err);
+        st = describe_table(h5, set, table, tiles.element_nbytes, data, err);
     if (set >= 0 && !h5->failed && H5Dclose(set) < 0)
         st = rmap_h5_fail(h5, table->path, err);
     (void)H5Sclose(space);

@@ -23,6 +23,7 @@ SORTS = [
     ("memory:*", "ENOMEM", 0, 20, 500),
     ("H5*", "EIO", 0, 40, 800),
     ("H5*", "EIO", 1, 12, 400),
+    ("H5Tget_size", "EIO", 0, 4, 40),  # 0, not negative, says that it failed
 ]
 
 READS = ("read:|H5(Fopen|Aopen_by_name|Aread|Dopen2|Dread|Dread_chunk|Lexists|Oexists_by_name"
