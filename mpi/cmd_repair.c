@@ -47,9 +47,11 @@ static json_t *to_json(const char *path, const struct rmap_repair_result *result
 
 static void print_notes(const char *what, const struct rmap_findings *notes, FILE *out)
 {
-    for (size_t i = 0; i < notes->n; i++)
-        fprintf(out, "%s %s%s%s: %s\n", what, notes->row[i].file,
-                notes->row[i].dataset[0] ? ": " : "", notes->row[i].dataset, notes->row[i].text);
+    for (size_t i = 0; i < notes->n; i++) {
+        const struct rmap_finding *note = &notes->row[i];
+        fprintf(out, "%s %s%s%s%s%s\n", what, note->file, note->dataset[0] ? ": " : "",
+                note->dataset, note->file[0] ? ": " : "", note->text);
+    }
 }
 
 static void print_text(const char *path, const struct rmap_repair_result *result, FILE *out)
@@ -97,8 +99,9 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
         st = rmap_error_set(err, RMAP_FORMAT, "%s is damaged in %s; nothing was changed", path,
                             rmap_counted(result->found.n, "place").text);
     if (st == RMAP_OK && result->left.n > 0)
-        st = rmap_error_set(err, RMAP_FORMAT, "%s: %s: %s; this is left as it is", path,
-                            result->left.row[0].file, result->left.row[0].text);
+        st = rmap_error_set(err, RMAP_FORMAT, "%s: %s%s%s; this is left as it is", path,
+                            result->left.row[0].file, result->left.row[0].file[0] ? ": " : "",
+                            result->left.row[0].text);
     return st;
 }
 
