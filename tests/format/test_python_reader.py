@@ -181,6 +181,36 @@ def check_columns(plain, compact, what):
     check(compact.encoding(0) == raymap_reader.COMPACT, what + ": compact")
 
 
+def check_many_pieces(plain):
+    """Pieces that take turns, in both encodings, read twice; picked rays whose portions lie within
+    each other; more colour spaces than one. `plain` has the same rays."""
+    run("query", plain.path, "hit(*) >= 9", "-o", "many.raymap", "--force", "--quiet")
+    run("query", plain.path, "hit(*) < 9", "-o", "few.raymap", "--encoding", "compact", "--force",
+        "--quiet")
+    run("merge", "many.raymap", "few.raymap", "-o", "mixed.raymap", "--force", "--quiet")
+    mixed, want = raymap_reader.Map("mixed.raymap"), plain.columns("ray/id", "ray/path_length")
+    check(mixed.n_portions > 1, "portions of both")
+    for _ in range(2):
+        got = mixed.columns("ray/id", "ray/path_length")
+        order = np.argsort(got["ray/id"])
+        for name, column in want.items():
+            check(got[name][order].tobytes() == column.tobytes(), f"mixed: {name}")
+    for number in range(0, RAYS, 97):
+        ray, same = mixed.ray(number), plain.ray(number)
+        check(ray["id"] == number and ray.segments["position"].tobytes() ==
+              same.segments["position"].tobytes(), f"mixed: ray {number}")
+    wider = "spectrum.wavelengths=[486.13, 550, 587.56, 656.27]"
+    run("trace", os.path.join(SOURCE, "examples", "double-gauss", "scene.yaml"), "-o", plain.path,
+        "-n", "50", "--append", "--set", wider, "--quiet")
+    spaces = raymap_reader.Map(plain.path)
+    check([len(portion["segment/colour"][0]) for portion in spaces.portions()] == [3, 4], "spaces")
+    try:
+        spaces.columns("segment/colour")
+        check(False, "rows of 3 and of 4 channels in one column")
+    except raymap_reader.MapError:
+        pass
+
+
 def check_lanes():
     """A lane gives back any numbers whatever was predicted, in every way that it can be stored."""
     from raymap import compact as raymap_compact
@@ -218,5 +248,7 @@ for label, scene_path, more in (("double-gauss", f"{examples}/double-gauss/scene
         check_report(a_map, a_map.path)
     ray_17 = maps[1].ray(17)
     check(ray_17["id"] == 17 and len(ray_17.segments["event"]) == ray_17["segment_count"], "a ray")
+    if label == "double-gauss":
+        check_many_pieces(maps[0])
 print(f"{failures} failures")
 sys.exit(failures > 0)

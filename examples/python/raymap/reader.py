@@ -54,6 +54,7 @@ EVENTS = ("reflect_specular", "reflect_diffuse", "transmit_specular", "transmit_
 STOPS = ("absorbed", "left", "limit", "error")
 MODES = ("spectral", "rgb")
 PLAIN, COMPACT = 0, 1
+PIECES_OPEN = 16  # portions of a map go from piece to piece, as its ranks took turns
 
 
 def event_words(bits):
@@ -128,8 +129,8 @@ class Map:
         self.path = os.fspath(path)
         with h5py.File(os.path.join(path, "map.h5"), "r") as index:
             self._read_index(index)
-        self._pieces = {}   # the last piece opened
-        self._decoders = {}  # of compact pieces
+        self._pieces = {}   # the last PIECES_OPEN that were asked for, the latest behind
+        self._decoders = {}  # of those that are compact
 
     def _read_index(self, index):
         if index.attrs["filetype"] != b"raymap map" and index.attrs["filetype"] != "raymap map":
@@ -159,6 +160,10 @@ class Map:
         self.portion_table = {name: index["portion/" + name][:] for name in
                               ("piece", "space", "first_ray", "n_row", "stored_first",
                                "stored_rows")}
+        n_ray = self.portion_table["n_row"][:, 0]
+        self.portion_table["last_ray"] = (  # picked rays have gaps
+            index["portion/last_ray"][:] if "last_ray" in index["portion"] else
+            self.portion_table["first_ray"] + n_ray - np.uint64(1))
         self.detectors = [_detector(index, name) for name in self.names["detector"]]
 
     @property
@@ -174,15 +179,19 @@ class Map:
         return weight * (self.source_flux[source] / self.source_emitted[source])
 
     def _piece(self, piece):
-        if piece not in self._pieces:
-            for file in self._pieces.values():
-                file.close()
+        if piece in self._pieces:
+            self._pieces[piece] = self._pieces.pop(piece)
+        else:
+            if len(self._pieces) == PIECES_OPEN:
+                oldest = next(iter(self._pieces))
+                self._pieces.pop(oldest).close()
+                self._decoders.pop(oldest, None)
             name = "shard-%05d/piece-%05d.h5" % (self.piece_table["shard"][piece],
                                                  self.piece_table["number"][piece])
             path = os.path.join(self.path, name)
             if os.path.getsize(path) != self.piece_table["nbytes"][piece]:
                 raise MapError(f"{path} has not the size that map.h5 states")
-            self._pieces = {piece: h5py.File(path, "r")}
+            self._pieces[piece] = h5py.File(path, "r")
         return self._pieces[piece]
 
     def portion(self, k, names=None):
@@ -211,7 +220,7 @@ class Map:
         if piece not in self._decoders:
             with h5py.File(os.path.join(self.path, "map.h5"), "r") as index:
                 model = compact.Model(index, int(self.portion_table["space"][k]))
-            self._decoders = {piece: compact.Decoder(model, file)}
+            self._decoders[piece] = compact.Decoder(model, file)
         columns = self._decoders[piece].portion(
             self.portion_table["stored_first"][k], self.portion_table["stored_rows"][k],
             self.portion_table["n_row"][k])
@@ -225,10 +234,10 @@ class Map:
 
     def ray(self, number):
         """The ray with this id."""
-        first = self.portion_table["first_ray"]
-        k = int(np.searchsorted(first, number, side="right")) - 1
-        if k >= 0:
-            portion = self.portion(k)
+        first, last = self.portion_table["first_ray"], self.portion_table["last_ray"]
+        wanted = np.uint64(number)
+        for k in np.flatnonzero((first <= wanted) & (wanted <= last)):  # several: picked, merged
+            portion = self.portion(int(k))
             row = np.flatnonzero(portion["ray/id"] == number)
             if len(row):
                 return Ray(portion, int(row[0]))
@@ -237,6 +246,9 @@ class Map:
     def columns(self, *names):
         """Whole columns, portions in the order of their first ray ids."""
         wanted = names or self.column_names
+        if "segment/colour" in wanted and len({len(s["wavelengths"]) for s in self.spaces}) > 1:
+            raise MapError(f"{self.path}: segment/colour has other channels in each of its colour "
+                           "spaces: take it portion by portion")
         parts = [portion.columns for portion in self.portions(wanted)]
         return {name: np.concatenate([part[name] for part in parts]) for name in wanted}
 
