@@ -24,10 +24,11 @@
 struct index {
     struct rmap_h5 h5;
     const struct rmap_run *run;
+    struct rmap_run first;         /* the run as it would be in colour space 0 */
     const struct rmap_map *before; /* or NULL */
     const struct rmap_tally *tally;
     struct rmap_tally *zeros; /* owned; used where no tally was given */
-    struct rmap_piece_origin origin;
+    struct rmap_piece_origin origin, first_origin;
     struct rmap_map_content content;
     struct rmap_map_spaces spaces;
     struct rmap_run_row *row;
@@ -86,7 +87,7 @@ static enum rmap_status write_layouts(struct index *self, struct rmap_error *err
     enum rmap_status st = rmap_h5_group(&self->h5, "/layout", err);
     for (int e = 0; st == RMAP_OK && e < RMAP_ENCODING_COUNT; e++) {
         const struct rmap_layout *layout =
-            rmap_layout_of((enum rmap_encoding)e, self->run->scene->channels.mode);
+            rmap_layout_of((enum rmap_encoding)e, self->first.scene->channels.mode);
         const char *name[RMAP_STREAM_MAX];
         int n = rmap_layout_n_stream(layout, rmap_scene_is_curved(self->run->scene));
         for (int s = 0; s < n; s++)
@@ -124,10 +125,11 @@ static enum rmap_status write_file(struct index *self, const char *temporary, bo
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_h5_create(&self->h5, temporary, err));
-    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, self->run, &self->origin, err));
+    RMAP_TRY(
+        rmap_provenance_put(&self->h5, RMAP_FILETYPE_MAP, &self->first, &self->first_origin, err));
     RMAP_TRY(put_totals(self, complete, err));
     RMAP_TRY(rmap_index_scene_write(
-        &self->h5, self->run,
+        &self->h5, &self->first,
         self->run->selection ? self->run->selection->emitted : self->tally->emitted, err));
     RMAP_TRY(rmap_map_spaces_write(&self->h5, &self->spaces, err));
     RMAP_TRY(write_models(self, err));
@@ -143,6 +145,18 @@ out:
     return st;
 }
 
+/* What the index says once of the scene's light is said of colour space 0, whichever came last. */
+static void take_first_space(struct index *self)
+{
+    self->first = *self->run;
+    self->first_origin = self->origin;
+    if (!self->before || self->before->spaces.n == 0)
+        return;
+    self->first.scene = self->before->scene[0];
+    memcpy(self->first_origin.space_digest, self->spaces.space[0].digest,
+           sizeof self->first_origin.space_digest);
+}
+
 /* The spaces and runs of the map as it was, and this run's. */
 static enum rmap_status gather_history(struct index *self, const struct rmap_index *given,
                                        struct rmap_error *err)
@@ -156,6 +170,7 @@ static enum rmap_status gather_history(struct index *self, const struct rmap_ind
     if (rmap_map_spaces_find(&self->spaces, self->origin.space_digest) < 0)
         RMAP_TRY(rmap_map_spaces_add(&self->spaces, given->run->bundle, given->run->scene,
                                      self->origin.space_digest, err));
+    take_first_space(self);
     self->row = rmap_alloc(n + 1, sizeof *self->row);
     if (!self->row) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the index");

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 
+import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True  # the source tree stays as it is
@@ -204,6 +205,14 @@ def check_many_pieces(plain):
         "-n", "50", "--append", "--set", wider, "--quiet")
     spaces = raymap_reader.Map(plain.path)
     check([len(portion["segment/colour"][0]) for portion in spaces.portions()] == [3, 4], "spaces")
+    run("trace", os.path.join(SOURCE, "examples", "double-gauss", "scene.yaml"), "-o", plain.path,
+        "-n", "50", "--append", "--color", "rgb", "--quiet")
+    with h5py.File(os.path.join(plain.path, "map.h5")) as index:  # what it says once is of space 0
+        check(index["channel/wavelength"][:].tolist() == [486.13, 587.56, 656.27] and
+              index["source/colour"].shape[1] == index.attrs["channels"] == 3 and
+              index.attrs["space_digest"] == index["space/digest"][0] and
+              index.attrs["colour_space"] == b"spectral" and
+              b"/segment/colour_spectral" in index["layout/plain"][:], "the first colour space")
     try:
         spaces.columns("segment/colour")
         check(False, "rows of 3 and of 4 channels in one column")
