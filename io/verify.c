@@ -205,19 +205,32 @@ static enum rmap_status check_start(const char *path, struct rmap_findings *find
     return st;
 }
 
+/* Which file of the map a trouble's text is about, if it begins with one; returns the rest. */
+static const char *split_trouble(const char *text, const char *map_path, char *file, size_t cap)
+{
+    const size_t n_path = strlen(map_path);
+    const char *name = strncmp(text, map_path, n_path) == 0 ? text + n_path : text;
+    name += *name == '/';
+    const size_t n = strcspn(name, ": ");
+    file[0] = 0;
+    if (strncmp(name, "shard-", 6) != 0 || n >= cap)
+        return text;
+    memcpy(file, name, n);
+    file[n] = 0;
+    name += n + strspn(name + n, ": ");
+    return strncmp(name, "and ", 4) == 0 ? text : name; /* two pieces are told of */
+}
+
 /* Pieces and journals beside an incomplete index that cannot be used. */
 static enum rmap_status add_trouble(struct rmap_verification *self, struct rmap_findings *findings,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; self->map && i < rmap_map_n_trouble(self->map) && st == RMAP_OK; i++) {
-        const char *text = rmap_map_trouble(self->map, i);
         struct rmap_finding finding;
-        char file[sizeof finding.file] = "";
-        const char *shard = strstr(text, "/shard-");
-        size_t n = shard ? strcspn(shard + 1, ": ") : 0;
-        if (n > 0 && n < sizeof file)
-            memcpy(file, shard + 1, n);
+        char file[sizeof finding.file];
+        const char *text =
+            split_trouble(rmap_map_trouble(self->map, i), self->path, file, sizeof file);
         rmap_finding_set(&finding, file, "", "%s", text);
         st = rmap_findings_add(findings, &finding, err);
     }

@@ -145,7 +145,7 @@ again()  # rays of another seed do not become the map's, and are not thrown away
 run("trace", SCENE, "-o", "seed.raymap", "-n", 5000, "--seed", 9, "--quiet")
 shutil.copy("seed.raymap/shard-00000/piece-00000.h5", "b.raymap/shard-00001/piece-00500.h5")
 said = run("repair", "b.raymap", status=4)
-assert "left  shard-00001/piece-00500.h5 belongs to another scene or seed" in said, said
+assert "left  shard-00001/piece-00500.h5: belongs to another scene or seed" in said, said
 assert os.path.exists("b.raymap/shard-00001/piece-00500.h5") and info() == WANT
 
 # The other encoding: a damaged dictionary of paths costs the piece, a chunk its portions.
