@@ -136,6 +136,10 @@ enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node
 
 bool rmap_parser_at_comparison(const struct rmap_parser *parser);
 
+/* `a..b`, a unit behind b meant for both where a has none. */
+enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                  struct rmap_interval *interval) RMAP_MUST_USE;
+
 /* Comparison with a value, or `in` with a range. */
 enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimension dimension,
                                      struct rmap_interval *interval) RMAP_MUST_USE;

@@ -134,8 +134,8 @@ static double value_in(const struct value *value, const struct unit_factor *fact
     return value->number * factor->times / factor->over;
 }
 
-static enum rmap_status parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
-                                    struct rmap_interval *interval)
+enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                  struct rmap_interval *interval)
 {
     enum rmap_status st = RMAP_OK;
     struct value low, high;
@@ -167,7 +167,7 @@ enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimen
     *interval = (struct rmap_interval){-infinity, infinity, relation == RMAP_TOKEN_NE};
     RMAP_TRY(rmap_parser_advance(parser));
     if (relation == RMAP_TOKEN_WORD)
-        return parse_range(parser, dimension, interval);
+        return rmap_parse_range(parser, dimension, interval);
     struct value value;
     RMAP_TRY(parse_value(parser, dimension, &value));
     double v = value_in(&value, &value.factor);

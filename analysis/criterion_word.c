@@ -114,6 +114,8 @@ static const char *beginning_with(const char *word, const char *const *candidate
 }
 
 /* "unknown KIND 'word' (did you mean 'x'?)" */
+enum { KNOWN_NBYTES = 288 }; /* all words of the longest list */
+
 enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
                                        const char *const *candidate, size_t n)
@@ -127,7 +129,10 @@ enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
     if (near)
         return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s' (did you mean '%s'?)", kind, shown,
                                 near);
-    return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s'", kind, shown);
+    char known[KNOWN_NBYTES] = "";
+    for (size_t i = 0, len = 0; i < n && len < sizeof known; i++)
+        len += (size_t)snprintf(known + len, sizeof known - len, " %s", candidate[i]);
+    return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s': say one of%s", kind, shown, known);
 }
 
 static enum rmap_status parse_all(struct rmap_parser *parser, struct rmap_criterion_node *node)

@@ -37,7 +37,7 @@ static enum rmap_status read_range(const struct rmap_scene *scene, enum rmap_dim
     struct rmap_interval interval;
     RMAP_TRY(rmap_criterion_check_utf8(text, err));
     RMAP_TRY(rmap_parser_advance(&parser));
-    RMAP_TRY(rmap_parse_interval(&parser, dimension, &interval));
+    RMAP_TRY(rmap_parse_range(&parser, dimension, &interval));
     if (parser.token.kind != RMAP_TOKEN_END)
         RMAP_TRY(rmap_parser_expected(&parser, "the end"));
     *low = interval.low;
@@ -71,7 +71,7 @@ static enum rmap_status read_region(const struct rmap_scene *scene, const char *
         (void)snprintf(field[2] + strlen(field[2]), 8, " %.6s", unit_of(field[3]));
     /* x0,y0,x1,y1 */
     for (int k = 0; k < 2; k++) {
-        (void)snprintf(range, sizeof range, "in %.60s..%.60s", field[k], field[k + 2]);
+        (void)snprintf(range, sizeof range, "%.60s..%.60s", field[k], field[k + 2]);
         RMAP_TRY(read_range(scene, dimension, range, &bins->low[k], &bins->high[k], err));
         if (bins->directions) {
             bins->low[k] *= RMAP_PI / 180.0;

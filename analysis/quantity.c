@@ -373,14 +373,9 @@ enum rmap_status rmap_quantity_range(const struct rmap_quantities *self, size_t 
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_interval interval;
-    size_t nbytes = strlen(text) + 4;
-    char *written = rmap_alloc(nbytes, 1);
-    if (!written)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %s", option);
-    (void)snprintf(written, nbytes, "in %s", text);
     struct making making = {.parser = {.criterion = self->holder}};
-    RMAP_TRY(begin(&making, written, err));
-    RMAP_TRY(rmap_parse_interval(&making.parser, self->of[index].dimension, &interval));
+    RMAP_TRY(begin(&making, text, err));
+    RMAP_TRY(rmap_parse_range(&making.parser, self->of[index].dimension, &interval));
     if (making.parser.token.kind != RMAP_TOKEN_END)
         RMAP_TRY(rmap_parser_expected(&making.parser, "the end"));
     range[0] = interval.low;
@@ -390,6 +385,5 @@ out:
         rmap_criterion_relabel(option, err);
         st = err ? err->status = RMAP_USAGE : RMAP_USAGE;
     }
-    rmap_free(written);
     return st;
 }

@@ -147,6 +147,23 @@ static enum rmap_status check_output(const struct rmap_arguments *arguments, str
     return RMAP_OK;
 }
 
+/* The first operand that is not there, as the usage line calls it: "NAME" of "MAP NAME [-o OUT]".
+ */
+static enum rmap_status refuse_missing(const struct rmap_arguments *arguments,
+                                       struct rmap_error *err)
+{
+    const struct rmap_command *command = arguments->command;
+    const char *word = command->operands;
+    for (int k = 0; k < arguments->n_operand; k++) {
+        word += strcspn(word, " ");
+        word += strspn(word, " ");
+    }
+    int len = (int)strcspn(word, " .");
+    return rmap_error_set(err, RMAP_USAGE,
+                          "%.*s is missing; usage: raymap %s %s\nsee: raymap %s --help", len, word,
+                          command->name, command->operands, command->name);
+}
+
 static enum rmap_status check_operands(const struct rmap_arguments *arguments,
                                        struct rmap_error *err)
 {
@@ -154,9 +171,7 @@ static enum rmap_status check_operands(const struct rmap_arguments *arguments,
     if (rmap_argument(arguments, "help"))
         return RMAP_OK;
     if (arguments->n_operand < command->min_operands)
-        return rmap_error_set(err, RMAP_USAGE,
-                              "something is missing; usage: raymap %s %s\nsee: raymap %s --help",
-                              command->name, command->operands, command->name);
+        return refuse_missing(arguments, err);
     if (arguments->n_operand > command->max_operands)
         return rmap_error_set(err, RMAP_USAGE, "'%s' is one word too many; usage: raymap %s %s",
                               arguments->operand[command->max_operands], command->name,

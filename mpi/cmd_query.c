@@ -20,6 +20,7 @@
 #include "mpi/scan.h"
 
 static const struct rmap_option options[] = {
+    {"where", 'w', "CRITERION" RMAP_ARGUMENT_AGAIN, "a CRITERION as other commands are given it"},
     {"count", 'c', NULL, "rays, segments and flux that match (the default)"},
     {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
     {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
@@ -44,6 +45,7 @@ struct request {
     bool map;                    /* the answer is a ray map */
     bool count, explain, force;
     struct rmap_asked asked;
+    const char **text; /* criteria as they were given, borrowed */
 };
 
 /* Which and how many rays are listed. */
@@ -102,6 +104,24 @@ out:
     return st;
 }
 
+/* Those that stand by themselves, then those of --where. */
+static enum rmap_status list_criteria(const struct rmap_arguments *given, const char ***text_ret,
+                                      size_t *n_ret, struct rmap_error *err)
+{
+    const char **text = rmap_alloc((size_t)given->n_operand + given->n_value, sizeof *text);
+    size_t n = 0;
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
+    for (int i = 1; i < given->n_operand; i++)
+        text[n++] = given->operand[i];
+    for (size_t i = 0; i < given->n_value; i++)
+        if (strcmp(given->value[i].option->name, "where") == 0)
+            text[n++] = given->value[i].text;
+    *text_ret = text;
+    *n_ret = n;
+    return RMAP_OK;
+}
+
 /* Collective. */
 static enum rmap_status read_criteria(const struct rmap_context *context,
                                       const struct rmap_arguments *given, struct request *request,
@@ -109,8 +129,9 @@ static enum rmap_status read_criteria(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_asked *asked = &request->asked;
-    RMAP_TRY(rmap_asked_load(context, given, (const char *const *)given->operand + 1,
-                             (size_t)given->n_operand - 1, asked, err));
+    size_t n = 0;
+    RMAP_TRY(list_criteria(given, &request->text, &n, err));
+    RMAP_TRY(rmap_asked_load(context, given, request->text, n, asked, err));
     rmap_asked_take_file(asked);
     if (asked->n == 0)
         return rmap_error_set(err, RMAP_USAGE,
@@ -301,6 +322,7 @@ static enum rmap_status run_query(const struct rmap_context *context,
 out:
     release(&request, &search);
     rmap_asked_fini(&request.asked);
+    rmap_free(request.text);
     return st;
 }
 

@@ -158,7 +158,7 @@ enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
     double range[2] = {0.0, 0.0};
     st = create_both(samples, number, of, err);
     if (st == RMAP_OK && number->range)
-        st = rmap_quantity_range(of[0], 0, number->range, "range", range, err);
+        st = rmap_quantity_range(of[0], 0, number->range, "--range", range, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (!number->range)
         RMAP_TRY(find_extent(context, samples, of, range, err));

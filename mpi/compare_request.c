@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/compare_request.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "analysis/compare_field.h"
@@ -23,8 +24,11 @@ static enum rmap_status find_word(const char *text, const char *option, const ch
     if (nearest)
         return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none (did you mean '%s'?)", option,
                               text, nearest);
-    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none; see: raymap compare --help", option,
-                          text);
+    char known[160] = "";
+    size_t len = 0;
+    for (size_t k = 0; k < n && len < sizeof known; k++)
+        len += (size_t)snprintf(known + len, sizeof known - len, "%s%s", k ? ", " : "", word[k]);
+    return rmap_error_set(err, RMAP_USAGE, "--%s '%s' is none: say one of %s", option, text, known);
 }
 
 static void free_list(char **list, size_t n)
@@ -81,12 +85,12 @@ enum rmap_status rmap_compare_request_read(const struct rmap_arguments *given,
              (!request->n_bin && rmap_argument(given, "bins")))
         st = rmap_error_set(err, RMAP_USAGE, "--bins must lie between 1 and %d",
                             RMAP_COMPARE_BINS_MAX);
+    else if (request->n_where > 2)
+        st = rmap_error_set(err, RMAP_USAGE, "at most two --where, for the two samples");
     else if (one && request->n_where != 2)
         st = rmap_error_set(err, RMAP_USAGE,
                             "one map alone: say which two criteria to compare, --where A --where B "
                             "(or name a second map)");
-    else if (request->n_where > 2)
-        st = rmap_error_set(err, RMAP_USAGE, "at most two --where, for the two samples");
     else if (request->output_path && request->n_of > 1 &&
              !rmap_output_is(request->output_path, ".json"))
         st = rmap_error_set(

@@ -77,6 +77,19 @@ expect 2 'above 0' "$RAYMAP" trace scene.yaml -o x.raymap --time-limit soon
 expect 2 'between 1 and' "$RAYMAP" trace scene.yaml -o x.raymap --threads 0
 expect 2 "'rgb' or 'spectral'" "$RAYMAP" trace scene.yaml -o x.raymap --color blue
 expect 2 'usage: raymap query' "$RAYMAP" query a.raymap
+# the word that is missing is named; a wrong one is answered with those that there are
+expect 2 'NAME is missing; usage: raymap detector' "$RAYMAP" detector a.raymap
+expect 2 'MAP is missing; usage: raymap detector' "$RAYMAP" detector
+expect 3 "no detector named 'film' in this map; it has 'sensor'" "$RAYMAP" detector a.raymap film
+expect 3 "'screen' is an object.*--receivers FILE: .*on: 'screen'" "$RAYMAP" detector a.raymap screen
+expect 3 "unknown number 'mass': say one of wavelength flux" "$RAYMAP" stats a.raymap --of mass
+expect 2 '^  5\.\.1$' "$RAYMAP" stats a.raymap --of path_length --range 5..1
+expect 2 '^  5\.\.1 ?$' "$RAYMAP" detector a.raymap sensor --region 5,1,1,2
+expect 2 'at most two --where' "$RAYMAP" compare a.raymap --where all --where all --where all
+expect 2 "'size' is none: say one of flux, detector" "$RAYMAP" compare a.raymap a.raymap --test size
+# a criterion of query stands by itself, or as that of other commands
+expect 0 '2,000 of 2,000' "$RAYMAP" query a.raymap --where all
+expect 2 'one criterion' "$RAYMAP" query a.raymap all --where all --limit 3
 expect 2 '\.csv.*\.json' "$RAYMAP" query a.raymap all -o out.pdf
 expect 2 'one criterion' "$RAYMAP" query a.raymap all all --limit 3
 expect 2 '' "$RAYMAP" query a.raymap all --limit 0

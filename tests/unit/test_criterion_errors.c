@@ -51,7 +51,10 @@ static const struct {
     {"'odd n\xc3\xa4me' or all", 1, 10,
      "'odd n\xc3\xa4me' is an object, not a test (use hit('odd n\xc3\xa4me'))"},
     {"hitt(tube)", 1, 4, "unknown test 'hitt' (did you mean 'hit'?)"},
-    {"xyzzy(tube)", 1, 5, "unknown test 'xyzzy'"},
+    {"xyzzy(tube)", 1, 5,
+     "unknown test 'xyzzy': say one of all source hit surface event medium after registered "
+     "crossed ended path segments bounces ghost_order scatter_order wavelength flux path_length "
+     "optical_path ray angle x y time"},
     {"hit(tube, reflect_speculr)", 11, 15,
      "unknown event 'reflect_speculr' (did you mean 'reflect_specular'?)"},
     {"hit(tube, refl)", 11, 4, "unknown event 'refl' (did you mean 'reflect'?)"},
@@ -80,7 +83,10 @@ static const struct {
     {"hit(tube lens)", 10, 4, "expected ',' or ')', found 'lens'"},
     {"surface(reflectence < 0.1)", 9, 11,
      "unknown surface parameter 'reflectence' (did you mean 'reflectance'?)"},
-    {"event(absorption)", 7, 10, "unknown event 'absorption'"},
+    {"event(absorption)", 7, 10,
+     "unknown event 'absorption': say one of reflect_specular reflect_diffuse transmit_specular "
+     "transmit_diffuse total_reflection absorb scatter_volume fluoresce gradient element left "
+     "limit error reflect transmit specular diffuse scatter"},
     {"ended(absorbd)", 7, 7, "unknown ending 'absorbd' (did you mean 'absorbed'?)"},
     {"ended(3)", 7, 1, "expected absorbed, left, limit or error, found '3'"},
     {"wavelength", 1, 10,
