@@ -135,20 +135,26 @@ static void tick_label(const struct rmap_ticks *ticks, int i, char *text, size_t
     }
 }
 
+struct rmap_unit_text rmap_unit_text(const char *unit)
+{
+    struct rmap_unit_text shown = {""};
+    for (size_t len = 0; *unit && len + 4 < sizeof shown.text; unit++, len = strlen(shown.text)) {
+        const bool squared = unit[0] == '2' && len > 0 && shown.text[len - 1] == 'm';
+        (void)snprintf(shown.text + len, sizeof shown.text - len, squared ? "²" : "%c", unit[0]);
+    }
+    return shown;
+}
+
 /* "x, mm" or "irradiance, 10⁶ W/m²". */
 static void axis_label(const char *label, const char *unit, const struct rmap_ticks *ticks,
                        char *text, size_t size)
 {
-    char power[64], shown[64];
-    (void)snprintf(shown, sizeof shown, "%s", unit);
-    size_t len = strlen(shown);
-    if (len > 2 && strcmp(shown + len - 2, "m2") == 0)
-        (void)snprintf(shown + len - 1, sizeof shown - len + 1, "²");
+    char power[64];
+    const struct rmap_unit_text written = rmap_unit_text(unit);
+    const char *shown = written.text;
     superscript(ticks->exponent, power, sizeof power);
     if (ticks->exponent != 0 && ticks->decimals >= 0)
         (void)snprintf(text, size, "%s, 10%s %s", label, power, shown);
-    else if (!shown[0])
-        (void)snprintf(text, size, "%s", label);
     else
         (void)snprintf(text, size, "%s%s%s", label, *shown ? ", " : "", shown);
 }

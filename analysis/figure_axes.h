@@ -14,6 +14,13 @@
 
 #define RMAP_TICK_MAX 24
 
+/* A unit as it is written by hand: "W/(m² sr)" of "W/(m2 sr)". It lives to the end of its
+ * statement. */
+struct rmap_unit_text {
+    char text[64];
+};
+struct rmap_unit_text rmap_unit_text(const char *unit);
+
 /* Sizes of type, in pixels. */
 #define RMAP_TITLE_SIZE 18.0
 #define RMAP_LABEL_SIZE 14.0

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "analysis/figure_axes.h"
 #include "base/alloc.h"
@@ -225,9 +226,15 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
                      image->flux, error, image->flux_unit, none);
     if (picture->options->true_colour && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
-                       picture->white, image->unit, picture->logarithmic ? ", logarithmic" : "");
+                       picture->white, rmap_unit_text(image->unit).text,
+                       picture->logarithmic ? ", logarithmic" : "");
     else if (picture->logarithmic && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; logarithmic scale");
+    const double turned = is_plane(image) ? image->bins.rotate_rad * 180.0 / RMAP_PI : 0.0;
+    const size_t len = strlen(line);
+    if (turned != 0.0) /* what the dashes at the axes mean */
+        (void)snprintf(line + len, sizeof line - len, "; axes turned by %s%.6g°",
+                       turned < 0.0 ? "−" : "", fabs(turned));
     text.y = 68;
     rmap_caption(svg, &text, room, line);
 }

@@ -151,6 +151,12 @@ static void draw_captions(const struct rmap_comparison *comparison,
                        comparison->criterion[k] ? comparison->criterion[k] : "all");
         rmap_caption(svg, &text, room, line);
     }
+    for (int k = 0; k < 2; k++)
+        for (size_t b = 0; b < bins->n[0] * bins->n[1]; b++)
+            if (bins->value[k][b] != 0.0)
+                return;
+    text.y += 18;
+    rmap_caption(svg, &text, room, "nothing to compare: no light in any bin of either sample");
 }
 
 static enum rmap_status draw_image(const struct rmap_comparison *comparison,
@@ -237,7 +243,10 @@ static void draw_z(const struct rmap_axes *axes, const struct rmap_compare_bins 
     static const struct {
         double z;
         const char *text;
-    } label[] = {{-3.0, "−3"}, {-1.0, "−1"}, {1.0, "+1"}, {3.0, "+3"}};
+    } label[] = {{-3.0, "−3"}, {3.0, "+3"}, {-1.0, "−1"}, {1.0, "+1"}};
+    const double apart = rmap_axes_y(axes, 0.0) - rmap_axes_y(axes, 1.0);
+    /* those that have room between them: all, the outer two, or none */
+    const size_t n_label = 2.0 * apart > RMAP_TICK_SIZE ? 4 : 6.0 * apart > RMAP_TICK_SIZE ? 2 : 0;
     rmap_svg_open_clip(svg, axes->x, axes->y, axes->width, axes->height);
     for (int s = -3; s <= 3; s++) {
         const double y = rmap_axes_y(axes, s);
@@ -251,7 +260,7 @@ static void draw_z(const struct rmap_axes *axes, const struct rmap_compare_bins 
                &(struct rmap_svg_style){.stroke = "#333333", .width = 1.4}, point, svg);
     rmap_svg_close(svg);
     rmap_axes_draw(svg, axes);
-    for (size_t k = 0; k < sizeof label / sizeof *label; k++)
+    for (size_t k = 0; k < n_label; k++)
         rmap_svg_string(svg,
                         &(struct rmap_svg_text){.x = axes->x + axes->width + 6,
                                                 .y = rmap_axes_y(axes, label[k].z) + 4,

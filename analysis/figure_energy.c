@@ -85,8 +85,9 @@ static double draw_detectors(const struct rmap_energy *energy, double y, struct 
         if (isfinite(row->flux_error) && at > 0)
             at += snprintf(line + at, sizeof line - (size_t)at, " ± %.2g", row->flux_error);
         if (at > 0)
-            (void)snprintf(line + at, sizeof line - (size_t)at, " %s, %.3g %%", energy->unit,
-                           100.0 * row->share);
+            at += snprintf(line + at, sizeof line - (size_t)at, " %s", energy->unit);
+        if (isfinite(row->share) && at > 0)
+            (void)snprintf(line + at, sizeof line - (size_t)at, ", %.3g %%", 100.0 * row->share);
         text.anchor = RMAP_SVG_START;
         text.x = MARGIN + BAR_NAME + 16 + length;
         rmap_svg_string(svg, &text, line);

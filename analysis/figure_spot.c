@@ -139,11 +139,13 @@ static void draw_captions(struct rmap_svg *svg, const struct rmap_spot *spot, co
     rmap_caption(svg, &text, room, line);
     text.y = 68;
     if (isfinite(spot->rms_radius.value))
-        (void)snprintf(line, sizeof line,
-                       "centroid x %.6g, y %.6g %s; RMS radius %.4g ± %.2g %s; bands: one standard "
-                       "error",
-                       spot->centroid[0].value, spot->centroid[1].value, spot->unit,
-                       spot->rms_radius.value, spot->rms_radius.standard_error, spot->unit);
+        (void)snprintf(
+            line, sizeof line,
+            "centroid x %.4g ± %.2g, y %.4g ± %.2g %s; RMS radius %.4g ± %.2g %s; bands: "
+            "one standard error",
+            spot->centroid[0].value, spot->centroid[0].standard_error, spot->centroid[1].value,
+            spot->centroid[1].standard_error, spot->unit, spot->rms_radius.value,
+            spot->rms_radius.standard_error, spot->unit);
     else
         (void)snprintf(line, sizeof line, "nothing was registered");
     rmap_caption(svg, &text, room, line);

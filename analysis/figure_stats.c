@@ -7,6 +7,7 @@
 
 #include "analysis/figure_axes.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/raster.h"
 
 enum { LEFT = 92, TOP = 86, RIGHT = 30, BOTTOM = 62, WIDTH = 760, HEIGHT = 440, SQUARE = 520 };
@@ -233,6 +234,42 @@ static void set_bar(const struct plot *plot, struct rmap_colour_bar *bar)
         bar->range[0] = fmax(0.5 * least, LOG_DEPTH * most);
 }
 
+/* Flux of readings that the bins do not hold, of all groups. */
+static double flux_outside(const struct rmap_stats *stats)
+{
+    double flux = 0.0;
+    for (size_t g = 0; g < stats->n_group; g++)
+        for (size_t k = 0; k < RMAP_STATS_BEYOND; k++)
+            flux += stats->group[g].cell[stats->plan->n_cell + k].value;
+    return flux;
+}
+
+static const char *space_before(const char *unit)
+{
+    return *unit ? " " : "";
+}
+
+/* "1,234 values, 0.5 ± 0.002 W; mean ..." of the only group. */
+static void describe(const struct plot *plot, char *line, size_t nbytes)
+{
+    const struct rmap_stats *stats = plot->stats;
+    const struct rmap_stats_group *group = &stats->group[0];
+    const struct rmap_stats_moment_estimates *moment = &group->of[0].moment;
+    const char *unit = stats->setup->quantities->of[0].unit, *gap = space_before(unit);
+    const double outside = flux_outside(stats);
+    int n =
+        snprintf(line, nbytes, "%s, %.4g ± %.2g %s", rmap_counted(group->n_reading, "value").text,
+                 group->flux.value, group->flux.standard_error, rmap_stats_flux_unit(stats));
+    if (stats->setup->quantities->n == 1 && n > 0)
+        n += snprintf(line + n, nbytes - (size_t)n,
+                      "; mean %.5g ± %.2g%s%s, standard deviation %.4g ± %.2g%s%s",
+                      moment->mean.value, moment->mean.standard_error, gap, unit,
+                      moment->deviation.value, moment->deviation.standard_error, gap, unit);
+    if (outside > 0.0 && n > 0 && (size_t)n < nbytes)
+        (void)snprintf(line + n, nbytes - (size_t)n, "; %.3g %s outside the picture", outside,
+                       rmap_stats_flux_unit(stats));
+}
+
 static void draw_captions(const struct plot *plot, double width)
 {
     const struct rmap_stats *stats = plot->stats;
@@ -248,20 +285,9 @@ static void draw_captions(const struct plot *plot, double width)
     (void)snprintf(line, sizeof line, "rays: %s",
                    plot->labels->criterion ? plot->labels->criterion : "all");
     rmap_caption(plot->svg, &text, width - 32, line);
-    const struct rmap_stats_group *group = &stats->group[0];
-    const struct rmap_stats_moment_estimates *moment = &group->of[0].moment;
-    const char *unit = stats->setup->quantities->of[0].unit;
     line[0] = 0;
-    if (!group->name && group->n_reading > 0) {
-        n = snprintf(line, sizeof line, "%llu values, %.4g ± %.2g %s",
-                     (unsigned long long)group->n_reading, group->flux.value,
-                     group->flux.standard_error, rmap_stats_flux_unit(stats));
-        if (stats->setup->quantities->n == 1 && n > 0)
-            (void)snprintf(line + n, sizeof line - (size_t)n,
-                           "; mean %.5g ± %.2g %s, standard deviation %.4g ± %.2g %s",
-                           moment->mean.value, moment->mean.standard_error, unit,
-                           moment->deviation.value, moment->deviation.standard_error, unit);
-    }
+    if (!stats->group[0].name && stats->group[0].n_reading > 0)
+        describe(plot, line, sizeof line);
     text.y = 68;
     rmap_caption(plot->svg, &text, width - 32, line);
 }

@@ -118,7 +118,8 @@ static enum rmap_status print_group(const struct rmap_stats *stats,
     const char *kind = stats->setup->by == RMAP_STATS_BY_SOURCE ? "source" : "detector";
     if (group->name)
         fprintf(out, "\n%s %s\n", kind, group->name);
-    fprintf(out, "%-14s %" PRIu64 " of %s\n", "values", group->n_reading,
+    char n[RMAP_GROUPED_LEN];
+    fprintf(out, "%-14s %s of %s\n", "values", rmap_grouped(group->n_reading, n),
             rmap_counted((uint64_t)group->n_ray, "ray").text);
     fprintf(out, "%-14s %.9g", "flux", group->flux.value);
     if (isfinite(group->flux.standard_error))
@@ -151,8 +152,9 @@ enum rmap_status rmap_stats_print(const struct rmap_stats *stats,
 {
     enum rmap_status st = RMAP_OK;
     fprintf(out, "%-14s %s\n", "criterion", labels->criterion ? labels->criterion : "all");
-    fprintf(out, "%-14s %" PRIu64 " of %" PRIu64 "\n", "rays matched", stats->known.n_ray,
-            labels->n_ray);
+    char matched[RMAP_GROUPED_LEN], all[RMAP_GROUPED_LEN];
+    fprintf(out, "%-14s %s of %s\n", "rays matched", rmap_grouped(stats->known.n_ray, matched),
+            rmap_grouped(labels->n_ray, all));
     if (stats->known.n_undefined > 0)
         fprintf(out, "%-14s %" PRIu64 " values are not defined and left out\n", "note",
                 stats->known.n_undefined);

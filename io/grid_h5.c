@@ -14,7 +14,7 @@ static enum rmap_status write_array(struct rmap_h5 *h5, const struct rmap_grid_a
     struct rmap_h5_array as = {.path = path,
                                .element = RMAP_F64,
                                .rank = array->rank,
-                               .unit = {.name = array->unit, .si = 1.0},
+                               .unit = rmap_h5_unit_named(array->unit),
                                .description = array->description};
     for (int k = 0; k < array->rank; k++)
         as.dims[k] = array->dims[k];

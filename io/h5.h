@@ -15,6 +15,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "io/h5_unit.h"
 #include "trace/columns.h"
 
 struct rmap_h5 {
@@ -22,13 +23,6 @@ struct rmap_h5 {
     char *path;                /* for messages */
     enum rmap_status on_error; /* RMAP_SYSTEM when writing, RMAP_FORMAT when reading */
     bool failed;               /* while writing: hands off from now on */
-};
-
-/* A physical unit: name, factor to SI, powers of L M T I theta N J (openPMD 1.1.0). */
-struct rmap_h5_unit {
-    const char *name;
-    double si;
-    double dimension[7];
 };
 
 /* Unit of a column in a scene whose length unit is `length` of `length_m` metres. */

@@ -154,7 +154,7 @@ function drawFrameAndScale(detector, picture) {
   paint.fillText(figure(picture.least, 2), x + 11, top + height);
   paint.textAlign = "right";
   paint.textBaseline = "top";
-  paint.fillText(detector.image.unit, left + width + FRAME.bar + 4, top + height + 4);
+  paint.fillText(written(detector.image.unit), left + width + FRAME.bar + 4, top + height + 4);
 }
 
 /* Bounds [u0, v0, u1, v1] of the region on the picture. */
@@ -195,6 +195,9 @@ function drawImage() {
   hangPicture(picture);
 }
 scheme.told.push(drawImage);
+
+/* "W/(m\u00b2 sr)" of "W/(m2 sr)". */
+const written = (unit) => unit.replaceAll("m2", "m\u00b2");
 
 /* As the criterion is evaluated: closed, in the detector's own units. */
 function regionHas(kind, region, x, y) {
@@ -276,7 +279,7 @@ function showDetector(index) {
   sensor.region = null;
   const detector = current(), of = detector.image;
   const note = of
-    ? `${of.quantity}, peak ${figure(of.peak, 4)} ${of.unit}; flux ${figure(of.flux, 5)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit} of ${whole(of.registrations)} registrations` +
+    ? `${of.quantity}, peak ${figure(of.peak, 4)} ${written(of.unit)}; flux ${figure(of.flux, 5)} ± ${figure(of.flux_error, 2)} ${scene.flux_unit} of ${whole(of.registrations)} registrations` +
       (of.step > 1 ? `; ${of.step} x ${of.step} of its ${of.cells.join(" x ")} cells to a pixel` : "")
     : "places where rays of this page were registered";
   byId("image-note").textContent = note;

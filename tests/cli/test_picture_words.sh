@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: MIT
+#
+# The promise: what stands beside a picture says what it shows: units, turned axes, light outside of
+# it; nothing is said twice in one place, and an empty picture says that it is empty.
+. "$(dirname "$0")/expect.bash"
+
+# has PICTURE WORDS: they stand somewhere in it. lacks: nowhere.
+has() {
+    grep -Eq -e "$2" "$1" || { printf 'FAILED: "%s" is not in %s\n' "$2" "$1"; failures=$((failures + 1)); }
+}
+lacks() {
+    ! grep -Eq -e "$2" "$1" || { printf 'FAILED: "%s" is in %s\n' "$2" "$1"; failures=$((failures + 1)); }
+}
+
+rm -rf ./*.raymap ./*.svg
+write_scene scene.yaml
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
+
+# units and axes
+expect 0 '' "$RAYMAP" detector a.raymap sensor --quantity luminance -o radiance.svg
+has radiance.svg '>radiance, W/\(m² sr\)<'
+expect 0 '' "$RAYMAP" detector a.raymap sensor --color true -o true.svg
+has true.svg 'white at [0-9.e+]+ W/m²'
+expect 0 '' "$RAYMAP" detector a.raymap sensor --rotate=-30 -o turned.svg
+has turned.svg 'axes turned by −30°'
+lacks true.svg 'turned'
+
+# counts, and what the bins leave out
+expect 0 'values +[0-9],[0-9]{3} of [0-9],[0-9]{3} rays' "$RAYMAP" stats a.raymap --of segments --range 0..3 -o outside.svg
+has outside.svg '>[0-9],[0-9]{3} values, .*, standard deviation [^,]* W outside the picture<'
+lacks outside.svg ' ,'
+expect 0 '' "$RAYMAP" stats a.raymap --of path_length --range 0..1e6 -o inside.svg
+lacks inside.svg 'outside'
+
+# z of hundreds: its marks at 1 and 3 would lie upon each other
+expect 0 '' "$RAYMAP" trace scene.yaml -o b.raymap -n 50000 --seed 2 --quiet --set sources.lamp.distribution='{cone: 2}'
+expect 0 '' "$RAYMAP" trace scene.yaml -o c.raymap -n 50000 --quiet
+expect 0 DIFFERENT "$RAYMAP" compare c.raymap b.raymap --of path_length -o far.svg
+has far.svg 'z of A - B'
+lacks far.svg '>(\+|−)[13]<'
+expect 0 '' "$RAYMAP" compare a.raymap --where 'ray < 2500' --where 'ray >= 2500' --of path_length -o near.svg
+has near.svg '>\+3<'
+
+# nothing at all
+none='ray > 1000000'
+expect 0 '' "$RAYMAP" report a.raymap --energy --where "$none" -o energy.svg
+has energy.svg 'no ray matches'
+lacks energy.svg 'nan'
+expect 0 '' "$RAYMAP" compare a.raymap --where "$none" --where "$none or $none" --test image --detector sensor -o difference.svg
+has difference.svg 'nothing to compare'
+for kind in 'detector a.raymap sensor' 'stats a.raymap --of path_length' 'draw a.raymap'; do
+    # shellcheck disable=SC2086 # words
+    expect 0 '' "$RAYMAP" $kind --where "$none" -o empty.svg --force
+    has empty.svg 'nothing was registered|no ray has a value|no ray matches'
+    lacks empty.svg 'nan'
+done
+finish
