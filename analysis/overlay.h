@@ -57,6 +57,9 @@ enum rmap_status rmap_overlay_view_create(const struct rmap_overlay *overlay,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_overlay_view_destroy(struct rmap_overlay_view *view); /* NULL is fine */
 
+/* As a colour space: each ray is in its own, as in a portion of rays picked from all over a map. */
+#define RMAP_OVERLAY_EACH_SPACE SIZE_MAX
+
 /* stored: with the columns of rmap_overlay_columns, of colour space `space`. *extended_ret: the
  * view's, valid until the next call; its other tables are those of `stored`. RMAP_FORMAT when rows
  * do not fit together. */

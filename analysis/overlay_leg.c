@@ -16,11 +16,12 @@ static double index_of(const struct rmap_overlay_ray *ray, size_t row)
 {
     const struct rmap_portion *portion = ray->portion;
     const struct rmap_medium *medium = &ray->scene->medium[portion->segment.medium[row]];
+    const int n = ray->scene->channels.n; /* rays of another colour space may have more beside */
     double sum = 0.0, whole = 0.0;
     if (!medium->dispersive || !portion->colour)
         return medium->n[0];
     const uint16_t *share = portion->colour + row * (size_t)portion->n_channel;
-    for (int c = 0; c < portion->n_channel; c++) {
+    for (int c = 0; c < portion->n_channel && c < n; c++) {
         sum += share[c] * medium->n[c];
         whole += share[c];
     }

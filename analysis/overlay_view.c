@@ -215,17 +215,22 @@ out:
 }
 
 static enum rmap_status extend_rays(struct rmap_overlay_view *self,
-                                    const struct rmap_portion *stored,
-                                    const struct rmap_scene *scene, struct rmap_error *err)
+                                    const struct rmap_portion *stored, size_t space,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_map *map = self->overlay->map;
+    const bool each = space == RMAP_OVERLAY_EACH_SPACE;
     struct rmap_portion *own = self->own;
-    struct rmap_overlay_ray ray = {.portion = stored, .scene = scene};
+    struct rmap_overlay_ray ray = {.portion = stored,
+                                   .scene = each ? NULL : rmap_map_scene_of(map, space)};
     const size_t n_ray = stored->n_row[RMAP_TABLE_RAY];
     if (n_ray > own->cap[RMAP_TABLE_RAY])
         RMAP_TRY(rmap_portion_reserve(own, RMAP_TABLE_RAY, n_ray, RMAP_COLUMNS_ALL, err));
     for (ray.row = 0; ray.row < n_ray; ray.row++) {
         size_t end;
+        if (each)
+            ray.scene = rmap_map_scene_of(map, rmap_map_space_of_ray(map, stored->ray.id[ray.row]));
         ray.n_segment = stored->ray.segment_count[ray.row];
         ray.n_registration = stored->ray.registration_count[ray.row];
         end = ray.registration + ray.n_registration;
@@ -254,8 +259,7 @@ enum rmap_status rmap_overlay_view_extend(struct rmap_overlay_view *self,
     struct rmap_portion *extended = &self->extended;
     rmap_portion_clear(self->own);
     self->status = self->recorder.status = RMAP_OK;
-    enum rmap_status st =
-        extend_rays(self, stored, rmap_map_scene_of(self->overlay->map, space), err);
+    enum rmap_status st = extend_rays(self, stored, space, err);
     if (st != RMAP_OK)
         return st;
     *extended = *stored;

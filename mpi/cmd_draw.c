@@ -279,7 +279,8 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
     if (self->overlay && self->rays) {
         st = rmap_overlay_view_create(self->overlay, &self->view, err);
         if (st == RMAP_OK)
-            st = rmap_overlay_view_extend(self->view, self->rays, 0, &self->seen, err);
+            st = rmap_overlay_view_extend(self->view, self->rays, RMAP_OVERLAY_EACH_SPACE,
+                                          &self->seen, err);
     }
     st = rmap_agree(context, st, err);
 out:
@@ -295,10 +296,6 @@ static enum rmap_status run(struct drawing *self, const struct rmap_arguments *g
     RMAP_TRY(rmap_overlay_load(context, given, self->map, &self->overlay, err));
     self->scene = rmap_scene_with(self->map, self->overlay);
     st = compile(self, err);
-    if (st == RMAP_OK && self->overlay && rmap_map_n_space(self->map) > 1)
-        st = rmap_error_set(err, RMAP_USAGE,
-                            "--receivers draws maps of one colour space; this one has %zu",
-                            rmap_map_n_space(self->map));
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(collect(self, err));
     if (self->request.format == RMAP_DRAW_PAGE)

@@ -4,7 +4,7 @@
 # The promise: receivers laid over a finished map register what the same detectors register when
 # they stand in the traced scene, in the same order among the others; for any number of ranks; and
 # mistakes in their file are told with their place.
-import json, os, subprocess, sys
+import json, os, re, subprocess, sys
 
 RAYMAP, EXAMPLES = os.environ["RAYMAP"], os.path.join(os.environ["SOURCE_DIR"], "examples")
 failures = 0
@@ -182,4 +182,20 @@ for name in ("tilted", "far", "outside"):
 expect(data["where"]["list"][0]["criterion"] == "registered(tilted)" and data["where"]["list"][0]["here"] > 0, "the page's criteria")
 expect(any("V@tilted" in one["sequence"] for one in data["classes"]["list"]), "the page's classes")
 run(RAYMAP, "query", "double-gauss.raymap", "registered(tilte)", "--receivers", "double-gauss-receivers.yaml", status=3, says="did you mean 'tilted'?")
+
+# Rays of two colour spaces in one picture: each registered as a query says, with the index of its own space.
+scene = os.path.join(EXAMPLES, "double-gauss", "scene.yaml")
+run(RAYMAP, "trace", scene, "-o", "spaces.raymap", "-n", "6000", "--quiet", "--force")
+run(RAYMAP, "trace", scene, "-o", "spaces.raymap", "-n", "6000", "--append", "--color", "rgb", "--quiet")
+kinds = ["registered(tilted) and ray < 6000 and optical_path(tilted) < 169.8", "registered(tilted) and ray >= 6000 and optical_path(tilted) < 169.8",
+         "registered(tilted) and optical_path(tilted) >= 169.8", "registered(far) and angle(far) < 160"]
+where = [word for kind in kinds for word in ("--where", kind)]
+run(RAYMAP, "draw", "spaces.raymap", *over, *where, "--color", "criterion", "--limit", "100000", "-o", "spaces.svg", "--force", "--quiet")
+drawn, before = re.sub("</text>\n<text[^>]*>", " ", open("spaces.svg").read()), "ray < 0"  # lines of the legend joined
+for kind in kinds:
+    n = json.loads(run(RAYMAP, "query", "spaces.raymap", f"({kind}) and not ({before})", *over, "--json", "--quiet"))["rays"]["matched"]
+    before += f" or ({kind})"
+    text = kind.replace("<", "&lt;").replace(">", "&gt;")
+    expect(n > 20 and re.search(f">{n:,} rays, [0-9.]+ % of flux: {re.escape(text)}[ <]", drawn), f"{n} rays of {kind}")
+same_for_ranks(RAYMAP, "draw", "spaces.raymap", *over, *where, "-o", "spaces.html", "--force", "--quiet", files=["spaces.html"])
 sys.exit(1 if failures else 0)
