@@ -143,17 +143,20 @@ enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct r
     struct rmap_ray_lines lines = {.frame = &frame};
     lines.leaving =
         LEAVING * (view.perspective ? fit_camera(scene, &view, &frame) : fit(scene, &view, &frame));
-    const double legend = rmap_legend_draw(scene, rays, &frame, options->paint, mixed, NULL);
+    double marks;
+    const double legend =
+        rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, NULL);
     RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN,
-                             TOP + frame.height + fmax(legend, SCALE_BAR) + BELOW, options->title,
-                             &svg, err));
+                             TOP + frame.height +
+                                 fmax(legend, marks + SCALE_BAR - RMAP_LEGEND_ROW) + BELOW,
+                             options->title, &svg, err));
     RMAP_TRY(draw_inside(scene, rays, options, &lines, svg, err));
     rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
                   &(struct rmap_svg_style){.stroke = "#b0b0b0"});
     rmap_axis_cross_draw(&frame, svg);
-    (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, svg);
+    (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
     if (!view.perspective)
-        rmap_scale_bar_draw(scene, &frame, svg);
+        rmap_scale_bar_draw(scene, &frame, marks, svg);
     draw_captions(rays, options, &view, svg);
     *svg_ret = svg;
     svg = NULL;

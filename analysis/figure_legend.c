@@ -2,6 +2,7 @@
 #include "analysis/figure_legend.h"
 
 #include <stdio.h>
+#include <string.h>
 
 #include "analysis/figure_axes.h"
 #include "analysis/figure_marks.h"
@@ -10,7 +11,7 @@
 #include "analysis/figure_solid.h"
 #include "base/grouped.h"
 
-enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230 };
+enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230, LINES = 3 };
 static const char ink[] = "#222222";
 
 struct legend {
@@ -109,8 +110,49 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene, 
     }
 }
 
-/* Groups of rays that there are, each in a row of its own. */
-static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint)
+/* Bytes of the longest part of a text that ends before a blank and is so wide at most; all of it
+ * where it is, 0 where no part is. */
+static size_t part_within(const char *string, double width)
+{
+    char part[512];
+    size_t best = 0;
+    for (size_t len = 1; len < sizeof part; len++) {
+        if (string[len] != ' ' && string[len] != 0)
+            continue;
+        (void)snprintf(part, sizeof part, "%.*s", (int)len, string);
+        if (rmap_svg_string_width(part, RMAP_TICK_SIZE) > width)
+            break;
+        best = len;
+        if (string[len] == 0)
+            break;
+    }
+    return best;
+}
+
+/* A sample with a text that may take some lines, as wide as the frame. */
+static void add_paragraph(struct legend *legend, const char *colour, double right, const char *word)
+{
+    struct rmap_svg_text text = {
+        .x = legend->left + SAMPLE + 6, .size = RMAP_TICK_SIZE, .fill = ink};
+    const double room = right - text.x;
+    if (legend->svg)
+        rmap_svg_rect(legend->svg, legend->left, legend->y - 6.0, SAMPLE, 3.0,
+                      &(struct rmap_svg_style){.fill = colour});
+    for (int line = 1; *word; line++) {
+        const size_t len = line < LINES ? part_within(word, room) : 0;
+        char part[512];
+        (void)snprintf(part, sizeof part, "%.*s", len ? (int)len : (int)sizeof part - 1, word);
+        text.y = legend->y;
+        if (legend->svg)
+            rmap_caption(legend->svg, &text, room, part);
+        legend->y += RMAP_LEGEND_ROW;
+        word += len ? len : strlen(word);
+        word += *word == ' ';
+    }
+}
+
+/* Groups of rays that there are, each in rows of its own. */
+static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint, double right)
 {
     char word[512], n[RMAP_GROUPED_LEN];
     for (size_t k = 0; k < paint->n_group; k++) {
@@ -120,15 +162,13 @@ static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint
         (void)snprintf(word, sizeof word, "%s ray%s, %.3g %% of flux: %.400s",
                        rmap_grouped(group->rays, n), group->rays == 1 ? "" : "s",
                        paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0, group->label);
-        add_sample(legend, group->ink, 3.0, word);
-        legend->x = legend->left;
-        legend->y += RMAP_LEGEND_ROW;
+        add_paragraph(legend, group->ink, right, word);
     }
 }
 
 double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                         const struct rmap_view_frame *frame, const struct rmap_ray_paint *paint,
-                        bool mixed, struct rmap_svg *svg)
+                        bool mixed, double *marks_ret, struct rmap_svg *svg)
 {
     struct legend legend = {.svg = svg,
                             .x = frame->x,
@@ -138,11 +178,13 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
     bool plane = false;
     for (size_t d = 0; d < scene->n_detector; d++)
         plane = plane || scene->detector[d].type == RMAP_DETECTOR_PLANE;
-    if (paint && paint->of_ray)
-        add_groups(&legend, paint);
-    else if (scene->channels.mode == RMAP_COLOUR_SPECTRAL && !mixed)
+    const bool grouped = paint && paint->of_ray;
+    if (grouped)
+        add_groups(&legend, paint, frame->x + frame->width);
+    *marks_ret = legend.y - frame->y - frame->height;
+    if (!grouped && scene->channels.mode == RMAP_COLOUR_SPECTRAL && !mixed)
         add_wavelengths(&legend, scene, rays);
-    else if (rays->n_row[RMAP_TABLE_RAY] > 0)
+    else if (!grouped && rays->n_row[RMAP_TABLE_RAY] > 0)
         add_sample(&legend, "#808080", 1.0, "rays, in the colour of their light");
     if (scene->n_source > 0)
         add_sample(&legend, rmap_source_ink, 2.0, "source");
@@ -153,10 +195,10 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
 }
 
 void rmap_scale_bar_draw(const struct rmap_scene *scene, const struct rmap_view_frame *frame,
-                         struct rmap_svg *svg)
+                         double row, struct rmap_svg *svg)
 {
     double length = rmap_round_below(170.0 / frame->scale);
-    double right = frame->x + frame->width, y = frame->y + frame->height + RMAP_LEGEND_ROW - 4;
+    double right = frame->x + frame->width, y = frame->y + frame->height + row - 4;
     double left = right - length * frame->scale;
     const struct rmap_svg_style line = {.stroke = ink, .width = 1.6};
     const double bar[][2] = {{left, y - 5}, {left, y + 5},    {(double)NAN, 0}, {left, y},

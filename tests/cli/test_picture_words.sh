@@ -26,6 +26,12 @@ expect 0 '' "$RAYMAP" detector a.raymap sensor --rotate=-30 -o turned.svg
 has turned.svg 'axes turned by −30°'
 lacks true.svg 'turned'
 
+# a legend has all of a criterion, however long; its groups take the whole width
+long='registered(sensor) and path_length > 1 and path_length < 1000 and segments < 500 and bounces < 500'
+expect 0 '' "$RAYMAP" draw a.raymap --where "$long and ray < 4000" --where 'ray >= 4000' --color criterion -o legend.svg
+tr '\n' ' ' <legend.svg | sed 's|</text> <text[^>]*>| |g' >joined.svg
+has joined.svg "of flux: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
+
 # counts, and what the bins leave out
 expect 0 'values +[0-9],[0-9]{3} of [0-9],[0-9]{3} rays' "$RAYMAP" stats a.raymap --of segments --range 0..3 -o outside.svg
 has outside.svg '>[0-9],[0-9]{3} values, .*, standard deviation [^,]* W outside the picture<'
