@@ -164,3 +164,20 @@ out:
     rmap_svg_destroy(svg);
     return st;
 }
+
+void rmap_figure_draw_thin(struct rmap_portion *rays)
+{
+    size_t n[RMAP_TABLE_COUNT] = {0}, strokes = 0;
+    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        size_t first, points = rmap_portion_curve_of(rays, rays->ray.id[i], &first);
+        strokes += rays->ray.segment_count[i] + RMAP_RAY_CURVE_STROKES * points;
+        if (strokes > RMAP_FIGURE_STROKES && i > 0)
+            break;
+        n[RMAP_TABLE_RAY]++;
+        n[RMAP_TABLE_SEGMENT] += rays->ray.segment_count[i];
+        n[RMAP_TABLE_REGISTRATION] += rays->ray.registration_count[i];
+        n[RMAP_TABLE_CURVE] += points;
+    }
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        rays->n_row[t] = n[t];
+}

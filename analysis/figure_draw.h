@@ -24,6 +24,14 @@ struct rmap_figure_draw {
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
 };
 
+/* Legs, and strokes of curved ones, that are drawn unless more rays are asked for: more is a blot
+ * that takes a renderer minutes. */
+#define RMAP_FIGURE_STROKES 20000
+
+/* Keeps the first rays whose strokes are RMAP_FIGURE_STROKES at most, one of them at least. rays:
+ * has all columns; ids ascend. */
+void rmap_figure_draw_thin(struct rmap_portion *rays);
+
 /* rays: the rays to draw, all columns. */
 enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                   const struct rmap_figure_draw *options, struct rmap_svg **svg_ret,

@@ -177,9 +177,6 @@ struct curved_leg {
     size_t n;
 };
 
-/* Between two recorded points a curve is drawn in so many strokes. */
-enum { STROKES = 4 };
-
 static struct rmap_vec3 node(const struct curved_leg *leg, size_t k)
 {
     return k == 0 ? leg->from : k > leg->n ? leg->to : place(leg->point + 3 * (k - 1));
@@ -212,8 +209,9 @@ static void put_curve(struct pen *pen, const struct curved_leg *leg)
         struct rmap_vec3 p = node(leg, k), q = node(leg, k + 1), chord = rmap_sub(q, p);
         double h = rmap_length(chord);
         struct rmap_vec3 u = slope(leg, k, h), v = slope(leg, k + 1, h);
-        for (int s = 1; s <= STROKES && k + (s == STROKES) <= leg->n; s++) {
-            double t = (double)s / STROKES, r = 1.0 - t;
+        for (int s = 1; s <= RMAP_RAY_CURVE_STROKES && k + (s == RMAP_RAY_CURVE_STROKES) <= leg->n;
+             s++) {
+            double t = (double)s / RMAP_RAY_CURVE_STROKES, r = 1.0 - t;
             struct rmap_vec3 at = rmap_axpy(t * t * (3.0 - 2.0 * t), chord, p);
             put_point(pen, rmap_axpy(t * r * r, u, rmap_axpy(-t * t * r, v, at)));
         }

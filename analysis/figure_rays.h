@@ -21,6 +21,9 @@ struct rmap_ray_lines {
     double opacity;                     /* of the strongest; 0: by the number of rays */
 };
 
+/* Between two recorded points a curve is drawn in so many strokes. */
+#define RMAP_RAY_CURVE_STROKES 4
+
 /* rays has all columns; curved legs follow their points. */
 enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
                                 const struct rmap_ray_lines *lines, struct rmap_svg *svg,

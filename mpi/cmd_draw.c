@@ -35,7 +35,8 @@ static const struct rmap_option options[] = {
      "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
      "ParaView; OUT.glb, OUT.gltf: a glTF scene"},
     {"limit", 'l', "N",
-     "draw the N matching rays with the smallest ids (default 300; in a page 2000)"},
+     "draw the N matching rays with the smallest ids (default 300, fewer of very many legs; in a "
+     "page 2000)"},
     {"view", 'v', "VIEW",
      "section yz, xz or xy, or 3d (default: 3d for scenes of meshes, else the section along the "
      "rays)"},
@@ -204,9 +205,14 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
                                          self->where ? self->where : "all", "rays", "matched",
                                          (json_int_t)n_matched, "drawn", (json_int_t)n_drawn),
                                stdout, err);
-    if (!self->context->quiet)
-        printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
-               (unsigned long long)n_matched);
+    if (self->context->quiet)
+        return RMAP_OK;
+    printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,
+           (unsigned long long)n_matched);
+    if (self->request.thin && n_drawn < self->request.limit && n_drawn < n_matched)
+        fprintf(stderr,
+                "they have many legs: drawn are so many rays as make up %d, or by --limit N more\n",
+                RMAP_FIGURE_STROKES);
     return RMAP_OK;
 }
 
@@ -275,6 +281,8 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
             rmap_scan_map(context, self->map, &self->any, 1, RMAP_DEAL_SHARES, &self->all, err));
     }
     RMAP_TRY(rmap_scan_collect(context, self->map, &pick, self->request.limit, &self->rays, err));
+    if (self->rays && self->request.thin)
+        rmap_figure_draw_thin(self->rays);
     self->seen = self->rays;
     if (self->overlay && self->rays) {
         st = rmap_overlay_view_create(self->overlay, &self->view, err);

@@ -96,6 +96,7 @@ static enum rmap_status read_numbers(const struct rmap_arguments *given,
     bool page = request->format == RMAP_DRAW_PAGE;
     request->limit = page ? RMAP_PAGE_DEFAULT_RAYS : DEFAULT_LIMIT;
     RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
+    request->thin = request->format == RMAP_DRAW_PICTURE && !rmap_argument(given, "limit");
     int largest = page ? RMAP_PAGE_MOST_RAYS : LARGEST_LIMIT;
     if (request->limit < 1 || request->limit > (uint64_t)largest)
         return rmap_error_set(err, RMAP_USAGE, "--limit must lie between 1 and %d", largest);

@@ -23,6 +23,7 @@ struct rmap_draw_request {
     size_t n_where;
     enum rmap_draw_format format;
     uint64_t limit;
+    bool thin; /* nobody asked for so many */
     enum rmap_view_kind kind;
     enum rmap_paint_kind paint;
     enum rmap_path_level level;

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/figure_draw.h"
 #include "analysis/run_report.h"
 #include "io/whole_file.h"
 #include "mpi/agree.h"
@@ -101,6 +102,8 @@ static enum rmap_status gather(const struct rmap_context *context, struct page *
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_scan_collect(context, page->map, &(struct rmap_pick){.criterion = page->all},
                                DRAWN, &page->rays, err));
+    if (page->rays)
+        rmap_figure_draw_thin(page->rays);
     rmap_map_summarise(page->map, &summary);
     page->is_large = page->n_sample > 0 || summary.n_row[RMAP_TABLE_SEGMENT] > LARGE_SEGMENTS;
     if (page->n_sample == 0)

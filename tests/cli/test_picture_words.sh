@@ -48,6 +48,26 @@ lacks far.svg '>(\+|−)[13]<'
 expect 0 '' "$RAYMAP" compare a.raymap --where 'ray < 2500' --where 'ray >= 2500' --of path_length -o near.svg
 has near.svg '>\+3<'
 
+# light that goes to and fro for thousands of legs: so many rays as can be told apart, unless asked
+cat >trap.yaml <<'SCENE'
+raymap: 1
+units: mm
+limits: {steps: 3000}
+media: {air: {index: 1}}
+surfaces: {silver: {type: mirror, reflectance: 1}}
+geometries: {ball: {type: sphere, radius: 20}}
+objects: [{name: wall, geometry: ball, surface: silver, front: air, back: air}]
+sources: [{name: lamp, type: point, at: [0, -10, 5], distribution: isotropic, flux: 1 W, medium: air}]
+SCENE
+expect 0 '' "$RAYMAP" trace trap.yaml -o trap.raymap -n 40 --quiet
+expect 0 ': 6 of 40 matching rays drawn' "$RAYMAP" draw trap.raymap -o trap.svg
+grep -q 'make up 20000, or by --limit N more' stderr.txt || { echo "FAILED: no note"; failures=$((failures + 1)); }
+has trap.svg '>6 of 40 rays drawn'
+expect 0 ': 9 of 40 matching rays drawn' "$RAYMAP" draw trap.raymap --limit 9 -o more.svg
+expect 0 ': 40 of 40 matching' "$RAYMAP" draw trap.raymap -o all.vtp
+expect 0 '' "$RAYMAP" report trap.raymap --html trap.html
+has trap.html '>6 of 40 rays drawn'
+
 # nothing at all
 none='ray > 1000000'
 expect 0 '' "$RAYMAP" report a.raymap --energy --where "$none" -o energy.svg
