@@ -65,6 +65,23 @@ const strokes = (() => {
   return { count, first, position: position.subarray(0, 6 * count), path: path.subarray(0, 2 * count), leg: of.subarray(0, count) };
 })();
 
+/* What holds much of the light's way is open as well as what encloses the scene: the wall of a rod, a tube. */
+(() => {
+  const HOLDS = 0.2, step = Math.max(1, Math.floor(strokes.count / 4000));
+  const middle = new THREE.Vector3(), held = bodies.map(() => 0);
+  let whole = 0;
+  for (let s = 0; s < strokes.count; s += step) {
+    const [a, b] = [strokes.position.subarray(6 * s, 6 * s + 3), strokes.position.subarray(6 * s + 3, 6 * s + 6)];
+    const length = Math.hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
+    middle.set((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2);
+    whole += length;
+    bodies.forEach((body, k) => (held[k] += body.box.containsPoint(middle) ? length : 0));
+  }
+  bodies.forEach((body, k) => {
+    if (held[k] > HOLDS * whole && body.object.look !== "glass") body.mesh.material.uniforms.encloses.value = 1;
+  });
+})();
+
 const longestPath = strokes.path.reduce((most, v) => Math.max(most, v), 0);
 
 const rayUniforms = {

@@ -146,22 +146,28 @@ function drawAxes() {
     `<text x="${(26 * d.x).toFixed(2)}" y="${(-26 * d.y).toFixed(2)}">${name}</text>`).join("");
 }
 
-/* [{at: Vector3, element}] */
+/* [{at: Vector3, element, width, height}] */
 const labels = [];
 
 function addLabel(text, kind, at) {
   const span = element("span", { className: kind, textContent: text });
   byId("labels").append(span);
-  labels.push({ at, element: span, width: span.offsetWidth + 8 });
+  labels.push({ at, element: span, width: span.offsetWidth + 8, height: span.offsetHeight });
 }
 
+/* A label that would stand upon one before it is not shown. */
 function placeLabels() {
-  const p = new THREE.Vector3();
+  const p = new THREE.Vector3(), taken = [];
   for (const label of labels) {
     p.copy(label.at).project(camera);
-    label.element.style.left = Math.min((0.5 + 0.5 * p.x) * canvas.clientWidth, canvas.clientWidth - label.width) + "px";
-    label.element.style.top = (0.5 - 0.5 * p.y) * canvas.clientHeight + "px";
-    label.element.hidden = Math.abs(p.x) > 1 || Math.abs(p.y) > 1 || p.z > 1;
+    const left = Math.min((0.5 + 0.5 * p.x) * canvas.clientWidth, canvas.clientWidth - label.width);
+    const top = (0.5 - 0.5 * p.y) * canvas.clientHeight;
+    const meets = (box) => Math.abs(box.top - top) < label.height && left < box.left + box.width && box.left < left + label.width;
+    const outside = Math.abs(p.x) > 1 || Math.abs(p.y) > 1 || p.z > 1;
+    label.element.style.left = left + "px";
+    label.element.style.top = top + "px";
+    label.element.hidden = outside || taken.some(meets);
+    if (!label.element.hidden) taken.push({ left, top, width: label.width });
   }
 }
 

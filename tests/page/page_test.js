@@ -261,6 +261,21 @@ async function isWellLabelled(page) {
   check(bare === 0, `${bare} controls have no name`);
 }
 
+/* A rod with an opaque wall, which holds most of the light, is open; of many sources' names none stand upon each other. */
+async function looksInside(page) {
+  const orange = await (await pixels(page, "#canvas")).evaluate((all) => all.filter((v) => {
+    const [r, g, b] = [v & 255, v >> 8 & 255, v >> 16 & 255];
+    return r > 200 && g > 90 && g < 190 && b < 110;
+  }).length);
+  check(orange > 8000, `${orange} pixels have the colour of the rays in a rod`);
+  const boxes = await page.evaluate(() => Array.from(document.querySelectorAll("#labels span"), (span) => span.getBoundingClientRect())
+    .filter((box) => box.width > 0).map((box) => [box.left, box.top, box.right, box.bottom]));
+  const meet = (a, b) => a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3];
+  check(boxes.length >= 2, `${boxes.length} names are shown`);
+  check(!boxes.some((a, i) => boxes.some((b, k) => k > i && meet(a, b))), "no name stands upon another");
+  await picture(page, "rod.png");
+}
+
 async function main() {
   const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
   try {
@@ -276,6 +291,10 @@ async function main() {
     page = await open(browser, "order.html");
     check((await page.inputValue("#colour")) === "order", "--color order");
     check(/ghost order 0/.test(await page.textContent("#legend")), "and its legend");
+    await page.context().close();
+
+    page = await open(browser, "rod.html");
+    await looksInside(page).catch((error) => check(false, `looksInside: ${error.message}`));
     await page.context().close();
 
     page = await open(browser, "none.html");

@@ -28,6 +28,8 @@ expect 0 '0 of 0' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html
 sed 's|name: sensor|name: "</script><b>ü \\\\u003c-->"|' scene.yaml >odd.yaml
 expect 0 '' "$RAYMAP" trace odd.yaml -o "<b>\"odd'.raymap" -n 1000 --quiet
 expect 0 '' "$RAYMAP" draw "<b>\"odd'.raymap" -o odd.html
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/selfoc/scene.yaml" -o rod.raymap -n 400 --quiet
+expect 0 '' "$RAYMAP" draw rod.raymap -o rod.html
 [ "$failures" -eq 0 ] || finish
 
 NODE_PATH=$PWD/driver/node_modules timeout 400 node "$tests/page_test.js" "$PWD"
