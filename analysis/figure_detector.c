@@ -11,6 +11,7 @@
 #include "io/raster.h"
 
 enum { LEFT = 82, TOP = 84, RIGHT = 150, BOTTOM = 60, IMAGE_WIDTH = 720, IMAGE_HEIGHT = 560 };
+enum { PANELS_MOST = 9, PANEL_GAP = 84, PANEL_ROW = 76, PANEL_TITLE = 20 };
 enum { BAR_GAP = 22, BAR_WIDTH = 22, SHORTEST_BAR = 160, NARROWEST = 24, FIGURE_NARROWEST = 640 };
 
 /* Colours brighter than all but this part of the lit cells are white or clipped. */
@@ -31,7 +32,8 @@ struct picture {
     struct rmap_colour_bar bar;
     struct rmap_colour_map map;
     bool logarithmic;
-    double white; /* true colour: value that is shown as 1 */
+    double white;   /* true colour: value that is shown as 1 */
+    size_t n_panel; /* channels, each by itself; 0: their sum */
 };
 
 static bool is_plane(const struct rmap_detector_image *image)
@@ -230,13 +232,98 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
                        picture->logarithmic ? ", logarithmic" : "");
     else if (picture->logarithmic && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; logarithmic scale");
+    size_t len = strlen(line);
+    if (picture->n_panel > 0)
+        (void)snprintf(line + len, sizeof line - len,
+                       picture->n_panel < image->n_channel ? "; %zu of %zu channels"
+                                                           : "; part of each channel",
+                       picture->n_panel, image->n_channel);
     const double turned = is_plane(image) ? image->bins.rotate_rad * 180.0 / RMAP_PI : 0.0;
-    const size_t len = strlen(line);
+    len = strlen(line);
     if (turned != 0.0) /* what the dashes at the axes mean */
         (void)snprintf(line + len, sizeof line - len, "; axes turned by %s%.6g°",
                        turned < 0.0 ? "−" : "", fabs(turned));
     text.y = 68;
     rmap_caption(svg, &text, room, line);
+}
+
+/* The channel that panel k of n shows: the first, the last, and an even choice between. */
+static size_t channel_of(const struct picture *picture, size_t k)
+{
+    const size_t n = picture->n_panel, n_channel = picture->image->n_channel;
+    return n > 1 ? k * (n_channel - 1) / (n - 1) : 0;
+}
+
+/* One scale for all panels. part: the image, to be given each channel's values. */
+static void choose_common_range(struct picture *panel, struct rmap_detector_image *part)
+{
+    const size_t n_cell = (size_t)part->n[0] * part->n[1];
+    double least = (double)INFINITY;
+    part->peak = 0.0;
+    for (size_t i = 0; i < n_cell * part->n_channel; i++)
+        part->peak = fmax(part->peak, part->cube[i]);
+    for (size_t c = 0; c < part->n_channel; c++) {
+        part->value = part->cube + c * n_cell;
+        choose_range(panel);
+        least = fmin(least, panel->bar.range[0]);
+    }
+    panel->bar.range[0] = least;
+}
+
+static enum rmap_status draw_panel(struct picture *panel, const char *title, struct rmap_svg *svg,
+                                   struct rmap_error *err)
+{
+    const struct rmap_axes *axes = &panel->axes;
+    enum rmap_status st = draw_image(panel, svg, err);
+    if (st != RMAP_OK)
+        return st;
+    rmap_axes_draw(svg, axes);
+    rmap_svg_string(svg,
+                    &(struct rmap_svg_text){.x = axes->x + 0.5 * axes->width,
+                                            .y = axes->y - 6,
+                                            .size = RMAP_TICK_SIZE,
+                                            .anchor = RMAP_SVG_MIDDLE},
+                    title);
+    return RMAP_OK;
+}
+
+/* What each channel has, panel by panel. */
+static enum rmap_status draw_channels(const struct picture *picture, struct rmap_svg **svg_ret,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = picture->n_panel, across = n == 4 ? 2 : n < 3 ? n : 3;
+    const size_t down = (n + across - 1) / across;
+    struct rmap_svg *svg = NULL;
+    struct rmap_detector_image part = *picture->image;
+    struct picture panel = *picture;
+    panel.image = &part;
+    panel.axes.width = fmax(rint(panel.axes.width / 2.2), NARROWEST);
+    panel.axes.height = fmax(rint(panel.axes.height / 2.2), NARROWEST);
+    const double column = panel.axes.width + PANEL_GAP, row = panel.axes.height + PANEL_ROW;
+    choose_common_range(&panel, &part);
+    panel.bar.x = LEFT + column * (double)across - PANEL_GAP + BAR_GAP;
+    panel.bar.y = TOP + PANEL_TITLE;
+    RMAP_TRY(rmap_svg_create(fmax(panel.bar.x - BAR_GAP + RIGHT, FIGURE_NARROWEST),
+                             TOP + PANEL_TITLE +
+                                 fmax(row * (double)down - PANEL_ROW, panel.bar.height) + BOTTOM,
+                             part.detector->name, &svg, err));
+    for (size_t k = 0; k < n; k++) {
+        const size_t c = channel_of(picture, k);
+        char title[32];
+        part.value = part.cube + c * (size_t)part.n[0] * part.n[1];
+        panel.axes.x = LEFT + column * (double)(k % across);
+        panel.axes.y = TOP + PANEL_TITLE + row * (double)(k / across);
+        rmap_detector_image_channel(&part, c, title);
+        RMAP_TRY(draw_panel(&panel, title, svg, err));
+    }
+    RMAP_TRY(rmap_colour_bar_draw(svg, &panel.bar, &panel.map, err));
+    draw_captions(picture, svg);
+    *svg_ret = svg;
+    svg = NULL;
+out:
+    rmap_svg_destroy(svg);
+    return st;
 }
 
 enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
@@ -249,6 +336,10 @@ enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
     rmap_colour_map_init(&picture.map);
     lay_out(&picture);
     RMAP_TRY(choose_scale(&picture, err));
+    if (image->cube && image->n_channel > 1 && !options->true_colour) {
+        picture.n_panel = image->n_channel < PANELS_MOST ? image->n_channel : PANELS_MOST;
+        return draw_channels(&picture, svg_ret, err);
+    }
     choose_range(&picture);
     if (options->true_colour)
         RMAP_TRY(choose_white(&picture, err));
