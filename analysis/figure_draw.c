@@ -122,6 +122,9 @@ static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct
     lines->opacity = options->opacity;
     RMAP_TRY(rmap_rays_draw(scene, rays, lines, svg, err));
     struct rmap_labels labels = {.area = {frame->x, frame->y, frame->width, frame->height}};
+    const double foot = frame->y + frame->height; /* where the axes' arrows stand */
+    rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
+                       (const double[2]){frame->x + 96, foot});
     rmap_marks_draw(scene, rays, frame, &labels, svg);
     rmap_svg_close(svg);
 out:

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/figure_labels.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "analysis/figure_axes.h"
@@ -33,6 +34,18 @@ void rmap_label_reserve(struct rmap_labels *labels, const double a[2], const dou
     }
 }
 
+/* From the point to the nearest place of the label's box. */
+static void draw_leader(struct rmap_svg *svg, const double pixel[2], const double box[4],
+                        const char *ink)
+{
+    const double x = fmin(fmax(pixel[0], box[0]), box[0] + box[2]);
+    const double y = fmin(fmax(pixel[1], box[1]), box[1] + box[3]);
+    rmap_svg_line(svg, pixel[0], pixel[1], x, y,
+                  &(struct rmap_svg_style){.stroke = ink, .width = 0.6});
+}
+
+enum { BESIDE = 6 }; /* of the places for a label: those at the point */
+
 void rmap_label_place(struct rmap_labels *labels, struct rmap_svg *svg, const double pixel[2],
                       const char *ink, const char *string)
 {
@@ -55,6 +68,8 @@ void rmap_label_place(struct rmap_labels *labels, struct rmap_svg *svg, const do
         if (!is_free(labels, box))
             continue;
         memcpy(labels->box[labels->n++], box, sizeof box);
+        if (i >= BESIDE) /* further out: whose it is */
+            draw_leader(svg, pixel, box, ink);
         rmap_svg_string(svg,
                         &(struct rmap_svg_text){.x = box[0] + 2,
                                                 .y = box[1] + RMAP_TICK_SIZE,

@@ -13,7 +13,7 @@ lacks() {
     ! grep -Eq -e "$2" "$1" || { printf 'FAILED: "%s" is in %s\n' "$2" "$1"; failures=$((failures + 1)); }
 }
 
-rm -rf ./*.raymap ./*.svg
+rm -rf ./*.raymap ./*.svg ./*.vtp ./*.html
 write_scene scene.yaml
 expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
 
@@ -25,6 +25,25 @@ has true.svg 'white at [0-9.e+]+ W/m²'
 expect 0 '' "$RAYMAP" detector a.raymap sensor --rotate=-30 -o turned.svg
 has turned.svg 'axes turned by −30°'
 lacks true.svg 'turned'
+
+# a picture of a spectrum has a panel for each channel, of very many for nine; --log and nothing to show are no trouble
+expect 0 '' "$RAYMAP" detector a.raymap sensor --quantity spectral -o spectrum.svg
+for channel in 486.13 587.56 656.27; do has spectrum.svg ">$channel nm<"; done
+has spectrum.svg 'W; part of each channel<|; part of each channel<'
+[ "$(grep -c '<image' spectrum.svg)" -eq 4 ] || { echo "FAILED: not three panels and a scale"; failures=$((failures + 1)); }
+expect 0 '' "$RAYMAP" trace scene.yaml -o many.raymap -n 2000 --quiet --set spectrum.wavelengths='{from: 450, to: 700, step: 10}'
+expect 0 '' "$RAYMAP" detector many.raymap sensor --quantity spectral --log -o nine.svg
+has nine.svg '>450 nm<'
+has nine.svg '>700 nm<'
+has nine.svg '9 of 26 channels'
+expect 0 '' "$RAYMAP" detector many.raymap sensor --quantity spectral --log --where 'ray > 1000000' -o dark.svg
+has dark.svg 'nothing was registered'
+lacks dark.svg 'nan|inf'
+
+# names that find no room beside their places have a line to them, and keep off the axes' arrows
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/selfoc/scene.yaml" -o rod.raymap -n 400 --quiet
+expect 0 '' "$RAYMAP" draw rod.raymap -o rod.svg
+has rod.svg '<line [^>]*stroke="#c2410c" stroke-width="0.6"'
 
 # a legend has all of a criterion, however long; its groups take the whole width
 long='registered(sensor) and path_length > 1 and path_length < 1000 and segments < 500 and bounces < 500'
