@@ -7,7 +7,12 @@ const AXES = { x: [new THREE.Vector3(-1, 0, 0), new THREE.Vector3(0, 1, 0)],
   z: [new THREE.Vector3(0, 0, 1), new THREE.Vector3(0, 1, 0)],
   "3d": null };
 
+/* The view that nobody has moved: it fits again when the window changes. */
+let standing = null;
+controls.addEventListener("start", () => (standing = null));
+
 function setView(name) {
+  standing = name;
   const [toward, up] = AXES[name] || [vectorOf(data.view.toward), vectorOf(data.view.up)];
   look(inSight, toward, up);
   redraw();
@@ -15,6 +20,7 @@ function setView(name) {
 
 /* The same direction, everything in sight. */
 function fit() {
+  standing = null;
   const toward = camera.position.clone().sub(controls.target);
   look(inSight, toward, new THREE.Vector3(0, 0, 1).applyQuaternion(camera.quaternion));
   redraw();
@@ -63,6 +69,7 @@ document.addEventListener("keydown", (event) => {
   const sliding = event.key.startsWith("Arrow") && event.target.matches("input");
   if (!key || byId("help").open || typing || own || sliding || event.ctrlKey || event.altKey || event.metaKey) return;
   event.preventDefault();
+  if (event.key.startsWith("Arrow") || "+-".includes(event.key)) standing = null;
   key[3]();
   pickCache.valid = false;
   redraw();
@@ -98,7 +105,10 @@ byId("colour").addEventListener("change", (event) => {
 
 const night = window.matchMedia("(prefers-color-scheme: dark)");
 night.addEventListener("change", () => setScheme(night.matches));
-new ResizeObserver(resize).observe(byId("stage"));
+new ResizeObserver(() => {
+  resize();
+  if (standing) setView(standing);
+}).observe(byId("stage"));
 new ResizeObserver(drawImage).observe(byId("detector-box"));
 
 resize();
@@ -114,6 +124,11 @@ if (detectors.length) {
 
 /* For tests and the curious. */
 window.raymap = {
+  zoom: () => halfHeight(),
+  isInSight: () => inSight.every((corner) => {
+    const p = corner.clone().project(camera);
+    return Math.abs(p.x) <= 1 && Math.abs(p.y) <= 1;
+  }),
   draw: redraw,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
     frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving }),

@@ -254,6 +254,20 @@ async function hearsKeys(page) {
   for (const mode of ["path", "order", "natural"]) await page.selectOption("#colour", mode);
 }
 
+/* In a smaller window all of the scene is in sight again, unless somebody has chosen where to look. */
+async function keepsTheSceneInSight(page) {
+  await page.keyboard.press("0");
+  await page.setViewportSize({ width: 900, height: 800 });
+  await settle(page);
+  check(await page.evaluate(() => raymap.isInSight()), "the scene is in sight in a narrower window");
+  await page.keyboard.press("+");
+  const height = await page.evaluate(() => raymap.zoom());
+  await page.setViewportSize({ width: 1280, height: 800 });
+  await settle(page);
+  check(Math.abs((await page.evaluate(() => raymap.zoom())) / height - 1) < 1e-9, "what was zoomed stays so");
+  await page.keyboard.press("0");
+}
+
 async function isWellLabelled(page) {
   const bare = await page.evaluate(() =>
     [...document.querySelectorAll("button, input, select, canvas")].filter((one) =>
@@ -280,7 +294,7 @@ async function main() {
   const browser = await chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", ...GRAPHICS] });
   try {
     let page = await open(browser, "a.html");
-    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, moves, hearsKeys, isWellLabelled])
+    for (const part of [drawsTheScene, showsClasses, reportsUnderThePointer, asksForRegions, moves, hearsKeys, keepsTheSceneInSight, isWellLabelled])
       await part(page).catch((error) => check(false, `${part.name}: ${error.message}`));
     await page.context().close();
 
