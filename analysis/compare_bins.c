@@ -6,7 +6,7 @@
 #include "io/json_number.h"
 
 /* Bins of a number that a picture shows well. */
-enum { JOINED_BINS = 50, N_ARRAY = 7 };
+enum { JOINED_BINS = 50, N_ARRAY = 9 };
 
 void rmap_compare_bins_destroy(struct rmap_compare_bins *bins)
 {
@@ -35,7 +35,7 @@ static enum rmap_status create(const char *name, size_t nu, size_t nv,
     self->n[1] = nv;
     double **const array[N_ARRAY] = {&self->value[0], &self->value[1],   &self->error[0],
                                      &self->error[1], &self->difference, &self->standard_error,
-                                     &self->z};
+                                     &self->z,        &self->place[0],   &self->place[1]};
     for (size_t k = 0; k < N_ARRAY; k++)
         *array[k] = self->memory + k * n;
     *bins_ret = self;
@@ -87,6 +87,10 @@ static enum rmap_status fill(const struct rmap_comparison *comparison,
         bins->difference[b] = found.difference / extent;
         bins->standard_error[b] = found.standard_error / extent;
         bins->z[b] = found.z;
+        if (bins->is_image)
+            rmap_detector_bins_centre(&bins->grid, (uint32_t)(b % bins->n[0]),
+                                      (uint32_t)(b / bins->n[0]), &bins->place[0][b],
+                                      &bins->place[1][b]);
     }
     rmap_free(scalar);
     return RMAP_OK;
@@ -208,6 +212,12 @@ static json_t *list_of(const double *value, size_t n)
     return list;
 }
 
+const char *rmap_compare_bins_axis(const struct rmap_compare_bins *bins, int k)
+{
+    static const char *const name[2][2] = {{"x", "y"}, {"theta", "phi"}};
+    return name[bins->grid.directions ? 1 : 0][k];
+}
+
 json_t *rmap_compare_bins_json(const struct rmap_compare_bins *self)
 {
     const size_t n = self->n[0] * self->n[1];
@@ -218,6 +228,9 @@ json_t *rmap_compare_bins_json(const struct rmap_compare_bins *self)
             json, "cells", json_pack("[I, I]", (json_int_t)self->n[0], (json_int_t)self->n[1]));
     else
         (void)json_object_set_new(json, "edges", list_of(self->edge, n + 1));
+    for (int k = 0; k < 2 && self->is_image; k++)
+        (void)json_object_set_new(json, rmap_compare_bins_axis(self, k),
+                                  list_of(self->place[k], n));
     const struct {
         const char *name;
         const double *value;
@@ -241,13 +254,17 @@ void rmap_compare_bins_csv(const struct rmap_comparison *comparison,
                 comparison->criterion[k] ? comparison->criterion[k] : "all");
     fprintf(out, "# %s: %s, %s\n# axes: %s\n", self->name, self->quantity, self->unit,
             *self->axis_unit ? self->axis_unit : "1");
-    fputs(self->is_image ? "i,j,x,y" : "bin,low,high", out);
+    if (self->is_image)
+        fprintf(out, "i,j,%s,%s", rmap_compare_bins_axis(self, 0), rmap_compare_bins_axis(self, 1));
+    else
+        fputs("bin,low,high", out);
     fputs(",a,a_standard_error,b,b_standard_error,difference,standard_error,z\n", out);
     for (size_t b = 0; b < self->n[0] * self->n[1]; b++) {
         double x = 0.0, y = 0.0;
         const uint32_t i = (uint32_t)(b % self->n[0]), j = (uint32_t)(b / self->n[0]);
         if (self->is_image) {
-            rmap_detector_bins_centre(&self->grid, i, j, &x, &y);
+            x = self->place[0][b];
+            y = self->place[1][b];
             fprintf(out, "%u,%u", i, j);
         } else {
             x = self->edge[b];

@@ -24,6 +24,7 @@ struct rmap_compare_bins {
     double *value[2], *error[2];         /* of each sample by itself */
     double *difference, *standard_error; /* value[0] - value[1] */
     double *z;                           /* NaN where it cannot be said */
+    double *place[2];                    /* of an image: the middle of each cell, in axis_unit */
 };
 
 /* sums: as those of rmap_comparison_add_sums, of one detector; the third NULL where two maps are
@@ -40,6 +41,9 @@ enum rmap_status rmap_compare_bins_of_field(const struct rmap_comparison *compar
                                             struct rmap_compare_bins **bins_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_compare_bins_destroy(struct rmap_compare_bins *bins); /* NULL is fine */
+
+/* "x" and "y", or "theta" and "phi", of an image. */
+const char *rmap_compare_bins_axis(const struct rmap_compare_bins *bins, int k);
 
 /* {"name", "cells" and "x", "y", or "edges"; "a", "b", "difference", "z" ...} */
 json_t *rmap_compare_bins_json(const struct rmap_compare_bins *bins); /* NULL: no memory */

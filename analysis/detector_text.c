@@ -97,6 +97,12 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
                 "note");
 }
 
+/* Degrees as they were asked for: 30, not 29.999999999999996. */
+static double degrees(double rad)
+{
+    return rint(rad * 180.0 / RMAP_PI * 1e9) / 1e9;
+}
+
 /* What differs from the detector as it stands in the scene. */
 static void describe_bins(const struct rmap_detector_image *image, json_t *document)
 {
@@ -104,14 +110,13 @@ static void describe_bins(const struct rmap_detector_image *image, json_t *docum
     const double unit = bins->directions ? 180.0 / RMAP_PI : 1.0;
     if (bins->stored)
         return;
-    (void)json_object_set_new(document, "region",
-                              json_pack("{s:s, s:[f, f], s:[f, f], s:f, s:s}", "over",
-                                        bins->directions ? "direction" : "area",
-                                        bins->directions ? "theta" : "x", bins->low[0] * unit,
-                                        bins->high[0] * unit, bins->directions ? "phi" : "y",
-                                        bins->low[1] * unit, bins->high[1] * unit, "rotate",
-                                        bins->rotate_rad * 180.0 / RMAP_PI, "unit",
-                                        rmap_detector_image_coordinate_unit(image)));
+    (void)json_object_set_new(
+        document, "region",
+        json_pack("{s:s, s:[f, f], s:[f, f], s:f, s:s}", "over",
+                  bins->directions ? "direction" : "area", bins->directions ? "theta" : "x",
+                  bins->low[0] * unit, bins->high[0] * unit, bins->directions ? "phi" : "y",
+                  bins->low[1] * unit, bins->high[1] * unit, "rotate", degrees(bins->rotate_rad),
+                  "unit", rmap_detector_image_coordinate_unit(image)));
 }
 
 static void describe_channels(const struct rmap_detector_image *image, json_t *document)

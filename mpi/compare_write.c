@@ -46,6 +46,15 @@ static enum rmap_status write_arrays(const struct rmap_comparison *comparison,
     const int rank = bins->is_image ? 2 : 1;
     const size_t slow = bins->is_image ? bins->n[1] : bins->n[0], fast = bins->n[0];
     const char *unit = bins->unit, *own = "of the same bin";
+    const char *axis = *bins->axis_unit ? bins->axis_unit : "1";
+    const struct rmap_grid_array across = {rmap_compare_bins_axis(bins, 0),
+                                           axis,
+                                           "middle of the cell",
+                                           rank,
+                                           {slow, fast},
+                                           bins->place[0]};
+    const struct rmap_grid_array edges = {"edges",          axis,      "edges of the bins", 1,
+                                          {bins->n[0] + 1}, bins->edge};
     const struct rmap_grid_array array[] = {
         {"difference", unit, "first sample less second", rank, {slow, fast}, bins->difference},
         {"standard_error",
@@ -59,12 +68,13 @@ static enum rmap_status write_arrays(const struct rmap_comparison *comparison,
         {"a_standard_error", unit, own, rank, {slow, fast}, bins->error[0]},
         {"b", unit, "second sample", rank, {slow, fast}, bins->value[1]},
         {"b_standard_error", unit, own, rank, {slow, fast}, bins->error[1]},
-        {"edges",
-         *bins->axis_unit ? bins->axis_unit : "1",
-         "edges of the bins",
-         1,
-         {bins->n[0] + 1},
-         bins->edge}};
+        bins->is_image ? across : edges,
+        {rmap_compare_bins_axis(bins, 1),
+         axis,
+         "middle of the cell",
+         rank,
+         {slow, fast},
+         bins->place[1]}};
     const struct rmap_grid_text text[] = {
         {"of", bins->name},
         {"quantity", bins->quantity},
@@ -72,7 +82,7 @@ static enum rmap_status write_arrays(const struct rmap_comparison *comparison,
         {"a_criterion", comparison->criterion[0] ? comparison->criterion[0] : "all"},
         {"b", comparison->path[1]},
         {"b_criterion", comparison->criterion[1] ? comparison->criterion[1] : "all"}};
-    const size_t n_array = sizeof array / sizeof *array - (bins->is_image ? 1 : 0);
+    const size_t n_array = sizeof array / sizeof *array - (bins->is_image ? 0 : 1);
     return rmap_grid_write(array, n_array, text, sizeof text / sizeof *text, path, err);
 }
 

@@ -340,7 +340,9 @@ def check_files(maps, options, rows, shape):
     check(document == answer and len(bins) == 1, f"{options}: JSON with bins is that without, and one distribution")
     numbers = np.load("d.npz")
     with h5py.File("d.h5") as file:
-        for key, name in KEYS.items():
+        places = {} if len(shape) == 1 else {key: key for key in rows[0] if key in ("x", "y", "theta", "phi")}
+        check(len(places) == 2 * len(shape) - 2, f"{options}: cells have places")
+        for key, name in {**KEYS, **places}.items():
             want = [row[name] for row in rows]
             check(np.array_equal(file[key][:].ravel(), want, equal_nan=True) and file[key].shape == shape, f"{options}: {key} of .h5")
             check(np.array_equal(numbers[key].ravel(), want, equal_nan=True), f"{options}: {key} of .npz")

@@ -23,6 +23,7 @@ has radiance.svg '>radiance, W/\(m² sr\)<'
 expect 0 '' "$RAYMAP" detector a.raymap sensor --color true -o true.svg
 has true.svg 'white at [0-9.e+]+ W/m²'
 expect 0 '' "$RAYMAP" detector a.raymap sensor --rotate=-30 -o turned.svg
+expect 0 '"rotate": 30.0' "$RAYMAP" detector a.raymap sensor --rotate=30 --json
 has turned.svg 'axes turned by −30°'
 lacks true.svg 'turned'
 
