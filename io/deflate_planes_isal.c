@@ -34,6 +34,11 @@
 #define WINDOW_SAMPLE_NBYTES 8192
 #define WINDOW_GAIN          0.85
 
+/* Where a search is in vain, it takes longest: a short look at a quarter of that sample tells when
+ * it makes it no smaller at all. */
+#define GLANCE_NBYTES 2048
+#define GLANCE_GAIN   1.0
+
 /* Above so many bits per byte no search pays. */
 #define LITERAL_BITS 6.5
 
@@ -156,17 +161,27 @@ static bool is_zero(const uint8_t *data, size_t nbytes)
     return nbytes == 0 || (data[nbytes - 1] == 0 && uniform_end(data, nbytes) == nbytes);
 }
 
+/* Whether a search makes n bytes in the middle of the plane so much smaller than their entropy
+ * says: gain is the quotient. */
+static bool shrinks(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes, size_t n,
+                    double bits, double gain)
+{
+    const uint8_t *middle = data + (nbytes - n) / 2;
+    size_t matched = put_matched(deflater, middle, n, deflater->sample, sizeof deflater->sample);
+    double literal = bits > 1.0 ? bits : 1.0; /* no code is shorter */
+    return 8.0 * (double)matched < gain * literal * (double)n;
+}
+
 /* Is a search for matches worth its time? */
 static bool has_matches(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
                         double bits)
 {
+    size_t n = nbytes < WINDOW_SAMPLE_NBYTES ? nbytes : WINDOW_SAMPLE_NBYTES;
     if (bits > LITERAL_BITS)
         return false;
-    size_t n = nbytes < WINDOW_SAMPLE_NBYTES ? nbytes : WINDOW_SAMPLE_NBYTES;
-    const uint8_t *middle = data + (nbytes - n) / 2;
-    size_t matched = put_matched(deflater, middle, n, deflater->sample, sizeof deflater->sample);
-    double literal = bits > 1.0 ? bits : 1.0; /* no code is shorter */
-    return 8.0 * (double)matched < WINDOW_GAIN * literal * (double)n;
+    return (n <= 2 * GLANCE_NBYTES ||
+            shrinks(deflater, data, nbytes, GLANCE_NBYTES, bits, GLANCE_GAIN)) &&
+           shrinks(deflater, data, nbytes, n, bits, WINDOW_GAIN);
 }
 
 static size_t put_varied(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
