@@ -6,6 +6,7 @@
 
 #include "base/wide.h"
 #include "io/bit_writer.h"
+#include "io/huffman_wide.h"
 
 enum {
     END = 256, /* symbol that ends a block */
@@ -20,17 +21,25 @@ struct code {
     uint32_t n[SYMBOLS];     /* length */
 };
 
+/* Equal bytes in a row do not wait for each other. */
 static void count(const uint8_t *data, size_t nbytes, uint32_t total[SYMBOLS])
 {
-    uint32_t part[4][256] = {{0}}; /* equal bytes in a row do not wait for each other */
+    enum { PARTS = sizeof(uint64_t) };
+    uint32_t part[PARTS][256] = {{0}};
     size_t i = 0;
-    for (; i + 4 <= nbytes; i += 4)
-        for (size_t k = 0; k < 4; k++)
-            part[k][data[i + k]]++;
+    for (; i + PARTS <= nbytes; i += PARTS) {
+        uint64_t bytes;
+        memcpy(&bytes, data + i, sizeof bytes);
+        for (size_t k = 0; k < PARTS; k++)
+            part[k][bytes >> (8 * k) & 255]++;
+    }
     for (; i < nbytes; i++)
         part[0][data[i]]++;
-    for (size_t s = 0; s < 256; s++)
-        total[s] = part[0][s] + part[1][s] + part[2][s] + part[3][s];
+    for (size_t s = 0; s < 256; s++) {
+        total[s] = 0;
+        for (size_t k = 0; k < PARTS; k++)
+            total[s] += part[k][s];
+    }
     total[END] = 1;
 }
 
@@ -159,7 +168,7 @@ static void put_literals(struct rmap_bits *bits, const struct code *code, const 
 {
     struct rmap_bits local = *bits; /* in registers: `out` may point anywhere */
     const uint32_t *value = code->value, *length = code->n;
-    size_t i = 0;
+    size_t i = rmap_huffman_wide(value, length, data, nbytes, &local);
     for (; i + LITERALS_AT_ONCE <= nbytes; i += LITERALS_AT_ONCE) {
         size_t a = data[i], b = data[i + 1], c = data[i + 2], d = data[i + 3];
         uint64_t ab = value[a] | (uint64_t)value[b] << length[a];

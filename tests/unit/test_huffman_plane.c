@@ -15,6 +15,7 @@
 
 #include "base/alloc.h"
 #include "io/huffman_plane.h"
+#include "io/huffman_wide.h"
 #include "io/uniform_plane.h"
 
 enum { N_MAX = 300000 };
@@ -104,6 +105,31 @@ static void test_near_entropy(void **state)
     assert_true(nbytes < 1.01 * bits / 8.0);
 }
 
+/* Codes of 64 bytes at once, where the machine has them, are those of one byte after another. */
+static void test_wide(void **state)
+{
+    uint32_t value[256], length[256];
+    static uint8_t other[2 * 1000 + 8];
+    (void)state;
+    for (uint32_t s = 0; s < 256; s++) {
+        length[s] = 1 + s * s % 14;
+        value[s] = s * 2654435761u >> 8 & ((1u << length[s]) - 1);
+    }
+    for (size_t i = 0; i < 1000; i++)
+        data[i] = (uint8_t)(i * i * 37 >> 3 & 255);
+    for (size_t n = 0; n < 1000; n += 61) {
+        struct rmap_bits wide = {.out = block}, narrow = {.out = other};
+        size_t done = rmap_huffman_wide(value, length, data, n, &wide);
+        assert_true(done == 0 || done == n / 64 * 64);
+        for (size_t i = 0; i < done; i++)
+            rmap_bits_put(&narrow, value[data[i]], length[data[i]]);
+        assert_int_equal(wide.n, narrow.n);
+        assert_int_equal(wide.waiting, narrow.waiting);
+        assert_int_equal(wide.out - block, narrow.out - other);
+        assert_memory_equal(block, other, (size_t)(narrow.out - other));
+    }
+}
+
 static void test_uniform(void **state)
 {
     static const uint8_t byte[] = {0, 1, 2, 3, 10, 11, 12, 137, 138, 139, 150, 244, 245, 254, 255};
@@ -139,7 +165,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_any_length), cmocka_unit_test(test_one_symbol),
         cmocka_unit_test(test_deep_tree),  cmocka_unit_test(test_near_entropy),
-        cmocka_unit_test(test_uniform),    cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_wide),       cmocka_unit_test(test_uniform),
+        cmocka_unit_test(test_no_room),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
