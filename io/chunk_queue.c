@@ -16,9 +16,9 @@ enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, int strea
             chunk->raw_nbytes =
                 RMAP_CHUNK_ROWS *
                 rmap_stream_row_nbytes(&queue->layout->stream[stream], queue->n_channel);
-            chunk->raw = rmap_alloc(chunk->raw_nbytes, 1);
+            chunk->plane = rmap_alloc_unset(chunk->raw_nbytes, 1);
         }
-        if (!chunk || (!is_sign && !chunk->raw)) {
+        if (!chunk || (!is_sign && !chunk->plane)) {
             rmap_free(chunk);
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for column buffers");
         }
@@ -91,7 +91,7 @@ void rmap_chunk_destroy(struct rmap_chunk *chunk)
 {
     if (!chunk)
         return;
-    rmap_free(chunk->raw);
+    rmap_free(chunk->plane);
     rmap_free(chunk->stored);
     rmap_free(chunk);
 }

@@ -29,7 +29,7 @@ struct rmap_chunk {
     size_t n_row;       /* filled */
     size_t raw_nbytes;
     struct rmap_stream_size stored_size;
-    uint8_t *raw;    /* [RMAP_CHUNK_ROWS] rows */
+    uint8_t *plane;  /* [bytes of an element][raw_nbytes / that]: rows' bytes, shuffled */
     uint8_t *stored; /* [rmap_codec_bound]; made when first encoded */
 };
 

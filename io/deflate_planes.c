@@ -4,6 +4,7 @@
 #include "io/deflate_planes.h"
 
 #include <libdeflate.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "base/alloc.h"
@@ -44,26 +45,27 @@ size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes)
     return stream_bound(n_plane * plane_nbytes) + n_plane * plane_nbytes;
 }
 
-static void put_whole(const uint8_t *plane, size_t n_plane, size_t n_used, size_t n_zero,
-                      uint8_t *whole)
+static void put_whole(const uint8_t *plane, size_t stride, size_t n_plane, size_t n_used,
+                      size_t n_zero, uint8_t *whole)
 {
     for (size_t k = 0; k < n_plane; k++) {
-        memcpy(whole + k * (n_used + n_zero), plane + k * n_used, n_used);
+        memcpy(whole + k * (n_used + n_zero), plane + k * stride, n_used);
         memset(whole + k * (n_used + n_zero) + n_used, 0, n_zero);
     }
 }
 
 /* The planes stand behind the stream's end until they are compressed. */
 struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
-                                            size_t n_plane, size_t n_used, size_t n_zero,
-                                            uint8_t *out)
+                                            size_t stride, size_t n_plane, size_t n_used,
+                                            size_t n_zero, uint8_t *out)
 {
     size_t all = n_plane * (n_used + n_zero), bound = stream_bound(all);
     uint8_t *whole = out + bound;
-    if (n_zero > 0)
-        put_whole(plane, n_plane, n_used, n_zero, whole);
+    bool copied = n_zero > 0 || stride != n_used;
+    if (copied)
+        put_whole(plane, stride, n_plane, n_used, n_zero, whole);
     size_t nbytes =
-        libdeflate_zlib_compress(deflater->compressor, n_zero > 0 ? whole : plane, all, out, bound);
+        libdeflate_zlib_compress(deflater->compressor, copied ? whole : plane, all, out, bound);
     return (struct rmap_stream_size){nbytes, 0, (uint16_t)n_plane};
 }
 

@@ -29,10 +29,10 @@ void rmap_deflater_destroy(struct rmap_deflater *deflater);
 /* Most bytes that n_plane planes of plane_nbytes can take. */
 size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes);
 
-/* Writes the stream of planes of n_used + n_zero bytes, of which `plane` [n_plane][n_used] has the
- * first, and the others are 0; out has room for rmap_deflate_bound. */
+/* Writes the stream of planes of n_used + n_zero bytes, of which `plane` [n_plane][stride] has the
+ * first n_used, and the others are 0; out has room for rmap_deflate_bound. */
 struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
-                                            size_t n_plane, size_t n_used, size_t n_zero,
-                                            uint8_t *out);
+                                            size_t stride, size_t n_plane, size_t n_used,
+                                            size_t n_zero, uint8_t *out);
 
 #endif

@@ -217,12 +217,13 @@ static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, siz
 }
 
 /* Adler-32 (RFC 1950) of the planes. */
-static uint32_t adler_of(const uint8_t *plane, size_t n_plane, size_t n_used, size_t n_zero)
+static uint32_t adler_of(const uint8_t *plane, size_t stride, size_t n_plane, size_t n_used,
+                         size_t n_zero)
 {
     const uint64_t base = 65521;
     uint32_t adler = 1;
     for (size_t k = 0; k < n_plane; k++) {
-        adler = libdeflate_adler32(adler, plane + k * n_used, n_used);
+        adler = libdeflate_adler32(adler, plane + k * stride, n_used);
         uint64_t low = adler & 0xffff, high = adler >> 16;
         high = (high + n_zero % base * low) % base;
         adler = (uint32_t)(high << 16 | low);
@@ -231,25 +232,25 @@ static uint32_t adler_of(const uint8_t *plane, size_t n_plane, size_t n_used, si
 }
 
 struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
-                                            size_t n_plane, size_t n_used, size_t n_zero,
-                                            uint8_t *out)
+                                            size_t stride, size_t n_plane, size_t n_used,
+                                            size_t n_zero, uint8_t *out)
 {
     static const uint8_t header[2] = {0x78, 0x01}, final_block[2] = {0x03, 0x00};
     uint8_t *p = out;
     memcpy(p, header, sizeof header);
     p += sizeof header;
     size_t lead = n_plane;
-    while (lead > 0 && is_zero(plane + (lead - 1) * n_used, n_used))
+    while (lead > 0 && is_zero(plane + (lead - 1) * stride, n_used))
         lead--;
     struct rmap_stream_size size = {.lead_planes = (uint16_t)lead};
     for (size_t k = 0; k < n_plane; k++) {
         if (k == lead)
             size.lead_nbytes = (uint32_t)(p - out);
-        p += put_plane(deflater, plane + k * n_used, n_used, n_zero, p);
+        p += put_plane(deflater, plane + k * stride, n_used, n_zero, p);
     }
     memcpy(p, final_block, sizeof final_block);
     p += sizeof final_block;
-    uint32_t adler = adler_of(plane, n_plane, n_used, n_zero);
+    uint32_t adler = adler_of(plane, stride, n_plane, n_used, n_zero);
     for (int shift = 24; shift >= 0; shift -= 8)
         *p++ = (uint8_t)(adler >> shift & 255);
     size.nbytes = (size_t)(p - out);

@@ -81,9 +81,9 @@ static bool write_tile(hid_t set, struct scratch *scratch, const struct rmap_h5_
     for (int k = 0; k < tiles->rank; k++)
         all *= (size_t)tiles->chunk[k];
     memcpy(scratch->raw, first, n * cell); /* aligned */
-    rmap_shuffle(scratch->raw, n, cell, scratch->plane);
-    struct rmap_stream_size size =
-        rmap_deflate_planes(scratch->deflater, scratch->plane, cell, n, all - n, scratch->stored);
+    rmap_shuffle(scratch->raw, n, cell, scratch->plane, n);
+    struct rmap_stream_size size = rmap_deflate_planes(scratch->deflater, scratch->plane, n, cell,
+                                                       n, all - n, scratch->stored);
     return H5Dwrite_chunk(set, H5P_DEFAULT, 0, at, size.nbytes, scratch->stored) >= 0;
 }
 

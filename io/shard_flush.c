@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include <time.h>
 
+#include "base/alloc.h"
 #include "io/shard_internal.h"
+#include "io/shuffle.h"
 
 /* Until this long after the start a kill may cost all; then the interval holds. */
 #define FIRST_FLUSH_SECONDS 1.0
@@ -36,11 +38,19 @@ static enum rmap_status take_rows(struct rmap_shard_writer *self, int stream,
     size_t row = chunk->raw_nbytes / RMAP_CHUNK_ROWS;
     if (from == chunk->n_row_end)
         return RMAP_OK;
+    size_t n = (size_t)(chunk->n_row_end - from);
+    void *rows = rmap_alloc_unset(n, row);
+    if (!rows)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a flush");
+    size_t element = rmap_element_nbytes(self->queue.layout->stream[stream].element);
+    size_t width = row / element;
+    rmap_unshuffle(chunk->plane, RMAP_CHUNK_ROWS * width, element, (size_t)(from - first) * width,
+                   n * width, element, rows);
     enum rmap_status st =
-        rmap_journal_add_tail(&self->flush.batch, stream, from, (size_t)(chunk->n_row_end - from),
-                              row, chunk->raw + (size_t)(from - first) * row, err);
+        rmap_journal_add_tail(&self->flush.batch, stream, from, n, row, rows, err);
     if (st == RMAP_OK)
         piece->rows_taken[stream] = chunk->n_row_end;
+    rmap_free(rows);
     return st;
 }
 

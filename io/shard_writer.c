@@ -17,6 +17,7 @@
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/shard_internal.h"
+#include "io/shuffle.h"
 
 static const struct rmap_shard_options defaults = {.piece_nbytes = (size_t)512 << 20,
                                                    .flush_seconds = RMAP_FLUSH_SECONDS};
@@ -86,13 +87,14 @@ static enum rmap_status begin_piece(struct rmap_shard_writer *self, struct rmap_
     return st;
 }
 
-/* Copies a block's rows of one stream, handing over buffers as they fill. */
+/* Shuffles a block's rows of one stream into buffers, handing them over as they fill. */
 static enum rmap_status append_stream(struct rmap_shard_writer *self, int stream,
                                       const struct rmap_rows *rows, struct rmap_error *err)
 {
     const struct rmap_stream_info *info = &rows->layout->stream[stream];
     size_t row = rmap_stream_row_nbytes(info, rows->n_channel), left = rows->n_row[info->table];
     const uint8_t *from = rows->data[stream];
+    size_t element = rmap_element_nbytes(info->element), width = row / element;
     uint64_t at = self->piece->stored_rows[info->table];
     self->piece->raw_nbytes += left * row;
     while (left > 0) {
@@ -106,7 +108,8 @@ static enum rmap_status append_stream(struct rmap_shard_writer *self, int stream
             self->open[stream] = chunk;
         }
         size_t n = RMAP_CHUNK_ROWS - chunk->n_row < left ? RMAP_CHUNK_ROWS - chunk->n_row : left;
-        memcpy(chunk->raw + chunk->n_row * row, from, n * row);
+        rmap_shuffle(from, n * width, element, chunk->plane + chunk->n_row * width,
+                     RMAP_CHUNK_ROWS * width);
         chunk->n_row += n;
         chunk->n_row_end = at += n;
         from += n * row;
@@ -254,11 +257,12 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout, struct rm
     size_t element = rmap_element_nbytes(layout->stream[chunk->stream].element);
     size_t n = chunk->raw_nbytes / element;
     if (!chunk->stored)
-        chunk->stored = rmap_alloc(rmap_codec_bound(n, element), 1);
+        chunk->stored = rmap_alloc_unset(rmap_codec_bound(n, element), 1);
     if (!chunk->stored)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoded chunk");
-    return rmap_encoder_encode_first(encoder, chunk->raw, n / RMAP_CHUNK_ROWS * chunk->n_row, n,
-                                     element, chunk->stored, &chunk->stored_size, err);
+    chunk->stored_size = rmap_encoder_encode_planes(
+        encoder, chunk->plane, n, n / RMAP_CHUNK_ROWS * chunk->n_row, n, element, chunk->stored);
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *did_ret,

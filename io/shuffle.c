@@ -109,7 +109,7 @@ static void unshuffle4(const uint8_t *restrict p0, const uint8_t *restrict p1,
 #define STRIP 1024
 
 RMAP_WIDE
-static void shuffle8(const uint64_t *restrict e, size_t n, uint8_t *restrict plane)
+static void shuffle8(const uint64_t *restrict e, size_t n, uint8_t *restrict plane, size_t stride)
 {
     uint32_t low[STRIP], high[STRIP];
     for (size_t i = 0; i < n; i += STRIP) {
@@ -119,8 +119,9 @@ static void shuffle8(const uint64_t *restrict e, size_t n, uint8_t *restrict pla
             high[k] = (uint32_t)(e[i + k] >> 32);
         }
         uint8_t *p = plane + i;
-        shuffle4(low, m, p, p + n, p + 2 * n, p + 3 * n);
-        shuffle4(high, m, p + 4 * n, p + 5 * n, p + 6 * n, p + 7 * n);
+        shuffle4(low, m, p, p + stride, p + 2 * stride, p + 3 * stride);
+        p += 4 * stride;
+        shuffle4(high, m, p, p + stride, p + 2 * stride, p + 3 * stride);
     }
 }
 
@@ -137,14 +138,16 @@ static void unshuffle8(const uint8_t *restrict plane, size_t stride, size_t n, u
     }
 }
 
-void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane)
+void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane,
+                  size_t stride)
 {
+    uint8_t *p = plane;
     if (element_nbytes == 2)
-        shuffle2(element, n, plane, plane + n);
+        shuffle2(element, n, p, p + stride);
     else if (element_nbytes == 4)
-        shuffle4(element, n, plane, plane + n, plane + 2 * n, plane + 3 * n);
+        shuffle4(element, n, p, p + stride, p + 2 * stride, p + 3 * stride);
     else if (element_nbytes == 8)
-        shuffle8(element, n, plane);
+        shuffle8(element, n, p, stride);
     else if (n > 0)
         memcpy(plane, element, n);
 }

@@ -8,8 +8,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/* element_nbytes: 1, 2, 4 or 8; element arrays are aligned as such. Little-endian machines. */
-void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane);
+/* n elements to planes that begin `stride` bytes after each other. element_nbytes: 1, 2, 4 or 8;
+ * element arrays are aligned as such. Little-endian machines. */
+void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane,
+                  size_t stride);
 
 /* Elements [first, first + n_range) of planes of n elements. Planes from n_lead on are 0, whatever
  * is there. */

@@ -68,10 +68,10 @@ static void test_equal_bytes(void **state)
     for (uint32_t plane = 0; plane < N_PLANE; plane++) {
         const size_t n = n_of(plane);
         write_words(n, plane);
-        size_t nbytes = rmap_deflate_planes(deflater[0], data, 1, n, 0, first).nbytes;
+        size_t nbytes = rmap_deflate_planes(deflater[0], data, n, 1, n, 0, first).nbytes;
         check_back(first, nbytes, n);
         for (int k = 1; k < N_DEFLATER; k++) {
-            size_t again = rmap_deflate_planes(deflater[k], data, 1, n, 0, other).nbytes;
+            size_t again = rmap_deflate_planes(deflater[k], data, n, 1, n, 0, other).nbytes;
             assert_int_equal(again, nbytes);
             assert_memory_equal(other, first, nbytes);
         }
