@@ -86,20 +86,17 @@ enum rmap_status rmap_class_sums_widen(struct rmap_class_sums *sums, struct rmap
     return RMAP_OK;
 }
 
-enum rmap_status rmap_class_sums_make_room(struct rmap_class_sums *sums, struct rmap_key key,
-                                           uint64_t mixed, size_t *slot_ret, bool *is_full_ret,
-                                           struct rmap_error *err)
+enum rmap_status rmap_class_sums_reserve(struct rmap_class_sums *sums, size_t n_more,
+                                         struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *is_full_ret = sums->n == sums->slots.most;
-    if (*is_full_ret)
-        return RMAP_OK;
-    if (sums->n >= sums->n_entry)
+    const size_t most = sums->slots.most,
+                 wanted = n_more < most - sums->n ? sums->n + n_more : most;
+    while (sums->n_entry < wanted)
         RMAP_TRY(make_entries(sums, err));
-    if (sums->n >= sums->slots.room)
+    while (sums->slots.room < wanted)
         RMAP_TRY(rmap_key_slots_grow(&sums->slots, sums->entry, STRIDE, sums->n, err));
     sums->room = sums->n_entry < sums->slots.room ? sums->n_entry : sums->slots.room;
-    (void)rmap_class_sums_look(sums, key, mixed, slot_ret);
 out:
     return st;
 }
@@ -130,20 +127,6 @@ static void add_more(struct rmap_class_more *to, const struct rmap_class_more *m
     to->registrations += more->registrations;
 }
 
-void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t index, uint64_t n,
-                              uint64_t first_ray)
-{
-    struct rmap_class_entry *entry = &sums->entry[index];
-    if (sums->is_wide) {
-        const struct rmap_class_more *its = &sums->more[index];
-        const struct rmap_class_more more = {(double)n, (double)n, its->segments / entry->rays * n,
-                                             its->registrations / entry->rays * n};
-        add_more(&sums->more[index], &more);
-    }
-    entry->rays += n;
-    entry->first_ray = first_ray < entry->first_ray ? first_ray : entry->first_ray;
-}
-
 enum rmap_status rmap_class_sums_add(struct rmap_class_sums *sums,
                                      const struct rmap_class_sum *more, size_t *index_ret,
                                      uint64_t *before_ret, struct rmap_error *err)
@@ -154,16 +137,17 @@ enum rmap_status rmap_class_sums_add(struct rmap_class_sums *sums,
     struct rmap_class_shape shape = {0};
     size_t slot = 0, index = rmap_class_sums_look(sums, key, mixed, &slot);
     const bool is_new = index == RMAP_KEY_SLOTS_NONE;
-    bool is_full = false;
     if (!sums->is_wide &&
         (!has_shape(more, &shape) || (!is_new && !is_same(shape, sums->shape[index]))))
         RMAP_TRY(rmap_class_sums_widen(sums, err));
-    if (is_new && sums->n >= sums->room)
-        RMAP_TRY(rmap_class_sums_make_room(sums, key, mixed, &slot, &is_full, err));
     *before_ret = 0;
     *index_ret = RMAP_KEY_SLOTS_NONE;
-    if (is_full)
+    if (is_new && sums->n == sums->slots.most)
         goto out;
+    if (is_new && sums->n >= sums->room) {
+        RMAP_TRY(rmap_class_sums_reserve(sums, 1, err));
+        (void)rmap_class_sums_look(sums, key, mixed, &slot);
+    }
     if (is_new) {
         index = rmap_class_sums_put(sums, key, mixed, slot);
         sums->entry[index] = more->entry;

@@ -63,11 +63,9 @@ static inline size_t rmap_class_sums_look(const struct rmap_class_sums *sums, st
                                slot_ret);
 }
 
-/* Room for another class where there is none, whose slot is sought anew. *is_full_ret: there can be
- * none. RMAP_SYSTEM. */
-enum rmap_status rmap_class_sums_make_room(struct rmap_class_sums *sums, struct rmap_key key,
-                                           uint64_t mixed, size_t *slot_ret, bool *is_full_ret,
-                                           struct rmap_error *err) RMAP_MUST_USE;
+/* Room for so many more classes, as far as there can be: n + n_more <= room then. RMAP_SYSTEM. */
+enum rmap_status rmap_class_sums_reserve(struct rmap_class_sums *sums, size_t n_more,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* A new class without rays, for which there is room (n < room); slot: as found by look. Returns its
  * index: what it has is the caller's to set. */
@@ -80,9 +78,19 @@ static inline size_t rmap_class_sums_put(struct rmap_class_sums *sums, struct rm
     return index;
 }
 
-/* More rays of weight 1, alike those that the class has. */
-void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t index, uint64_t n,
-                              uint64_t first_ray);
+/* More rays of weight 1, alike those that the class has; none of them is its first. */
+static inline void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t index, uint64_t n)
+{
+    struct rmap_class_entry *entry = &sums->entry[index];
+    if (sums->is_wide) {
+        struct rmap_class_more *more = &sums->more[index];
+        more->weight += (double)n;
+        more->weight_squared += (double)n;
+        more->segments += more->segments / entry->rays * n;
+        more->registrations += more->registrations / entry->rays * n;
+    }
+    entry->rays += n;
+}
 
 /* Adds to a class what others of its rays have. *index_ret: the class, or NONE when the table is
  * full and has no such class; *before_ret: rays that it had. */

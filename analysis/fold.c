@@ -135,18 +135,24 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
     return rmap_query_marker_know(rays->scanner->marker, columns, &portion, err);
 }
 
+/* Whether stored bytes tell that all weights are 1. */
+static enum rmap_status tell_weights(const struct rmap_matched *rays, bool *are_one_ret,
+                                     struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    const double one = 1.0;
+    if (scanner->marker)
+        return rmap_query_marker_holds(scanner->marker, RMAP_RAY_weight, &one, are_one_ret, err);
+    return rmap_cursor_holds(scanner->cursor, RMAP_RAY_weight, &one, are_one_ret, err);
+}
+
 enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_fold_scanner *scanner = rays->scanner;
-    const double one = 1.0;
     bool known = false;
-    if (!rays->portion->ray.weight && scanner->marker)
-        st = rmap_query_marker_holds(scanner->marker, RMAP_RAY_weight, &one, &known, err);
-    else if (!rays->portion->ray.weight)
-        st = rmap_cursor_holds(scanner->cursor, RMAP_RAY_weight, &one, &known, err);
-    RMAP_TRY(st);
+    if (!rays->portion->ray.weight)
+        RMAP_TRY(tell_weights(rays, &known, err));
     if (!known) {
         RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_weight), err));
         known =
@@ -155,6 +161,33 @@ enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_on
     *are_one_ret = known;
 out:
     return st;
+}
+
+/* By the summary's bits, which tell TOLD_APART sources apart; a damaged one may name one that is
+ * none. */
+static int32_t told_source(uint64_t bits, size_t n_source)
+{
+    enum { TOLD_APART = 64 };
+    if (n_source == 1)
+        return 0;
+    if (n_source > TOLD_APART || bits == 0 || bits & (bits - 1))
+        return -1;
+    const int source = __builtin_ctzll(bits);
+    return (size_t)source < n_source ? source : -1;
+}
+
+enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
+                                struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    *told = (struct rmap_fold_told){.source = -1};
+    if (!scanner || scanner->view)
+        return RMAP_OK;
+    const struct rmap_map *map = scanner->fold->map;
+    const struct rmap_portion_info *info = rmap_map_portion(map, rays->index);
+    told->ids_run = !rmap_portion_has_gaps(info);
+    told->source = told_source(info->summary.sources, rmap_map_scene(map)->n_source);
+    return tell_weights(rays, &told->weigh_one, err);
 }
 
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,

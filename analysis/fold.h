@@ -38,6 +38,16 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
 enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* What all rays of a portion have, whether they match or not, as far as it is told without reading
+ * columns of them. */
+struct rmap_fold_told {
+    bool weigh_one; /* each weighs 1 */
+    bool ids_run;   /* the one in row i is portion->first_ray + i */
+    int32_t source; /* -1: not told */
+};
+enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
 /* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
 struct rmap_fold_kind {
     /* An empty state. */

@@ -7,15 +7,21 @@
 #include "analysis/path_hash.h"
 #include "base/alloc.h"
 
+/* A ray that has a path. */
+struct member {
+    struct rmap_key key;
+    struct rmap_path_place_of_ray place;
+};
+
 static int compare_members(const void *a_, const void *b_)
 {
-    const struct rmap_path_of_ray *a = a_, *b = b_;
+    const struct member *a = a_, *b = b_;
     int order = (a->key.low > b->key.low) - (a->key.low < b->key.low);
     order = order != 0 ? order : (a->key.high > b->key.high) - (a->key.high < b->key.high);
-    return order != 0 ? order : (a->ray > b->ray) - (a->ray < b->ray);
+    return order != 0 ? order : (a->place.ray > b->place.ray) - (a->place.ray < b->place.ray);
 }
 
-static bool is_same(const struct rmap_path_of_ray *a, const struct rmap_path_of_ray *b)
+static bool is_same(const struct member *a, const struct member *b)
 {
     return a->key.low == b->key.low && a->key.high == b->key.high;
 }
@@ -30,7 +36,7 @@ static int compare_classes(const void *a_, const void *b_)
 struct work {
     const struct rmap_portion *portion;
     const double *flux_per_weight;
-    struct rmap_path_of_ray *member; /* [n_ray] those that have a path */
+    struct member *member; /* [n_ray] those that have a path */
     size_t n_member;
     uint32_t *number;       /* [n_ray] a class's number before ranking, by its first row */
     rmap_path_step *symbol; /* of one ray */
@@ -64,18 +70,21 @@ static enum rmap_status find_members(const struct rmap_path_classes *classes, st
     struct rmap_path_hasher hasher = {0};
     enum rmap_status st = rmap_path_hasher_enter(&hasher, classes->keys, &all, err);
     if (st == RMAP_OK)
-        work->n_member = rmap_path_hasher_list(&hasher, &all, work->member);
+        st = rmap_path_hasher_key(&hasher, &all, -1, err);
+    for (size_t i = 0; st == RMAP_OK && i < hasher.keyed.n; i++)
+        work->member[work->n_member++] = (struct member){rmap_path_key_at(&hasher.keyed, i),
+                                                         rmap_path_place_at(&hasher.keyed, i)};
     rmap_path_hasher_fini(&hasher);
     return st;
 }
 
 /* The member in [first, last) with the smallest id. */
-static const struct rmap_path_of_ray *first_ray(const struct work *work, size_t first, size_t last)
+static const struct member *first_ray(const struct work *work, size_t first, size_t last)
 {
     const uint64_t *id = work->portion->ray.id;
-    const struct rmap_path_of_ray *least = &work->member[first];
+    const struct member *least = &work->member[first];
     for (size_t i = first + 1; i < last; i++)
-        if (id[work->member[i].ray] < id[least->ray])
+        if (id[work->member[i].place.ray] < id[least->place.ray])
             least = &work->member[i];
     return least;
 }
@@ -86,7 +95,7 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = work->portion;
-    const struct rmap_path_place_of_ray place = rmap_path_place_of(first_ray(work, first, last));
+    const struct rmap_path_place_of_ray place = first_ray(work, first, last)->place;
     struct rmap_path_class *path = &classes->path[classes->n];
     const struct rmap_path_class *before = classes->n > 0 ? path - 1 : NULL;
     void *block = classes->symbol;
@@ -103,7 +112,7 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
     memcpy(classes->symbol + path->first_symbol, work->symbol,
            path->n_symbol * sizeof *work->symbol);
     for (size_t i = first; i < last; i++) {
-        size_t row = work->member[i].ray;
+        size_t row = work->member[i].place.ray;
         path->segments += portion->ray.segment_count[row];
         path->flux += portion->ray.weight[row];
         classes->of_ray[row] = (uint32_t)place.ray;

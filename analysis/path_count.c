@@ -72,7 +72,8 @@ static void destroy(void *state)
     if (self->buffers) {
         rmap_path_hasher_fini(&self->buffers->hasher);
         rmap_path_dictionary_fini(&self->buffers->dictionary);
-        rmap_free(self->buffers->ray);
+        rmap_free(self->buffers->left);
+        rmap_free(self->buffers->mixed);
         rmap_free(self->buffers->all);
     }
     rmap_free(self->buffers);
@@ -135,14 +136,12 @@ void rmap_path_counts_take_cache(struct rmap_path_counts *self,
                                  const struct rmap_class_cache *cache)
 {
     for (size_t i = 0; cache && i < RMAP_CLASS_CACHE_LINES; i++) {
-        const struct rmap_class_line *line = &cache->line[i];
-        if (line->rays == 0)
+        if (cache->rays[i] == 0)
             continue;
         if (!self->is_full)
-            rmap_class_sums_add_rays(&self->tally.classes, cache->class[i], line -> rays,
-                                     line -> first_ray);
+            rmap_class_sums_add_rays(&self->tally.classes, cache->class[i], cache -> rays[i]);
         else if (self->sketch.rays)
-            rmap_path_sketch_add(&self->sketch, cache->key[i], line->rays);
+            rmap_path_sketch_add(&self->sketch, cache->key[i], cache->rays[i]);
     }
 }
 
@@ -191,24 +190,9 @@ out:
 
 /* ---- rays of a portion ---- */
 
-static void add_weights(struct rmap_path_counts *self, const struct rmap_portion *portion,
-                        const struct rmap_path_of_ray *list, size_t n)
-{
-    const struct rmap_ray_columns *ray = &portion->ray;
-    for (size_t i = 0; i < n; i++) {
-        const size_t row = list[i].ray, source = (size_t)ray->source[row];
-        const double weight = ray->weight[row];
-        self->total.rays++;
-        self->total.segments += ray->segment_count[row];
-        self->total.source_weight[source] += weight;
-        self->total.source_weight_squared[source] += weight * weight;
-        self->most_weight = weight > self->most_weight ? weight : self->most_weight;
-    }
-}
-
-/* All rays that match: they have a path, and weight 1. */
-static enum rmap_status add_ones(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                 const struct rmap_sums_facts *facts, struct rmap_error *err)
+/* counted: rays weigh 1, and all that match have a path. */
+static enum rmap_status add_totals(struct rmap_path_counts *self, const struct rmap_matched *rays,
+                                   const struct rmap_sums_facts *facts, struct rmap_error *err)
 {
     struct rmap_path_buffers *buffers = self->buffers;
     const size_t n = rays->portion->n_row[RMAP_TABLE_RAY], had = buffers->all_cap;
@@ -228,67 +212,97 @@ out:
     return st;
 }
 
+/* Of those that are keyed. */
+static void add_weights(struct rmap_path_counts *self, const struct rmap_portion *portion)
+{
+    const struct rmap_ray_columns *ray = &portion->ray;
+    const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
+    for (size_t i = 0; i < keyed->n; i++) {
+        const size_t row = keyed->ray[i], source = (size_t)ray->source[row];
+        const double weight = ray->weight[row];
+        self->total.rays++;
+        self->total.segments += ray->segment_count[row];
+        self->total.source_weight[source] += weight;
+        self->total.source_weight_squared[source] += weight * weight;
+        self->most_weight = weight > self->most_weight ? weight : self->most_weight;
+    }
+}
+
 static enum rmap_status add_cells(struct rmap_path_counts *self, const struct rmap_portion *portion,
-                                  const struct rmap_path_of_ray *list, size_t n,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
     uint64_t n_hit;
-    for (size_t i = 0; i < n && !self->cells_full; i++)
-        if (list[i].n_hit > 0)
-            RMAP_TRY(rmap_path_counts_add_hits(self, portion, &list[i], &n_hit, err));
+    for (size_t i = 0; i < keyed->n && !self->cells_full; i++)
+        if (keyed->n_hit[i] > 0)
+            RMAP_TRY(rmap_path_counts_add_hits(self, portion, i, &n_hit, err));
 out:
     return st;
 }
 
-/* Counts those of n rays whose classes are in the cache; the others go to a list. Returns how many
- * they are. */
-static size_t count_cached(struct rmap_class_cache *cache, const uint64_t *id,
-                           const struct rmap_path_of_ray *from, size_t n,
-                           struct rmap_path_of_ray *to)
+static enum rmap_status reserve_list(struct rmap_path_buffers *buffers, size_t n,
+                                     struct rmap_error *err)
 {
-    size_t n_left = 0;
-    for (size_t i = 0; i < n; i++) {
-        const struct rmap_path_of_ray its = from[i];
-        to[n_left] = its;
-        n_left += !rmap_class_cache_count(cache, its.key, rmap_key_mixed(its.key), id[its.ray]);
-    }
-    return n_left;
+    n += RMAP_PATH_LIST_BEHIND;
+    if (n <= buffers->left_cap)
+        return RMAP_OK;
+    rmap_free(buffers->left);
+    rmap_free(buffers->mixed);
+    buffers->left_cap = 0;
+    buffers->left = rmap_alloc_unset(n, sizeof *buffers->left);
+    buffers->mixed = rmap_alloc_unset(n, sizeof *buffers->mixed);
+    if (!buffers->left || !buffers->mixed)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of %zu rays", n);
+    buffers->left_cap = n;
+    return RMAP_OK;
 }
 
-/* Keys all rays that have a path; counted: the totals have them by now, and weights are 1. Those
- * that are not counted by the cache are listed in the buffers. */
-static enum rmap_status list_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                  bool counted, struct rmap_error *err)
+/* Lists the rays that are keyed, but for those that the cache counts, if there is one. */
+static enum rmap_status list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache *cache,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_path_buffers *buffers = self->buffers;
-    struct rmap_path_of_ray some[RMAP_PATH_BATCH];
-    struct rmap_path_place_of_ray place = {0};
-    const bool plain = rmap_path_counts_are_plain(self);
-    const bool cells = plain && self->context->most_cells > 0;
-    buffers->n_ray = 0;
-    for (size_t n; (n = rmap_path_hasher_next(&buffers->hasher, rays, &place, some)) > 0;) {
-        struct rmap_path_of_ray *to = buffers->ray + buffers->n_ray;
-        if (!counted)
-            add_weights(self, rays->portion, some, n);
-        if (cells)
-            RMAP_TRY(add_cells(self, rays->portion, some, n, err));
-        if (plain && counted && self->cache)
-            n = count_cached(self->cache, rays->portion->ray.id, some, n, to);
-        else
-            memcpy(to, some, n * sizeof *some);
-        buffers->n_ray += n;
+    const struct rmap_path_keyed *keyed = &buffers->hasher.keyed;
+    size_t n = 0;
+    RMAP_TRY(reserve_list(buffers, keyed->n + 1, err));
+    uint32_t *left = buffers->left;
+    uint64_t *mixed = buffers->mixed;
+    for (size_t k = 0; k < keyed->n; k++) {
+        const struct rmap_key key = rmap_path_key_at(keyed, k);
+        left[n] = (uint32_t)k;
+        mixed[n] = rmap_key_mixed(key);
+        n += !cache || !rmap_class_cache_count(cache, key, mixed[n]);
     }
+    memset(mixed + n, 0, RMAP_PATH_LIST_BEHIND * sizeof *mixed);
+    buffers->n_left = n;
 out:
     return st;
 }
 
-static enum rmap_status reserve(struct rmap_path_buffers *buffers, size_t n, struct rmap_error *err)
+/* Reads what is needed, and notes what is told without. */
+static enum rmap_status read_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
+                                  bool lean, struct rmap_error *err)
 {
-    void *block = buffers->ray;
-    enum rmap_status st = rmap_reserve(&block, &buffers->ray_cap, n + 1, sizeof *buffers->ray, err);
-    buffers->ray = block;
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    struct rmap_fold_told *told = &self->buffers->told;
+    rmap_column_set columns = rmap_path_count_columns(self->context) & ~RMAP_PATH_HASH_DEFERRED;
+    *told = (struct rmap_fold_told){.source = -1};
+    if (lean)
+        RMAP_TRY(rmap_fold_tell(rays, told, err));
+    if (told->weigh_one)
+        columns &= ~RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    if (told->ids_run)
+        columns &= ~RMAP_COLUMN_BIT(RMAP_RAY_id);
+    if (told->source >= 0)
+        columns &= ~RMAP_COLUMN_BIT(RMAP_RAY_source);
+    RMAP_TRY(rmap_fold_fetch(rays, columns, err));
+    if (!told->weigh_one)
+        told->weigh_one = rmap_weights_are_one(portion->ray.weight, portion->n_row[RMAP_TABLE_RAY]);
+    if (!told->weigh_one)
+        st = rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err);
+out:
     return st;
 }
 
@@ -297,18 +311,33 @@ static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rma
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = rays->portion;
+    const size_t n_source = rmap_map_scene(self->context->map)->n_source;
     struct rmap_path_buffers *buffers = self->buffers;
+    const struct rmap_fold_told *told = &buffers->told;
+    const bool plain = rmap_path_counts_are_plain(self);
+    const bool cells = plain && self->context->most_cells > 0 && !self->cells_full;
+    const bool simple = rmap_path_keys_are_simple(self->context->keys);
     struct rmap_sums_facts facts;
-    RMAP_TRY(rmap_fold_fetch(
-        rays, rmap_path_count_columns(self->context) & ~RMAP_PATH_HASH_DEFERRED, err));
-    RMAP_TRY(reserve(buffers, rays->n_match, err));
+    const bool lean = plain && simple && !cells && n_source <= RMAP_SUMS_SOURCES_MAX;
+    RMAP_TRY(read_rays(self, rays, lean, err));
     RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, rays, err));
-    RMAP_TRY(rmap_sums_look(portion, rmap_map_scene(self->context->map)->n_source, &facts, err));
-    const bool counted = facts.are_counted && rmap_path_keys_are_simple(self->context->keys);
+    RMAP_TRY(rmap_sums_facts(portion, n_source, told->weigh_one, told->source, &facts, err));
+    const bool counted = facts.are_counted && simple;
     if (counted)
-        RMAP_TRY(add_ones(self, rays, &facts, err));
-    RMAP_TRY(list_rays(self, rays, counted, err));
-    RMAP_TRY(rmap_path_counts_add_listed(self, portion, !counted, err));
+        RMAP_TRY(add_totals(self, rays, &facts, err));
+    RMAP_TRY(rmap_path_hasher_key(&buffers->hasher, rays, told->source, err));
+    if (!counted)
+        add_weights(self, portion);
+    if (cells)
+        RMAP_TRY(add_cells(self, portion, err));
+    if (!plain)
+        return rmap_path_counts_add_keyed(self, rays, err);
+    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    const uint64_t end =
+        told->ids_run || n_ray == 0 ? portion->first_ray + n_ray : portion->ray.id[n_ray - 1] + 1;
+    RMAP_TRY(rmap_path_counts_ready_cache(self, portion->first_ray, end, err));
+    RMAP_TRY(list_rays(buffers, counted ? self->cache : NULL, err));
+    st = rmap_path_counts_add_listed(self, rays, !counted, err);
 out:
     return st;
 }

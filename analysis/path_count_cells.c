@@ -41,17 +41,19 @@ out:
 }
 
 enum rmap_status rmap_path_counts_add_hits(struct rmap_path_counts *self,
-                                           const struct rmap_portion *portion,
-                                           const struct rmap_path_of_ray *its, uint64_t *n_hit,
-                                           struct rmap_error *err)
+                                           const struct rmap_portion *portion, size_t k,
+                                           uint64_t *n_hit, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_counting *context = self->context;
     const struct rmap_detector *detector =
         rmap_scene_with(context->map, context->overlay)->detector;
     const struct rmap_registration_columns *hit = &portion->registration;
-    size_t first = its->registration;
-    size_t last = first + portion->ray.registration_count[its->ray];
+    const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
+    const struct rmap_key key = rmap_path_key_at(keyed, k);
+    const size_t row = keyed->ray[k];
+    size_t first = keyed->registration[k];
+    size_t last = first + portion->ray.registration_count[row];
     *n_hit = 0;
     for (size_t i = first; i < last; i++) {
         int32_t d = hit->detector[i];
@@ -61,8 +63,8 @@ enum rmap_status rmap_path_counts_add_hits(struct rmap_path_counts *self,
         if (self->cells_full || context->most_cells == 0)
             continue;
         uint32_t cell = hit->cell[2 * i] + hit->cell[2 * i + 1] * detector[d].cells[0];
-        RMAP_TRY(add_cell(self, cell_key(its->key, d, cell), portion->ray.id[its->ray],
-                          portion->ray.weight[its->ray], err));
+        RMAP_TRY(add_cell(self, cell_key(key, d, cell), portion->ray.id[row],
+                          portion->ray.weight[row], err));
     }
 out:
     return st;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What path_count.c, path_count_cells.c, path_count_rays.c, path_count_view.c and
- * path_count_merge.c share.
+ * What path_count.c, path_count_cells.c, path_count_enter.c, path_count_rays.c,
+ * path_count_view.c and path_count_merge.c share.
  */
 #ifndef RMAP_PATH_COUNT_INTERNAL_H
 #define RMAP_PATH_COUNT_INTERNAL_H
@@ -12,14 +12,19 @@
 #include "analysis/path_count.h"
 #include "analysis/path_dictionary.h"
 
-/* As many rays ahead as memory takes to answer; as many keys as are expected together. */
-enum { RMAP_PATH_AHEAD = 12, RMAP_PATH_TOGETHER = 16 };
+/* As many rays ahead as memory takes to answer; as many keys as are expected together; so many keys
+ * stand behind a list, which are asked for and not used. */
+enum { RMAP_PATH_AHEAD = 12, RMAP_PATH_TOGETHER = 16, RMAP_PATH_LIST_BEHIND = 32 };
 
 struct rmap_path_buffers {
     struct rmap_path_hasher hasher;
     struct rmap_path_dictionary dictionary;
-    struct rmap_path_of_ray *ray; /* rays of a portion that are not in the cache */
-    size_t n_ray, ray_cap;
+    struct rmap_fold_told told; /* of the portion in hand */
+    /* Rays of it, by their numbers among those that are keyed, that the cache did not count; and
+     * their keys, mixed. */
+    uint32_t *left;
+    uint64_t *mixed;
+    size_t n_left, left_cap;
     uint8_t *all; /* [all_cap] ones */
     size_t all_cap;
 };
@@ -76,15 +81,35 @@ static inline bool rmap_path_counts_are_plain(const struct rmap_path_counts *cou
     return !counts->is_full && !context->chosen && !context->sketch && context->detector < 0;
 }
 
-/* A ray's registrations: how many count, and each in its cell. */
+/* Registrations of the k-th ray that is keyed: how many count, and each in its cell. */
 enum rmap_status rmap_path_counts_add_hits(struct rmap_path_counts *counts,
-                                           const struct rmap_portion *portion,
-                                           const struct rmap_path_of_ray *its, uint64_t *n_hit,
-                                           struct rmap_error *err) RMAP_MUST_USE;
+                                           const struct rmap_portion *portion, size_t k,
+                                           uint64_t *n_hit, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Adds the rays in the buffers to their classes. is_wide: weights are not all 1. */
+/* Where rays of the portion in hand go. */
+struct rmap_path_target {
+    const struct rmap_path_counts *counts;
+    const struct rmap_portion *portion;
+    struct rmap_path_tally *tally;
+    struct rmap_class_cache *cache; /* of its classes; NULL: none */
+};
+
+/* Adds listed rays; *n_ret: how many: all, unless there are more classes than may be. */
+enum rmap_status rmap_path_target_add(const struct rmap_path_target *to, size_t *n_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Keeps the steps of the class by that ray, where there is room. */
+enum rmap_status rmap_path_target_keep_steps(const struct rmap_path_target *to, size_t k,
+                                             const struct rmap_path_added *added,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds the rays that are keyed to their classes: all; or where their keys alone say what they are
+ * added to, those that are listed. is_wide: weights are not all 1. */
+enum rmap_status rmap_path_counts_add_keyed(struct rmap_path_counts *counts,
+                                            const struct rmap_matched *rays,
+                                            struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_path_counts_add_listed(struct rmap_path_counts *counts,
-                                             const struct rmap_portion *portion, bool is_wide,
+                                             const struct rmap_matched *rays, bool is_wide,
                                              struct rmap_error *err) RMAP_MUST_USE;
 
 /* Notes the classes' rays in the sketch, which is made where there is none. */
@@ -96,6 +121,10 @@ enum rmap_status rmap_path_counts_outline(struct rmap_path_counts *counts,
 void rmap_path_counts_take_cache(struct rmap_path_counts *counts,
                                  const struct rmap_class_cache *cache);
 void rmap_path_counts_drop_cache(struct rmap_path_counts *counts);
+
+/* The cache is ready for rays of ids [first, end) that ascend. */
+enum rmap_status rmap_path_counts_ready_cache(struct rmap_path_counts *counts, uint64_t first,
+                                              uint64_t end, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Functions of the kind. */
 enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,

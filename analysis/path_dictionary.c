@@ -34,24 +34,21 @@ static enum rmap_status read_piece(struct rmap_path_dictionary *self,
     const size_t n = paths->n_row[RMAP_TABLE_RAY];
     const struct rmap_matched all = {.portion = paths, .n_match = n};
     void *block = self->path;
-    struct rmap_path_of_ray *list = rmap_alloc(n + 1, sizeof *list);
-    if (!list)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
+    const struct rmap_path_keyed *keyed = &hasher->keyed;
     st = rmap_reserve(&block, &self->path_cap, n + 1, sizeof *self->path, err);
     self->path = block;
     if (st == RMAP_OK)
         st = rmap_path_hasher_enter(hasher, keys, &all, err);
     RMAP_TRY(st);
     memset(self->path, 0, n * sizeof *self->path);
-    const size_t n_path = rmap_path_hasher_list(hasher, &all, list);
-    for (size_t k = 0; k < n_path; k++) {
-        const struct rmap_path_place_of_ray place = rmap_path_place_of(&list[k]);
+    RMAP_TRY(rmap_path_hasher_key(hasher, &all, -1, err));
+    for (size_t k = 0; k < keyed->n; k++) {
+        const struct rmap_path_place_of_ray place = rmap_path_place_at(keyed, k);
         self->path[place.ray] = (struct rmap_path_known){
-            list[k].key, paths->ray.source[place.ray], paths->ray.segment_count[place.ray],
-            count_hits(paths, &place, detector), place};
+            rmap_path_key_at(keyed, k), paths->ray.source[place.ray],
+            paths->ray.segment_count[place.ray], count_hits(paths, &place, detector), place};
     }
 out:
-    rmap_free(list);
     return st;
 }
 

@@ -24,16 +24,24 @@ static inline int32_t rmap_path_source_of(struct rmap_key key)
  * as many of either. */
 bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys);
 
-/* A ray that has a path, and where its rows begin in a portion, of fewer than 2^32 rows. */
-struct rmap_path_of_ray {
-    struct rmap_key key;
-    uint32_t ray, segment, registration;
-    uint32_t n_hit; /* its registrations */
+/* Rays of a portion, of fewer than 2^32 rows, that have a path, in their order. */
+struct rmap_path_keyed {
+    size_t n, cap;
+    uint64_t *low, *high;                   /* [n] of the key */
+    uint32_t *ray, *segment, *registration; /* [n] where its rows begin */
+    uint32_t *n_leg, *n_hit;                /* [n] its legs and registrations */
 };
 
-static inline struct rmap_path_place_of_ray rmap_path_place_of(const struct rmap_path_of_ray *its)
+static inline struct rmap_key rmap_path_key_at(const struct rmap_path_keyed *keyed, size_t i)
 {
-    return (struct rmap_path_place_of_ray){its->ray, its->segment, its->registration};
+    return (struct rmap_key){keyed->low[i], keyed->high[i]};
+}
+
+static inline struct rmap_path_place_of_ray rmap_path_place_at(const struct rmap_path_keyed *keyed,
+                                                               size_t i)
+{
+    return (struct rmap_path_place_of_ray){keyed->ray[i], keyed->segment[i],
+                                           keyed->registration[i]};
 }
 
 /* One thread's; all zero at first. */
@@ -48,6 +56,7 @@ struct rmap_path_hasher {
     size_t few_cap, many_cap;
     rmap_path_step *scratch; /* of a ray whose path is not simply all its legs */
     size_t scratch_cap;
+    struct rmap_path_keyed keyed; /* by the last call of rmap_path_hasher_key */
 };
 void rmap_path_hasher_fini(struct rmap_path_hasher *hasher);
 
@@ -60,20 +69,12 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
                                         const struct rmap_matched *rays,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* Rays that are keyed together. */
-enum { RMAP_PATH_BATCH = 256 };
+/* Keys those that have a path. source: of all rays, or -1: the column says it. */
+enum rmap_status rmap_path_hasher_key(struct rmap_path_hasher *hasher,
+                                      const struct rmap_matched *rays, int32_t source,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* The next of those that have a path, in their order: at most BATCH, from *place on, which is moved
- * behind them; all zero at first. Returns how many: 0: there are no more. */
-size_t rmap_path_hasher_next(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
-                             struct rmap_path_place_of_ray *place,
-                             struct rmap_path_of_ray list[RMAP_PATH_BATCH]);
-
-/* All of them. list: room for all that match; returns how many. */
-size_t rmap_path_hasher_list(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
-                             struct rmap_path_of_ray *list);
-
-/* The steps of a ray that was listed: at most as many as it has legs and registrations; returns how
+/* The steps of a ray that was keyed: at most as many as it has legs and registrations; returns how
  * many. */
 size_t rmap_path_hasher_steps(const struct rmap_path_hasher *hasher,
                               const struct rmap_path_place_of_ray *place, rmap_path_step *to);

@@ -66,9 +66,9 @@ bool rmap_weights_are_one(const double *weight, size_t n)
     return !any_is_other(weight, n);
 }
 
-/* Weights of 1 are counted, which is the same sum. Sources are below SOURCE_MAX; of few, each is
- * looked for in all rays at once. */
-enum { SOURCE_MAX = 256, SOURCE_FEW = 4 };
+/* Weights of 1 are counted, which is the same sum. Of few sources, each is looked for in all rays
+ * at once. */
+enum { SOURCE_FEW = 4 };
 
 RMAP_WIDE static uint32_t count_source(const int32_t *restrict source,
                                        const uint8_t *restrict verdict, int bit, size_t n,
@@ -84,7 +84,7 @@ RMAP_WIDE static uint32_t count_source(const int32_t *restrict source,
 static void count_sources(struct rmap_count *count, const int32_t *source, const uint8_t *verdict,
                           int bit, size_t n, size_t n_source, uint64_t n_match)
 {
-    uint32_t rays[SOURCE_MAX] = {0};
+    uint32_t rays[RMAP_SUMS_SOURCES_MAX] = {0};
     if (n_source <= SOURCE_FEW)
         for (size_t s = 1; s < n_source; s++)
             rays[s] = count_source(source, verdict, bit, n, (int32_t)s);
@@ -107,18 +107,26 @@ RMAP_WIDE static bool are_below(const int32_t *source, size_t n, size_t n_source
     return n == 0 || most < n_source;
 }
 
-enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
-                                struct rmap_sums_facts *facts, struct rmap_error *err)
+enum rmap_status rmap_sums_facts(const struct rmap_portion *portion, size_t n_source, bool are_one,
+                                 int32_t source, struct rmap_sums_facts *facts,
+                                 struct rmap_error *err)
 {
-    size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    *facts = (struct rmap_sums_facts){
-        .n_source = n_source,
-        .are_counted = n_source <= SOURCE_MAX && rmap_weights_are_one(portion->ray.weight, n_ray)};
-    if (!are_below(portion->ray.source, n_ray, n_source))
+    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    *facts =
+        (struct rmap_sums_facts){n_source, n_source <= RMAP_SUMS_SOURCES_MAX && are_one, source};
+    if (source < 0 && !are_below(portion->ray.source, n_ray, n_source))
         return rmap_error_set(err, RMAP_FORMAT,
                               "a ray of the portion from id %llu on has a source beyond the %zu",
                               (unsigned long long)portion->first_ray, n_source);
     return RMAP_OK;
+}
+
+enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
+                                struct rmap_sums_facts *facts, struct rmap_error *err)
+{
+    const bool are_one = n_source <= RMAP_SUMS_SOURCES_MAX &&
+                         rmap_weights_are_one(portion->ray.weight, portion->n_row[RMAP_TABLE_RAY]);
+    return rmap_sums_facts(portion, n_source, are_one, -1, facts, err);
 }
 
 /* bit: of a verdict, above which there are none. */
@@ -129,6 +137,10 @@ static void add_portion(struct rmap_count *count, const struct rmap_portion *por
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     uint64_t n_match = add_numbers(count, ray->segment_count, verdict, bit, n_ray,
                                    portion->n_row[RMAP_TABLE_SEGMENT]);
+    if (facts->are_counted && facts->source >= 0) {
+        add_source(count, (size_t)facts->source, (double)n_match);
+        return;
+    }
     if (facts->are_counted) {
         count_sources(count, ray->source, verdict, bit, n_ray, facts->n_source, n_match);
         return;

@@ -11,13 +11,23 @@
 
 bool rmap_weights_are_one(const double *weight, size_t n);
 
-/* What a portion's columns say, whichever rays match. RMAP_FORMAT when a source is none of
- * n_source.
- */
+/* Of more sources rays are not counted: weights are added. */
+enum { RMAP_SUMS_SOURCES_MAX = 256 };
+
+/* What a portion's columns say, whichever rays match. */
 struct rmap_sums_facts {
     size_t n_source;
     bool are_counted; /* weights are 1, sources few */
+    int32_t source;   /* of all rays, where they are counted; -1: the column says it */
 };
+
+/* are_one: weights are 1. source: told of all rays, or -1. The columns need not be there where both
+ * are told. RMAP_FORMAT when a source is none of n_source. */
+enum rmap_status rmap_sums_facts(const struct rmap_portion *portion, size_t n_source, bool are_one,
+                                 int32_t source, struct rmap_sums_facts *facts,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* By the columns alone. */
 enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
                                 struct rmap_sums_facts *facts,
                                 struct rmap_error *err) RMAP_MUST_USE;

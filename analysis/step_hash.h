@@ -9,6 +9,7 @@
 #ifndef RMAP_STEP_HASH_H
 #define RMAP_STEP_HASH_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -25,21 +26,20 @@ struct rmap_step_hash_keys {
 };
 void rmap_step_hash_keys_init(struct rmap_step_hash_keys *keys);
 
-/* A row: nbytes from `first` on. */
-struct rmap_step_row {
-    size_t first, nbytes;
-};
-struct rmap_step_hash {
-    uint64_t low, high;
+/* Rows of steps, one behind the other or not: row i is of count[i] steps from first[i] on. */
+struct rmap_step_rows {
+    const void *steps;
+    bool is_narrow;                /* steps have 2 bytes, else 4 */
+    const uint32_t *first, *count; /* [n] */
+    size_t n;
 };
 
-/* hash[i] of row[i], n of them. */
-void rmap_step_hash_rows(const struct rmap_step_hash_keys *keys, const uint8_t *steps,
-                         const struct rmap_step_row *row, size_t n, struct rmap_step_hash *hash);
+/* Of row i: low[i] and high[i]. */
+void rmap_step_hash_rows(const struct rmap_step_hash_keys *keys, const struct rmap_step_rows *rows,
+                         uint64_t *low, uint64_t *high);
 
 /* The same, a word at a time: what tests compare it with. */
-void rmap_step_hash_rows_plain(const struct rmap_step_hash_keys *keys, const uint8_t *steps,
-                               const struct rmap_step_row *row, size_t n,
-                               struct rmap_step_hash *hash);
+void rmap_step_hash_rows_plain(const struct rmap_step_hash_keys *keys,
+                               const struct rmap_step_rows *rows, uint64_t *low, uint64_t *high);
 
 #endif

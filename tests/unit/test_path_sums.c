@@ -122,12 +122,14 @@ static void check_cache(size_t n_class, size_t wide_at)
     rmap_class_sums_init(&classes, false, n_class);
     for (size_t k = 0; k < n_ray; k++) {
         const size_t number = k < n_class ? k : k * k % n_class;
-        const uint64_t id = k < n_ray - n_class ? 100000000 - k : 100 + (k - n_ray + n_class);
+        const uint64_t id = k < n_ray - n_class ? 100000000 + k : 100 + (k - n_ray + n_class);
         const size_t its = k < n_ray - n_class ? number : k - n_ray + n_class;
         const uint64_t mixed = rmap_key_mixed(key_of(its));
         if (k == wide_at)
             assert_int_equal(rmap_class_sums_widen(&classes, &err), RMAP_OK);
-        if (rmap_class_cache_count(&cache, key_of(its), mixed, id)) {
+        if (k == n_ray - n_class)
+            rmap_class_cache_empty(&cache, &classes);
+        if (rmap_class_cache_count(&cache, key_of(its), mixed)) {
             n_cached++;
             continue;
         }

@@ -14,32 +14,56 @@
 
 #include "analysis/step_hash.h"
 
-enum { LONGEST = RMAP_STEP_HASH_BLOCK * RMAP_STEP_HASH_BLOCKS + 40 };
+enum { LONGEST = RMAP_STEP_HASH_BLOCK * RMAP_STEP_HASH_BLOCKS / 2 + 40 };
+
+struct hashes {
+    uint64_t low[LONGEST + 1], high[LONGEST + 1];
+};
 
 /* Rows of all lengths at all places, with other bytes behind them. */
-static void test_wide(void **state)
+static void check_rows(bool is_narrow)
 {
-    (void)state;
-    static uint8_t steps[2 * LONGEST + RMAP_STEP_HASH_BEHIND];
+    enum { WIDEST = 4 };
+    static uint8_t steps[WIDEST * 2 * LONGEST + RMAP_STEP_HASH_BEHIND];
+    static uint32_t first[LONGEST + 1], count[LONGEST + 1];
     static struct rmap_step_hash_keys keys;
-    static struct rmap_step_row row[LONGEST + 1];
-    static struct rmap_step_hash wide[LONGEST + 1], plain[LONGEST + 1], moved[LONGEST + 1];
+    static struct hashes wide, plain, moved;
+    const size_t width = is_narrow ? 2 : 4;
+    struct rmap_step_rows rows = {steps, is_narrow, first, count, LONGEST + 1};
     rmap_step_hash_keys_init(&keys);
     for (size_t i = 0; i < sizeof steps; i++)
         steps[i] = (uint8_t)(i * 2654435761u >> 13);
-    for (size_t n = 0; n <= LONGEST; n++)
-        row[n] = (struct rmap_step_row){n % 37, n};
-    rmap_step_hash_rows(&keys, steps, row, LONGEST + 1, wide);
-    rmap_step_hash_rows_plain(&keys, steps, row, LONGEST + 1, plain);
-    assert_memory_equal(wide, plain, sizeof wide);
-    for (size_t n = 0; n <= LONGEST; n++) {
-        const struct rmap_step_row at = {5, n};
-        static uint8_t other[LONGEST + RMAP_STEP_HASH_BEHIND + 5];
-        memset(other, (int)(n % 256), sizeof other);
-        memcpy(other + 5, steps + row[n].first, n);
-        rmap_step_hash_rows(&keys, other, &at, 1, &moved[n]);
+    for (uint32_t n = 0; n <= LONGEST; n++) {
+        first[n] = n % 37;
+        count[n] = n;
     }
-    assert_memory_equal(wide, moved, sizeof wide);
+    for (rows.n = 0; rows.n < 9; rows.n++) {
+        memset(&wide, 0, sizeof wide);
+        memset(&plain, 0, sizeof plain);
+        rmap_step_hash_rows(&keys, &rows, wide.low, wide.high);
+        rmap_step_hash_rows_plain(&keys, &rows, plain.low, plain.high);
+        assert_memory_equal(&wide, &plain, sizeof wide);
+    }
+    rows.n = LONGEST + 1;
+    rmap_step_hash_rows(&keys, &rows, wide.low, wide.high);
+    rmap_step_hash_rows_plain(&keys, &rows, plain.low, plain.high);
+    assert_memory_equal(&wide, &plain, sizeof wide);
+    for (uint32_t n = 0; n <= LONGEST; n++) {
+        static uint8_t other[WIDEST * (LONGEST + 5) + RMAP_STEP_HASH_BEHIND];
+        const uint32_t at = 5;
+        const struct rmap_step_rows row = {other, is_narrow, &at, &n, 1};
+        memset(other, (int)(n % 256), sizeof other);
+        memcpy(other + at * width, steps + first[n] * width, n * width);
+        rmap_step_hash_rows(&keys, &row, &moved.low[n], &moved.high[n]);
+    }
+    assert_memory_equal(&wide, &moved, sizeof wide);
+}
+
+static void test_wide(void **state)
+{
+    (void)state;
+    check_rows(true);
+    check_rows(false);
 }
 
 static int compare_halves(const void *a_, const void *b_)
@@ -57,6 +81,15 @@ static void assert_different(uint64_t *half, size_t n)
 
 enum { N_VALUE = 24, N_PLACE = 40 };
 
+static void hash_row(const struct rmap_step_hash_keys *keys, const uint16_t *steps, uint32_t n,
+                     uint64_t *low, uint64_t *high)
+{
+    const uint32_t first = 0;
+    const struct rmap_step_rows row = {steps, true, &first, &n, 1};
+    rmap_step_hash_rows(keys, &row, low, high);
+    *high <<= 20;
+}
+
 /* Zeros of every length, then two steps of small numbers anywhere in such a row: either half of a
  * hash, and the 43 bits that a key keeps of the upper one, tell all of them apart. */
 static void test_different(void **state)
@@ -70,24 +103,15 @@ static void test_different(void **state)
     assert_non_null(high);
     size_t n = 0;
     rmap_step_hash_keys_init(&keys);
-    for (size_t length = 0; length <= N_PLACE; length++) {
-        const struct rmap_step_row row = {0, length * sizeof *steps};
-        struct rmap_step_hash hash;
-        rmap_step_hash_rows(&keys, (const uint8_t *)steps, &row, 1, &hash);
-        low[n] = hash.low;
-        high[n++] = hash.high << 20;
-    }
+    for (uint32_t length = 0; length <= N_PLACE; length++, n++)
+        hash_row(&keys, steps, length, &low[n], &high[n]);
     for (size_t a = 0; a < N_PLACE; a++)
         for (size_t b = 0; b < a; b++)
-            for (uint16_t value = 0; value < N_VALUE * N_VALUE; value++) {
-                const struct rmap_step_row row = {0, N_PLACE * sizeof *steps};
-                struct rmap_step_hash hash;
+            for (uint16_t value = 0; value < N_VALUE * N_VALUE; value++, n++) {
                 steps[a] = (uint16_t)(1 + value % N_VALUE);
                 steps[b] = (uint16_t)(1 + value / N_VALUE);
-                rmap_step_hash_rows(&keys, (const uint8_t *)steps, &row, 1, &hash);
+                hash_row(&keys, steps, N_PLACE, &low[n], &high[n]);
                 steps[a] = steps[b] = 0;
-                low[n] = hash.low;
-                high[n++] = hash.high << 20;
             }
     assert_true(n <= most);
     assert_different(low, n);

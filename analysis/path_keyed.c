@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Keys of a portion's rays, column by column: most loops are without a branch.
+ */
+#include "analysis/path_hash.h"
+#include "analysis/path_key_internal.h"
+#include "base/alloc.h"
+#include "base/wide.h"
+
+enum { SOURCE_BITS = 20 };
+
+/* Columns of `keyed`, one behind the other in one block. */
+enum { LONG_COLUMNS = 2, SHORT_COLUMNS = 5 };
+
+static enum rmap_status reserve(struct rmap_path_keyed *keyed, size_t n, struct rmap_error *err)
+{
+    enum { ROW_NBYTES = LONG_COLUMNS * sizeof(uint64_t) + SHORT_COLUMNS * sizeof(uint32_t) };
+    if (n <= keyed->cap)
+        return RMAP_OK;
+    uint64_t *block = rmap_alloc_unset(n, ROW_NBYTES);
+    if (!block)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of %zu rays", n);
+    rmap_free(keyed->low);
+    uint32_t *column = (uint32_t *)(block + LONG_COLUMNS * n);
+    *keyed = (struct rmap_path_keyed){.cap = n,
+                                      .low = block,
+                                      .high = block + n,
+                                      .ray = column,
+                                      .segment = column + n,
+                                      .registration = column + 2 * n,
+                                      .n_leg = column + 3 * n,
+                                      .n_hit = column + 4 * n};
+    return RMAP_OK;
+}
+
+/* Where rows of each ray begin. */
+static void add_up(const uint32_t *restrict count, size_t n, uint32_t *restrict first)
+{
+    uint32_t sum = 0;
+    for (size_t i = 0; i < n; i++) {
+        first[i] = sum;
+        sum += count[i];
+    }
+}
+
+static void place_all(const struct rmap_portion *portion, struct rmap_path_keyed *keyed)
+{
+    const struct rmap_ray_columns *ray = &portion->ray;
+    const size_t n = portion->n_row[RMAP_TABLE_RAY];
+    for (size_t i = 0; i < n; i++)
+        keyed->ray[i] = (uint32_t)i;
+    add_up(ray->segment_count, n, keyed->segment);
+    add_up(ray->registration_count, n, keyed->registration);
+    memcpy(keyed->n_leg, ray->segment_count, n * sizeof *keyed->n_leg);
+    memcpy(keyed->n_hit, ray->registration_count, n * sizeof *keyed->n_hit);
+    keyed->n = n;
+}
+
+/* Without a branch; one ray more than match is written to. */
+static void place_matching(const struct rmap_portion *portion, const uint8_t *match,
+                           struct rmap_path_keyed *keyed)
+{
+    const struct rmap_ray_columns *ray = &portion->ray;
+    const struct rmap_path_keyed to = *keyed;
+    uint32_t segment = 0, registration = 0;
+    size_t n = 0;
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        const uint32_t n_leg = ray->segment_count[i], n_hit = ray->registration_count[i];
+        to.ray[n] = (uint32_t)i;
+        to.segment[n] = segment;
+        to.registration[n] = registration;
+        to.n_leg[n] = n_leg;
+        to.n_hit[n] = n_hit;
+        segment += n_leg;
+        registration += n_hit;
+        n += match[i];
+    }
+    keyed->n = n;
+}
+
+static inline uint64_t rotate(uint64_t x, int k)
+{
+    return x << k | x >> (64 - k);
+}
+
+struct hash {
+    uint64_t low, high;
+};
+
+/* Two chains of steps that lose nothing, and nothing joins them before the end. */
+static inline void mix(struct hash *hash, uint64_t word)
+{
+    hash->low = (rotate(hash->low, 27) ^ word) * UINT64_C(0x9e3779b97f4a7c15);
+    hash->high = (rotate(hash->high, 41) ^ word) * UINT64_C(0xc2b2ae3d27d4eb4f);
+}
+
+/* Registrations stand among the legs: each with its place there. n_hit is of all rows at first,
+ * then of those of them that are registered. */
+static inline void mix_hits(const struct rmap_path_hasher *hasher,
+                            const struct rmap_path_keyed *keyed, size_t k)
+{
+    const struct rmap_path_hit *of_detector = hasher->keys->hit;
+    const struct rmap_registration_columns *hit = &hasher->portion->registration;
+    struct hash hash = {keyed->low[k], keyed->high[k]};
+    const size_t first = keyed->registration[k], behind = first + keyed->n_hit[k];
+    const uint64_t n_leg = keyed->n_leg[k];
+    uint64_t at = 0;
+    uint32_t n_hit = 0;
+    for (size_t i = first; i < behind; i++) {
+        if (!hit->registered[i])
+            continue;
+        const struct rmap_path_hit of = of_detector[hit->detector[i]];
+        uint64_t leg = (uint64_t)hit->segment[i] + of.follows;
+        leg = leg < n_leg ? leg : n_leg;
+        at = leg > at ? leg : at;
+        mix(&hash, at << 32 | of.step);
+        n_hit++;
+    }
+    keyed->low[k] = hash.low;
+    keyed->high[k] = hash.high;
+    keyed->n_hit[k] = n_hit;
+}
+
+/* Rays with registrations are listed first: which have some cannot be foreseen. */
+static void mix_all_hits(const struct rmap_path_hasher *hasher, const struct rmap_path_keyed *keyed)
+{
+    enum { TOGETHER = 256 };
+    uint32_t has[TOGETHER];
+    for (size_t first = 0; first < keyed->n; first += TOGETHER) {
+        const size_t left = keyed->n - first, end = first + (left < TOGETHER ? left : TOGETHER);
+        size_t n = 0;
+        for (size_t k = first; k < end; k++) {
+            has[n] = (uint32_t)k;
+            n += keyed->n_hit[k] > 0;
+        }
+        for (size_t i = 0; i < n; i++)
+            mix_hits(hasher, keyed, has[i]);
+    }
+}
+
+/* Upper bits come down: hashes were mixed well before registrations were. */
+static inline uint64_t finish(uint64_t x)
+{
+    x = (x ^ x >> 32) * UINT64_C(0xff51afd7ed558ccd);
+    return x ^ x >> 29;
+}
+
+/* Sources are told apart in either half: the sketch takes bits of both. */
+static inline uint64_t low_of(uint64_t hash, uint64_t source)
+{
+    return hash + (source + 1) * UINT64_C(0x9e3779b97f4a7c15);
+}
+
+static inline uint64_t high_of(uint64_t hash, uint64_t source)
+{
+    return UINT64_C(1) << 63 | hash << SOURCE_BITS | source;
+}
+
+/* Hashes become keys; source: [n] of all rays of the portion, or NULL: all have this one. */
+RMAP_WIDE_PRODUCTS static void end_keys(uint64_t *restrict low, uint64_t *restrict high,
+                                        const uint32_t *restrict n_hit,
+                                        const uint32_t *restrict ray,
+                                        const int32_t *restrict source, uint32_t only, size_t n)
+{
+    for (size_t k = 0; k < n; k++) {
+        low[k] = n_hit[k] > 0 ? finish(low[k]) : low[k];
+        high[k] = n_hit[k] > 0 ? finish(high[k]) : high[k];
+    }
+    if (source)
+        for (size_t k = 0; k < n; k++) {
+            low[k] = low_of(low[k], (uint32_t)source[ray[k]]);
+            high[k] = high_of(high[k], (uint32_t)source[ray[k]]);
+        }
+    else
+        for (size_t k = 0; k < n; k++) {
+            low[k] = low_of(low[k], only);
+            high[k] = high_of(high[k], only);
+        }
+}
+
+static uint32_t count_hits(const struct rmap_portion *portion, size_t first, size_t n_row)
+{
+    uint32_t n = 0;
+    for (size_t i = first; i < first + n_row; i++)
+        n += portion->registration.registered[i] != 0;
+    return n;
+}
+
+/* Rays whose path is written out one by one. */
+static void key_walked(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
+                       struct rmap_path_keyed *keyed)
+{
+    const struct rmap_portion *portion = hasher->portion;
+    const struct rmap_ray_columns *ray = &portion->ray;
+    const uint32_t first = 0;
+    struct rmap_path_place_of_ray at = {0};
+    size_t n = 0, n_step;
+    for (; at.ray < portion->n_row[RMAP_TABLE_RAY]; at.ray++) {
+        const uint32_t n_leg = ray->segment_count[at.ray], n_row = ray->registration_count[at.ray];
+        if ((!rays->match || rays->match[at.ray]) &&
+            rmap_path_key_of(hasher->keys, portion, &at, hasher->scratch, &n_step)) {
+            const uint32_t count = (uint32_t)n_step;
+            const struct rmap_step_rows row = {hasher->scratch, false, &first, &count, 1};
+            const uint64_t source = (uint32_t)ray->source[at.ray];
+            rmap_step_hash_rows(&hasher->keys->of_hash, &row, &keyed->low[n], &keyed->high[n]);
+            keyed->low[n] = low_of(keyed->low[n], source);
+            keyed->high[n] = high_of(keyed->high[n], source);
+            keyed->ray[n] = (uint32_t)at.ray;
+            keyed->segment[n] = (uint32_t)at.segment;
+            keyed->registration[n] = (uint32_t)at.registration;
+            keyed->n_leg[n] = n_leg;
+            keyed->n_hit[n++] = count_hits(portion, at.registration, n_row);
+        }
+        at.segment += n_leg;
+        at.registration += n_row;
+    }
+    keyed->n = n;
+}
+
+enum rmap_status rmap_path_hasher_key(struct rmap_path_hasher *hasher,
+                                      const struct rmap_matched *rays, int32_t source,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_keyed *keyed = &hasher->keyed;
+    RMAP_TRY(reserve(keyed, rays->n_match + 1, err));
+    if (!hasher->is_simple) {
+        key_walked(hasher, rays, keyed);
+        goto out;
+    }
+    if (rays->match)
+        place_matching(hasher->portion, rays->match, keyed);
+    else
+        place_all(hasher->portion, keyed);
+    const struct rmap_step_rows rows = {.steps = hasher->is_narrow ? (const void *)hasher->few
+                                                                   : (const void *)hasher->many,
+                                        .is_narrow = hasher->is_narrow,
+                                        .first = keyed->segment,
+                                        .count = keyed->n_leg,
+                                        .n = keyed->n};
+    rmap_step_hash_rows(&hasher->keys->of_hash, &rows, keyed->low, keyed->high);
+    if (hasher->portion->n_row[RMAP_TABLE_REGISTRATION] > 0)
+        mix_all_hits(hasher, keyed);
+    end_keys(keyed->low, keyed->high, keyed->n_hit, keyed->ray,
+             source < 0 ? hasher->portion->ray.source : NULL, (uint32_t)source, keyed->n);
+out:
+    return st;
+}
