@@ -9,6 +9,7 @@ void rmap_path_hasher_fini(struct rmap_path_hasher *hasher)
     rmap_free(hasher->few);
     rmap_free(hasher->many);
     rmap_free(hasher->scratch);
+    rmap_path_hits_fini(&hasher->hits);
     rmap_free(hasher->keyed.low);
     *hasher = (struct rmap_path_hasher){0};
 }

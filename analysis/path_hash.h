@@ -9,6 +9,7 @@
 
 #include "analysis/fold.h"
 #include "analysis/key_slots.h"
+#include "analysis/path_hits.h"
 #include "analysis/path_key.h"
 
 /* Scenes with more sources are refused: a key has the source in it. */
@@ -56,6 +57,7 @@ struct rmap_path_hasher {
     size_t few_cap, many_cap;
     rmap_path_step *scratch; /* of a ray whose path is not simply all its legs */
     size_t scratch_cap;
+    struct rmap_path_hits hits;
     struct rmap_path_keyed keyed; /* by the last call of rmap_path_hasher_key */
 };
 void rmap_path_hasher_fini(struct rmap_path_hasher *hasher);

@@ -78,66 +78,6 @@ static void place_matching(const struct rmap_portion *portion, const uint8_t *ma
     keyed->n = n;
 }
 
-static inline uint64_t rotate(uint64_t x, int k)
-{
-    return x << k | x >> (64 - k);
-}
-
-struct hash {
-    uint64_t low, high;
-};
-
-/* Two chains of steps that lose nothing, and nothing joins them before the end. */
-static inline void mix(struct hash *hash, uint64_t word)
-{
-    hash->low = (rotate(hash->low, 27) ^ word) * UINT64_C(0x9e3779b97f4a7c15);
-    hash->high = (rotate(hash->high, 41) ^ word) * UINT64_C(0xc2b2ae3d27d4eb4f);
-}
-
-/* Registrations stand among the legs: each with its place there. n_hit is of all rows at first,
- * then of those of them that are registered. */
-static inline void mix_hits(const struct rmap_path_hasher *hasher,
-                            const struct rmap_path_keyed *keyed, size_t k)
-{
-    const struct rmap_path_hit *of_detector = hasher->keys->hit;
-    const struct rmap_registration_columns *hit = &hasher->portion->registration;
-    struct hash hash = {keyed->low[k], keyed->high[k]};
-    const size_t first = keyed->registration[k], behind = first + keyed->n_hit[k];
-    const uint64_t n_leg = keyed->n_leg[k];
-    uint64_t at = 0;
-    uint32_t n_hit = 0;
-    for (size_t i = first; i < behind; i++) {
-        if (!hit->registered[i])
-            continue;
-        const struct rmap_path_hit of = of_detector[hit->detector[i]];
-        uint64_t leg = (uint64_t)hit->segment[i] + of.follows;
-        leg = leg < n_leg ? leg : n_leg;
-        at = leg > at ? leg : at;
-        mix(&hash, at << 32 | of.step);
-        n_hit++;
-    }
-    keyed->low[k] = hash.low;
-    keyed->high[k] = hash.high;
-    keyed->n_hit[k] = n_hit;
-}
-
-/* Rays with registrations are listed first: which have some cannot be foreseen. */
-static void mix_all_hits(const struct rmap_path_hasher *hasher, const struct rmap_path_keyed *keyed)
-{
-    enum { TOGETHER = 256 };
-    uint32_t has[TOGETHER];
-    for (size_t first = 0; first < keyed->n; first += TOGETHER) {
-        const size_t left = keyed->n - first, end = first + (left < TOGETHER ? left : TOGETHER);
-        size_t n = 0;
-        for (size_t k = first; k < end; k++) {
-            has[n] = (uint32_t)k;
-            n += keyed->n_hit[k] > 0;
-        }
-        for (size_t i = 0; i < n; i++)
-            mix_hits(hasher, keyed, has[i]);
-    }
-}
-
 /* Upper bits come down: hashes were mixed well before registrations were. */
 static inline uint64_t finish(uint64_t x)
 {
@@ -239,8 +179,7 @@ enum rmap_status rmap_path_hasher_key(struct rmap_path_hasher *hasher,
                                         .count = keyed->n_leg,
                                         .n = keyed->n};
     rmap_step_hash_rows(&hasher->keys->of_hash, &rows, keyed->low, keyed->high);
-    if (hasher->portion->n_row[RMAP_TABLE_REGISTRATION] > 0)
-        mix_all_hits(hasher, keyed);
+    RMAP_TRY(rmap_path_hits_mix(&hasher->hits, hasher->keys, hasher->portion, keyed, err));
     end_keys(keyed->low, keyed->high, keyed->n_hit, keyed->ray,
              source < 0 ? hasher->portion->ray.source : NULL, (uint32_t)source, keyed->n);
 out:
