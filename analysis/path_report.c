@@ -70,6 +70,21 @@ static void sift(struct ranked *heap, size_t n, size_t at)
     }
 }
 
+/* Rays below which no class has a place among those in the full heap: 0 where that is not told
+ * beforehand. */
+static uint64_t fewest_rays(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
+                            const struct ranked *root)
+{
+    const struct rmap_map *map = counts->context->map;
+    const double *unit = rmap_map_flux_per_weight(map);
+    double most = sort == RMAP_PATH_BY_RAYS ? 1.0 : 0.0;
+    if (sort == RMAP_PATH_BY_FLUX && !counts->tally.classes.is_wide)
+        for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++)
+            most = unit[s] > most ? unit[s] : most;
+    const double rays = most > 0.0 ? root->value / most * (1.0 - 1e-12) : 0.0;
+    return rays > 0.0 && rays < 0x1p63 ? (uint64_t)rays : 0;
+}
+
 /* The first n_row classes: [n_row]. */
 static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
                              size_t n_row, struct ranked **ranked_ret, struct rmap_error *err)
@@ -77,10 +92,13 @@ static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_pa
     const struct rmap_class_sums *classes = &counts->tally.classes;
     const double *unit = rmap_map_flux_per_weight(counts->context->map);
     struct ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
+    uint64_t fewest = 0;
     size_t n = 0;
     if (!ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
     for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
+        if (classes->entry[i].rays < fewest)
+            continue;
         const double value = value_of(classes, i, sort, unit);
         if (n == n_row && value < ranked[0].value)
             continue;
@@ -94,6 +112,8 @@ static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_pa
             ranked[0] = entry;
             sift(ranked, n_row, 0);
         }
+        if (n == n_row)
+            fewest = fewest_rays(counts, sort, &ranked[0]);
     }
     qsort(ranked, n, sizeof *ranked, compare_ranked);
     *ranked_ret = ranked;
@@ -122,8 +142,37 @@ static void fill_row(struct rmap_path_report *report, const struct rmap_class_su
     rest->source_weight_squared[source] -= more->weight_squared;
 }
 
-/* Rows whose steps are looked for one by one. */
+/* Rows whose steps are found without an index of all classes. */
 enum { ROWS_FEW = 64 };
+
+/* Numbers of the rows' steps among those that were kept; rmap_free. */
+static enum rmap_status find_steps(const struct rmap_path_counts *counts,
+                                   const struct ranked *ranked, size_t n_row, uint32_t **number_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_steps *steps = &counts->tally.steps;
+    size_t class[ROWS_FEW];
+    uint32_t *of_class = NULL, *number = rmap_alloc(n_row + 1, sizeof *number);
+    if (!number)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
+    if (n_row > ROWS_FEW)
+        RMAP_TRY(rmap_path_steps_index(steps, counts->tally.classes.n, &of_class, err));
+    for (size_t k = 0; k < n_row; k++) {
+        if (of_class)
+            number[k] = of_class[ranked[k].class];
+        else
+            class[k] = ranked[k].class;
+    }
+    if (!of_class)
+        rmap_path_steps_find(steps, class, n_row, number);
+    *number_ret = number;
+    number = NULL;
+out:
+    rmap_free(of_class);
+    rmap_free(number);
+    return st;
+}
 
 /* Of each row, as far as they were kept. */
 static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
@@ -131,17 +180,12 @@ static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_class_sums *classes = &counts->tally.classes;
     uint32_t *number = NULL;
-    if (report->n_row > ROWS_FEW)
-        RMAP_TRY(rmap_path_steps_index(&counts->tally.steps, classes->n, &number, err));
+    RMAP_TRY(find_steps(counts, ranked, report->n_row, &number, err));
     for (size_t k = 0; k < report->n_row; k++) {
         struct rmap_path_row *row = &report->row[k];
-        const size_t class = ranked[k].class;
         size_t n;
-        const rmap_path_step *step =
-            number ? rmap_path_steps_at(&counts->tally.steps, number[class], &n)
-                   : rmap_path_steps_of(&counts->tally.steps, class, &n);
+        const rmap_path_step *step = rmap_path_steps_at(&counts->tally.steps, number[k], &n);
         if (!step)
             continue;
         row->step = rmap_alloc(n + 1, sizeof *row->step);

@@ -47,13 +47,19 @@ const rmap_path_step *rmap_path_steps_at(const struct rmap_path_steps *steps, ui
     return steps->word + end_of(steps, number - 1);
 }
 
-const rmap_path_step *rmap_path_steps_of(const struct rmap_path_steps *steps, size_t class,
-                                         size_t *n_ret)
+void rmap_path_steps_find(const struct rmap_path_steps *steps, const size_t *class, size_t n,
+                          uint32_t *number)
 {
-    uint32_t number = (uint32_t)steps->n;
-    while (number > 0 && number_of(steps, number - 1) != class)
-        number--;
-    return rmap_path_steps_at(steps, number, n_ret);
+    uint64_t some[16] = {0}; /* by ten bits of its number: whether a class may be wanted */
+    for (size_t i = 0; i < n; i++) {
+        some[class[i] >> 6 & 15] |= UINT64_C(1) << (class[i] & 63);
+        number[i] = 0;
+    }
+    for (size_t k = 0; n > 0 && k < steps->n; k++) {
+        const size_t its = number_of(steps, k);
+        for (size_t i = 0; some[its >> 6 & 15] >> (its & 63) & 1 && i < n; i++)
+            number[i] = class[i] == its ? (uint32_t)(k + 1) : number[i];
+    }
 }
 
 static enum rmap_status grow(struct rmap_path_steps *steps, size_t need, struct rmap_error *err)

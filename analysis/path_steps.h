@@ -58,8 +58,8 @@ enum rmap_status rmap_path_steps_index(const struct rmap_path_steps *steps, size
 const rmap_path_step *rmap_path_steps_at(const struct rmap_path_steps *steps, uint32_t number,
                                          size_t *n_ret);
 
-/* Without the index, by a look at all of them: NULL when none are kept of the class. */
-const rmap_path_step *rmap_path_steps_of(const struct rmap_path_steps *steps, size_t class,
-                                         size_t *n_ret);
+/* Without the index: number[i] of class[i], of some n classes. */
+void rmap_path_steps_find(const struct rmap_path_steps *steps, const size_t *class, size_t n,
+                          uint32_t *number);
 
 #endif
