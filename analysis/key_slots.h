@@ -96,8 +96,8 @@ RMAP_COPIED void rmap_key_slots_expect_entries(const struct rmap_key_slots *slot
 {
     for (size_t i = 0; i < n && slots->n_slot > 0; i++) {
         const uint32_t found = slots->slot[rmap_key_slots_at(slots, mixed[i])];
-        const size_t index = (found & slots->number) - (found != 0);
-        __builtin_prefetch((const char *)first_key + index * stride, 1);
+        const uintptr_t behind = (uintptr_t)first_key + (found & slots->number) * stride;
+        __builtin_prefetch((const void *)(behind - stride), 1); /* of a free slot: anything */
     }
 }
 

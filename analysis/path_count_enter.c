@@ -98,17 +98,20 @@ RMAP_COPIED size_t enter_rays(const struct rmap_path_target *to, bool is_wide,
     struct rmap_class_sums classes = to->tally->classes; /* of which registers know */
     for (; i < n; i++) {
         const size_t k = left[i];
-        const struct rmap_key key = rmap_path_key_at(&from->keyed, k);
-        size_t slot = 0;
+        size_t slot = rmap_key_slots_at(&classes.slots, mixed[i]), class = RMAP_KEY_SLOTS_NONE;
         uint64_t before = 0;
         look_ahead(&classes, mixed + i);
-        size_t class = rmap_class_sums_look(&classes, key, mixed[i], &slot);
+        if (classes.slots.slot[slot] != 0)
+            class =
+                rmap_class_sums_look(&classes, rmap_path_key_at(&from->keyed, k), mixed[i], &slot);
         if (class != RMAP_KEY_SLOTS_NONE) {
             before = add_to(&classes, is_wide, class, from, k);
             if (to->cache)
-                rmap_class_cache_meet(to->cache, key, mixed[i], class, &classes);
+                rmap_class_cache_meet(to->cache, rmap_path_key_at(&from->keyed, k), mixed[i], class,
+                                      &classes);
         } else if (classes.n < classes.room) {
-            class = rmap_class_sums_put(&classes, key, mixed[i], slot);
+            class =
+                rmap_class_sums_put(&classes, rmap_path_key_at(&from->keyed, k), mixed[i], slot);
             begin(&classes, is_wide, class, from, k);
         } else {
             added->class = class;
@@ -149,8 +152,10 @@ enum rmap_status rmap_path_target_add(const struct rmap_path_target *to, size_t 
     const struct bringing from = bringing_of(to);
     struct rmap_path_added added;
     size_t i = 0;
+    if (classes->slots.n_slot == 0)
+        RMAP_TRY(rmap_class_sums_reserve(classes, 1, err));
     rmap_key_slots_expect(&classes->slots, buffers->mixed, AHEAD);
-    while ((i = enter_some(to, &from, i, &added)) < buffers->n_left) {
+    while (classes->room > 0 && (i = enter_some(to, &from, i, &added)) < buffers->n_left) {
         if (added.class == RMAP_KEY_SLOTS_NONE) {
             if (classes->n == classes->slots.most)
                 break;

@@ -136,7 +136,7 @@ AVX512 RMAP_COPIED void mix_eight(const uint64_t *word, const struct rmap_path_k
     __m512i high = _mm512_maskz_loadu_epi64(there, keyed->high + k);
     __m512i at = _mm512_setzero_si512();
     __mmask8 has = _mm256_test_epi32_mask(n_hit, n_hit);
-    for (int j = 1; has; j++) {
+    for (int j = 1; j <= 2 || has; j++) { /* twice without a look: most eight have so many */
         const __m512i its = is_near ? _mm512_permutex2var_epi64(near, row, far)
                                     : _mm512_mask_i64gather_epi64(at, has, row, word, sizeof *word);
         const __m512i leg = _mm512_min_epu64(_mm512_srli_epi64(its, 32), n_leg);

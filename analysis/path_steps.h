@@ -10,8 +10,8 @@
 /* Words that a thread's steps of the classes that come first may take, those of all that it keeps,
  * and those of all threads. */
 enum {
-    RMAP_PATH_STEPS_FIRST = 1 << 15,
-    RMAP_PATH_STEPS_SCANNED = 1 << 16,
+    RMAP_PATH_STEPS_FIRST = 1 << 14,
+    RMAP_PATH_STEPS_SCANNED = 1 << 15,
     RMAP_PATH_STEPS_MOST = 1 << 19
 };
 
