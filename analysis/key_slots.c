@@ -45,6 +45,17 @@ static size_t slots_behind(size_t n_slot, size_t most)
     return many < most ? many : most;
 }
 
+/* Of the i-th entry. */
+static inline uint64_t mixed_at(const void *first_key, size_t stride, size_t i)
+{
+    struct rmap_key key;
+    memcpy(&key, (const char *)first_key + i * stride, sizeof key);
+    return rmap_key_mixed(key);
+}
+
+/* Slots are asked for so many entries ahead. */
+enum { AHEAD = 32 };
+
 enum rmap_status rmap_key_slots_grow(struct rmap_key_slots *slots, const void *first_key,
                                      size_t stride, size_t n, struct rmap_error *err)
 {
@@ -58,9 +69,11 @@ enum rmap_status rmap_key_slots_grow(struct rmap_key_slots *slots, const void *f
     slots->n_slot = n_slot;
     slots->room = room_of(n_slot);
     for (size_t i = 0; i < n; i++) {
-        struct rmap_key key;
-        memcpy(&key, (const char *)first_key + i * stride, sizeof key);
-        const uint64_t mixed = rmap_key_mixed(key);
+        const uint64_t mixed = mixed_at(first_key, stride, i);
+        if (i + AHEAD < n) {
+            const uint64_t next = mixed_at(first_key, stride, i + AHEAD);
+            __builtin_prefetch(&slot[rmap_key_slots_at(slots, next)], 1);
+        }
         size_t at = rmap_key_slots_at(slots, mixed);
         while (slot[at] != 0)
             at = (at + 1) & (n_slot - 1);
