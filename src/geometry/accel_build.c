@@ -53,8 +53,8 @@ static void world_box(const struct rmap_affine *to_world, struct rmap_vec3 *lowe
     }
 }
 
-static void world_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
-                         struct rmap_vec3 *upper)
+void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
+                       struct rmap_vec3 *upper)
 {
     *lower = object->lower;
     *upper = object->upper;
@@ -68,7 +68,7 @@ static void set_mesh_bounds(struct rmap_accel_object *object)
     const struct rmap_affine *a = &object->to_world;
     const double t[3] = {a->t.x, a->t.y, a->t.z};
     double lower[3], upper[3];
-    world_bounds(object, &object->world_lower, &object->world_upper);
+    rmap_accel_bounds(object, &object->world_lower, &object->world_upper);
     if (mesh->n_vertex > EXACT_BOUNDS_MAX)
         return;
     for (int k = 0; k < 3; k++) {
@@ -100,7 +100,7 @@ static double reach_of(struct rmap_vec3 lower, struct rmap_vec3 upper)
 static void set_tolerances(struct rmap_accel_object *object)
 {
     struct rmap_vec3 lower = {0}, upper = {0};
-    world_bounds(object, &lower, &upper);
+    rmap_accel_bounds(object, &lower, &upper);
     double size = rmap_length(rmap_sub(upper, lower));
     double place = reach_of(lower, upper);
     object->exact = 1e-12 * size + 64 * DBL_EPSILON * place;
@@ -138,7 +138,7 @@ static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *e
     struct rmap_vec3 lower = {0}, upper = {0};
     for (size_t i = 0; i < accel->n_object; i++) {
         struct rmap_vec3 low = {0}, high = {0};
-        world_bounds(&accel->object[i], &low, &high);
+        rmap_accel_bounds(&accel->object[i], &low, &high);
         lower = i == 0 ? low : rmap_least(lower, low);
         upper = i == 0 ? high : rmap_greatest(upper, high);
     }
@@ -239,7 +239,7 @@ static bool shapes_surround(const struct rmap_accel *accel, const struct RTCBoun
         struct rmap_vec3 from, to;
         if (!accel->object[i].shape)
             continue;
-        world_bounds(&accel->object[i], &from, &to);
+        rmap_accel_bounds(&accel->object[i], &from, &to);
         lower = rmap_least(lower, rmap_sub(from, accel->centre));
         upper = rmap_greatest(upper, rmap_sub(to, accel->centre));
     }
@@ -291,6 +291,8 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
         rtcCommitScene(accel->rest);
     if (sieved) {
         set_rest_bounds(accel);
+        if (accel->rest_inside)
+            rmap_clearing_build(accel);
         rmap_balls_build(accel);
         rmap_sieve_build(accel);
     } else {

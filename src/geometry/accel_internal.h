@@ -77,6 +77,7 @@ struct rmap_accel_object {
     double local_error;      /* meshes: of Embree's float rays in the local frame, at most */
     struct rmap_vec3 middle; /* meshes: of the sphere about the local bounds */
     double half;             /* its radius */
+    int side; /* shapes: of the clearing, 2 * axis + upper, that ends at this one; 6: none */
     int32_t medium_front, medium_back;
     const void *soon; /* what the tracer asks for first of an object that is hit */
 };
@@ -124,6 +125,15 @@ struct rmap_balls {
     int32_t object[RMAP_SIEVE_WIDE];
 };
 
+/* A box without shapes, about Embree's origin; and the same open to one side, for rays that start
+ * there: begin[side], 2 * axis + upper, begin[6] to none. */
+struct rmap_box3f {
+    float lower[3], upper[3];
+};
+struct rmap_clearing {
+    struct rmap_box3f box, begin[7];
+};
+
 struct rmap_accel_failure {
     atomic_flag taken;
     enum RTCError code;
@@ -137,6 +147,7 @@ struct rmap_accel {
     float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
     bool rest_apart;                    /* most of the scene is outside them */
     bool rest_inside;                   /* they lie within those of the sieve's shapes */
+    struct rmap_clearing clearing;      /* where they do */
     struct rmap_balls balls;
     struct rmap_sieve sieve;
     RTCScene *bottom;           /* [n_geometry], NULL for shapes */
@@ -229,6 +240,10 @@ struct rmap_traversal {
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
+/* accel_build.c: bounds in the world. */
+void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
+                       struct rmap_vec3 *upper);
+
 /* accel_parts.c: boxes in the object's frame, part in [0, rmap_part_count). */
 void rmap_shell_radii(const struct rmap_shape *shape, double radius[2]); /* from the axis */
 int rmap_part_count(const struct rmap_accel_object *object);
@@ -245,6 +260,13 @@ void rmap_sieve_search(struct rmap_query *query, const float origin[3], const fl
 void rmap_balls_build(struct rmap_accel *accel);
 void rmap_balls_search(struct rmap_query *query, const float origin[3], const float direction[3],
                        double shift);
+
+/* accel_clearing.c. rmap_clearing_holds: nothing as far as the limit can be a shape, of a float ray
+ * that begins `shift` from the start, there or on the shape at which one of the box's sides ends.
+ */
+void rmap_clearing_build(struct rmap_accel *accel);
+bool rmap_clearing_holds(const struct rmap_query *query, const float origin[3],
+                         const float direction[3], double shift);
 
 /* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
 enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,

@@ -182,6 +182,15 @@ static void search_rest(struct rmap_query *query, const float origin[3], const f
         traverse(query, rest, origin, direction, shift);
 }
 
+static void search_shapes(struct rmap_query *query, const float origin[3], const float direction[3],
+                          double shift)
+{
+    if (query->accel->balls.n > 0)
+        rmap_balls_search(query, origin, direction, shift);
+    if (query->accel->sieve.n_slot > 0)
+        rmap_sieve_search(query, origin, direction, shift);
+}
+
 /* The weights are none of them negative: the position lies on the triangle, never beside it. */
 static void finish_triangle(const struct rmap_accel_object *object,
                             const struct rmap_candidate *best, struct rmap_hit *hit)
@@ -228,14 +237,14 @@ bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ra
     if (!enter_scene(&query, origin, direction, &shift))
         return false;
     look_around(&query);
-    if (accel->rest_inside)
+    if (accel->rest_inside) {
         search_rest(&query, origin, direction, shift);
-    if (accel->balls.n > 0)
-        rmap_balls_search(&query, origin, direction, shift);
-    if (accel->sieve.n_slot > 0)
-        rmap_sieve_search(&query, origin, direction, shift);
-    if (!accel->rest_inside)
+        if (!rmap_clearing_holds(&query, origin, direction, shift))
+            search_shapes(&query, origin, direction, shift);
+    } else {
+        search_shapes(&query, origin, direction, shift);
         search_rest(&query, origin, direction, shift);
+    }
     if (query.n_candidate == 0)
         return false;
     finish(&query, hit);
