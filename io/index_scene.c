@@ -27,38 +27,37 @@ out:
     return st;
 }
 
-/* Names lie at different offsets of different structs: the list is gathered by address. */
-struct name_list {
-    const char *path, *description;
-    const void *first; /* struct 0 */
-    size_t n, struct_nbytes, name_offset;
-};
+const char *rmap_name_of(const struct rmap_name_list *list, size_t i)
+{
+    const char *name = NULL;
+    memcpy(&name, (const char *)list->first + i * list->struct_nbytes + list->name_offset,
+           sizeof name);
+    return name;
+}
 
-static enum rmap_status write_name_list(struct rmap_h5 *h5, const struct name_list *list,
+static enum rmap_status write_name_list(struct rmap_h5 *h5, const struct rmap_name_list *list,
                                         struct rmap_error *err)
 {
     const char **name = rmap_alloc(list->n, sizeof *name);
     if (!name)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for names");
     for (size_t i = 0; i < list->n; i++)
-        memcpy(&name[i], (const char *)list->first + i * list->struct_nbytes + list->name_offset,
-               sizeof *name);
+        name[i] = rmap_name_of(list, i);
     enum rmap_status st =
         rmap_h5_write_names(h5, list->path, name, list->n, list->description, err);
     rmap_free(name);
     return st;
 }
 
-static enum rmap_status write_names(struct rmap_h5 *h5, const struct rmap_scene *scene,
-                                    struct rmap_error *err)
+void rmap_index_name_lists(const struct rmap_scene *scene,
+                           struct rmap_name_list list[RMAP_NAME_LISTS])
 {
-    enum rmap_status st = RMAP_OK;
 #define LIST(member, text)                                                                         \
     {                                                                                              \
         "/name/" #member, text, scene->member, scene->n_##member, sizeof *scene->member,           \
             offsetof(struct rmap_##member, name)                                                   \
     }
-    const struct name_list list[] = {
+    const struct rmap_name_list all[RMAP_NAME_LISTS] = {
         LIST(source, "names of sources; /ray/source counts them"),
         LIST(object, "names of objects; /segment/object counts them"),
         LIST(group, "names of groups of objects"),
@@ -68,24 +67,45 @@ static enum rmap_status write_names(struct rmap_h5 *h5, const struct rmap_scene 
         LIST(geometry, "names of unique geometries"),
     };
 #undef LIST
-    static const struct rmap_h5_field object_field[] = {
+    memcpy(list, all, sizeof all);
+}
+
+struct rmap_field_table rmap_index_object_fields(void)
+{
+    static const struct rmap_h5_field field[] = {
         {"/name/object_id", RMAP_U64, 1, offsetof(struct rmap_object, id), "stable id of objects"},
         {"/name/object_group", RMAP_I32, 1, offsetof(struct rmap_object, parent),
          "group that holds an object, as a row of /name/group; -1: none"},
         {"/name/object_geometry", RMAP_I32, 1, offsetof(struct rmap_object, geometry),
          "geometry of an object, as a row of /name/geometry"},
     };
-    static const struct rmap_h5_field group_field[] = {
+    return (struct rmap_field_table){field, sizeof field / sizeof *field};
+}
+
+struct rmap_field_table rmap_index_group_fields(void)
+{
+    static const struct rmap_h5_field field[] = {
         {"/name/group_id", RMAP_U64, 1, offsetof(struct rmap_group, id), "stable id of groups"},
         {"/name/group_group", RMAP_I32, 1, offsetof(struct rmap_group, parent),
          "group that holds a group; -1: none"},
     };
+    return (struct rmap_field_table){field, sizeof field / sizeof *field};
+}
+
+static enum rmap_status write_names(struct rmap_h5 *h5, const struct rmap_scene *scene,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_field_table object = rmap_index_object_fields(),
+                                  group = rmap_index_group_fields();
+    struct rmap_name_list list[RMAP_NAME_LISTS];
+    rmap_index_name_lists(scene, list);
     RMAP_TRY(rmap_h5_group(h5, "/name", err));
-    for (size_t i = 0; i < sizeof list / sizeof *list; i++)
+    for (size_t i = 0; i < RMAP_NAME_LISTS; i++)
         RMAP_TRY(write_name_list(h5, &list[i], err));
-    RMAP_TRY(rmap_h5_write_fields(h5, object_field, 3, scene->object, scene->n_object,
+    RMAP_TRY(rmap_h5_write_fields(h5, object.field, object.n, scene->object, scene->n_object,
                                   sizeof *scene->object, err));
-    RMAP_TRY(rmap_h5_write_fields(h5, group_field, 2, scene->group, scene->n_group,
+    RMAP_TRY(rmap_h5_write_fields(h5, group.field, group.n, scene->group, scene->n_group,
                                   sizeof *scene->group, err));
 out:
     return st;

@@ -44,6 +44,11 @@ enum rmap_status rmap_verify_tables(const struct rmap_table_pair *pair,
                                     struct rmap_findings *findings,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
+/* What the index repeats of the scene inside, and of its pieces, for other readers. */
+enum rmap_status rmap_verify_scene(struct rmap_verification *self, struct rmap_h5 *h5,
+                                   struct rmap_findings *findings,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 /* The index's view of all pieces as one. */
 enum rmap_status rmap_verify_view(struct rmap_verification *self, struct rmap_h5 *h5,
                                   struct rmap_findings *findings,

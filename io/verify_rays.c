@@ -238,6 +238,7 @@ enum rmap_status rmap_verify_sums(struct rmap_verification *self, const struct r
         goto out;
     }
     RMAP_TRY(check_totals(self, &h5, findings, err));
+    RMAP_TRY(rmap_verify_scene(self, &h5, findings, err));
     RMAP_TRY(rmap_verify_view(self, &h5, findings, err));
 out:
     rmap_h5_drop(&h5);

@@ -75,6 +75,24 @@ def changed(whole, change):
     return "bad.raymap"
 
 
+def check_repeated(whole):
+    """What the index repeats of the scene inside, for other readers: verify compares, repair mends."""
+    for path, row, value in (("name/object", 0, b"lense"), ("name/detector", 0, b""),
+                             ("name/object_id", 1, 7), ("name/object_group", 0, 3),
+                             ("source/flux", 1, 3.0), ("source/emitted", 0, 1.0),
+                             ("channel/wavelength", 2, 500.0), ("portion/shard", 1, 5)):
+        bad = changed(whole, lambda file: put(file[path], row, value))
+        done = subprocess.run([PROGRAM, "verify", bad, "--quiet"], stdout=subprocess.PIPE,
+                              stderr=subprocess.STDOUT, text=True, check=False)
+        if done.returncode != 4 or "map.h5: /" + path not in done.stdout:
+            failures.append(f"verify, {path}: status {done.returncode}: {done.stdout[:400]}")
+        for command in ("repair", "verify"):
+            done = subprocess.run([PROGRAM, command, bad, "--quiet"], stdout=subprocess.PIPE,
+                                  stderr=subprocess.STDOUT, text=True, check=False)
+            if done.returncode != 0:
+                failures.append(f"{command}, {path}: {done.returncode}: {done.stdout[:400]}")
+
+
 def main():
     for name in os.listdir("."):
         shutil.rmtree(name) if os.path.isdir(name) else os.remove(name)
@@ -100,6 +118,7 @@ def main():
                 if (command[0] == "stats" and path == "portion/sources") or (i + j + k) % 5 == 0:
                     ask(command, bad, f"{encoding}, {what}")
             ask(CHANGING[(i + k) % len(CHANGING)], bad, f"{encoding}, {what}")
+    check_repeated("plain.raymap")
     for failure in failures:
         print("FAILED:", failure)
     print(f"{2 * len(cases)} maps, {len(failures)} failures")
