@@ -113,6 +113,8 @@ def main():
         if encoding == "compact":
             subprocess.run([PROGRAM, "index", whole, "--large", "--quiet"], check=True)
         for i, (what, path, row, value) in enumerate(cases):
+            if path != "portion/sources" and (i + k) % 2:
+                continue  # the other encoding has it
             bad = changed(whole, lambda file: put(file[path], row, value))
             for j, command in enumerate(COMMANDS):
                 if (command[0] == "stats" and path == "portion/sources") or (i + j + k) % 5 == 0:
@@ -121,7 +123,7 @@ def main():
     check_repeated("plain.raymap")
     for failure in failures:
         print("FAILED:", failure)
-    print(f"{2 * len(cases)} maps, {len(failures)} failures")
+    print(f"{len(failures)} failures")
     sys.exit(1 if failures else 0)
 
 
