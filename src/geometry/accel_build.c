@@ -19,6 +19,10 @@
  * of boxes. */
 #define LOCAL_ERRORS 32
 
+/* The same in the top level, of 4 roundings of the radius each: 3 of the start and the direction, 8
+ * of boxes, which lie up to twice the radius away. */
+#define BOX_ERRORS 4
+
 static double norm(const struct rmap_affine *a)
 {
     double sum = 0;
@@ -162,7 +166,7 @@ static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
         rmap_part_bounds(object, part->part, &lower, &upper);
         world_box(&object->to_world, &lower, &upper);
     }
-    double pad = 2 * accel->error + object->tolerance;
+    double pad = BOX_ERRORS * accel->error + object->tolerance;
     lower = rmap_sub(lower, accel->centre);
     upper = rmap_sub(upper, accel->centre);
     args->bounds_o->lower_x = (float)(lower.x - pad);
