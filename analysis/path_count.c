@@ -136,12 +136,13 @@ void rmap_path_counts_take_cache(struct rmap_path_counts *self,
                                  const struct rmap_class_cache *cache)
 {
     for (size_t i = 0; cache && i < RMAP_CLASS_CACHE_LINES; i++) {
-        if (cache->rays[i] == 0)
+        const uint64_t n_ray = cache->rays[i];
+        if (n_ray == 0)
             continue;
         if (!self->is_full)
-            rmap_class_sums_add_rays(&self->tally.classes, cache->class[i], cache -> rays[i]);
+            rmap_class_sums_add_rays(&self->tally.classes, cache->class[i], n_ray);
         else if (self->sketch.rays)
-            rmap_path_sketch_add(&self->sketch, cache->key[i], cache->rays[i]);
+            rmap_path_sketch_add(&self->sketch, cache->key[i], n_ray);
     }
 }
 
