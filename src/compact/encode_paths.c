@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Paths of rays on their way into a piece: spelled as words, looked up, entered.
+ */
+#include <string.h>
+
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include "compact/encoder.h"
+
+/* The words of ray i, whose rows begin at s and r, and the media of its legs. */
+static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap_portion *portion,
+                       size_t i, size_t s, size_t r, uint32_t *word, int16_t *expected_medium)
+{
+    const struct rmap_segment_columns *segment = &portion->segment;
+    const struct rmap_registration_columns *registration = &portion->registration;
+    uint32_t n = portion->ray.segment_count[i], m = portion->ray.registration_count[i];
+    uint8_t stop = portion->ray.stop[i];
+    word[RMAP_WORD_SOURCE] = (uint32_t)portion->ray.source[i];
+    word[RMAP_WORD_STOP] = stop;
+    word[RMAP_WORD_START_OBJECT] = (uint32_t)portion->ray.start_object[i] + 1;
+    word[RMAP_WORD_SEGMENTS] = n;
+    word[RMAP_WORD_REGISTRATIONS] = m;
+    word += RMAP_WORD_HEAD;
+    int32_t medium = rmap_first_medium(model, portion->ray.source[i]);
+    const struct rmap_compact_body *nothing = &model->body[model->n_object], *from = nothing;
+    uint32_t stored_from = 0;
+    for (uint32_t k = 0; k < n; k++) {
+        uint32_t object = (uint32_t)segment->object[s + k], event = segment->event[s + k];
+        uint32_t stored = object + 1;
+        word[k] = rmap_swap_expected(stored, from->inside == medium ? stored_from : 0);
+        from = object < model->n_object ? &model->body[object] : nothing;
+        stored_from = stored;
+        word[n + k] = event ^ from->expected;
+        expected_medium[k] = (int16_t)medium;
+        medium = rmap_medium_after(from, medium, event);
+    }
+    if (n > 0)
+        word[2 * n - 1] = segment->event[s + n - 1] ^ rmap_event_at_end(stop);
+    word += 2 * (size_t)n;
+    for (uint32_t k = 0; k < m; k++) {
+        word[k] = registration->segment[r + k];
+        word[m + k] = (uint32_t)registration->detector[r + k];
+        word[2 * m + k] = registration->registered[r + k];
+    }
+    return word + 3 * (size_t)m;
+}
+
+void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
+{
+    size_t s = 0, r = 0;
+    uint32_t *word = encoder->word;
+    for (size_t i = 0; i < encoder->n_ray; i++) {
+        uint32_t *end = spell(encoder->model, portion, i, s, r, word, encoder->medium + s);
+        uint64_t hash = XXH3_64bits(word, (size_t)(end - word) * sizeof *word);
+        encoder->hash[i] = hash ? hash : 1;
+        encoder->begin[i] = (size_t)(word - encoder->word);
+        word = end;
+        s += portion->ray.segment_count[i];
+        r += portion->ray.registration_count[i];
+    }
+}
+
+static enum rmap_status add_path(struct rmap_path_rows *rows, const uint32_t *word,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = rmap_path_rows_reserve(rows, 1, word[RMAP_WORD_SEGMENTS],
+                                                 word[RMAP_WORD_REGISTRATIONS], err);
+    if (st == RMAP_OK)
+        rmap_path_rows_add(rows, word);
+    return st;
+}
+
+static void hand_out_paths(const struct rmap_path_rows *from, enum rmap_compact_table table,
+                           int first_stream, struct rmap_rows *rows)
+{
+    void *const column[] = {from->source,
+                            from->stop,
+                            from->start_object,
+                            from->segment_count,
+                            from->registration_count,
+                            from->object,
+                            from->event,
+                            from->segment,
+                            from->detector,
+                            from->registered};
+    for (int i = 0; i < 10; i++)
+        rows->data[first_stream + i] = column[i];
+    rows->n_row[table] = from->n;
+    rows->n_row[table + 1] = from->n_segment;
+    rows->n_row[table + 2] = from->n_registration;
+}
+
+enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
+                                      struct rmap_path_book *book, struct rmap_rows *rows,
+                                      struct rmap_error *err)
+{
+    const size_t ahead = 8;
+    enum rmap_status st = RMAP_OK;
+    encoder->own.n = encoder->own.n_segment = encoder->own.n_registration = 0;
+    encoder->entered.n = encoder->entered.n_segment = encoder->entered.n_registration = 0;
+    for (size_t i = 0; i < encoder->n_ray; i++) {
+        const uint32_t *word = encoder->word + encoder->begin[i];
+        bool added;
+        if (i + ahead < encoder->n_ray)
+            rmap_path_book_expect(book, encoder->hash[i + ahead]);
+        RMAP_TRY(rmap_path_book_find(book, word, encoder->hash[i], &encoder->path[i], &added, err));
+        if (encoder->path[i] == 0)
+            RMAP_TRY(add_path(&encoder->own, word, err));
+        else if (added)
+            RMAP_TRY(add_path(&encoder->entered, word, err));
+    }
+    *rows =
+        (struct rmap_rows){.layout = &rmap_compact_layout, .n_channel = encoder->model->n_channel};
+    hand_out_paths(&encoder->own, RMAP_COMPACT_OWN, RMAP_STREAM_OWN_source, rows);
+    hand_out_paths(&encoder->entered, RMAP_COMPACT_PATH, RMAP_STREAM_PATH_source, rows);
+    rows->n_row[RMAP_COMPACT_RAY] = encoder->n_ray;
+    rows->data[RMAP_STREAM_ray_path] = encoder->path;
+    rows->data[RMAP_STREAM_ray_channel] = encoder->channel;
+    rows->n_row[RMAP_COMPACT_TRIANGLE] = encoder->n_triangle;
+    rows->data[RMAP_STREAM_triangle] = encoder->triangle;
+    rows->n_row[RMAP_COMPACT_PATCH] = encoder->store.n_patch;
+    rows->data[RMAP_STREAM_patch_skip] = encoder->store.skip;
+    rows->data[RMAP_STREAM_patch_value] = encoder->store.value;
+    rows->n_row[RMAP_COMPACT_POOL16] = encoder->store.n16;
+    rows->data[RMAP_STREAM_pool16] = encoder->store.pool16;
+    rows->n_row[RMAP_COMPACT_POOL32] = encoder->store.n32;
+    rows->data[RMAP_STREAM_pool32] = encoder->store.pool32;
+    rows->n_row[RMAP_COMPACT_POOL64] = encoder->store.n64;
+    rows->data[RMAP_STREAM_pool64] = encoder->store.pool64;
+    rows->n_row[RMAP_COMPACT_CURVE] = encoder->n_curve;
+    rows->data[RMAP_STREAM_curve_ray] = encoder->curve.ray;
+    rows->data[RMAP_STREAM_curve_segment] = encoder->curve.segment;
+    rows->data[RMAP_STREAM_curve_position] = encoder->curve.position;
+out:
+    return st;
+}

@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A portion being encoded, for the files that do it.
+ */
+#ifndef RMAP_COMPACT_ENCODER_H
+#define RMAP_COMPACT_ENCODER_H
+
+#include "compact/few.h"
+#include "compact/paths.h"
+#include "compact/settle.h"
+
+struct rmap_compact_encoder {
+    const struct rmap_compact_model *model;
+    struct rmap_lane lane[RMAP_LANE_COUNT];
+    struct rmap_lane_store store;
+    size_t n_ray;
+
+    /* [n_ray] */
+    size_t cap_path, cap_channel, cap_hash, cap_begin;
+    uint32_t *path;
+    uint8_t *channel;
+    uint64_t *hash;
+    size_t *begin; /* of the path's words */
+
+    uint32_t *word;
+    size_t cap_word;
+    uint32_t *triangle;
+    size_t n_triangle, cap_triangle;
+    int16_t *medium; /* expected, [legs] */
+    size_t cap_medium;
+    struct rmap_path_rows own, entered;
+    struct rmap_curve_columns curve; /* as they are */
+    size_t n_curve, cap_ray, cap_segment, cap_position;
+    struct rmap_wave wave;
+    struct rmap_portion *predicted;
+    struct rmap_few *few;
+};
+
+/* Words, hashes and expected media of all rays. */
+void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion);
+
+/* Lists the triangles and offers what needs no leg traced. */
+void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion);
+
+#endif
