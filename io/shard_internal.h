@@ -66,6 +66,18 @@ struct rmap_shard_writer {
     double flush_due; /* on the monotonic clock, in seconds */
 };
 
+/* Takes the lock, unless the shard has failed: then it says why. */
+enum rmap_status rmap_shard_enter(struct rmap_shard_writer *self,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* Releases the lock; a failure st, told in err (or NULL), is the shard's. Returns st. */
+enum rmap_status rmap_shard_leave(struct rmap_shard_writer *self, enum rmap_status st,
+                                  const struct rmap_error *err) RMAP_MUST_USE;
+
+/* Hands over what is in the buffers, and the piece with it. Under the lock. RMAP_SYSTEM: memory. */
+enum rmap_status rmap_shard_end_piece(struct rmap_shard_writer *self,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 /* Puts the sign for a flush into the queue, if anything is new and none is pending. Under the
  * lock. RMAP_SYSTEM: memory. */
 enum rmap_status rmap_shard_flush_begin(struct rmap_shard_writer *self,

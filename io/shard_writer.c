@@ -17,7 +17,6 @@
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/shard_internal.h"
-#include "io/shuffle.h"
 
 static const struct rmap_shard_options defaults = {.piece_nbytes = (size_t)512 << 20,
                                                    .flush_seconds = RMAP_FLUSH_SECONDS};
@@ -74,109 +73,8 @@ out:
     return st;
 }
 
-static enum rmap_status begin_piece(struct rmap_shard_writer *self, struct rmap_error *err)
-{
-    if (self->piece)
-        return RMAP_OK;
-    self->piece = rmap_alloc(1, sizeof *self->piece);
-    if (!self->piece)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
-    enum rmap_status st = rmap_row_pool_book(self->rows, &self->piece->book, err);
-    if (st == RMAP_OK)
-        self->piece->number = self->next_number++;
-    return st;
-}
-
-/* Shuffles a block's rows of one stream into buffers, handing them over as they fill. */
-static enum rmap_status append_stream(struct rmap_shard_writer *self, int stream,
-                                      const struct rmap_rows *rows, struct rmap_error *err)
-{
-    const struct rmap_stream_info *info = &rows->layout->stream[stream];
-    size_t row = rmap_stream_row_nbytes(info, rows->n_channel), left = rows->n_row[info->table];
-    const uint8_t *from = rows->data[stream];
-    size_t element = rmap_element_nbytes(info->element), width = row / element;
-    uint64_t at = self->piece->stored_rows[info->table];
-    self->piece->raw_nbytes += left * row;
-    while (left > 0) {
-        struct rmap_chunk *chunk = self->open[stream];
-        if (!chunk) {
-            enum rmap_status st = rmap_chunk_queue_take(&self->queue, stream, &chunk, err);
-            if (st != RMAP_OK)
-                return st;
-            chunk->piece = self->piece;
-            chunk->index = (uint32_t)(at / RMAP_CHUNK_ROWS);
-            self->open[stream] = chunk;
-        }
-        size_t n = RMAP_CHUNK_ROWS - chunk->n_row < left ? RMAP_CHUNK_ROWS - chunk->n_row : left;
-        rmap_shuffle_away(from, n * width, element, chunk->plane + chunk->n_row * width,
-                          RMAP_CHUNK_ROWS * width);
-        chunk->n_row += n;
-        chunk->n_row_end = at += n;
-        from += n * row;
-        left -= n;
-        if (chunk->n_row == RMAP_CHUNK_ROWS) {
-            rmap_chunk_queue_push(&self->queue, chunk);
-            self->open[stream] = NULL;
-        }
-    }
-    return RMAP_OK;
-}
-
-/* Hands over what is in the buffers, and the piece with it. */
-static enum rmap_status end_piece(struct rmap_shard_writer *self, struct rmap_error *err)
-{
-    struct rmap_chunk *sign = NULL;
-    enum rmap_status st = rmap_chunk_queue_take(&self->queue, RMAP_STREAM_MAX, &sign, err);
-    if (st != RMAP_OK)
-        return st;
-    for (int s = 0; s < RMAP_STREAM_MAX; s++) {
-        struct rmap_chunk *chunk = self->open[s];
-        if (!chunk)
-            continue;
-        rmap_chunk_queue_push(&self->queue, chunk);
-        self->open[s] = NULL;
-    }
-    sign->sign = RMAP_SIGN_END_PIECE;
-    sign->piece = self->piece;
-    self->piece = NULL;
-    rmap_chunk_queue_push(&self->queue, sign);
-    return RMAP_OK;
-}
-
-static enum rmap_status append_locked(struct rmap_shard_writer *self, struct rmap_row_slot *slot,
-                                      struct rmap_portion_info *info, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_rows made;
-    const struct rmap_rows *rows = &made;
-    RMAP_TRY(begin_piece(self, err));
-    struct rmap_shard_piece *piece = self->piece;
-    RMAP_TRY(rmap_row_slot_rows(slot, piece->book, &made, err));
-    void *block = piece->portion;
-    st = rmap_reserve(&block, &piece->cap_portion, piece->n_portion + 1, sizeof *piece->portion,
-                      err);
-    piece->portion = block;
-    if (st != RMAP_OK)
-        goto out;
-    for (int s = 0; s < rows->layout->n_stream; s++)
-        RMAP_TRY(append_stream(self, s, rows, err));
-    for (int t = 0; t < rows->layout->n_table; t++) {
-        if (!(rows->layout->whole_tables & (UINT32_C(1) << t))) {
-            info->stored_first[t] = piece->stored_rows[t];
-            info->stored_rows[t] = rows->n_row[t];
-        }
-        piece->stored_rows[t] += rows->n_row[t];
-    }
-    piece->portion[piece->n_portion++] = *info;
-    if (piece->raw_nbytes >= self->options.piece_nbytes)
-        RMAP_TRY(end_piece(self, err));
-out:
-    return st;
-}
-
-/* Runs under the lock unless the shard failed already; its failure is the shard's. */
-static enum rmap_status leave(struct rmap_shard_writer *self, enum rmap_status st,
-                              const struct rmap_error *err)
+enum rmap_status rmap_shard_leave(struct rmap_shard_writer *self, enum rmap_status st,
+                                  const struct rmap_error *err)
 {
     if (st != RMAP_OK && self->failed == RMAP_OK) {
         self->failed = st;
@@ -188,7 +86,7 @@ static enum rmap_status leave(struct rmap_shard_writer *self, enum rmap_status s
     return st;
 }
 
-static enum rmap_status enter(struct rmap_shard_writer *self, struct rmap_error *err)
+enum rmap_status rmap_shard_enter(struct rmap_shard_writer *self, struct rmap_error *err)
 {
     (void)pthread_mutex_lock(&self->lock);
     if (self->failed == RMAP_OK)
@@ -198,35 +96,6 @@ static enum rmap_status enter(struct rmap_shard_writer *self, struct rmap_error 
     (void)pthread_mutex_unlock(&self->lock);
     return rmap_error_set(err, st, "%s",
                           cause.text[0] ? cause.text : "a shard could not be written");
-}
-
-enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
-                                          const struct rmap_portion *portion,
-                                          struct rmap_error *err)
-{
-    struct rmap_row_slot *slot = NULL;
-    struct rmap_portion_info info = {
-        .shard = self->shard, .space = self->run.space, .first_ray = portion->first_ray};
-    if (portion->n_row[RMAP_TABLE_RAY] == 0)
-        return RMAP_OK;
-    info.last_ray = portion->ray.id[portion->n_row[RMAP_TABLE_RAY] - 1];
-    if (portion->n_channel != self->queue.n_channel)
-        return rmap_error_set(err, RMAP_INTERNAL, "a block with %d colour channels, not %d",
-                              portion->n_channel, self->queue.n_channel);
-    if (portion->n_row[RMAP_TABLE_CURVE] > 0 && !rmap_scene_is_curved(self->run.scene))
-        return rmap_error_set(err, RMAP_INTERNAL, "curved legs in a scene without gradient media");
-    info.digest = rmap_portion_digest(portion);
-    rmap_portion_summarise(portion, &info.summary);
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        info.n_row[t] = portion->n_row[t];
-    enum rmap_status st = rmap_row_pool_encode(self->rows, portion, &slot, err);
-    if (st != RMAP_OK)
-        return st;
-    st = enter(self, err);
-    if (st == RMAP_OK)
-        st = leave(self, append_locked(self, slot, &info, err), err);
-    rmap_row_slot_give_back(slot);
-    return st;
 }
 
 /* An idle encoder or a new one; called under the lock. */
@@ -271,14 +140,14 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
     struct rmap_encoder_slot *slot = NULL;
     struct rmap_chunk *chunk = NULL;
     *did_ret = false;
-    enum rmap_status st = enter(self, err);
+    enum rmap_status st = rmap_shard_enter(self, err);
     if (st != RMAP_OK)
         return st;
     if (self->queue.unencoded)
         st = take_encoder(self, &slot, err);
     if (slot)
         chunk = rmap_chunk_queue_next(&self->queue);
-    st = leave(self, st, err);
+    st = rmap_shard_leave(self, st, err);
     if (!slot)
         return st;
 
@@ -289,7 +158,7 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
     self->idle = slot;
     rmap_chunk_queue_encoded(&self->queue, chunk);
     *did_ret = st == RMAP_OK;
-    return leave(self, st, err);
+    return rmap_shard_leave(self, st, err);
 }
 
 static enum rmap_status finish_piece(struct rmap_shard_writer *self,
@@ -339,7 +208,7 @@ static void release_chunk(struct rmap_shard_writer *self, struct rmap_chunk *chu
 
 enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct rmap_error *err)
 {
-    enum rmap_status st = enter(self, err);
+    enum rmap_status st = rmap_shard_enter(self, err);
     if (st != RMAP_OK)
         return st;
     struct rmap_chunk *chunk;
@@ -352,7 +221,7 @@ enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct 
         (void)pthread_mutex_lock(&self->lock);
         release_chunk(self, chunk);
     }
-    return leave(self, st, err);
+    return rmap_shard_leave(self, st, err);
 }
 
 /* Asks for a flush unless one is pending, whose rows are older than the call; *asked_ret is true
@@ -360,13 +229,13 @@ enum rmap_status rmap_shard_writer_store(struct rmap_shard_writer *self, struct 
 static enum rmap_status ask_flush(struct rmap_shard_writer *self, bool *asked_ret,
                                   struct rmap_error *err)
 {
-    enum rmap_status st = enter(self, err);
+    enum rmap_status st = rmap_shard_enter(self, err);
     if (st != RMAP_OK)
         return st;
     *asked_ret = !self->flush.pending;
     if (*asked_ret)
         st = rmap_shard_flush_begin(self, err);
-    return leave(self, st, err);
+    return rmap_shard_leave(self, st, err);
 }
 
 /* A flush, or a piece that is to be published. */
@@ -404,12 +273,12 @@ size_t rmap_shard_writer_backlog(const struct rmap_shard_writer *self)
 
 enum rmap_status rmap_shard_writer_end(struct rmap_shard_writer *self, struct rmap_error *err)
 {
-    enum rmap_status st = enter(self, err);
+    enum rmap_status st = rmap_shard_enter(self, err);
     if (st != RMAP_OK)
         return st;
     if (self->piece)
-        st = end_piece(self, err);
-    return leave(self, st, err);
+        st = rmap_shard_end_piece(self, err);
+    return rmap_shard_leave(self, st, err);
 }
 
 enum rmap_status rmap_shard_writer_finish(struct rmap_shard_writer *self, struct rmap_error *err)
