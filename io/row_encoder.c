@@ -106,6 +106,32 @@ enum rmap_status rmap_row_pool_encode(struct rmap_row_pool *pool,
     return st;
 }
 
+bool rmap_row_pool_in_parts(const struct rmap_row_pool *pool)
+{
+    return pool->model && rmap_compact_in_parts(pool->model);
+}
+
+enum rmap_status rmap_row_pool_begin(struct rmap_row_pool *pool, uint64_t first_ray,
+                                     struct rmap_row_slot **slot_ret, struct rmap_error *err)
+{
+    enum rmap_status st = take_slot(pool, slot_ret, err);
+    if (st == RMAP_OK)
+        rmap_compact_encode_begin((*slot_ret)->encoder, pool->seed, first_ray);
+    return st;
+}
+
+enum rmap_status rmap_row_slot_part(struct rmap_row_slot *slot, const struct rmap_portion *part,
+                                    bool *whole_ret, struct rmap_error *err)
+{
+    return rmap_compact_encode_part(slot->encoder, part, whole_ret, err);
+}
+
+enum rmap_status rmap_row_slot_end(struct rmap_row_slot *slot, bool *whole_ret,
+                                   struct rmap_error *err)
+{
+    return rmap_compact_encode_end(slot->encoder, whole_ret, err);
+}
+
 enum rmap_status rmap_row_slot_rows(struct rmap_row_slot *slot, struct rmap_path_book *book,
                                     struct rmap_rows *rows, struct rmap_error *err)
 {

@@ -28,6 +28,17 @@ enum rmap_status rmap_row_pool_encode(struct rmap_row_pool *pool,
                                       struct rmap_row_slot **slot_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same in parts that need not stay, as rmap_compact_encode_part: for encodings that have them.
+ * The slot is given back by the caller, on every path once there is one. */
+bool rmap_row_pool_in_parts(const struct rmap_row_pool *pool);
+enum rmap_status rmap_row_pool_begin(struct rmap_row_pool *pool, uint64_t first_ray,
+                                     struct rmap_row_slot **slot_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_row_slot_part(struct rmap_row_slot *slot, const struct rmap_portion *part,
+                                    bool *whole_ret, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_row_slot_end(struct rmap_row_slot *slot, bool *whole_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 /* Under the piece's lock, with its book. rows: borrowed until the slot is given back. */
 enum rmap_status rmap_row_slot_rows(struct rmap_row_slot *slot, struct rmap_path_book *book,
                                     struct rmap_rows *rows, struct rmap_error *err) RMAP_MUST_USE;

@@ -105,31 +105,133 @@ out:
     return st;
 }
 
-enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
-                                          const struct rmap_portion *portion,
-                                          struct rmap_error *err)
+static enum rmap_status append_slot(struct rmap_shard_writer *self, struct rmap_row_slot *slot,
+                                    struct rmap_portion_info *info, struct rmap_error *err)
 {
-    struct rmap_row_slot *slot = NULL;
-    struct rmap_portion_info info = {
-        .shard = self->shard, .space = self->run.space, .first_ray = portion->first_ray};
-    if (portion->n_row[RMAP_TABLE_RAY] == 0)
-        return RMAP_OK;
-    info.last_ray = portion->ray.id[portion->n_row[RMAP_TABLE_RAY] - 1];
+    enum rmap_status st = rmap_shard_enter(self, err);
+    return st == RMAP_OK ? rmap_shard_leave(self, append_locked(self, slot, info, err), err) : st;
+}
+
+static enum rmap_status check(const struct rmap_shard_writer *self,
+                              const struct rmap_portion *portion, struct rmap_error *err)
+{
     if (portion->n_channel != self->queue.n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a block with %d colour channels, not %d",
                               portion->n_channel, self->queue.n_channel);
     if (portion->n_row[RMAP_TABLE_CURVE] > 0 && !rmap_scene_is_curved(self->run.scene))
         return rmap_error_set(err, RMAP_INTERNAL, "curved legs in a scene without gradient media");
-    info.digest = rmap_portion_digest(portion);
-    rmap_portion_summarise(portion, &info.summary);
+    return RMAP_OK;
+}
+
+/* What the index says of a portion, from its first part. */
+static void describe(const struct rmap_shard_writer *self, const struct rmap_portion *part,
+                     struct rmap_portion_info *info)
+{
+    *info = (struct rmap_portion_info){
+        .shard = self->shard, .space = self->run.space, .first_ray = part->first_ray};
+    info->last_ray = part->ray.id[part->n_row[RMAP_TABLE_RAY] - 1];
+    info->digest = rmap_portion_digest(part);
+    rmap_portion_summarise(part, &info->summary);
     for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        info.n_row[t] = portion->n_row[t];
-    enum rmap_status st = rmap_row_pool_encode(self->rows, portion, &slot, err);
+        info->n_row[t] = part->n_row[t];
+}
+
+enum rmap_status rmap_shard_writer_append(struct rmap_shard_writer *self,
+                                          const struct rmap_portion *portion,
+                                          struct rmap_error *err)
+{
+    struct rmap_row_slot *slot = NULL;
+    struct rmap_portion_info info;
+    if (portion->n_row[RMAP_TABLE_RAY] == 0)
+        return RMAP_OK;
+    enum rmap_status st = check(self, portion, err);
     if (st != RMAP_OK)
         return st;
-    st = rmap_shard_enter(self, err);
-    if (st == RMAP_OK)
-        st = rmap_shard_leave(self, append_locked(self, slot, &info, err), err);
+    describe(self, portion, &info);
+    st = rmap_row_pool_encode(self->rows, portion, &slot, err);
+    if (st != RMAP_OK)
+        return st;
+    st = append_slot(self, slot, &info, err);
     rmap_row_slot_give_back(slot);
+    return st;
+}
+
+struct rmap_shard_block {
+    struct rmap_shard_writer *writer;
+    struct rmap_row_slot *slot; /* NULL: empty */
+    struct rmap_portion_info info;
+};
+
+enum rmap_status rmap_shard_block_create(struct rmap_shard_writer *writer,
+                                         struct rmap_shard_block **block_ret,
+                                         struct rmap_error *err)
+{
+    *block_ret = NULL;
+    if (!rmap_row_pool_in_parts(writer->rows))
+        return RMAP_OK;
+    *block_ret = rmap_alloc(1, sizeof **block_ret);
+    if (!*block_ret)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a block");
+    (*block_ret)->writer = writer;
+    return RMAP_OK;
+}
+
+static void empty(struct rmap_shard_block *block)
+{
+    rmap_row_slot_give_back(block->slot);
+    block->slot = NULL;
+}
+
+void rmap_shard_block_destroy(struct rmap_shard_block *block)
+{
+    if (!block)
+        return;
+    empty(block);
+    rmap_free(block);
+}
+
+static void describe_more(struct rmap_portion_info *info, const struct rmap_portion_info *part)
+{
+    info->last_ray = part->last_ray;
+    rmap_digest_add(&info->digest, part->digest);
+    rmap_portion_summary_add(&info->summary, &part->summary);
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        info->n_row[t] += part->n_row[t];
+}
+
+enum rmap_status rmap_shard_block_add(struct rmap_shard_block *block,
+                                      const struct rmap_portion *part, bool *whole_ret,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_portion_info info;
+    *whole_ret = false;
+    if (part->n_row[RMAP_TABLE_RAY] == 0)
+        return RMAP_OK;
+    RMAP_TRY(check(block->writer, part, err));
+    describe(block->writer, part, &info);
+    if (block->slot) {
+        describe_more(&block->info, &info);
+    } else {
+        RMAP_TRY(rmap_row_pool_begin(block->writer->rows, part->first_ray, &block->slot, err));
+        block->info = info;
+    }
+    RMAP_TRY(rmap_row_slot_part(block->slot, part, whole_ret, err));
+out:
+    if (st != RMAP_OK || *whole_ret)
+        empty(block);
+    return st;
+}
+
+enum rmap_status rmap_shard_block_append(struct rmap_shard_block *block, bool *whole_ret,
+                                         struct rmap_error *err)
+{
+    *whole_ret = false;
+    if (!block->slot)
+        return RMAP_OK;
+    enum rmap_status st = rmap_row_slot_end(block->slot, whole_ret, err);
+    if (st == RMAP_OK && !*whole_ret)
+        st = append_slot(block->writer, block->slot, &block->info, err);
+    empty(block);
     return st;
 }

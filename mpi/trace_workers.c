@@ -14,7 +14,9 @@
 static const size_t backlog_nbytes = (size_t)192 << 20;
 
 struct worker {
-    struct rmap_portion *portion; /* NULL when nothing is recorded */
+    struct rmap_portion *portion;   /* NULL when nothing is recorded */
+    struct rmap_shard_block *parts; /* NULL: blocks are kept whole */
+    unsigned n_whole;               /* blocks that are, next */
     struct rmap_tally *tally;
     struct rmap_cursor *cursor; /* of the map whose portions are summed up again */
     struct rmap_error error;
@@ -50,33 +52,89 @@ static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker
     return st == RMAP_OK ? rmap_forward_put(all->plan->forward, parcel, &self->error) : st;
 }
 
+/* Rays of a range one by one; returns the first id that was not traced. */
+static uint64_t trace_rays(const struct rmap_trace_workers *all, const struct rmap_tracer *tracer,
+                           struct rmap_ray_range rays, struct rmap_recorder *recorder)
+{
+    uint64_t id = rays.first;
+    for (; id < rays.end && !atomic_load_explicit(&all->left, memory_order_relaxed); id++)
+        rmap_trace_ray(tracer, id, recorder);
+    return id;
+}
+
+static enum rmap_status check_history(struct worker *self,
+                                      const struct rmap_portion_recorder *recorder, uint64_t first,
+                                      uint64_t end)
+{
+    if (recorder->status == RMAP_OK)
+        return RMAP_OK;
+    return rmap_error_set(&self->error, recorder->status,
+                          "out of memory for the histories of rays %llu to %llu",
+                          (unsigned long long)first, (unsigned long long)(end - 1));
+}
+
+/* Rays from `first` on, each part of which is kept before the next is traced. *end_ret: the first
+ * that was not traced. *whole_ret: they have to be kept in one, and are not kept. */
+static enum rmap_status trace_parts(struct rmap_trace_workers *all, struct worker *self,
+                                    const struct rmap_tracer *tracer, struct rmap_ray_range rays,
+                                    struct rmap_portion_recorder *history,
+                                    struct rmap_recorder *recorder, uint64_t *end_ret,
+                                    bool *whole_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_ray_range part = {rays.first, rays.first};
+    do {
+        part = (struct rmap_ray_range){part.end, part.end + RMAP_PART_RAYS};
+        part.end = part.end < rays.end ? part.end : rays.end;
+        rmap_portion_recorder_restart(history, part.first);
+        *end_ret = trace_rays(all, tracer, part, recorder);
+        RMAP_TRY(check_history(self, history, part.first, *end_ret));
+        RMAP_TRY(rmap_shard_block_add(self->parts, self->portion, whole_ret, &self->error));
+    } while (*end_ret == part.end && part.end < rays.end && !*whole_ret);
+    if (!*whole_ret)
+        RMAP_TRY(rmap_shard_block_append(self->parts, whole_ret, &self->error));
+out:
+    return st;
+}
+
+/* Where parts did not do, they will not for some time. */
+#define WHOLE_BLOCKS 64
+
 static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worker *self,
                                     struct rmap_ray_range rays)
 {
     const struct rmap_trace_plan *plan = all->plan;
+    enum rmap_status st = RMAP_OK;
     struct rmap_tracer tracer = {.scene = plan->scene, .accel = plan->accel, .seed = plan->seed};
-    struct rmap_portion_recorder portion_recorder;
+    struct rmap_portion_recorder history;
     struct rmap_tally_recorder recorder;
-    if (self->portion) {
-        rmap_portion_clear(self->portion);
-        self->portion->first_ray = rays.first;
-        rmap_portion_recorder_init(&portion_recorder, self->portion);
-    }
-    rmap_tally_recorder_init(&recorder, self->tally, self->portion ? &portion_recorder.base : NULL);
     uint64_t end = rays.first;
-    for (; end < rays.end && !atomic_load_explicit(&all->left, memory_order_relaxed); end++)
-        rmap_trace_ray(&tracer, end, &recorder.base);
+    if (self->portion) {
+        rmap_portion_recorder_init(&history, self->portion);
+        rmap_portion_recorder_restart(&history, rays.first);
+        history.strays.seed = plan->seed;
+    }
+    rmap_tally_recorder_init(&recorder, self->tally, self->portion ? &history.base : NULL);
+    if (self->parts && self->n_whole == 0) {
+        bool whole = false;
+        RMAP_TRY(trace_parts(all, self, &tracer, rays, &history, &recorder.base, &end, &whole));
+        if (!whole)
+            goto out;
+        self->n_whole = WHOLE_BLOCKS;
+        rmap_portion_recorder_restart(&history, rays.first);
+        for (uint64_t id = rays.first; id < end; id++) /* which the tally has already */
+            rmap_trace_ray(&tracer, id, &history.base);
+    }
+    self->n_whole -= self->n_whole > 0;
+    end = trace_rays(all, &tracer, (struct rmap_ray_range){end, rays.end}, &recorder.base);
+    if (self->portion && end > rays.first) {
+        RMAP_TRY(check_history(self, &history, rays.first, end));
+        RMAP_TRY(keep_block(all, self));
+    }
+out:
     self->n_ray += end - rays.first;
-    if (!self->portion || end == rays.first)
-        return RMAP_OK;
-    if (portion_recorder.status != RMAP_OK)
-        return rmap_error_set(&self->error, portion_recorder.status,
-                              "out of memory for the histories of rays %llu to %llu",
-                              (unsigned long long)rays.first, (unsigned long long)(end - 1));
-    portion_recorder.strays.seed = plan->seed;
-    self->portion->strays = &portion_recorder.strays;
-    enum rmap_status st = keep_block(all, self);
-    self->portion->strays = NULL;
+    if (self->portion)
+        self->portion->strays = NULL;
     return st;
 }
 
@@ -183,6 +241,8 @@ enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
         if (plan->writer || plan->forward)
             RMAP_TRY(rmap_portion_create(RMAP_BLOCK_RAYS, plan->scene->channels.n,
                                          &workers->worker[i].portion, err));
+        if (plan->writer)
+            RMAP_TRY(rmap_shard_block_create(plan->writer, &workers->worker[i].parts, err));
     }
     RMAP_TRY(rmap_workers_start(n_thread, work, workers, &workers->threads, err));
     *workers_ret = workers;
@@ -280,6 +340,7 @@ void rmap_trace_workers_destroy(struct rmap_trace_workers *workers)
     for (int i = 0; workers->worker && i < workers->n_thread; i++) {
         rmap_cursor_destroy(workers->worker[i].cursor);
         rmap_portion_destroy(workers->worker[i].portion);
+        rmap_shard_block_destroy(workers->worker[i].parts);
         rmap_tally_destroy(workers->worker[i].tally);
     }
     rmap_free(workers->worker);

@@ -52,6 +52,18 @@ enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint6
                                      const struct rmap_portion *portion,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same in parts, in the order of their ids, none of which need stay: for rays that nearly all
+ * are foretold (struct rmap_portion.strays) and have consecutive ids. *whole_ret: they are not, and
+ * the portion must be encoded in one after all. RMAP_SYSTEM, or RMAP_INTERNAL as above. */
+bool rmap_compact_in_parts(const struct rmap_compact_model *model); /* whether that may work */
+void rmap_compact_encode_begin(struct rmap_compact_encoder *encoder, uint64_t seed,
+                               uint64_t first_ray);
+enum rmap_status rmap_compact_encode_part(struct rmap_compact_encoder *encoder,
+                                          const struct rmap_portion *part, bool *whole_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_compact_encode_end(struct rmap_compact_encoder *encoder, bool *whole_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 /* Looks the paths up and enters new ones, in the order of the calls: under the piece's lock.
  * *rows: to be appended to the piece, borrowed from the encoder until its next encode; the rows of
  * the whole tables are those that this portion adds. */

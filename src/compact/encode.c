@@ -67,20 +67,20 @@ static enum rmap_status check(const struct rmap_compact_encoder *encoder,
 }
 
 static enum rmap_status make_room(struct rmap_compact_encoder *encoder,
-                                  const struct rmap_portion *portion, struct rmap_error *err)
+                                  const struct rmap_portion *part, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n = portion->n_row[RMAP_TABLE_RAY], s = portion->n_row[RMAP_TABLE_SEGMENT];
-    size_t words = RMAP_WORD_HEAD * n + 2 * s + 3 * portion->n_row[RMAP_TABLE_REGISTRATION];
+    size_t n = part->n_row[RMAP_TABLE_RAY], s = part->n_row[RMAP_TABLE_SEGMENT];
+    size_t words = RMAP_WORD_HEAD * n + 2 * s + 3 * part->n_row[RMAP_TABLE_REGISTRATION];
 #define ROOM(field, n)                                                                             \
     RMAP_TRY(rmap_reserve((void **)&encoder->field, &encoder->cap_##field, n,                      \
                           sizeof *encoder->field, err))
-    ROOM(path, n);
-    ROOM(channel, n);
-    ROOM(hash, n);
-    ROOM(begin, n);
-    ROOM(word, words);
-    ROOM(triangle, s);
+    ROOM(path, encoder->n_ray + n);
+    ROOM(channel, encoder->n_ray + n);
+    ROOM(hash, encoder->n_ray + n);
+    ROOM(begin, encoder->n_ray + n);
+    ROOM(word, encoder->n_word + words);
+    ROOM(triangle, encoder->n_triangle + s);
     ROOM(medium, s);
 #undef ROOM
 out:
@@ -106,19 +106,20 @@ out:
     return st;
 }
 
-/* What was recorded against what is predicted: of all rays, or of those that need it. */
-static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t seed,
-                                const struct rmap_portion *portion, bool *one_by_one_ret,
+/* What was recorded against what is predicted: of all rays, or of those that need it.
+ * *one_by_one_ret: the reader must follow every ray of the portion by itself. */
+static enum rmap_status retrace(struct rmap_compact_encoder *encoder,
+                                const struct rmap_portion *part, bool few, bool *one_by_one_ret,
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_portion *predicted = encoder->predicted;
+    const uint8_t *channel = encoder->channel + encoder->n_ray;
     const struct rmap_retrace r =
-        rmap_retrace_of(encoder->model, seed, portion, encoder->channel, encoder->lane);
-    const struct rmap_portion *rows = portion;
-    bool few = rmap_few_choose(encoder->few, encoder->model, seed, portion);
+        rmap_retrace_of(encoder->model, encoder->seed, part, channel, encoder->lane);
+    const struct rmap_portion *rows = part;
     if (few) {
-        RMAP_TRY(rmap_few_gather(encoder->few, portion, encoder->channel, err));
+        RMAP_TRY(rmap_few_gather(encoder->few, part, channel, err));
         rows = encoder->few->rows;
     }
     rmap_portion_clear(predicted);
@@ -127,8 +128,8 @@ static enum rmap_status retrace(struct rmap_compact_encoder *encoder, uint64_t s
                                       RMAP_COLUMNS_ALL, err));
     memcpy(predicted->n_row, rows->n_row, sizeof predicted->n_row);
     if (few) {
-        const struct rmap_retrace of_few =
-            rmap_retrace_of(encoder->model, seed, rows, encoder->few->channel, encoder->lane);
+        const struct rmap_retrace of_few = rmap_retrace_of(encoder->model, encoder->seed, rows,
+                                                           encoder->few->channel, encoder->lane);
         RMAP_TRY(rmap_settle_encode_few(&encoder->wave, &r, &of_few, encoder->few, predicted,
                                         one_by_one_ret, err));
     } else {
@@ -138,25 +139,82 @@ out:
     return st;
 }
 
+static enum rmap_status store(struct rmap_compact_encoder *encoder, bool one_by_one,
+                              struct rmap_error *err)
+{
+    const uint64_t start[RMAP_HEADER_COUNT] = {[RMAP_HEADER_MODES] =
+                                                   one_by_one ? RMAP_HEADER_ONE_BY_ONE : 0,
+                                               [RMAP_HEADER_SEED] = encoder->seed,
+                                               [RMAP_HEADER_FIRST] = encoder->first_ray};
+    return rmap_lanes_store(encoder->lane, start, &encoder->store, err);
+}
+
+/* all: the part is the portion. *one_by_one_ret as in retrace; *whole_ret, where not all: its rays
+ * need the others of the portion. */
+static enum rmap_status take(struct rmap_compact_encoder *encoder, const struct rmap_portion *part,
+                             bool all, bool *one_by_one_ret, bool *whole_ret,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check(encoder, part, err));
+    bool few = rmap_few_choose(encoder->few, encoder->model, encoder->seed, part);
+    *whole_ret = !few || part->n_row[RMAP_TABLE_CURVE] > 0;
+    if (*whole_ret && !all)
+        return RMAP_OK;
+    RMAP_TRY(make_room(encoder, part, err));
+    rmap_lanes_continue(encoder->lane, part);
+    rmap_encode_spell(encoder, part);
+    rmap_encode_lanes(encoder, part, all);
+    if (!few || encoder->few->n > 0)
+        RMAP_TRY(retrace(encoder, part, few, one_by_one_ret, err));
+    encoder->n_ray += part->n_row[RMAP_TABLE_RAY];
+    encoder->n_segment += part->n_row[RMAP_TABLE_SEGMENT];
+    encoder->n_registration += part->n_row[RMAP_TABLE_REGISTRATION];
+out:
+    return st;
+}
+
+bool rmap_compact_in_parts(const struct rmap_compact_model *model)
+{
+    return model->foretells;
+}
+
+void rmap_compact_encode_begin(struct rmap_compact_encoder *encoder, uint64_t seed,
+                               uint64_t first_ray)
+{
+    encoder->seed = seed;
+    encoder->first_ray = first_ray;
+    encoder->n_ray = encoder->n_segment = encoder->n_registration = 0;
+    encoder->n_word = encoder->n_triangle = encoder->n_curve = 0;
+    rmap_lanes_begin(encoder->lane);
+}
+
+enum rmap_status rmap_compact_encode_part(struct rmap_compact_encoder *encoder,
+                                          const struct rmap_portion *part, bool *whole_ret,
+                                          struct rmap_error *err)
+{
+    bool one_by_one = false, whole = false;
+    enum rmap_status st = take(encoder, part, false, &one_by_one, &whole, err);
+    *whole_ret = one_by_one || whole;
+    return st;
+}
+
+enum rmap_status rmap_compact_encode_end(struct rmap_compact_encoder *encoder, bool *whole_ret,
+                                         struct rmap_error *err)
+{
+    *whole_ret = !rmap_lanes_sparse(encoder->lane);
+    return *whole_ret ? RMAP_OK : store(encoder, false, err);
+}
+
 enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint64_t seed,
                                      const struct rmap_portion *portion, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    bool one_by_one = false;
-    encoder->n_ray = 0;
-    RMAP_TRY(check(encoder, portion, err));
-    RMAP_TRY(make_room(encoder, portion, err));
+    bool one_by_one = false, whole;
+    rmap_compact_encode_begin(encoder, seed, portion->first_ray);
     RMAP_TRY(copy_curve(encoder, portion, err));
-    encoder->n_ray = portion->n_row[RMAP_TABLE_RAY];
-    rmap_lanes_begin(encoder->lane, portion);
-    rmap_encode_spell(encoder, portion);
-    rmap_encode_lanes(encoder, portion);
-    RMAP_TRY(retrace(encoder, seed, portion, &one_by_one, err));
-    const uint64_t start[RMAP_HEADER_COUNT] = {[RMAP_HEADER_MODES] =
-                                                   one_by_one ? RMAP_HEADER_ONE_BY_ONE : 0,
-                                               [RMAP_HEADER_SEED] = seed,
-                                               [RMAP_HEADER_FIRST] = portion->first_ray};
-    RMAP_TRY(rmap_lanes_store(encoder->lane, start, &encoder->store, err));
+    RMAP_TRY(take(encoder, portion, true, &one_by_one, &whole, err));
+    RMAP_TRY(store(encoder, one_by_one, err));
 out:
     return st;
 }

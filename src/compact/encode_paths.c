@@ -47,29 +47,29 @@ static uint32_t *spell(const struct rmap_compact_model *model, const struct rmap
     return word + 3 * (size_t)m;
 }
 
-void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion)
+void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *part)
 {
-    size_t s = 0, r = 0;
-    uint32_t *word = encoder->word;
-    for (size_t i = 0; i < encoder->n_ray; i++) {
-        uint32_t *end = spell(encoder->model, portion, i, s, r, word, encoder->medium + s);
+    size_t s = 0, r = 0, n_before = encoder->n_ray;
+    uint32_t *word = encoder->word + encoder->n_word;
+    for (size_t i = 0; i < part->n_row[RMAP_TABLE_RAY]; i++) {
+        uint32_t *end = spell(encoder->model, part, i, s, r, word, encoder->medium + s);
         uint64_t hash = XXH3_64bits(word, (size_t)(end - word) * sizeof *word);
-        encoder->hash[i] = hash ? hash : 1;
-        encoder->begin[i] = (size_t)(word - encoder->word);
+        encoder->hash[n_before + i] = hash ? hash : 1;
+        encoder->begin[n_before + i] = (size_t)(word - encoder->word);
         word = end;
-        s += portion->ray.segment_count[i];
-        r += portion->ray.registration_count[i];
+        s += part->ray.segment_count[i];
+        r += part->ray.registration_count[i];
     }
+    encoder->n_word = (size_t)(word - encoder->word);
 }
 
-static enum rmap_status add_path(struct rmap_path_rows *rows, const uint32_t *word,
-                                 struct rmap_error *err)
+/* No rows, and room for those of all rays. */
+static enum rmap_status empty(struct rmap_path_rows *rows,
+                              const struct rmap_compact_encoder *encoder, struct rmap_error *err)
 {
-    enum rmap_status st = rmap_path_rows_reserve(rows, 1, word[RMAP_WORD_SEGMENTS],
-                                                 word[RMAP_WORD_REGISTRATIONS], err);
-    if (st == RMAP_OK)
-        rmap_path_rows_add(rows, word);
-    return st;
+    rows->n = rows->n_segment = rows->n_registration = 0;
+    return rmap_path_rows_reserve(rows, encoder->n_ray, encoder->n_segment, encoder->n_registration,
+                                  err);
 }
 
 static void hand_out_paths(const struct rmap_path_rows *from, enum rmap_compact_table table,
@@ -98,8 +98,8 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
 {
     const size_t ahead = 8;
     enum rmap_status st = RMAP_OK;
-    encoder->own.n = encoder->own.n_segment = encoder->own.n_registration = 0;
-    encoder->entered.n = encoder->entered.n_segment = encoder->entered.n_registration = 0;
+    RMAP_TRY(empty(&encoder->own, encoder, err));
+    RMAP_TRY(empty(&encoder->entered, encoder, err));
     for (size_t i = 0; i < encoder->n_ray; i++) {
         const uint32_t *word = encoder->word + encoder->begin[i];
         bool added;
@@ -107,9 +107,9 @@ enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
             rmap_path_book_expect(book, encoder->hash[i + ahead]);
         RMAP_TRY(rmap_path_book_find(book, word, encoder->hash[i], &encoder->path[i], &added, err));
         if (encoder->path[i] == 0)
-            RMAP_TRY(add_path(&encoder->own, word, err));
+            rmap_path_rows_add(&encoder->own, word);
         else if (added)
-            RMAP_TRY(add_path(&encoder->entered, word, err));
+            rmap_path_rows_add(&encoder->entered, word);
     }
     *rows =
         (struct rmap_rows){.layout = &rmap_compact_layout, .n_channel = encoder->model->n_channel};

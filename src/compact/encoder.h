@@ -13,7 +13,8 @@ struct rmap_compact_encoder {
     const struct rmap_compact_model *model;
     struct rmap_lane lane[RMAP_LANE_COUNT];
     struct rmap_lane_store store;
-    size_t n_ray;
+    uint64_t seed, first_ray;
+    size_t n_ray, n_segment, n_registration, n_word; /* of the parts taken so far */
 
     /* [n_ray] */
     size_t cap_path, cap_channel, cap_hash, cap_begin;
@@ -26,7 +27,7 @@ struct rmap_compact_encoder {
     size_t cap_word;
     uint32_t *triangle;
     size_t n_triangle, cap_triangle;
-    int16_t *medium; /* expected, [legs] */
+    int16_t *medium; /* expected, [legs of the part in hand] */
     size_t cap_medium;
     struct rmap_path_rows own, entered;
     struct rmap_curve_columns curve; /* as they are */
@@ -36,10 +37,11 @@ struct rmap_compact_encoder {
     struct rmap_few *few;
 };
 
-/* Words, hashes and expected media of all rays. */
-void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion);
+/* Words, hashes and expected media of the rays of a part. */
+void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_portion *part);
 
-/* Lists the triangles and offers what needs no leg traced. */
-void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_portion *portion);
+/* Lists the triangles and offers what needs no leg traced. all: the part is the portion. */
+void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_portion *part,
+                       bool all);
 
 #endif

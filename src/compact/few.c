@@ -21,13 +21,14 @@ bool rmap_few_choose(struct rmap_few *few, const struct rmap_compact_model *mode
                      const struct rmap_portion *portion)
 {
     const struct rmap_strays *strays = portion->strays;
-    size_t n_ray = portion->n_row[RMAP_TABLE_RAY], stride = n_ray / RMAP_FEW_SAMPLES;
+    size_t n_ray = portion->n_row[RMAP_TABLE_RAY], k = 0, n_sample = 0;
     few->n = 0;
     if (!model->foretells || !strays || strays->seed != seed || strays->n > RMAP_STRAYS_MAX ||
-        strays->n > n_ray / 4 || stride == 0)
+        strays->n > n_ray / 4)
         return false;
-    size_t k = 0, next = (size_t)(portion->first_ray / n_ray) % stride;
-    for (size_t i = 0; i < RMAP_FEW_SAMPLES; i++, next += stride) {
+    uint64_t first = portion->first_ray, block = first / RMAP_BLOCK_RAYS;
+    for (size_t next = (size_t)((block - first) % RMAP_FEW_STRIDE);
+         next < n_ray && n_sample < RMAP_FEW_SAMPLES; next += RMAP_FEW_STRIDE, n_sample++) {
         for (; k < strays->n && strays->ray[k] < next; k++)
             add(few, strays->ray[k], false);
         if (k == strays->n || strays->ray[k] != next)

@@ -9,7 +9,8 @@
 
 /* Foretold rays that are traced again all the same: a tracer that promises too much is found out
  * where it happens. */
-#define RMAP_FEW_SAMPLES 16
+#define RMAP_FEW_STRIDE  256 /* one ray in so many, another one in each block */
+#define RMAP_FEW_SAMPLES (RMAP_BLOCK_RAYS / RMAP_FEW_STRIDE)
 #define RMAP_FEW_MAX     (RMAP_STRAYS_MAX + RMAP_FEW_SAMPLES)
 
 /* One per encoder. */

@@ -71,7 +71,7 @@ void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *va
         uint64_t d = difference(lane, truth, get_bits(predicted, i, nbytes));
         if (d == 0)
             continue;
-        size_t n = lane->n_patch, skip = first + i - lane->last;
+        size_t n = lane->n_patch, at = lane->before + first + i, skip = at - lane->last;
         lane->status =
             rmap_reserve((void **)&lane->skip, &lane->cap_patch, n + 1, sizeof *lane->skip, NULL);
         if (lane->status == RMAP_OK)
@@ -82,7 +82,7 @@ void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *va
         lane->skip[n] = skip > UINT32_MAX ? UINT32_MAX : (uint32_t)skip; /* then not patched */
         lane->value[n] = d;
         lane->n_patch = n + 1;
-        lane->last = first + i + 1;
+        lane->last = at + 1;
         rmap_put_bits(predicted, i, nbytes, truth);
     }
 }
@@ -171,13 +171,20 @@ size_t rmap_lane_numbers(const struct rmap_lane *lane, const struct rmap_portion
            (rmap_portion_row_nbytes(portion, lane->column) / lane->element_nbytes);
 }
 
-void rmap_lanes_begin(struct rmap_lane *lane, const struct rmap_portion *portion)
+void rmap_lanes_begin(struct rmap_lane *lane)
 {
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
-        lane[i].n = rmap_lane_numbers(&lane[i], portion);
-        lane[i].from = rmap_portion_column(portion, lane[i].column);
         lane[i].to = NULL;
-        lane[i].n_patch = lane[i].last = 0;
+        lane[i].n = lane[i].before = lane[i].n_patch = lane[i].last = 0;
         lane[i].status = RMAP_OK;
+    }
+}
+
+void rmap_lanes_continue(struct rmap_lane *lane, const struct rmap_portion *part)
+{
+    for (int i = 0; i < RMAP_LANE_COUNT; i++) {
+        lane[i].before = lane[i].n;
+        lane[i].n += rmap_lane_numbers(&lane[i], part);
+        lane[i].from = rmap_portion_column(part, lane[i].column);
     }
 }

@@ -57,14 +57,15 @@ struct rmap_lane {
     enum rmap_element element;
     size_t element_nbytes;
     size_t n;            /* numbers */
-    const uint8_t *from; /* encoding: the column; NULL: decoding */
+    size_t before;       /* encoding: of them, those of the parts before */
+    const uint8_t *from; /* encoding: the column, of this part; NULL: decoding */
     uint8_t *to;         /* decoding: the column, or NULL when it is not asked for */
 
     /* Encoding: the differences. */
     uint32_t *skip;
     uint64_t *value;
     size_t n_patch, cap_patch, cap_value;
-    size_t last; /* number after the last patch */
+    size_t last; /* number after the last patch, counted from the first part on */
     enum rmap_status status;
 
     /* Decoding: the first number that may differ. */
@@ -156,8 +157,14 @@ enum { RMAP_HEADER_MODES, RMAP_HEADER_SEED, RMAP_HEADER_FIRST, RMAP_HEADER_COUNT
 void rmap_lanes_init(struct rmap_lane *lane);
 void rmap_lanes_fini(struct rmap_lane *lane);
 
-/* Encoding: lanes over the portion's columns, none of them with a difference yet. */
-void rmap_lanes_begin(struct rmap_lane *lane, const struct rmap_portion *portion);
+/* Encoding: lanes without numbers, and over the columns of the next part of a portion; the first
+ * may be all of it. */
+void rmap_lanes_begin(struct rmap_lane *lane);
+void rmap_lanes_continue(struct rmap_lane *lane, const struct rmap_portion *part);
+
+/* Encoding: whether the lanes can be stored without a look at their numbers, which only the last
+ * part has at hand. */
+bool rmap_lanes_sparse(const struct rmap_lane *lane);
 
 /* Encoding: empties the store and writes header and lanes into it. start: of the header, the modes
  * with flags alone. RMAP_SYSTEM when memory is, or was, short. */

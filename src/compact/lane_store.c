@@ -81,6 +81,14 @@ static void take_pool(struct rmap_lane_store *store, size_t nbytes, size_t n)
 /* A lane is patched without further thought up to one number in so many. */
 #define FEW_PATCHES 256
 
+bool rmap_lanes_sparse(const struct rmap_lane *lane)
+{
+    bool sparse = true;
+    for (int i = 0; i < RMAP_LANE_COUNT; i++)
+        sparse = sparse && lane[i].n_patch * FEW_PATCHES <= lane[i].n;
+    return sparse;
+}
+
 static enum rmap_status store_lane(const struct rmap_lane *lane, struct rmap_lane_store *store,
                                    enum rmap_lane_mode *mode_ret, struct rmap_error *err)
 {

@@ -233,3 +233,18 @@ void rmap_portion_summarise(const struct rmap_portion *portion,
     box_add(summary, portion->segment.position, n[RMAP_TABLE_SEGMENT]);
     box_add(summary, portion->curve.position, n[RMAP_TABLE_CURVE]);
 }
+
+void rmap_portion_summary_add(struct rmap_portion_summary *sum,
+                              const struct rmap_portion_summary *more)
+{
+    sum->events |= more->events;
+    sum->stops |= more->stops;
+    sum->sources |= more->sources;
+    sum->detectors |= more->detectors;
+    for (size_t i = 0; i < 4; i++)
+        sum->objects[i] |= more->objects[i];
+    for (size_t i = 0; i < 3; i++) {
+        sum->box_min[i] = more->box_min[i] < sum->box_min[i] ? more->box_min[i] : sum->box_min[i];
+        sum->box_max[i] = more->box_max[i] > sum->box_max[i] ? more->box_max[i] : sum->box_max[i];
+    }
+}

@@ -16,6 +16,10 @@
  * depend on ranks, threads or the number of rays asked for. */
 #define RMAP_BLOCK_RAYS 4096
 
+/* Rays of a block that are recorded and encoded in one go where a block may come in parts: so few
+ * that their columns stay in a core's cache. */
+#define RMAP_PART_RAYS 128
+
 /* Rays that src/compact may not foretell from their paths, in ascending order: all others of the
  * portion it does, bit by bit, with this seed. Whoever traced the rays knows. */
 #define RMAP_STRAYS_MAX 1024
@@ -101,6 +105,10 @@ enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct 
 /* Summary of a portion that has all columns. */
 void rmap_portion_summarise(const struct rmap_portion *portion,
                             struct rmap_portion_summary *summary);
+
+/* Summary of the rays of both. */
+void rmap_portion_summary_add(struct rmap_portion_summary *sum,
+                              const struct rmap_portion_summary *more);
 
 /* 128-bit logical digest: the sum modulo 2^128 over rays of XXH3-128 of the ray's rows, column
  * by column in the order of columns.h (the ray id comes first, points of curved legs come last, so

@@ -339,3 +339,11 @@ void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
         memset(recorder->colour[i].share, 0xff, sizeof recorder->colour[i].share);
     recorder->last = recorder->colour;
 }
+
+void rmap_portion_recorder_restart(struct rmap_portion_recorder *recorder, uint64_t first_ray)
+{
+    rmap_portion_clear(recorder->portion);
+    recorder->portion->first_ray = first_ray;
+    recorder->portion->strays = &recorder->strays;
+    recorder->strays.n = 0;
+}

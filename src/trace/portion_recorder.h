@@ -30,6 +30,10 @@ struct rmap_portion_recorder {
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
                                 struct rmap_portion *portion);
 
+/* Empties the portion, whose next ray will be first_ray, and forgets the strays; the portion's are
+ * the recorder's from now on. */
+void rmap_portion_recorder_restart(struct rmap_portion_recorder *recorder, uint64_t first_ray);
+
 /* Shares of 65535 that sum to exactly 65535, by largest remainder (ties: lowest channel). */
 void rmap_colour_quantise(const double *colour, int n_channel, uint16_t *quantised);
 

@@ -145,6 +145,23 @@ static void test_summary(void **state)
     rmap_portion_destroy(p);
 }
 
+/* Summaries of two parts make that of both. */
+static void test_summary_of_parts(void **state)
+{
+    (void)state;
+    struct rmap_portion *first = record(0, 2), *second = record(2, 7), *both = record(0, 9);
+    struct rmap_portion_summary sum, more, whole;
+    rmap_portion_summarise(first, &sum);
+    rmap_portion_summarise(second, &more);
+    rmap_portion_summarise(both, &whole);
+    assert_true(memcmp(&sum, &whole, sizeof sum) != 0);
+    rmap_portion_summary_add(&sum, &more);
+    assert_memory_equal(&sum, &whole, sizeof sum);
+    rmap_portion_destroy(first);
+    rmap_portion_destroy(second);
+    rmap_portion_destroy(both);
+}
+
 /* The same rays in one block, in blocks of other sizes, and copied in reverse order. */
 static void test_digest_of_any_blocks(void **state)
 {
@@ -269,6 +286,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_recorded),
         cmocka_unit_test(test_summary),
+        cmocka_unit_test(test_summary_of_parts),
         cmocka_unit_test(test_digest_of_any_blocks),
         cmocka_unit_test(test_digest_by_definition),
         cmocka_unit_test(test_digest_carries),
