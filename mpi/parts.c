@@ -2,7 +2,6 @@
 #include "mpi/parts.h"
 
 #include <pthread.h>
-#include <time.h>
 
 #include "base/alloc.h"
 #include "base/workers.h"
@@ -75,17 +74,17 @@ static void share_out(struct run *run)
     }
 }
 
-static enum rmap_status wait(struct rmap_parts *parts, const struct rmap_workers *workers,
+static enum rmap_status wait(struct rmap_parts *parts, struct rmap_workers *workers,
                              struct rmap_error *err)
 {
-    const struct timespec millisecond = {.tv_nsec = 1000000};
+    const int64_t millisecond = 1000000;
     enum rmap_status st = RMAP_OK;
     while (!rmap_workers_done(workers)) {
         if (st == RMAP_OK)
             st = parts->meanwhile(parts->context, err);
         if (st != RMAP_OK)
             atomic_store(&parts->abandoned, true);
-        (void)nanosleep(&millisecond, NULL);
+        (void)rmap_workers_wait(workers, millisecond);
     }
     return st;
 }

@@ -5,6 +5,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
+#include <time.h>
 
 #include "base/alloc.h"
 
@@ -20,13 +21,32 @@ struct rmap_workers {
     int n;
     _Atomic int running;
     struct worker *worker;
+    pthread_mutex_t mutex; /* for */
+    pthread_cond_t ended;  /* the last one */
 };
+
+static enum rmap_status prepare_to_wait(struct rmap_workers *workers, struct rmap_error *err)
+{
+    pthread_condattr_t clock;
+    int failed = pthread_condattr_init(&clock);
+    if (!failed)
+        failed = pthread_condattr_setclock(&clock, CLOCK_MONOTONIC);
+    if (!failed)
+        failed = pthread_mutex_init(&workers->mutex, NULL);
+    if (!failed && (failed = pthread_cond_init(&workers->ended, &clock)) != 0)
+        (void)pthread_mutex_destroy(&workers->mutex);
+    (void)pthread_condattr_destroy(&clock);
+    return failed ? rmap_error_set(err, RMAP_SYSTEM, "cannot start a thread") : RMAP_OK;
+}
 
 static void *run(void *argument)
 {
     struct worker *self = argument;
     self->all->work(self->all->context, self->number);
-    atomic_fetch_sub(&self->all->running, 1);
+    (void)pthread_mutex_lock(&self->all->mutex);
+    if (atomic_fetch_sub(&self->all->running, 1) == 1)
+        (void)pthread_cond_signal(&self->all->ended);
+    (void)pthread_mutex_unlock(&self->all->mutex);
     return NULL;
 }
 
@@ -35,10 +55,15 @@ enum rmap_status rmap_workers_start(int n, void (*work)(void *context, int threa
 {
     struct rmap_workers *workers = rmap_alloc(1, sizeof *workers);
     struct worker *worker = rmap_alloc((size_t)n, sizeof *worker);
-    if (!workers || !worker) {
+    enum rmap_status st = RMAP_OK;
+    if (!workers || !worker)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n);
+    else
+        st = prepare_to_wait(workers, err);
+    if (st != RMAP_OK) {
         rmap_free(workers);
         rmap_free(worker);
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d threads", n);
+        return st;
     }
     workers->work = work;
     workers->context = context;
@@ -66,12 +91,30 @@ bool rmap_workers_done(const struct rmap_workers *workers)
     return atomic_load(&workers->running) == 0;
 }
 
+bool rmap_workers_wait(struct rmap_workers *workers, int64_t most_ns)
+{
+    const int64_t second = 1000000000;
+    struct timespec until;
+    (void)clock_gettime(CLOCK_MONOTONIC, &until);
+    const int64_t ns = until.tv_nsec + most_ns;
+    until.tv_sec += (time_t)(ns / second);
+    until.tv_nsec = (long)(ns % second);
+    (void)pthread_mutex_lock(&workers->mutex);
+    int failed = 0;
+    while (!rmap_workers_done(workers) && !failed)
+        failed = pthread_cond_timedwait(&workers->ended, &workers->mutex, &until);
+    (void)pthread_mutex_unlock(&workers->mutex);
+    return rmap_workers_done(workers);
+}
+
 void rmap_workers_join(struct rmap_workers *workers)
 {
     if (!workers)
         return;
     for (int i = 0; i < workers->n; i++)
         (void)pthread_join(workers->worker[i].thread, NULL);
+    (void)pthread_cond_destroy(&workers->ended);
+    (void)pthread_mutex_destroy(&workers->mutex);
     rmap_free(workers->worker);
     rmap_free(workers);
 }

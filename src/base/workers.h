@@ -7,6 +7,7 @@
 #define RMAP_WORKERS_H
 
 #include <stdbool.h>
+#include <stdint.h>
 
 #include "base/status.h"
 
@@ -18,7 +19,9 @@ enum rmap_status rmap_workers_start(int n, void (*work)(void *context, int threa
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 bool rmap_workers_done(const struct rmap_workers *workers); /* all have returned */
-void rmap_workers_join(struct rmap_workers *workers);       /* waits, and releases */
+/* The same, as soon as they have, or after so many nanoseconds. */
+bool rmap_workers_wait(struct rmap_workers *workers, int64_t most_ns);
+void rmap_workers_join(struct rmap_workers *workers); /* waits, and releases */
 
 /* Cores that this process may use. */
 int rmap_workers_available(void);
