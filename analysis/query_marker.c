@@ -88,10 +88,10 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_col
 }
 
 enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *self, enum rmap_column column,
-                                         const void *element, bool *holds_ret,
+                                         const struct rmap_cycle *cycle, bool *holds_ret,
                                          struct rmap_error *err)
 {
-    return rmap_query_verdicts_hold(self->verdicts, column, element, holds_ret, err);
+    return rmap_query_verdicts_hold(self->verdicts, column, cycle, holds_ret, err);
 }
 
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)

@@ -40,7 +40,7 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *marker, rmap_c
 
 /* As rmap_cursor_holds, of that portion. */
 enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *marker, enum rmap_column column,
-                                         const void *element, bool *holds_ret,
+                                         const struct rmap_cycle *cycle, bool *holds_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* What the history index tells of that portion; NULL: nothing. */

@@ -145,11 +145,11 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *self, rmap
 }
 
 enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *self, enum rmap_column column,
-                                          const void *element, bool *holds_ret,
+                                          const struct rmap_cycle *cycle, bool *holds_ret,
                                           struct rmap_error *err)
 {
     enum rmap_status st = enter_columns(self, err);
-    return st == RMAP_OK ? rmap_cursor_holds(self->cursor, column, element, holds_ret, err) : st;
+    return st == RMAP_OK ? rmap_cursor_holds(self->cursor, column, cycle, holds_ret, err) : st;
 }
 
 const struct rmap_history_view *rmap_query_verdicts_view(const struct rmap_query_verdicts *self)

@@ -51,7 +51,7 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
 
 /* As rmap_cursor_holds. */
 enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *verdicts,
-                                          enum rmap_column column, const void *element,
+                                          enum rmap_column column, const struct rmap_cycle *cycle,
                                           bool *holds_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 /* What the history index tells of the portion in hand; NULL: nothing. */

@@ -35,6 +35,7 @@ void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
     rmap_free(reader->arranged.place);
     rmap_free(reader->run);
     rmap_free(reader->source);
+    rmap_free(reader->turns.source);
     *reader = (struct rmap_stats_reader){0};
 }
 
@@ -219,27 +220,43 @@ static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_sta
 /* More sources than that are not gone through one by one. */
 enum { SOURCES_FEW = 8 };
 
-/* The source of all rays of the portion, or -1 where there may be several: told by its summary, or
- * where there are more sources than that tells apart, by the column. */
-static enum rmap_status find_source(const struct rmap_stats_setup *setup,
-                                    const struct rmap_matched *rays, int32_t *source_ret,
-                                    struct rmap_error *err)
+/* So many sources are told apart by a portion's summary. */
+enum { TOLD_APART = 64 };
+
+/* The source of all rays of the portion by its summary, or -1. */
+static int32_t told_source(const struct rmap_stats_setup *setup, const struct rmap_matched *rays)
 {
-    enum { TOLD_APART = 64 };
-    enum rmap_status st = RMAP_OK;
     const uint64_t bits = rmap_map_portion(setup->quantities->map, rays->index)->summary.sources;
-    *source_ret = -1;
+    int32_t source = -1;
     if (setup->n_source == 1)
-        *source_ret = 0;
+        source = 0;
     else if (setup->n_source <= TOLD_APART && bits && !(bits & (bits - 1)))
-        *source_ret = __builtin_ctzll(bits);
-    if (*source_ret >= 0 && (size_t)*source_ret < setup->n_source)
+        source = __builtin_ctzll(bits);
+    return (size_t)source < setup->n_source ? source : -1; /* a damaged one may name one too many */
+}
+
+/* The source of all rays of the portion, or -1 where there may be several: then that of each, by
+ * the schedule or by the column. */
+static enum rmap_status find_source(struct rmap_stats_reader *reader,
+                                    const struct rmap_stats_setup *setup,
+                                    const struct rmap_matched *rays, int32_t *source_ret,
+                                    const int32_t **of_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    struct rmap_cycle cycle;
+    bool follows = false;
+    *source_ret = told_source(setup, rays);
+    if (*source_ret >= 0)
         return RMAP_OK;
-    *source_ret = -1; /* a damaged summary may name one that is none */
+    if (setup->n_source <= SOURCES_FEW)
+        RMAP_TRY(rmap_fold_schedule(rays, &cycle, &follows, err));
+    if (follows)
+        return rmap_stats_lay_turns(&reader->turns, &cycle, n_ray, of_ret, err);
     RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
-    const int32_t *source = rays->portion->ray.source;
-    if (setup->n_source > TOLD_APART && !any_other(source, rays->portion->n_row[RMAP_TABLE_RAY]))
-        *source_ret = source[0];
+    *of_ret = rays->portion->ray.source;
+    if (setup->n_source > TOLD_APART && !any_other(*of_ret, n_ray))
+        *source_ret = (*of_ret)[0];
 out:
     return st;
 }
@@ -292,17 +309,20 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     struct rmap_readings *readings = &reader->readings;
     bool all_one = true;
     const double *column[RMAP_QUANTITIES_MAX] = {NULL};
+    const int32_t *of = NULL;
     int32_t source = -1;
     readings->lean = false;
     if (setup->by != RMAP_STATS_BY_DETECTOR)
-        RMAP_TRY(find_source(setup, rays, &source, err));
+        RMAP_TRY(find_source(reader, setup, rays, &source, &of, err));
     if (setup->by != RMAP_STATS_BY_DETECTOR && (setup->n_source <= SOURCES_FEW || source >= 0))
         RMAP_TRY(rmap_fold_weights(rays, &readings->lean, err));
     if (readings->lean && rmap_quantities_stored(setup->quantities, rays, column)) {
         RMAP_TRY(reserve_stored(reader, setup, rays, err));
-        if (rmap_stats_read_stored(reader, setup, rays, source, column, block))
+        if (rmap_stats_read_stored(reader, setup, rays, source, of, column, block))
             return RMAP_OK;
     }
+    if (source < 0)
+        RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
     RMAP_TRY(rmap_quantities_read(setup->quantities, rays, readings, err));
     if (readings->lean)
         return read_plain(reader, setup, rays, source, block, err);

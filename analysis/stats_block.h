@@ -88,6 +88,13 @@ struct rmap_stats_arranged {
     size_t value_cap[RMAP_QUANTITIES_MAX], weight_cap, tag_cap, place_cap;
 };
 
+/* Sources of rays that follow a cycle, laid out. */
+struct rmap_stats_turns {
+    struct rmap_cycle cycle;
+    int32_t *source; /* [n] */
+    size_t n, cap;
+};
+
 /* Memory of a portion's block. All zero at first. */
 struct rmap_stats_reader {
     struct rmap_readings readings;
@@ -98,6 +105,7 @@ struct rmap_stats_reader {
     struct rmap_stats_run *run;
     int32_t *source; /* of readings */
     size_t run_cap, source_cap;
+    struct rmap_stats_turns turns;
     /* Memory for those of a portion and RMAP_PICK_MORE more; NULL: none. Borrowed, used where the
      * block's values would be copied anyway and its readings are stored columns. */
     double *into[RMAP_QUANTITIES_MAX];

@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/alloc.h"
 #include "base/pick.h"
 #include "base/wide.h"
 
@@ -13,6 +14,32 @@ RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
     for (size_t i = 0; i < n; i++)
         count += source[i] == which;
     return count;
+}
+
+enum rmap_status rmap_stats_lay_turns(struct rmap_stats_turns *turns,
+                                      const struct rmap_cycle *cycle, size_t n,
+                                      const int32_t **source_ret, struct rmap_error *err)
+{
+    const int32_t *source = cycle->element;
+    void *block = turns->source;
+    const bool are_laid = turns->cycle.element == cycle->element && turns->cycle.n == cycle->n &&
+                          turns->cycle.phase == cycle->phase && turns->n >= n;
+    enum rmap_status st = rmap_reserve(&block, &turns->cap, n, sizeof *turns->source, err);
+    *source_ret = turns->source = block;
+    if (are_laid || st != RMAP_OK)
+        return st;
+    size_t at = cycle->n < n ? cycle->n : n;
+    for (size_t i = 0, k = cycle->phase; i < at; i++) {
+        turns->source[i] = source[k];
+        k = k + 1 < cycle->n ? k + 1 : 0;
+    }
+    for (size_t some; at < n; at += some) { /* whole cycles, twice as many each time */
+        some = n - at < at ? n - at : at;
+        memcpy(turns->source + at, turns->source, some * sizeof *turns->source);
+    }
+    turns->cycle = *cycle;
+    turns->n = n;
+    return RMAP_OK;
 }
 
 static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
@@ -26,12 +53,12 @@ static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_s
 
 /* Puts stored readings of matching rays in the order of their sources, and lists the runs. */
 static void pick_stored(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                        const struct rmap_matched *rays, const double *const *column,
-                        double *const *to, struct rmap_stats_block *block)
+                        const struct rmap_matched *rays, const int32_t *of,
+                        const double *const *column, double *const *to,
+                        struct rmap_stats_block *block)
 {
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY], n_quantity = setup->quantities->n;
     const uint8_t *match = rays->n_match < n_ray ? rays->match : NULL;
-    const int32_t *of = rays->portion->ray.source;
     size_t end = 0;
     if (setup->n_source == 2 && !match) {
         end = count_of(of, n_ray, 0);
@@ -64,7 +91,7 @@ static bool measure(const struct rmap_stats_setup *setup, struct rmap_stats_bloc
 }
 
 bool rmap_stats_read_stored(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                            const struct rmap_matched *rays, int32_t source,
+                            const struct rmap_matched *rays, int32_t source, const int32_t *of,
                             const double *const *column, struct rmap_stats_block *block)
 {
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY], n = rays->n_match;
@@ -73,7 +100,7 @@ bool rmap_stats_read_stored(struct rmap_stats_reader *reader, const struct rmap_
     reader->readings.n_undefined = 0;
     *block = (struct rmap_stats_block){.n = n, .run = reader->run};
     if (source < 0)
-        pick_stored(reader, setup, rays, column, to, block);
+        pick_stored(reader, setup, rays, of, column, to, block);
     else
         list_run(reader, setup, source, n, block);
     for (size_t q = 0; q < setup->quantities->n; q++) {

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/chunk_cache.h"
+#include "io/chunk_cycle.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
 #include "io/map_memory.h"
@@ -26,7 +27,7 @@ struct open_file {
 /* What the stored bytes of a chunk told. */
 struct told {
     const struct rmap_chunk_entry *entry;
-    uint8_t element[8];
+    struct rmap_cycle cycle; /* from its first row on */
     bool holds;
 };
 
@@ -38,7 +39,8 @@ struct rmap_chunk_reader {
     /* Chunks as byte planes, from which rows are taken; made when first read. */
     struct rmap_chunk_cache *cache[RMAP_ENCODING_COUNT][RMAP_STREAM_MAX];
     struct rmap_chunk_budget budget; /* of all caches */
-    struct told told;                /* by the last one that was asked */
+    struct told told[2];             /* by the last ones that were asked: about one element, more */
+    struct rmap_cycle_chunks cycles; /* those asked about more */
     struct open_file file[FILES_MAX];
     uint64_t tick;
     bool is_counted; /* among those that share the map's bytes: it has read chunks */
@@ -293,51 +295,81 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t p
     return st;
 }
 
-/* One element over and over takes fewer bytes. */
-enum { REPEATED_MOST = 2048 };
+/* By its planes, whatever it takes. It is remembered. */
+static enum rmap_status decode_cycle(struct rmap_chunk_reader *self, const struct place *place,
+                                     uint64_t index, const struct rmap_cycle *cycle,
+                                     bool *holds_ret, struct rmap_error *err)
+{
+    const struct rmap_chunk_entry *entry =
+        &place->chunks->entry[place->chunks->first[place->stream] + index];
+    const size_t n_row = (size_t)rows_of_chunk(self, place, index);
+    const uint8_t *plane = NULL;
+    struct rmap_error damage = {0};
+    struct rmap_cycle_chunk *known =
+        rmap_cycle_chunks_find(&self->cycles, self->stored, entry->nbytes, n_row, cycle);
+    enum rmap_status st = RMAP_OK;
+    if (!known) {
+        known = rmap_cycle_chunks_add(&self->cycles, self->stored, entry->nbytes, n_row, cycle);
+        if (find_chunk(self, place, index, &plane, &damage) != RMAP_OK)
+            return RMAP_OK;
+        st = rmap_cycle_compare(cycle, place->element, plane, RMAP_CHUNK_ROWS, entry->lead_planes,
+                                n_row, &known->follows, err);
+    }
+    *holds_ret = known->follows;
+    return st;
+}
 
-/* Whether the chunk is the element over and over, by its stored bytes. One that was damaged does
- * not tell: reading its rows will say so. */
+/* Whether the chunk follows the cycle, by its stored bytes. One that was damaged does not tell:
+ * reading its rows will say so. */
 static enum rmap_status ask_chunk(struct rmap_chunk_reader *self, const struct place *place,
-                                  uint64_t index, const void *element, struct rmap_error *err)
+                                  uint64_t index, const struct rmap_cycle *cycle, bool *holds_ret,
+                                  struct rmap_error *err)
 {
     const struct rmap_chunk_entry *entry =
         &place->chunks->entry[place->chunks->first[place->stream] + index];
     const struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
-    struct told *told = &self->told;
     struct rmap_error damage = {0};
     int fd = -1;
-    if (told->entry == entry && memcmp(told->element, element, place->element) == 0)
-        return RMAP_OK;
-    told->entry = entry;
-    told->holds = false;
-    memcpy(told->element, element, place->element);
-    if (entry->nbytes > REPEATED_MOST)
+    *holds_ret = false;
+    if (entry->nbytes > RMAP_CYCLE_STORED_MOST)
         return RMAP_OK;
     enum rmap_status st = open_piece(self, place->piece, &fd, err);
     if (st != RMAP_OK || read_stored(self, entry, fd, &damage) != RMAP_OK)
         return st;
-    told->holds = rmap_codec_repeats(self->stored, &size, element, place->element,
-                                     (size_t)rows_of_chunk(self, place, index), RMAP_CHUNK_ROWS);
+    if (cycle->n > 1)
+        return decode_cycle(self, place, index, cycle, holds_ret, err);
+    *holds_ret = rmap_codec_repeats(self->stored, &size, cycle->element, place->element,
+                                    (size_t)rows_of_chunk(self, place, index), RMAP_CHUNK_ROWS);
     return RMAP_OK;
 }
 
 enum rmap_status rmap_chunk_reader_holds(struct rmap_chunk_reader *self, size_t piece, int stream,
-                                         uint64_t first, size_t n, const void *element,
+                                         uint64_t first, size_t n, const struct rmap_cycle *cycle,
                                          bool *holds_ret, struct rmap_error *err)
 {
     struct place place;
+    struct rmap_cycle own = *cycle; /* from the first row of a chunk on */
+    struct told *told = &self->told[cycle->n > 1];
     enum rmap_status st = look_up(self, piece, stream, &place, err);
     *holds_ret = false;
     if (st != RMAP_OK || n == 0 || place.width != 1)
         return st;
     const uint64_t last = (first + n - 1) / RMAP_CHUNK_ROWS;
     bool holds = last < place.chunks->first[stream + 1] - place.chunks->first[stream];
+    own.phase = (size_t)((cycle->phase + cycle->n - first % RMAP_CHUNK_ROWS % cycle->n) % cycle->n);
     for (uint64_t index = first / RMAP_CHUNK_ROWS; holds && index <= last; index++) {
-        st = ask_chunk(self, &place, index, element, err);
-        if (st != RMAP_OK)
-            return st;
-        holds = self->told.holds;
+        const struct rmap_chunk_entry *entry =
+            &place.chunks->entry[place.chunks->first[stream] + index];
+        if (told->entry != entry || !rmap_cycle_is(&told->cycle, &own)) {
+            *told = (struct told){.entry = NULL};
+            st = ask_chunk(self, &place, index, &own, &told->holds, err);
+            if (st != RMAP_OK)
+                return st;
+            told->entry = entry;
+            told->cycle = own;
+        }
+        holds = told->holds;
+        own.phase = (own.phase + RMAP_CHUNK_ROWS) % own.n;
     }
     *holds_ret = holds;
     return RMAP_OK;

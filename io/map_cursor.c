@@ -417,7 +417,8 @@ out:
 }
 
 enum rmap_status rmap_cursor_holds(struct rmap_cursor *self, enum rmap_column column,
-                                   const void *element, bool *holds_ret, struct rmap_error *err)
+                                   const struct rmap_cycle *cycle, bool *holds_ret,
+                                   struct rmap_error *err)
 {
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     const enum rmap_table table = rmap_column_info(column)->table;
@@ -425,7 +426,7 @@ enum rmap_status rmap_cursor_holds(struct rmap_cursor *self, enum rmap_column co
     if (self->map->content.piece[info->piece].encoding != RMAP_ENCODING_PLAIN)
         return RMAP_OK;
     return rmap_chunk_reader_holds(self->reader, (size_t)info->piece, (int)column,
-                                   info->stored_first[table], (size_t)info->n_row[table], element,
+                                   info->stored_first[table], (size_t)info->n_row[table], cycle,
                                    holds_ret, err);
 }
 

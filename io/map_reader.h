@@ -191,10 +191,17 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
 enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* *holds_ret: all rows of a column of the portion in hand, of one number per row, are the element,
- * as far as its chunks tell without being decoded; false says nothing. RMAP_SYSTEM. */
+/* Elements over and over: the one in row i is element (phase + i) mod n. */
+struct rmap_cycle {
+    const void *element; /* [n], borrowed as long as anybody is asked about it */
+    size_t n, phase;     /* phase < n */
+};
+
+/* *holds_ret: all rows of a column of the portion in hand, of one number per row, follow the cycle,
+ * as far as the stored bytes of its chunks tell, of which few are decoded, if any; false says
+ * nothing. RMAP_SYSTEM. */
 enum rmap_status rmap_cursor_holds(struct rmap_cursor *cursor, enum rmap_column column,
-                                   const void *element, bool *holds_ret,
+                                   const struct rmap_cycle *cycle, bool *holds_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* Bytes read from files so far. */
