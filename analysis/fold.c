@@ -216,6 +216,21 @@ enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fol
     return tell_weights(rays, &told->weigh_one, err);
 }
 
+/* Of a portion that receivers are not laid over. */
+static enum rmap_status lend(struct rmap_fold_scanner *self, void *state,
+                             const struct rmap_portion_info *info, struct rmap_error *err)
+{
+    struct rmap_fold_loan loan = {.n = 0};
+    enum rmap_status st = self->fold->kind->lend(state, info, &loan, err);
+    for (size_t k = 0; k < loan.n && st == RMAP_OK; k++) {
+        if (self->marker)
+            rmap_query_marker_lend(self->marker, loan.column[k], loan.memory[k]);
+        else
+            rmap_cursor_lend(self->cursor, loan.column[k], loan.memory[k]);
+    }
+    return st;
+}
+
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,
                                     struct rmap_error *err)
 {
@@ -235,6 +250,8 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     }
     if (fold->kind->may_count && !fold->kind->may_count(fold->context, info))
         return RMAP_OK;
+    if (fold->kind->lend && !fold->overlay)
+        RMAP_TRY(lend(self, state, info, err));
     RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
     if (rays.n_match > 0)
         st = fold->kind->add(state, &rays, err);

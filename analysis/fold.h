@@ -53,6 +53,14 @@ struct rmap_fold_told {
 enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
+/* Memory for columns of a portion, of all its rays. */
+enum { RMAP_FOLD_LOANS = 2 };
+struct rmap_fold_loan {
+    size_t n;
+    enum rmap_column column[RMAP_FOLD_LOANS];
+    void *memory[RMAP_FOLD_LOANS]; /* NULL: none */
+};
+
 /* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
 struct rmap_fold_kind {
     /* An empty state. */
@@ -73,6 +81,10 @@ struct rmap_fold_kind {
     /* As merge, where nobody needs `from` any more: it may hand over what it holds, and can only be
      * destroyed then. NULL: as merge. */
     enum rmap_status (*absorb)(void *into, void *from, struct rmap_error *err);
+    /* Before a portion is read: where the state would have some of its columns. The portion need
+     * not have a match, and its columns may stand elsewhere. NULL: nowhere. */
+    enum rmap_status (*lend)(void *state, const struct rmap_portion_info *portion,
+                             struct rmap_fold_loan *loan, struct rmap_error *err);
 };
 
 /* All borrowed. */

@@ -106,6 +106,10 @@ struct rmap_readings {
 };
 void rmap_readings_fini(struct rmap_readings *readings);
 
+/* Columns of /ray that the quantities are, as they are stored; false: not all are such. */
+bool rmap_quantities_columns(const struct rmap_quantities *quantities,
+                             enum rmap_column column[RMAP_QUANTITIES_MAX]);
+
 /* Where every ray has one reading of each quantity that stands in a column of its own: those
  * columns, of all rays of the portion. What stands there may be no number, or infinite. */
 bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,

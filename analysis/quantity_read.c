@@ -410,6 +410,26 @@ static const struct rmap_channels *channels_of(const struct rmap_quantities *sel
     return spread ? channels : NULL;
 }
 
+bool rmap_quantities_columns(const struct rmap_quantities *self,
+                             enum rmap_column column[RMAP_QUANTITIES_MAX])
+{
+    static const struct {
+        enum rmap_ray_number number;
+        enum rmap_column column;
+    } stored[] = {{RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_RAY_path_length},
+                  {RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_RAY_optical_path}};
+    const size_t n_stored = sizeof stored / sizeof *stored;
+    for (size_t i = 0; i < self->n; i++) {
+        size_t k = 0;
+        while (k < n_stored && stored[k].number != self->of[i].ray_number)
+            k++;
+        if (self->of_registrations || self->of[i].kind != RMAP_QUANTITY_RAY_NUMBER || k == n_stored)
+            return false;
+        column[i] = stored[k].column;
+    }
+    return true;
+}
+
 bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
                             const double *column[RMAP_QUANTITIES_MAX])
 {

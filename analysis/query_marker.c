@@ -94,6 +94,11 @@ enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *self, enum rm
     return rmap_query_verdicts_hold(self->verdicts, column, cycle, holds_ret, err);
 }
 
+void rmap_query_marker_lend(struct rmap_query_marker *self, enum rmap_column column, void *memory)
+{
+    rmap_query_verdicts_lend(self->verdicts, column, memory);
+}
+
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)
 {
     return rmap_query_verdicts_view(self->verdicts);

@@ -152,6 +152,12 @@ enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *self, enum
     return st == RMAP_OK ? rmap_cursor_holds(self->cursor, column, cycle, holds_ret, err) : st;
 }
 
+void rmap_query_verdicts_lend(struct rmap_query_verdicts *self, enum rmap_column column,
+                              void *memory)
+{
+    rmap_cursor_lend(self->cursor, column, memory);
+}
+
 const struct rmap_history_view *rmap_query_verdicts_view(const struct rmap_query_verdicts *self)
 {
     return self->view;

@@ -223,10 +223,10 @@ enum { SOURCES_FEW = 8 };
 /* So many sources are told apart by a portion's summary. */
 enum { TOLD_APART = 64 };
 
-/* The source of all rays of the portion by its summary, or -1. */
-static int32_t told_source(const struct rmap_stats_setup *setup, const struct rmap_matched *rays)
+int32_t rmap_stats_told_source(const struct rmap_stats_setup *setup,
+                               const struct rmap_portion_info *portion)
 {
-    const uint64_t bits = rmap_map_portion(setup->quantities->map, rays->index)->summary.sources;
+    const uint64_t bits = portion->summary.sources;
     int32_t source = -1;
     if (setup->n_source == 1)
         source = 0;
@@ -246,7 +246,8 @@ static enum rmap_status find_source(struct rmap_stats_reader *reader,
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
     struct rmap_cycle cycle;
     bool follows = false;
-    *source_ret = told_source(setup, rays);
+    *source_ret =
+        rmap_stats_told_source(setup, rmap_map_portion(setup->quantities->map, rays->index));
     if (*source_ret >= 0)
         return RMAP_OK;
     if (setup->n_source <= SOURCES_FEW)

@@ -30,6 +30,10 @@ static inline size_t rmap_stats_class_of(const struct rmap_stats_setup *setup, i
     return (size_t)source * (setup->by == RMAP_STATS_BY_SOURCE ? setup->n_source + 1 : 1);
 }
 
+/* The source of all rays of the portion by its summary, or -1. */
+int32_t rmap_stats_told_source(const struct rmap_stats_setup *setup,
+                               const struct rmap_portion_info *portion);
+
 /* Readings of a class that stand together. */
 struct rmap_stats_run {
     size_t end; /* behind the last of them */

@@ -107,7 +107,8 @@ static bool fits(const struct rmap_stats_gathered *self, size_t n)
 
 /* Lists runs whose values stand in the store already. */
 static enum rmap_status list_runs(struct rmap_stats_gathered *self,
-                                  const struct rmap_stats_block *block, struct rmap_error *err)
+                                  const struct rmap_stats_block *block, double *const *value,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_quantity = self->setup->quantities->n;
@@ -125,7 +126,7 @@ static enum rmap_status list_runs(struct rmap_stats_gathered *self,
         *part = (struct rmap_stats_part){.run = {block->run[k].end - first, block->run[k].class},
                                          .is_plain = true};
         for (size_t i = 0; i < n_quantity; i++) {
-            part->value[i] = self->reader.into[i] + first;
+            part->value[i] = value[i] + first;
             part->place[i] = place[i] + first;
         }
     }
@@ -153,6 +154,68 @@ out:
     return st;
 }
 
+/* Memory of the store for n readings of each quantity. */
+static enum rmap_status take_columns(struct rmap_stats_gathered *self, size_t n, double **column,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < self->setup->quantities->n; i++) {
+        void *piece;
+        RMAP_TRY(rmap_stats_store_take(&self->store, n, sizeof *column[i], &piece, err));
+        column[i] = piece;
+    }
+out:
+    return st;
+}
+
+/* A portion of which all rays are expected to match, and are of one source. */
+static enum rmap_status lend(void *state, const struct rmap_portion_info *portion,
+                             struct rmap_fold_loan *loan, struct rmap_error *err)
+{
+    struct rmap_stats_gathered *self = state;
+    struct rmap_stats_lent *lent = &self->lent;
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = (size_t)portion->n_row[RMAP_TABLE_RAY];
+    if (lent->is_lent) /* of a portion without a match */
+        rmap_stats_store_give_back(&self->store, &lent->before);
+    lent->is_lent = false;
+    if (!rmap_quantities_columns(self->setup->quantities, loan->column))
+        return RMAP_OK;
+    loan->n = self->setup->quantities->n;
+    if (!lent->is_promising || !fits(self, n_ray) ||
+        rmap_stats_told_source(self->setup, portion) < 0)
+        return RMAP_OK;
+    lent->before = self->store;
+    RMAP_TRY(take_columns(self, n_ray, lent->column, err));
+    lent->is_lent = true;
+    for (size_t i = 0; i < loan->n; i++)
+        loan->memory[i] = lent->column[i];
+out:
+    return st;
+}
+
+/* How many of the block's quantities stand there. */
+static size_t n_standing(const struct rmap_stats_gathered *self,
+                         const struct rmap_stats_block *block, double *const *column)
+{
+    size_t n = 0;
+    for (size_t i = 0; i < self->setup->quantities->n; i++)
+        n += block->value[i] == column[i];
+    return n;
+}
+
+/* Keeps the block, its values where they are if that is the memory that was lent. */
+static enum rmap_status keep_lent(struct rmap_stats_gathered *self,
+                                  const struct rmap_stats_block *block, struct rmap_error *err)
+{
+    const size_t n = n_standing(self, block, self->lent.column);
+    if (n == self->setup->quantities->n && !block->tag)
+        return list_runs(self, block, self->lent.column, err);
+    if (n == 0)
+        rmap_stats_store_give_back(&self->store, &self->lent.before);
+    return keep(self, block, err);
+}
+
 /* Reads a portion, its values into the store where that saves copying them. */
 static enum rmap_status read_and_keep(struct rmap_stats_gathered *self,
                                       const struct rmap_matched *rays,
@@ -160,16 +223,18 @@ static enum rmap_status read_and_keep(struct rmap_stats_gathered *self,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_stats_store before = self->store;
+    const bool is_lent = self->lent.is_lent;
     double **into = self->reader.into;
-    for (size_t i = 0; fits(self, rays->n_match) && i < self->setup->quantities->n; i++) {
-        void *piece;
-        RMAP_TRY(rmap_stats_store_take(&self->store, rays->n_match + RMAP_PICK_MORE,
-                                       sizeof *into[i], &piece, err));
-        into[i] = piece;
-    }
+    self->lent.is_lent = false;
+    if (!is_lent && fits(self, rays->n_match))
+        RMAP_TRY(take_columns(self, rays->n_match + RMAP_PICK_MORE, into, err));
     RMAP_TRY(rmap_stats_reader_read(&self->reader, self->setup, rays, block, err));
-    if (into[0] && block->value[0] == into[0]) {
-        st = list_runs(self, block, err);
+    self->lent.is_promising =
+        !block->tag && block->n_run == 1 && block->n == rays->portion->n_row[RMAP_TABLE_RAY];
+    if (is_lent) {
+        st = keep_lent(self, block, err);
+    } else if (into[0] && block->value[0] == into[0]) {
+        st = list_runs(self, block, into, err);
     } else {
         rmap_stats_store_give_back(&self->store, &before);
         st = keep(self, block, err);
@@ -278,6 +343,7 @@ const struct rmap_fold_kind rmap_stats_gather_kind = {.create = create,
                                                       .add = add,
                                                       .merge = merge,
                                                       .absorb = absorb,
+                                                      .lend = lend,
                                                       .pack = rmap_stats_gathered_pack,
                                                       .unpack = rmap_stats_gathered_unpack,
                                                       .may_count = may_count};

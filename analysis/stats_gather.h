@@ -37,6 +37,13 @@ struct rmap_stats_part {
     double *weight;
 };
 
+/* Memory of the store that a portion's columns are read to, so that they need not be copied. */
+struct rmap_stats_lent {
+    bool is_lent, is_promising;     /* all rays of the portion before matched */
+    struct rmap_stats_store before; /* as it was without */
+    double *column[RMAP_QUANTITIES_MAX];
+};
+
 struct rmap_stats_gathered {
     const struct rmap_stats_setup *setup;
     struct rmap_stats_known known;
@@ -45,6 +52,7 @@ struct rmap_stats_gathered {
     size_t n, n_part, part_cap;
     struct rmap_stats_part *part;
     struct rmap_stats_store store; /* of their arrays */
+    struct rmap_stats_lent lent;
 };
 
 /* Context: the setup. State: struct rmap_stats_gathered. */

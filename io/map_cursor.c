@@ -24,13 +24,15 @@ struct rmap_cursor {
     const struct rmap_map *map;
     rmap_column_set columns;
     struct rmap_chunk_reader *reader;
-    struct cursor_space *space;   /* [n_space] */
-    size_t in_hand;               /* portion of the map */
-    rmap_column_set present;      /* columns of it that have been read */
-    rmap_column_set kept;         /* and those that the map's store lends */
-    uint64_t streams;             /* of a compact one, in `buffer` */
-    struct rmap_portion *portion; /* of the space in hand; borrowed from there */
-    struct rmap_portion shown;    /* that, without columns that only decoding needed */
+    struct cursor_space *space;    /* [n_space] */
+    size_t in_hand;                /* portion of the map */
+    rmap_column_set present;       /* columns of it that have been read */
+    rmap_column_set kept;          /* and those that the map's store lends */
+    uint64_t streams;              /* of a compact one, in `buffer` */
+    struct rmap_portion *portion;  /* of the space in hand; borrowed from there */
+    void *lent[RMAP_COLUMN_COUNT]; /* memory for rows of plain pieces; NULL: the portion's */
+    rmap_column_set in_lent;       /* columns present that stand there */
+    struct rmap_portion shown;     /* that, without columns that only decoding needed */
     struct row_buffer buffer[RMAP_STREAM_MAX];
 };
 
@@ -180,6 +182,18 @@ static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, stru
     return RMAP_OK;
 }
 
+void rmap_cursor_lend(struct rmap_cursor *self, enum rmap_column column, void *memory)
+{
+    self->lent[column] = memory;
+}
+
+/* Where a column of the portion in hand stands. */
+static void *place_of(const struct rmap_cursor *self, enum rmap_column column)
+{
+    return self->in_lent & RMAP_COLUMN_BIT(column) ? self->lent[column]
+                                                   : rmap_portion_column(self->portion, column);
+}
+
 /* The streams are the columns. */
 static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_portion_info *info,
                                    rmap_column_set columns, struct rmap_error *err)
@@ -199,10 +213,13 @@ static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_p
         rows->n_row[t] = (size_t)info->n_row[t];
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         enum rmap_table table = rmap_column_info((enum rmap_column)c)->table;
-        if (columns & RMAP_COLUMN_BIT(c))
-            RMAP_TRY(rmap_chunk_reader_rows(self->reader, (size_t)info->piece, c,
-                                            info->stored_first[table], rows->n_row[table],
-                                            rmap_portion_column(rows, (enum rmap_column)c), err));
+        if (!(columns & RMAP_COLUMN_BIT(c)))
+            continue;
+        if (self->lent[c])
+            self->in_lent |= RMAP_COLUMN_BIT(c);
+        RMAP_TRY(rmap_chunk_reader_rows(self->reader, (size_t)info->piece, c,
+                                        info->stored_first[table], rows->n_row[table],
+                                        place_of(self, (enum rmap_column)c), err));
     }
 out:
     return st;
@@ -331,6 +348,7 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     const struct rmap_piece_chunks *chunks;
     self->present = 0;
     self->kept = 0;
+    self->in_lent = 0;
     self->streams = 0;
     self->in_hand = portion;
     RMAP_TRY(enter_space(self, (size_t)info->space, err));
@@ -369,7 +387,7 @@ static void show_columns(struct rmap_cursor *self)
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (self->present & RMAP_COLUMN_BIT(c))
             *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
-                rmap_portion_column(self->portion, (enum rmap_column)c);
+                place_of(self, (enum rmap_column)c);
 }
 
 static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set columns,

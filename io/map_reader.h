@@ -191,6 +191,11 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
 enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* From the next portion on, rows of a column that are read from a plain piece are put there, and
+ * stay when the cursor goes on: there is room for all of a portion. NULL: the cursor's own memory.
+ */
+void rmap_cursor_lend(struct rmap_cursor *cursor, enum rmap_column column, void *memory);
+
 /* Elements over and over: the one in row i is element (phase + i) mod n. */
 struct rmap_cycle {
     const void *element; /* [n], borrowed as long as anybody is asked about it */
