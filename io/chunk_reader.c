@@ -2,7 +2,6 @@
 #include "io/chunk_reader.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include "io/codec.h"
 #include "io/map_internal.h"
 #include "io/map_memory.h"
+#include "io/piece_file.h"
 #include "io/read_exactly.h"
 #include "io/shuffle.h"
 
@@ -137,7 +137,7 @@ static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece,
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     enum rmap_status st = RMAP_OK;
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    int fd = rmap_piece_file_open(self->map->path, &self->map->content.piece[piece]);
     if (fd < 0)
         st = rmap_error_set(err, errno == ENOENT ? RMAP_FORMAT : RMAP_SYSTEM,
                             "%s: cannot be opened: %s", path, strerror(errno));

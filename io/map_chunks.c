@@ -6,11 +6,11 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/alloc.h"
 #include "io/codec.h"
 #include "io/map_internal.h"
+#include "io/piece_file.h"
 #include "io/publish.h"
 
 char *rmap_map_piece_path(const struct rmap_map *map, size_t piece)
@@ -31,11 +31,11 @@ int rmap_map_piece_n_channel(const struct rmap_map *map, size_t piece)
 }
 
 /* A sealed piece has one size for ever; an open one has at least what its journal saw. */
-static enum rmap_status check_file(const char *path, const struct rmap_piece_info *piece,
-                                   struct rmap_error *err)
+static enum rmap_status check_file(const struct rmap_map *map, const char *path,
+                                   const struct rmap_piece_info *piece, struct rmap_error *err)
 {
     struct stat info;
-    if (stat(path, &info) != 0)
+    if (rmap_piece_file_stat(map->path, piece, &info) != 0)
         return rmap_error_set(err, errno == ENOENT ? RMAP_FORMAT : RMAP_SYSTEM,
                               errno == ENOENT ? "%s is missing, though map.h5 lists it (%s)"
                                               : "%s cannot be read (%s)",
@@ -54,7 +54,7 @@ enum rmap_status rmap_map_check_pieces(const struct rmap_map *map, struct rmap_e
         char *path = rmap_map_piece_path(map, i);
         if (!path)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-        enum rmap_status st = check_file(path, &map->content.piece[i], err);
+        enum rmap_status st = check_file(map, path, &map->content.piece[i], err);
         rmap_free(path);
         if (st != RMAP_OK)
             return st;
@@ -118,7 +118,7 @@ static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_err
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
         goto out;
     }
-    RMAP_TRY(check_file(path, info, err));
+    RMAP_TRY(check_file(map, path, info, err));
     if (info->n_chunk > 0)
         qsort(entry, (size_t)info->n_chunk, sizeof *entry, by_stream);
     if (!place(map, piece, entry, chunks->first)) {

@@ -11,6 +11,7 @@
 #include "io/journal.h"
 #include "io/map_directory.h"
 #include "io/map_internal.h"
+#include "io/piece_file.h"
 #include "io/publish.h"
 
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
@@ -163,7 +164,7 @@ static enum rmap_status compare_piece(struct rmap_map *map, const struct rmap_pi
     char *path = rmap_path_format("%s/%s", map->path, piece->name);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (stat(path, &file) != 0)
+    if (rmap_piece_file_stat(map->path, piece, &file) != 0)
         (void)rmap_error_set(&text, RMAP_FORMAT, "%s %s (%s)", path,
                              errno == ENOENT ? "is missing" : "cannot be examined",
                              strerror(errno));
@@ -182,6 +183,8 @@ enum rmap_status rmap_map_compare_directory(struct rmap_map *map, struct rmap_er
     size_t n = 0;
     for (size_t i = 0; i < map->content.n_piece; i++)
         RMAP_TRY(compare_piece(map, &map->content.piece[i], err));
+    if (!map->summary.complete) /* what stood beside the index was found, what came since is new */
+        goto out;
     RMAP_TRY(rmap_map_list_pieces(map->path, &name, &n, err));
     for (size_t i = 0; i < n; i++) {
         struct rmap_error text = {0};

@@ -77,7 +77,7 @@ size_t rmap_map_n_trouble(const struct rmap_map *map);
 const char *rmap_map_trouble(const struct rmap_map *map, size_t i);
 
 /* Compares a map with its directory, and adds a line of trouble for every piece that is missing,
- * has not its size, or is not in the index. Opens none of them. RMAP_SYSTEM. */
+ * has not its size, or is not in the index of a complete map. Opens none of them. RMAP_SYSTEM. */
 enum rmap_status rmap_map_compare_directory(struct rmap_map *map,
                                             struct rmap_error *err) RMAP_MUST_USE;
 

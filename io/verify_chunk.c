@@ -3,13 +3,12 @@
  * Stored chunks: their bytes as they lie in the file, against our checksum and HDF5's.
  */
 #include <errno.h>
-#include <fcntl.h>
 #include <string.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/codec.h"
-#include "io/publish.h"
+#include "io/piece_file.h"
 #include "io/verify_internal.h"
 
 struct rmap_chunk_verifier {
@@ -101,12 +100,9 @@ static const char *prepare(struct rmap_chunk_verifier *self, size_t piece,
         return NULL;
     if (self->fd >= 0)
         (void)close(self->fd);
-    char *path = rmap_path_format("%s/%s", self->verification->path, info->name);
-    self->fd = path ? open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK) : -1;
-    int reason = errno;
+    self->fd = rmap_piece_file_open(self->verification->path, info);
     self->piece = piece;
-    rmap_free(path);
-    return self->fd >= 0 ? NULL : strerror(reason);
+    return self->fd >= 0 ? NULL : strerror(errno);
 }
 
 /* Portions that have rows in the chunk are lost, and their rays are the finding's. */

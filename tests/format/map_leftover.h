@@ -32,15 +32,12 @@ static inline void begin_map(struct fixture *f, enum rmap_encoding encoding)
     fixture_must(rmap_index_write_content(f->map, &index, &err), &err);
 }
 
-/* Opens the map as it stands, and compares every row with the history that it must be. Returns its
- * rays. */
-static inline uint64_t read_back(const struct fixture *f)
+/* Compares every row of an open map with the history that it must be. Returns its rays. */
+static inline uint64_t read_map(const struct fixture *f, const struct rmap_map *map)
 {
     struct rmap_error err = {0};
-    struct rmap_map *map = NULL;
     struct rmap_cursor *cursor = NULL;
     uint64_t n_ray = 0;
-    fixture_must(rmap_map_open(f->map, &map, &err), &err);
     fixture_must(rmap_cursor_create(map, RMAP_COLUMNS_ALL, &cursor, &err), &err);
     for (size_t i = 0; i < rmap_map_n_portion(map); i++) {
         const struct rmap_portion *read = NULL;
@@ -51,6 +48,16 @@ static inline uint64_t read_back(const struct fixture *f)
         rmap_portion_destroy(want);
     }
     rmap_cursor_destroy(cursor);
+    return n_ray;
+}
+
+/* The map as it stands. */
+static inline uint64_t read_back(const struct fixture *f)
+{
+    struct rmap_error err = {0};
+    struct rmap_map *map = NULL;
+    fixture_must(rmap_map_open(f->map, &map, &err), &err);
+    uint64_t n_ray = read_map(f, map);
     rmap_map_close(map);
     return n_ray;
 }

@@ -11,6 +11,8 @@
 #include <sys/wait.h>
 #include <time.h>
 
+#include "io/verify.h"
+
 /* A file that failed to write is left to HDF5 as it is (closing it may crash), and with it some of
  * HDF5's own memory: the leak checker, where there is one, asks this function. */
 const char *__lsan_default_suppressions(void);
@@ -76,6 +78,55 @@ static void test_portions(void **state)
     fixture_must(rmap_map_create(f.map, true, &err), &err); /* as --force does */
     assert_int_equal(n_leftover(&f), 0);
     fixture_fini(&f);
+}
+
+/* A map that was opened while a piece was written is read on when the piece got its final name and
+ * others came: nothing is missing, and nothing that came since is a trouble. */
+static void publish_in(enum rmap_encoding encoding)
+{
+    enum { N_FLUSHED = 130, N_BLOCK = 200 };
+    struct fixture f;
+    struct rmap_error err = {0};
+    struct rmap_shard_writer *writer = NULL;
+    struct rmap_map *map = NULL;
+    struct rmap_verification *what = NULL;
+    struct rmap_chunk_verifier *chunks = NULL;
+    struct rmap_findings findings = {0};
+    const struct rmap_shard_options options = {.piece_nbytes = 24 << 20};
+    begin_map(&f, encoding);
+    fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, &options, &writer, &err), &err);
+    for (uint64_t block = 0; block < N_FLUSHED; block++)
+        append(&f, writer, block);
+    fixture_must(rmap_shard_writer_flush(writer, &err), &err);
+    fixture_must(rmap_map_open(f.map, &map, &err), &err);
+    fixture_must(rmap_verification_open(f.map, &what, &findings, &err), &err);
+    for (uint64_t block = N_FLUSHED; block < N_BLOCK; block++) {
+        append(&f, writer, block);
+        fixture_must(rmap_shard_writer_flush(writer, &err), &err);
+    }
+    fixture_must(rmap_shard_writer_finish(writer, &err), &err);
+    rmap_shard_writer_destroy(writer);
+    assert_int_equal(n_leftover(&f), 0);
+    assert_int_equal(read_map(&f, map), N_FLUSHED * BLOCK);
+    fixture_must(rmap_map_compare_directory(map, &err), &err);
+    if (rmap_map_n_trouble(map) > 0)
+        fail_msg("%s", rmap_map_trouble(map, 0));
+    fixture_must(rmap_chunk_verifier_create(what, &chunks, &err), &err);
+    for (size_t i = 0; i < what->content->n_chunk; i++)
+        fixture_must(rmap_verify_chunk(chunks, i, &findings, &err), &err);
+    if (findings.n > 0)
+        fail_msg("%s %s", findings.row[0].file, findings.row[0].text);
+    rmap_chunk_verifier_destroy(chunks);
+    rmap_verification_close(what);
+    rmap_map_close(map);
+    fixture_fini(&f);
+}
+
+static void test_published_meanwhile(void **state)
+{
+    (void)state;
+    publish_in(RMAP_ENCODING_PLAIN);
+    publish_in(RMAP_ENCODING_COMPACT);
 }
 
 /* Without a flush nothing stays. */
@@ -236,9 +287,13 @@ static void test_kill(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_flush),    cmocka_unit_test(test_portions),
-        cmocka_unit_test(test_no_flush), cmocka_unit_test(test_names),
-        cmocka_unit_test(test_no_room),  cmocka_unit_test(test_kill),
+        cmocka_unit_test(test_flush),
+        cmocka_unit_test(test_portions),
+        cmocka_unit_test(test_no_flush),
+        cmocka_unit_test(test_names),
+        cmocka_unit_test(test_no_room),
+        cmocka_unit_test(test_kill),
+        cmocka_unit_test(test_published_meanwhile),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
