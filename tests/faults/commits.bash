@@ -3,7 +3,6 @@
 # Disturbs the ranks of a trace by what they have done, not by the clock: at its N-th commit a rank
 # stops itself, or signals itself, and waits to be looked at. So a fast machine does not finish before
 # anybody has looked, and a slow one is waited for. Traces must commit by --flush-portions.
-FAULTS=$(dirname "$RAYMAP")/tests/faults.so
 
 # Sets the array at_commit: words before the program, by which its ranks suffer ACTION (fault_plan.h)
 # when they are about to sync a journal in this directory for the N-th time.

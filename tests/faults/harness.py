@@ -17,7 +17,7 @@ import time
 import h5py
 
 PROGRAM = os.environ["RAYMAP"]
-FAULTS = os.path.join(os.path.dirname(PROGRAM), "tests", "faults.so")
+FAULTS = os.environ["FAULTS"]
 HERE = os.path.dirname(os.path.abspath(__file__))
 SLOW = int(os.environ.get("RAYMAP_TEST_SCALE", "1")) > 1
 SEED = int(os.environ.get("RAYMAP_TEST_SEED", "1"))

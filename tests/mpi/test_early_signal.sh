@@ -11,7 +11,7 @@ write_scene scene.yaml
 rays=200000
 
 at_call() { # CALLS PATH ACTION [N]: sets the array `disturbed`, words before the program
-    disturbed=(env "LD_PRELOAD=$(dirname "$RAYMAP")/tests/faults.so" "FAULTS_DIR=$PWD"
+    disturbed=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD"
         "FAULTS_CALLS=$1" "FAULTS_PATH=$2" "FAULTS_ACTION=$3" "FAULTS_AT=${4:-1}")
 }
 digest() { "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\(.*\)".*/\1/p'; }

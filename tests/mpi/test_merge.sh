@@ -59,7 +59,7 @@ rm b.raymap/shard-00000/piece-00000.h5
 expect 4 'missing' "$RAYMAP" merge a.raymap b.raymap -o x.raymap
 [ ! -e x.raymap ] || { echo "FAILED: x.raymap was made"; failures=1; }
 # What fails in the middle leaves nothing behind.
-expect 5 'No space' env "LD_PRELOAD=$(dirname "$RAYMAP")/tests/faults.so" "FAULTS_DIR=$PWD/half.raymap" \
+expect 5 'No space' env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD/half.raymap" \
     FAULTS_CALLS=mkdir FAULTS_AT=3 FAULTS_ACTION=ENOSPC "$RAYMAP" merge a.raymap c.raymap -o half.raymap
 [ ! -e half.raymap ] || { echo "FAILED: half a map stays behind"; failures=1; }
 finish

@@ -22,7 +22,7 @@ if not shutil.which("mpirun"):
     sys.exit(77)
 
 PROGRAM = os.environ["RAYMAP"]
-FAULTS = os.path.join(os.path.dirname(PROGRAM), "tests", "faults.so")
+FAULTS = os.environ["FAULTS"]
 SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scene.yaml")
 RANDOM = random.Random(int(os.environ.get("RAYMAP_TEST_SEED", "3")))
 RAYS = 40000

@@ -41,7 +41,7 @@ expect 5 'File too large' mpirun -np 1 ./small-disk.sh "$RAYMAP" trace scene.yam
     --shards-per-node 1
 
 # Memory that the one writer runs out of at any moment ends all ranks, and none waits for ever.
-memory=(env "LD_PRELOAD=$(dirname "$RAYMAP")/tests/faults.so" "FAULTS_DIR=$PWD/short.raymap"
+memory=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD/short.raymap"
     'FAULTS_CALLS=memory:*')
 short=("$RAYMAP" trace scene.yaml -o short.raymap -n 300k --quiet --shards-per-node 1 --threads 1)
 expect 0 '' mpirun -np 1 "${memory[@]}" "FAULTS_LOG=$PWD/calls.log" "${short[@]}" : -np 2 "${short[@]}"
