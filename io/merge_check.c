@@ -4,12 +4,15 @@
  */
 #include "io/merge.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_internal.h"
 #include "io/map_run.h"
+#include "trace/ray_plan.h"
 
 /* A portion of one of the maps. */
 struct held {
@@ -40,27 +43,48 @@ static enum rmap_status read_ids(const struct reading *self, const struct held *
     return st == RMAP_OK ? rmap_cursor_read(*cursor, held->portion, rows_ret, err) : st;
 }
 
-/* The first ray of both, or none. */
+/* Rays that two of the maps hold both: the first two that were found. */
+struct shared {
+    size_t source[2];
+    struct rmap_ray_range *range; /* [n], in the order in which they were found */
+    size_t n, cap;
+};
+
+static enum rmap_status add_shared(struct shared *shared, struct rmap_ray_range range,
+                                   struct rmap_error *err)
+{
+    if (shared->n > 0 && shared->range[shared->n - 1].end == range.first) {
+        shared->range[shared->n - 1].end = range.end;
+        return RMAP_OK;
+    }
+    void *block = shared->range;
+    enum rmap_status st =
+        rmap_reserve(&block, &shared->cap, shared->n + 1, sizeof *shared->range, err);
+    shared->range = block;
+    if (st == RMAP_OK)
+        shared->range[shared->n++] = range;
+    return st;
+}
+
+/* Of two portions, the second of which begins within the first. */
 static enum rmap_status find_shared(const struct reading *self, const struct held *a,
-                                    const struct held *b, bool *shared, uint64_t *ray,
+                                    const struct held *b, struct shared *shared,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *x = NULL, *y = NULL;
-    *shared = false;
-    *ray = b->info->first_ray;
     if (!rmap_portion_has_gaps(a->info) && !rmap_portion_has_gaps(b->info)) {
-        *shared = true;
-        return RMAP_OK;
+        uint64_t end = rmap_portion_end(a->info), other = rmap_portion_end(b->info);
+        return add_shared(
+            shared, (struct rmap_ray_range){b->info->first_ray, end < other ? end : other}, err);
     }
     RMAP_TRY(read_ids(self, a, &x, err));
     RMAP_TRY(read_ids(self, b, &y, err));
     for (size_t i = 0, k = 0; i < x->n_row[RMAP_TABLE_RAY] && k < y->n_row[RMAP_TABLE_RAY];) {
-        *ray = x->ray.id[i];
-        *shared = *ray == y->ray.id[k];
-        if (*shared)
-            break;
-        if (*ray < y->ray.id[k])
+        uint64_t ray = x->ray.id[i];
+        if (ray == y->ray.id[k])
+            RMAP_TRY(add_shared(shared, (struct rmap_ray_range){ray, ray + 1}, err));
+        if (ray < y->ray.id[k])
             i++;
         else
             k++;
@@ -69,41 +93,59 @@ out:
     return st;
 }
 
-static enum rmap_status share_rays(const struct rmap_merge_source *source, const struct held *a,
-                                   const struct held *b, uint64_t first, struct rmap_error *err)
+/* "ray 7", "the rays 0 to 4095, 8192 to 9000 and others (12,345 rays)" */
+static void name_rays(const struct rmap_ray_set *rays, char *text, size_t cap)
 {
-    uint64_t end = rmap_portion_end(a->info) < rmap_portion_end(b->info)
-                       ? rmap_portion_end(a->info)
-                       : rmap_portion_end(b->info);
-    if (rmap_portion_has_gaps(a->info) || rmap_portion_has_gaps(b->info))
-        return rmap_error_set(err, RMAP_INPUT,
-                              "%s and %s both hold ray %llu: only maps of different rays can be "
-                              "merged",
-                              source[a->source].path, source[b->source].path,
-                              (unsigned long long)first);
-    return rmap_error_set(err, RMAP_INPUT,
-                          "%s and %s both hold the rays %llu to %llu: only maps of different "
-                          "rays can be merged (trace with --first-ray)",
-                          source[a->source].path, source[b->source].path, (unsigned long long)first,
-                          (unsigned long long)end - 1);
+    enum { SHOWN = 3 };
+    const uint64_t n = rmap_ray_set_count(rays);
+    size_t at = (size_t)snprintf(text, cap, "%s", n == 1 ? "ray" : "the rays");
+    for (size_t i = 0; i < rays->n && i < SHOWN; i++) {
+        const struct rmap_ray_range *range = &rays->range[i];
+        at += (size_t)snprintf(text + at, cap - at, "%s%llu", i ? ", " : " ",
+                               (unsigned long long)range->first);
+        if (range->end - range->first > 1)
+            at += (size_t)snprintf(text + at, cap - at, " to %llu",
+                                   (unsigned long long)range->end - 1);
+    }
+    if (n > 1)
+        (void)snprintf(text + at, cap - at, "%s (%s)", rays->n > SHOWN ? " and others" : "",
+                       rmap_counted(n, "ray").text);
+}
+
+static enum rmap_status refuse_shared(const struct rmap_merge_source *source,
+                                      const struct shared *shared, struct rmap_error *err)
+{
+    struct rmap_ray_set rays = {0};
+    char text[256];
+    enum rmap_status st = rmap_ray_set_make(shared->range, shared->n, &rays, err);
+    if (st != RMAP_OK)
+        return st;
+    name_rays(&rays, text, sizeof text);
+    rmap_ray_set_fini(&rays);
+    const struct rmap_merge_source *a = &source[shared->source[0]], *b = &source[shared->source[1]];
+    return rmap_error_set(
+        err, RMAP_INPUT, "%s and %s both hold %s: only maps of different rays can be merged%s",
+        a->path, b->path, text, a->map->selection ? "" : " (trace with --first-ray)");
 }
 
 /* Each portion against those before it that reach as far. */
 static enum rmap_status compare_held(const struct reading *self, const struct held *held,
-                                     size_t total, struct rmap_error *err)
+                                     size_t total, struct shared *shared, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     for (size_t i = 0; i < total; i++)
         for (size_t k = i + 1;
              k < total && held[k].info->first_ray < rmap_portion_end(held[i].info); k++) {
-            bool shared = false;
-            uint64_t ray = 0;
-            if (held[i].source == held[k].source) /* its own index was checked when it was opened */
+            size_t a = held[i].source, b = held[k].source, low = a < b ? a : b, high = a + b - low;
+            if (a == b) /* its own index was checked when it was opened */
                 continue;
-            RMAP_TRY(find_shared(self, &held[i], &held[k], &shared, &ray, err));
-            if (shared)
-                RMAP_TRY(share_rays(self->source, &held[i], &held[k], ray, err));
+            if (shared->n == 0)
+                memcpy(shared->source, (const size_t[]){low, high}, sizeof shared->source);
+            if (shared->source[0] == low && shared->source[1] == high)
+                RMAP_TRY(find_shared(self, &held[i], &held[k], shared, err));
         }
+    if (shared->n > 0)
+        st = refuse_shared(self->source, shared, err);
 out:
     return st;
 }
@@ -117,6 +159,7 @@ static enum rmap_status check_rays(const struct rmap_merge_source *source, size_
         total += rmap_map_n_portion(source[k].map);
     struct held *held = rmap_alloc(total, sizeof *held);
     struct reading reading = {source, rmap_alloc(n, sizeof *reading.cursor)};
+    struct shared shared = {0};
     if (!held || !reading.cursor) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of portions");
         goto out;
@@ -126,11 +169,12 @@ static enum rmap_status check_rays(const struct rmap_merge_source *source, size_
             held[at++] = (struct held){rmap_map_portion(source[k].map, i), k, i};
     if (total > 0)
         qsort(held, total, sizeof *held, by_first);
-    st = compare_held(&reading, held, total, err);
+    st = compare_held(&reading, held, total, &shared, err);
 out:
     for (size_t k = 0; reading.cursor && k < n; k++)
         rmap_cursor_destroy(reading.cursor[k]);
     rmap_free(reading.cursor);
+    rmap_free(shared.range);
     rmap_free(held);
     return st;
 }

@@ -45,7 +45,10 @@ expect 0 ' 0 findings' "$RAYMAP" verify again.raymap
 [ "$(digest again.raymap)" = "$(digest colours.raymap)" ] || { echo "FAILED: colours"; failures=1; }
 
 # What does not belong together.
-expect 3 'a.raymap and all.raymap both hold the rays 0 to' "$RAYMAP" merge a.raymap all.raymap -o x.raymap
+expect 3 'a.raymap and all.raymap both hold the rays 0 to 20479 \(20,480 rays\):' \
+    "$RAYMAP" merge a.raymap all.raymap -o x.raymap
+"$RAYMAP" trace scene.yaml -o one.raymap --first-ray 49999 -n 10 --quiet
+expect 3 'one.raymap and all.raymap both hold ray 49999:' "$RAYMAP" merge one.raymap all.raymap -o x.raymap
 "$RAYMAP" trace scene.yaml -o seed.raymap --seed 2 --first-ray 50000 -n 10 --quiet
 expect 3 'seed.raymap cannot join.*seed' "$RAYMAP" merge a.raymap seed.raymap -o x.raymap
 sed 's/N-BK7/N-SF11/' scene.yaml >other.yaml
