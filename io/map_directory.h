@@ -47,6 +47,11 @@ enum rmap_status rmap_map_remove_spent_journals(const char *map_path,
 enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
                                          size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Of a directory without map.h5: RMAP_FORMAT, and what to do, when pieces or journals of unfinished
+ * ones say that there was one. */
+enum rmap_status rmap_map_check_indexless(const char *map_path,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* What a name in a shard's directory is. */
 bool rmap_leftover_is_part(const char *name);
 bool rmap_leftover_is_journal(const char *name);

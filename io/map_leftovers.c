@@ -121,6 +121,25 @@ enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_lefto
     return RMAP_OK;
 }
 
+enum rmap_status rmap_map_check_indexless(const char *map_path, struct rmap_error *err)
+{
+    struct rmap_piece_name *name = NULL;
+    struct rmap_leftover *leftover = NULL;
+    size_t n = 0, n_leftover = 0;
+    enum rmap_status st = rmap_map_list_pieces(map_path, &name, &n, err);
+    if (st == RMAP_OK)
+        st = rmap_map_list_leftovers(map_path, &leftover, &n_leftover, err);
+    for (size_t i = 0; i < n_leftover; i++)
+        n += leftover[i].has_journal;
+    rmap_free(name);
+    rmap_free(leftover);
+    if (st == RMAP_OK && n > 0)
+        st = rmap_error_set(err, RMAP_FORMAT,
+                            "%s has pieces but no map.h5, its index: raymap repair makes it again",
+                            map_path);
+    return st;
+}
+
 enum rmap_status rmap_map_remove_spent_journals(const char *map_path, struct rmap_error *err)
 {
     struct rmap_leftover *leftover = NULL;

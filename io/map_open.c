@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/map_directory.h"
 #include "io/map_format.h"
 #include "io/map_internal.h"
 #include "io/map_paths.h"
@@ -27,10 +28,12 @@ static enum rmap_status check_path(const char *path, const char *index, struct r
     if (!S_ISDIR(info.st_mode))
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s is a file, but a ray map is a directory (NAME.raymap)", path);
-    if (stat(index, &info) != 0 && errno == ENOENT)
-        return rmap_error_set(err, RMAP_FORMAT,
-                              "%s has no map.h5: it is no ray map, or its trace never finished",
-                              path);
+    if (stat(index, &info) != 0 && errno == ENOENT) {
+        enum rmap_status st = rmap_map_check_indexless(path, err);
+        return st == RMAP_OK
+                   ? rmap_error_set(err, RMAP_FORMAT, "%s has no map.h5: it is no ray map", path)
+                   : st;
+    }
     if (access(index, R_OK) != 0)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be read: %s", index, strerror(errno));
     if (!S_ISREG(info.st_mode))

@@ -23,9 +23,6 @@
 static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_error *err)
 {
     struct stat info;
-    struct rmap_piece_name *name = NULL;
-    struct rmap_leftover *leftover = NULL;
-    size_t n = 0, n_leftover = 0;
     char *index = rmap_path_format("%s/map.h5", path);
     if (!index)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -34,17 +31,7 @@ static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_
     rmap_free(index);
     if (*stands || !is_directory)
         return RMAP_OK;
-    enum rmap_status st = rmap_map_list_pieces(path, &name, &n, err);
-    rmap_free(name);
-    if (st == RMAP_OK)
-        st = rmap_map_list_leftovers(path, &leftover, &n_leftover, err);
-    for (size_t i = 0; i < n_leftover; i++)
-        n += leftover[i].has_journal;
-    rmap_free(leftover);
-    if (st == RMAP_OK && n > 0)
-        st = rmap_error_set(err, RMAP_FORMAT,
-                            "%s has pieces but no map.h5: raymap repair makes it again", path);
-    return st;
+    return rmap_map_check_indexless(path, err);
 }
 
 /* Rank 0. The index is believed about what rays there are, so its pieces must be there; with a
@@ -375,11 +362,12 @@ enum rmap_status rmap_trace_session_conclude(struct rmap_trace_session *self,
 {
     const struct rmap_trace_outcome *outcome = &self->outcome;
     enum rmap_status st = self->context->rank == 0 ? finish(self, err) : RMAP_OK;
+    char traced[RMAP_GROUPED_LEN];
     if (st == RMAP_OK && outcome->n_ray < outcome->n_wanted)
         st = rmap_error_set(
-            err, RMAP_STOPPED, "stopped early by %s: %llu of %s traced%s",
+            err, RMAP_STOPPED, "stopped early by %s: %s of %s traced%s",
             outcome->interrupt ? rmap_interrupt_name(outcome->interrupt) : "the time limit",
-            (unsigned long long)outcome->n_ray, rmap_counted(outcome->n_wanted, "ray").text,
+            rmap_grouped(outcome->n_ray, traced), rmap_counted(outcome->n_wanted, "ray").text,
             self->request.map_path ? "; the map holds them, and --resume traces the rest" : "");
     return rmap_agree(self->context, st, err);
 }

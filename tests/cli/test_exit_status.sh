@@ -165,6 +165,8 @@ expect 4 'damaged' "$RAYMAP" info cut.raymap
 rm $piece
 expect 4 '"complete": false' "$RAYMAP" info cut.raymap --json
 mkdir -p lost.raymap && cp -r a.raymap/shard-00000 lost.raymap
+expect 4 'pieces but no map.h5.*repair' "$RAYMAP" info lost.raymap
+expect 4 'pieces but no map.h5.*repair' "$RAYMAP" verify lost.raymap
 expect 4 'pieces but no map.h5' "$RAYMAP" trace scene.yaml -o lost.raymap --resume -n 2000
 
 # 5: the system fails us. Root may do anything, so permission is tried as somebody else.

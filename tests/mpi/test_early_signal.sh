@@ -21,7 +21,7 @@ expect 0 '' "${trace[@]}" -o want.raymap
 for ranks in 1 2; do
     rm -rf m.raymap
     at_call read:open '*scene.yaml' SIGUSR1
-    expect 6 'SIGUSR1: [0-9]+ of 200,000 rays' mpirun -np $ranks "${disturbed[@]}" "${trace[@]}" -o m.raymap
+    expect 6 'SIGUSR1: [0-9,]+ of 200,000 rays' mpirun -np $ranks "${disturbed[@]}" "${trace[@]}" -o m.raymap
     expect 0 'NOT complete' "$RAYMAP" info m.raymap
     at_call mkdir '*m.raymap*' SIGUSR1
     expect 6 'SIGUSR1' mpirun -np $ranks "${disturbed[@]}" "${trace[@]}" -o m.raymap --resume
