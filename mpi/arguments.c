@@ -281,19 +281,67 @@ enum rmap_status rmap_argument_each(const struct rmap_arguments *arguments, cons
     return list_values(arguments, name, 0, list_ret, n_ret, err);
 }
 
+enum { HELP_COLUMN = 27, HELP_WIDTH = 80 };
+
+/* Words from a column on, in lines of HELP_WIDTH characters. */
+static void print_words(const char *text, const char *end, size_t column, FILE *out)
+{
+    size_t at = column;
+    while (text < end) {
+        size_t len = strcspn(text, " \n");
+        if (text + len > end)
+            len = (size_t)(end - text);
+        if (at > column && at + 1 + len > HELP_WIDTH) {
+            fprintf(out, "\n%*s", (int)column, "");
+            at = column;
+        } else if (at > column) {
+            fputc(' ', out);
+            at++;
+        }
+        fprintf(out, "%.*s", (int)len, text);
+        at += len;
+        text += len + 1;
+    }
+    fputc('\n', out);
+}
+
+/* Lines of prose are broken anew; empty ones and those that begin with a space stay as they are. */
+static void print_prose(const char *text, FILE *out)
+{
+    while (*text) {
+        const char *end = text;
+        bool more = *text != ' ' && *text != '\n';
+        do {
+            end += strcspn(end, "\n");
+            more = more && end[0] && end[1] != ' ' && end[1] != '\n' && end[1];
+            end += more;
+        } while (more);
+        if (*text == ' ')
+            fprintf(out, "%.*s\n", (int)(end - text), text);
+        else
+            print_words(text, end, 0, out);
+        text = *end ? end + 1 : end;
+    }
+}
+
 static void print_option(const struct rmap_option *option, FILE *out)
 {
     char left[64];
-    (void)snprintf(left, sizeof left, "%c%c%s --%s%s%s", option->letter ? '-' : ' ',
-                   option->letter ? option->letter : ' ', option->letter ? "," : " ", option->name,
-                   option->argument ? " " : "", option->argument ? option->argument : "");
-    fprintf(out, "  %-24s %s\n", left, option->help);
+    int n =
+        snprintf(left, sizeof left, "  %c%c%s --%s%s%s", option->letter ? '-' : ' ',
+                 option->letter ? option->letter : ' ', option->letter ? "," : " ", option->name,
+                 option->argument ? " " : "", option->argument ? option->argument : "");
+    fprintf(out, "%-*s", HELP_COLUMN, left);
+    if (n >= HELP_COLUMN) /* the text stands below */
+        fprintf(out, "\n%*s", HELP_COLUMN, "");
+    print_words(option->help, option->help + strlen(option->help), HELP_COLUMN, out);
 }
 
 void rmap_arguments_help(const struct rmap_command *command, FILE *out)
 {
-    fprintf(out, "usage: raymap %s %s\n\n%s\n\noptions:\n", command->name, command->operands,
-            command->help);
+    fprintf(out, "usage: raymap %s %s\n\n", command->name, command->operands);
+    print_prose(command->help, out);
+    fprintf(out, "\noptions:\n");
     for (const struct rmap_option *option = command->options; option && option->name; option++)
         print_option(option, out);
     for (const struct rmap_option *option = common_option; option->name; option++)

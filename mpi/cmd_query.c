@@ -337,11 +337,9 @@ const struct rmap_command rmap_command_query = {
         "  let ghost = registered(sensor) and hit(*, reflect_specular) >= 2\n\n"
         "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
         "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.vtp\n"
-        "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays, with "
-        "the fluxes that they have in MAP. "
-        "Rays\n"
-        "come in the order of their ids. The answer does not depend on the number of ranks and\n"
-        "threads.",
+        "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays,\n"
+        "with the fluxes that they have in MAP. Rays come in the order of their ids. The answer\n"
+        "does not depend on the number of ranks and threads.",
     .options = options,
     .min_operands = 1,
     .max_operands = 1000,

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 #
 # The promise: every command and every option of --help stands in the manual page and completes in
-# bash; neither is written by hand.
+# bash, none of which is written by hand; options' texts fit a terminal of 80 columns.
 . "$(dirname "$0")/expect.bash"
 rm -rf ./*
 "$RAYMAP" help --man >raymap.1
@@ -19,11 +19,13 @@ commands=$("$RAYMAP" --help | sed -n 's/^  \([a-z]*\)  .*/\1/p')
 for command in $commands; do
     complete_line raymap '' | grep -qx "$command" || { echo "FAILED: $command does not complete"; failures=1; }
     grep -qx ".SS \"raymap $command\"" raymap.1 || { echo "FAILED: $command is not in the manual"; failures=1; }
-    for option in $("$RAYMAP" "$command" --help | sed -n 's/^  .*\(--[a-z-]*\) .*  .*/\1/p'); do
+    for option in $("$RAYMAP" "$command" --help | sed -n 's/^  \(-.,\|   \) \(--[a-z-]*\).*/\2/p'); do
         complete_line raymap "$command" "$option" | grep -qx -e "$option" ||
             { echo "FAILED: $command $option does not complete"; failures=1; }
         grep -qF -e "\\fB${option//-/\\-}\\fR" raymap.1 || { echo "FAILED: $option is not in the manual"; failures=1; }
     done
+    wide=$("$RAYMAP" "$command" --help | sed '1,/^options:/d' | grep '.\{81\}')
+    [ -z "$wide" ] || { echo "FAILED: $command --help is wider than 80 columns: $wide"; failures=1; }
 done
 [ "$(wc -w <<<"$commands")" -ge 7 ] || { echo "FAILED: only these commands: $commands"; failures=1; }
 if command -v man >/dev/null; then
