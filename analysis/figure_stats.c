@@ -23,7 +23,9 @@ struct plot {
     const struct rmap_stats_labels *labels;
     struct rmap_axes axes;
     char y_label[160];
-    bool density; /* flux per unit: the bins differ in width */
+    bool density;      /* flux per unit: the bins differ in width */
+    bool log_flux;     /* a logarithmic scale of it */
+    double least_high; /* what is lower stands there on that */
     struct rmap_svg *svg;
 };
 
@@ -50,19 +52,43 @@ static double height_of(const struct plot *plot, double flux, size_t k)
     return plot->density ? flux / (edge[k + 1] - edge[k]) : flux;
 }
 
+/* Where it stands along the axis of flux. */
+static double y_of(const struct plot *plot, double flux, size_t k)
+{
+    const double high = height_of(plot, flux, k);
+    return rmap_axes_y(&plot->axes,
+                       plot->log_flux ? log10(fmax(high, plot->least_high)) : fmax(high, 0.0));
+}
+
+/* Below this part of the brightest a logarithmic scale shows more. */
+static const double DARK_PART = 0.03, LOG_DEPTH = 1e-5;
+
+/* Groups that differ much in their peaks are seen on a logarithmic scale alone. */
 static void set_y(struct plot *plot)
 {
     const struct rmap_stats *stats = plot->stats;
     const struct rmap_bins *bins = &stats->plan->bins[0];
-    double most = 0.0;
+    double most = 0.0, least = (double)INFINITY, lowest_peak = (double)INFINITY;
     plot->density = !bins->uniform && !bins->logarithmic;
-    for (size_t g = 0; g < stats->n_group; g++)
+    for (size_t g = 0; g < stats->n_group; g++) {
+        double peak = 0.0;
         for (size_t k = 0; k < bins->n; k++) {
             struct rmap_stats_estimate flux = stats->group[g].cell[k];
             double error = isfinite(flux.standard_error) ? flux.standard_error : 0.0;
+            double high = height_of(plot, flux.value, k);
+            peak = fmax(peak, high);
+            least = high > 0.0 ? fmin(least, high) : least;
             most = fmax(most, height_of(plot, flux.value + error, k));
         }
+        lowest_peak = peak > 0.0 ? fmin(lowest_peak, peak) : lowest_peak;
+    }
+    plot->log_flux = plot->axes.y_powers = lowest_peak < DARK_PART * most;
     plot->axes.y_range[1] = most > 0.0 ? 1.05 * most : 1.0;
+    if (plot->log_flux) {
+        plot->least_high = fmax(0.5 * least, LOG_DEPTH * most);
+        plot->axes.y_range[0] = log10(plot->least_high);
+        plot->axes.y_range[1] = log10(1.5 * most);
+    }
     (void)snprintf(plot->y_label, sizeof plot->y_label,
                    plot->density ? "flux per %s" : "flux per bin",
                    *plot->axes.x_unit ? plot->axes.x_unit : "unit");
@@ -78,10 +104,8 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
     const size_t n = bins->n;
     for (size_t k = 0; k < n; k++) {
         double error = isfinite(group->cell[k].standard_error) ? group->cell[k].standard_error : 0;
-        double x[2],
-            upper = rmap_axes_y(&plot->axes, height_of(plot, group->cell[k].value + error, k));
-        double lower =
-            rmap_axes_y(&plot->axes, height_of(plot, fmax(group->cell[k].value - error, 0.0), k));
+        double x[2], upper = y_of(plot, group->cell[k].value + error, k);
+        double lower = y_of(plot, group->cell[k].value - error, k);
         for (size_t e = 0; e < 2; e++) {
             x[e] = rmap_axes_x(&plot->axes, place(bins, bins->edge[k + e]));
             point[2 * k + e][0] = point[4 * n - 1 - 2 * k - e][0] = x[e];
@@ -92,15 +116,13 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
     rmap_svg_path(plot->svg, (const double(*)[2])point, 4 * n,
                   &(struct rmap_svg_style){.fill = colour, .opacity = 0.25});
     point[0][0] = rmap_axes_x(&plot->axes, place(bins, bins->edge[0]));
-    point[0][1] = rmap_axes_y(&plot->axes, 0.0);
+    point[0][1] = point[2 * n + 1][1] = y_of(plot, 0.0, 0);
     for (size_t k = 0; k < n; k++)
         for (size_t e = 0; e < 2; e++) {
             point[2 * k + e + 1][0] = rmap_axes_x(&plot->axes, place(bins, bins->edge[k + e]));
-            point[2 * k + e + 1][1] =
-                rmap_axes_y(&plot->axes, height_of(plot, group->cell[k].value, k));
+            point[2 * k + e + 1][1] = y_of(plot, group->cell[k].value, k);
         }
     point[2 * n + 1][0] = rmap_axes_x(&plot->axes, place(bins, bins->edge[n]));
-    point[2 * n + 1][1] = rmap_axes_y(&plot->axes, 0.0);
     rmap_svg_path(plot->svg, (const double(*)[2])point, 2 * n + 2,
                   &(struct rmap_svg_style){.stroke = colour, .width = 1.6});
 }
@@ -206,10 +228,8 @@ out:
     return st;
 }
 
-/* Half the lit cells below this part of the brightest: a logarithmic scale shows more. */
-static const double DARK_PART = 0.03, LOG_DEPTH = 1e-5;
-
-static void set_bar(const struct plot *plot, struct rmap_colour_bar *bar)
+/* Logarithmic where half the lit cells are dark. */
+static void set_bar(struct plot *plot, struct rmap_colour_bar *bar)
 {
     const size_t n = plot->stats->plan->n_cell;
     double most = 0.0, least = (double)INFINITY;
@@ -230,6 +250,7 @@ static void set_bar(const struct plot *plot, struct rmap_colour_bar *bar)
                                     .logarithmic = 2 * n_dark > n_lit,
                                     .label = "flux per bin",
                                     .unit = rmap_stats_flux_unit(plot->stats)};
+    plot->log_flux = bar->logarithmic;
     if (bar->logarithmic) /* empty cells are darker than any that has a ray */
         bar->range[0] = fmax(0.5 * least, LOG_DEPTH * most);
 }
@@ -249,14 +270,13 @@ static const char *space_before(const char *unit)
     return *unit ? " " : "";
 }
 
-/* "1,234 values, 0.5 ± 0.002 W; mean ..." of the only group. */
-static void describe(const struct plot *plot, char *line, size_t nbytes)
+/* "1,234 values, 0.5 ± 0.002 W; mean ..." of the only group; the length of it. */
+static int describe_only(const struct plot *plot, char *line, size_t nbytes)
 {
     const struct rmap_stats *stats = plot->stats;
     const struct rmap_stats_group *group = &stats->group[0];
     const struct rmap_stats_moment_estimates *moment = &group->of[0].moment;
     const char *unit = stats->setup->quantities->of[0].unit, *gap = space_before(unit);
-    const double outside = flux_outside(stats);
     int n =
         snprintf(line, nbytes, "%s, %.4g ± %.2g %s", rmap_counted(group->n_reading, "value").text,
                  group->flux.value, group->flux.standard_error, rmap_stats_flux_unit(stats));
@@ -265,9 +285,28 @@ static void describe(const struct plot *plot, char *line, size_t nbytes)
                       "; mean %.5g ± %.2g%s%s, standard deviation %.4g ± %.2g%s%s",
                       moment->mean.value, moment->mean.standard_error, gap, unit,
                       moment->deviation.value, moment->deviation.standard_error, gap, unit);
+    return n;
+}
+
+/* And what all groups have in common. Nothing where there is no value. */
+static void describe(const struct plot *plot, char *line, size_t nbytes)
+{
+    const struct rmap_stats *stats = plot->stats;
+    const double outside = flux_outside(stats);
+    uint64_t n_reading = 0;
+    line[0] = 0;
+    for (size_t g = 0; g < stats->n_group; g++)
+        n_reading += stats->group[g].n_reading;
+    if (n_reading == 0)
+        return;
+    int n = stats->group[0].name
+                ? snprintf(line, nbytes, "%s", rmap_counted(n_reading, "value").text)
+                : describe_only(plot, line, nbytes);
     if (outside > 0.0 && n > 0 && (size_t)n < nbytes)
-        (void)snprintf(line + n, nbytes - (size_t)n, "; %.3g %s outside the picture", outside,
-                       rmap_stats_flux_unit(stats));
+        n += snprintf(line + n, nbytes - (size_t)n, "; %.3g %s outside the picture", outside,
+                      rmap_stats_flux_unit(stats));
+    if (plot->log_flux && n > 0 && (size_t)n < nbytes)
+        (void)snprintf(line + n, nbytes - (size_t)n, "; logarithmic scale");
 }
 
 static void draw_captions(const struct plot *plot, double width)
@@ -285,9 +324,7 @@ static void draw_captions(const struct plot *plot, double width)
     (void)snprintf(line, sizeof line, "rays: %s",
                    plot->labels->criterion ? plot->labels->criterion : "all");
     rmap_caption(plot->svg, &text, width - 32, line);
-    line[0] = 0;
-    if (!stats->group[0].name && stats->group[0].n_reading > 0)
-        describe(plot, line, sizeof line);
+    describe(plot, line, sizeof line);
     text.y = 68;
     rmap_caption(plot->svg, &text, width - 32, line);
 }

@@ -35,7 +35,8 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
     self->setup = setup;
     const double infinity = (double)INFINITY;
     for (size_t i = 0; i < rmap_stats_n_range(setup); i++)
-        self->range[i] = (struct rmap_stats_range){infinity, -infinity, infinity, 0, 0};
+        self->range[i] = (struct rmap_stats_range){
+            .low = infinity, .high = -infinity, .least_positive = infinity};
     *state_ret = self;
     return RMAP_OK;
 }
@@ -283,10 +284,6 @@ static void merge_known(struct rmap_stats_gathered *self, const struct rmap_stat
     known->n_undefined += other->known.n_undefined;
     known->n_several += other->known.n_several;
     known->any_weight |= other->known.any_weight;
-    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++) {
-        rmap_exact_sum_merge(&known->sum[i], &other->known.sum[i]);
-        rmap_exact_sum_merge(&known->squared[i], &other->known.squared[i]);
-    }
     for (size_t i = 0; i < rmap_stats_n_range(self->setup); i++)
         rmap_stats_range_merge(&self->range[i], &other->range[i]);
     if (other->known.dropped && !known->dropped)

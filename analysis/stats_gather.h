@@ -14,6 +14,7 @@ struct rmap_stats_range {
     double low, high; /* low > high: no reading */
     double least_positive;
     uint64_t n_reading, n_cluster;
+    struct rmap_exact_sum sum, squared; /* of values, and of their squares */
 };
 
 struct rmap_stats_known {
@@ -22,9 +23,7 @@ struct rmap_stats_known {
     uint64_t n_undefined;
     uint64_t n_several; /* readings that are not the only one of their cluster */
     uint64_t any_weight;
-    uint64_t dropped;                                   /* readings are not in memory */
-    struct rmap_exact_sum sum[RMAP_QUANTITIES_MAX];     /* of values */
-    struct rmap_exact_sum squared[RMAP_QUANTITIES_MAX]; /* of their squares */
+    uint64_t dropped; /* readings are not in memory */
 };
 
 /* Readings in memory of one portion: those of a class that are plain (a run of a block), or all. */

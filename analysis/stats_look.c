@@ -17,6 +17,8 @@ void rmap_stats_range_merge(struct rmap_stats_range *into, const struct rmap_sta
     widen(into, from->low, from->high, from->least_positive);
     into->n_reading += from->n_reading;
     into->n_cluster += from->n_cluster;
+    rmap_exact_sum_merge(&into->sum, &from->sum);
+    rmap_exact_sum_merge(&into->squared, &from->squared);
 }
 
 RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)
@@ -27,7 +29,7 @@ RMAP_WIDE static uint32_t count_clusters(const uint32_t *tag, size_t n)
     return count;
 }
 
-/* Readings [first, end) of a portion, all of one group. */
+/* Readings [first, end) of a portion, all of one group, whose range it is. */
 static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_block *block,
                     size_t quantity, size_t first, size_t end, struct rmap_stats_range *range)
 {
@@ -38,8 +40,8 @@ static void look_at(struct rmap_stats_gathered *self, const struct rmap_stats_bl
                                              : rmap_stats_measure(value, n);
     const bool positive = m.low > 0.0 || !self->setup->logarithmic;
     widen(range, m.low, m.high, positive ? m.low : rmap_stats_least_positive(value, n));
-    rmap_exact_sum_add(&self->known.sum[quantity], m.sum);
-    rmap_exact_sum_add(&self->known.squared[quantity], m.squared);
+    rmap_exact_sum_add(&range->sum, m.sum);
+    rmap_exact_sum_add(&range->squared, m.squared);
     range->n_cluster += block->tag ? count_clusters(block->tag + first, n) : n;
     range->n_reading += n;
 }

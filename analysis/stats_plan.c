@@ -57,6 +57,8 @@ static struct rmap_stats_range whole_range(const struct rmap_stats_setup *setup,
         whole.high = fmax(whole.high, own->high);
         whole.least_positive = fmin(whole.least_positive, own->least_positive);
         whole.n_reading += own->n_reading;
+        rmap_exact_sum_merge(&whole.sum, &own->sum);
+        rmap_exact_sum_merge(&whole.squared, &own->squared);
     }
     return whole;
 }
@@ -85,23 +87,45 @@ static bool has_bands(const struct rmap_quantities *quantities, size_t index)
            rmap_map_n_space(quantities->map) == 1;
 }
 
-/* Few far values should not squeeze all others into one bin. */
+/* Few far values should not squeeze all others into one bin: whole numbers that have one each are
+ * not squeezed. */
 static const double DEVIATIONS = 6.0;
 
-static void cut_tails(const struct rmap_stats_known *known, size_t index, uint64_t n, bool whole,
-                      double *low, double *high)
+/* All of a group where that is one value, or none can be told. */
+static void cut_tail(const struct rmap_stats_range *range, bool whole, double *low, double *high)
 {
-    const double mean = rmap_exact_sum_value(&known->sum[index]) / (double)n;
-    const double square = rmap_exact_sum_value(&known->squared[index]) / (double)n;
+    const double n = (double)range->n_reading;
+    const double mean = rmap_exact_sum_value(&range->sum) / n;
+    const double square = rmap_exact_sum_value(&range->squared) / n;
     const double reach = DEVIATIONS * sqrt(fmax(square - mean * mean, 0.0));
+    *low = range->low;
+    *high = range->high;
     if (!(reach > 0.0) || !isfinite(reach))
         return;
     *low = fmax(*low, whole ? floor(mean - reach) : mean - reach);
     *high = fmin(*high, whole ? ceil(mean + reach) : mean + reach);
 }
 
+/* What no group has but in its tails. group: the ranges of groups, `stride` apart. */
+static void cut_tails(const struct rmap_stats_range *group, size_t n_group, size_t stride,
+                      bool whole, double *low, double *high)
+{
+    double least = (double)INFINITY, most = -(double)INFINITY;
+    for (size_t g = 0; g < n_group; g++) {
+        double its_low, its_high;
+        if (group[g * stride].n_reading == 0)
+            continue;
+        cut_tail(&group[g * stride], whole, &its_low, &its_high);
+        least = fmin(least, its_low);
+        most = fmax(most, its_high);
+    }
+    *low = fmax(*low, least);
+    *high = fmin(*high, most);
+}
+
+/* group: the ranges of its values in each group; range: in all. */
 static enum rmap_status choose_bins(const struct rmap_stats_setup *setup, size_t index,
-                                    const struct rmap_stats_known *known,
+                                    const struct rmap_stats_range *group,
                                     const struct rmap_stats_range *range,
                                     const struct rmap_stats_axis *axis, struct rmap_bins *bins,
                                     struct rmap_error *err)
@@ -129,8 +153,8 @@ static enum rmap_status choose_bins(const struct rmap_stats_setup *setup, size_t
     if (has_bands(setup->quantities, index))
         return band_bins(&setup->quantities->scene->channels, bins, err);
     const bool whole = setup->quantities->of[index].is_whole;
-    if (range->n_reading > 0)
-        cut_tails(known, index, range->n_reading, whole, &low, &high);
+    if (range->n_reading > 0 && !(whole && high - low < DEFAULT_BINS))
+        cut_tails(group, setup->n_group, setup->quantities->n, whole, &low, &high);
     if (whole)
         return rmap_bins_whole(low, high, 2 * DEFAULT_BINS, bins, err);
     return rmap_bins_round(low, high, n, bins, err);
@@ -196,7 +220,7 @@ enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
         struct rmap_stats_range whole = whole_range(setup, range, i);
         plan->scale[i] = 1.0;
         if (whole.n_reading > 0) {
-            plan->centre[i] = rmap_exact_sum_value(&known->sum[i]) / (double)whole.n_reading;
+            plan->centre[i] = rmap_exact_sum_value(&whole.sum) / (double)whole.n_reading;
             double reach = fmax(whole.high - plan->centre[i], plan->centre[i] - whole.low);
             plan->scale[i] = reach > 0.0 && isfinite(reach) ? reach : 1.0;
         }
@@ -204,7 +228,7 @@ enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
         if (!isfinite(plan->per_scale[i]))
             plan->scale[i] = plan->per_scale[i] = 1.0;
         choose_fine(plan, i, &whole);
-        RMAP_TRY(choose_bins(setup, i, known, &whole, &axis[i], &plan->bins[i], err));
+        RMAP_TRY(choose_bins(setup, i, &range[i], &whole, &axis[i], &plan->bins[i], err));
         plan->n_cell *= plan->bins[i].n;
         if (setup->quantities->n == 1 && !known->dropped)
             align_fine(plan, &whole);

@@ -339,6 +339,40 @@ def check_groups(m, path):
                 group["name"])
 
 
+BEAMS = """raymap: 1
+units: mm
+media: {air: {index: 1}}
+geometries: {wall: {type: rectangle, size: [40, 40]}}
+objects: [{name: wall, geometry: wall, at: [0, 0, 10], surface: absorber, front: air, back: air}]
+sources:
+  - {name: narrow, type: collimated, shape: {disc: 0.01}, direction: [0, 0, 1], flux: 1 W,
+     rays_share: 99, medium: air}
+  - {name: wide, type: collimated, shape: {disc: 19}, direction: [0, 0, 1], flux: 1 mW,
+     rays_share: 1, medium: air}
+detectors:
+  - {name: sensor, type: plane, size: [40, 40], cells: [20, 20], at: [0, 0, 9],
+     direction: [0, 0, -1]}
+"""
+
+
+def check_beams():
+    """A source of few rays is shown in full beside one of many, and is seen in the picture. Few
+    whole numbers are all shown, however rare."""
+    with open("beams.yaml", "w", encoding="utf8") as file:
+        file.write(BEAMS)
+    run("trace", "beams.yaml", "-o", "beams.raymap", "-n", RAYS, "--force", "--quiet")
+    by = stats("beams.raymap", "--of", "x(sensor)", "--by", "source", "-o", "beams.svg", "--force")
+    near(sum(by["groups"][1]["histogram"]["flux"]), 1e-3, "the wide beam's light in the bins")
+    with open("beams.svg", encoding="utf8") as file:
+        check("logarithmic scale" in file.read(), "the wide beam in the picture")
+    run("stats", "beams.raymap", "--of", "x(sensor)", "--by", "source", "--where",
+        "source(narrow)", "-o", "narrow.svg", "--force")
+    with open("narrow.svg", encoding="utf8") as file:
+        check("logarithmic" not in file.read(), "a logarithmic scale for one beam alone")
+    edges = stats("beams.raymap", "--of", "cell_i(sensor)")["histogram"]["edges"]
+    check((edges[0], edges[-1]) == (-0.5, 19.5), f"all columns of cells: {edges}")
+
+
 def check_memory(path):
     """Values that do not fit into memory: the map is read twice."""
     for of in ("path_length", "x(sensor)", "segments", "wavelength"):
@@ -444,6 +478,7 @@ def main():
     check_wavelengths(m, "a.raymap")
     check_two(m, "a.raymap")
     check_groups(m, "a.raymap")
+    check_beams()
     check_files("a.raymap")
     check_receivers(m, "a.raymap")
     check_memory("a.raymap")
