@@ -5,8 +5,7 @@
 #include "base/alloc.h"
 #include "io/json_number.h"
 
-/* Bins of a number that a picture shows well. */
-enum { JOINED_BINS = 50, N_ARRAY = 9 };
+enum { N_ARRAY = 9 };
 
 void rmap_compare_bins_destroy(struct rmap_compare_bins *bins)
 {
@@ -137,28 +136,30 @@ out:
     return st;
 }
 
-/* Bins first .. first + step of a field joined: a ray in several of them counts once. */
-static void join(const struct rmap_compare_field *field, size_t source, size_t first, size_t step,
+/* Bins [first, end) of a field joined: a ray in several of them counts once. */
+static void join(const struct rmap_compare_field *field, size_t source, size_t first, size_t end,
                  double *sum, double *square)
 {
     const struct rmap_compare_field_plan *plan = field->plan;
     const double *count = field->count + source * plan->n_bin;
     const double *product = field->product + source * plan->n_product;
     *sum = *square = 0.0;
-    for (size_t a = first; a < first + step; a++) {
+    for (size_t a = first; a < end; a++) {
         *sum += count[a];
         for (size_t b = first; b <= a; b++)
             *square += (a == b ? 1.0 : 2.0) * product[a * (a + 1) / 2 + b];
     }
 }
 
-/* The field's inner bins, `step` joined to one; sums [2][n_source][n]. */
-static void join_all(const struct rmap_compare_field *field, size_t step, size_t n, double *sums)
+/* The field's inner bins, those joined that a cut shows as one; sums [2][n_source][n]. */
+static void join_all(const struct rmap_compare_field *field, size_t n, double *sums)
 {
     const size_t n_source = field->plan->n_source;
+    const struct rmap_compare_cut *cut = field->plan->cut;
     for (size_t s = 0; s < n_source; s++)
         for (size_t k = 0; k < n; k++)
-            join(field, s, 1 + k * step, step, &sums[s * n + k], &sums[(n_source + s) * n + k]);
+            join(field, s, 1 + (cut ? cut->shown[k] : k), 1 + (cut ? cut->shown[k + 1] : k + 1),
+                 &sums[s * n + k], &sums[(n_source + s) * n + k]);
 }
 
 enum rmap_status rmap_compare_bins_of_field(const struct rmap_comparison *comparison,
@@ -169,9 +170,7 @@ enum rmap_status rmap_compare_bins_of_field(const struct rmap_comparison *compar
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_compare_field_plan *plan = fields[0]->plan;
-    const size_t inner = plan->n_bin - 2;
-    const size_t step = plan->n_merged > 0 && inner % JOINED_BINS == 0 ? inner / JOINED_BINS : 1;
-    const size_t n = inner / step;
+    const size_t n = plan->cut ? RMAP_COMPARE_SHOWN : plan->n_bin - 2;
     double *sums[3] = {NULL, NULL, NULL};
     struct sample sample[3] = {{NULL, 0, 0}, {NULL, 0, 0}, {NULL, 0, 0}};
     struct rmap_compare_bins *bins = NULL;
@@ -191,7 +190,7 @@ enum rmap_status rmap_compare_bins_of_field(const struct rmap_comparison *compar
         sums[i] = rmap_alloc(2 * n_source * n + 1, sizeof(double));
         if (!sums[i])
             RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu bins", n));
-        join_all(fields[i], step, n, sums[i]);
+        join_all(fields[i], n, sums[i]);
         sample[i] = (struct sample){sums[i], n_source, n};
     }
     RMAP_TRY(fill(comparison, sample, bins, err));

@@ -42,6 +42,21 @@ enum rmap_status rmap_compare_number_plan(struct rmap_compare_field_plan *plan,
     return size_up(plan, err);
 }
 
+enum rmap_status rmap_compare_cut_plan(struct rmap_compare_field_plan *plan,
+                                       const struct rmap_quantities *quantities,
+                                       const struct rmap_compare_cut *cut, double low, double high,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = rmap_compare_number_plan(
+        plan, quantities, cut ? cut->n_bin : RMAP_COMPARE_CELLS, low, high, err);
+    plan->cut = cut;
+    if (cut)
+        return st;
+    plan->n_source = 1;
+    plan->n_product = 0;
+    return size_up(plan, err);
+}
+
 enum rmap_status rmap_compare_paths_plan(struct rmap_compare_field_plan *plan,
                                          const struct rmap_map *map, struct rmap_error *err)
 {
@@ -155,13 +170,14 @@ static void add_paths(struct rmap_compare_field *self, const struct rmap_matched
 
 static size_t bin_of(const struct rmap_compare_field_plan *plan, double value)
 {
-    size_t inner = plan->n_bin - 2;
+    const size_t n_cell = plan->cut ? RMAP_COMPARE_CELLS : plan->n_bin - 2;
     if (value < plan->low)
         return 0;
     if (value > plan->high)
         return plan->n_bin - 1;
-    double at = (value - plan->low) / (plan->high - plan->low) * (double)inner;
-    return at < (double)inner ? 1 + (size_t)at : inner;
+    const double at = (value - plan->low) / (plan->high - plan->low) * (double)n_cell;
+    const size_t cell = at < (double)n_cell ? (size_t)at : n_cell - 1;
+    return 1 + (plan->cut ? plan->cut->bin[cell] : cell);
 }
 
 /* The ray's bins are in `met`; empties them. */
@@ -199,6 +215,10 @@ static enum rmap_status add_numbers(struct rmap_compare_field *self,
             continue;
         uint32_t ray = read->ray[i];
         size_t bin = bin_of(plan, value);
+        if (plan->n_product == 0) {
+            self->count[bin] += 1.0;
+            continue;
+        }
         double q = nearbyint(read->share[i] * SHARE_STEP) / SHARE_STEP * portion->ray.weight[ray];
         if (q > 0.0 && self->own[bin] == 0.0)
             self->met[n_met++] = bin;

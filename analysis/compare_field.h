@@ -9,6 +9,7 @@
 #define RMAP_COMPARE_FIELD_H
 
 #include "analysis/compare.h"
+#include "analysis/compare_cut.h"
 #include "analysis/quantity.h"
 
 #define RMAP_COMPARE_PATH_BINS 4096
@@ -19,6 +20,7 @@ struct rmap_compare_field_plan {
     const struct rmap_map *map;               /* borrowed */
     const struct rmap_quantities *quantities; /* borrowed; NULL: paths */
     uint64_t *object, *medium, *source;       /* of paths: hashes of names */
+    const struct rmap_compare_cut *cut;       /* borrowed; NULL: equal bins */
     size_t n_source, n_bin;                   /* 0 bins: only the extent */
     double low, high;                         /* of all bins; the last one has its upper end */
     size_t n_merged;  /* merge neighbours to about so many with as many rays each; 0: as they are */
@@ -30,12 +32,18 @@ struct rmap_compare_field_plan {
 enum rmap_status rmap_compare_paths_plan(struct rmap_compare_field_plan *plan,
                                          const struct rmap_map *map,
                                          struct rmap_error *err) RMAP_MUST_USE;
-/* Of the first of the quantities; readings outside [low, high] have a bin each below and above.
- * n_bin 0: finds the extent. RMAP_SYSTEM, with the reason. */
+/* Of the first of the quantities, in equal bins; readings outside [low, high] have a bin each below
+ * and above. n_bin 0: finds the extent. RMAP_SYSTEM, with the reason. */
 enum rmap_status rmap_compare_number_plan(struct rmap_compare_field_plan *plan,
                                           const struct rmap_quantities *quantities, size_t n_bin,
                                           double low, double high,
                                           struct rmap_error *err) RMAP_MUST_USE;
+/* In the bins of a cut between low and high (borrowed; NULL: counts readings in its cells, of all
+ * sources together). */
+enum rmap_status rmap_compare_cut_plan(struct rmap_compare_field_plan *plan,
+                                       const struct rmap_quantities *quantities,
+                                       const struct rmap_compare_cut *cut, double low, double high,
+                                       struct rmap_error *err) RMAP_MUST_USE;
 void rmap_compare_field_plan_fini(struct rmap_compare_field_plan *plan);
 rmap_column_set rmap_compare_field_columns(const struct rmap_compare_field_plan *plan);
 

@@ -121,9 +121,12 @@ enum rmap_status rmap_comparison_print(const struct rmap_comparison *self, FILE 
         RMAP_TRY(rmap_text_table_print(&table, "llrrrrrl", out, err));
     else
         fputs("nothing to compare: no ray matches in either sample\n", out);
-    fprintf(out, "%-12s %s: %zu of %zu tests differ at significance %g (%s)\n", "verdict",
-            self->same ? "same" : "DIFFERENT", n_different, n, self->significance,
-            rmap_correction_word[self->correction]);
+    if (n == 0 && self->same && !self->overlap.identical)
+        fprintf(out, "%-12s none: nothing could be tested\n", "verdict");
+    else
+        fprintf(out, "%-12s %s: %zu of %zu tests differ at significance %g (%s)\n", "verdict",
+                self->same ? "same" : "DIFFERENT", n_different, n, self->significance,
+                rmap_correction_word[self->correction]);
     if (self->too_equal)
         fputs("suspicious   the distributions agree better than independent samples would\n", out);
 out:

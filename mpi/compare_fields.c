@@ -4,11 +4,12 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/alloc.h"
 #include "mpi/agree.h"
 #include "mpi/fold_run.h"
 
-/* Without a wish: fine bins over all values, merged into some that hold about as many rays each. A
- * long tail then does not leave all others in one bin. */
+/* Without a wish: fine bins of about as many readings each, merged into some that hold about as
+ * many rays each. Neither a long tail nor a narrow spot then leaves all others in one bin. */
 enum { SAMPLE_MAX = 3, FINE_BINS = 1000, MERGED_BINS = 50, WHOLE_MAX = 200, SOURCES_FEW = 16 };
 
 /* Which map sample i is of. */
@@ -111,12 +112,10 @@ out:
     return st;
 }
 
-/* Bins of their own for whole numbers, as long as those are few. */
-static size_t choose_bins(const struct rmap_quantities *of, size_t wanted, double range[2],
-                          size_t *n_merged)
+/* Bins of their own for whole numbers, as long as those are few. 0: to be cut. */
+static size_t choose_bins(const struct rmap_quantities *of, size_t wanted, double range[2])
 {
     double span = range[1] - range[0];
-    *n_merged = 0;
     if (wanted == 0 && of->of[0].is_whole && span < WHOLE_MAX) {
         range[0] = ceil(range[0]) - 0.5;
         range[1] = floor(range[1]) + 0.5;
@@ -124,10 +123,42 @@ static size_t choose_bins(const struct rmap_quantities *of, size_t wanted, doubl
     }
     if (!(span > 0.0))
         range[1] = range[0] + fmax(fabs(range[0]), 1.0) * 1e-6;
-    if (wanted > 0)
-        return wanted;
-    *n_merged = MERGED_BINS;
-    return of->scene->n_source <= SOURCES_FEW ? FINE_BINS : FINE_BINS / 4;
+    return wanted;
+}
+
+/* Collective. The cut by the readings of both samples, on every rank (rmap_free). */
+static enum rmap_status make_cut(const struct rmap_context *context,
+                                 const struct rmap_compare_samples *samples,
+                                 struct rmap_quantities *const of[2], const double range[2],
+                                 struct rmap_compare_cut **cut_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_compare_field_plan plan[2] = {{0}, {0}};
+    void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
+    const size_t n_source = of[0]->scene->n_source;
+    struct rmap_compare_cut *cut = rmap_alloc(1, sizeof *cut);
+    if (!cut)
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the bins of a number");
+    for (int k = 0; k < 2 && st == RMAP_OK; k++)
+        st = rmap_compare_cut_plan(&plan[k], of[k], NULL, range[0], range[1], err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(run(context, samples, plan, field, err));
+    if (context->rank == 0) {
+        double *count = ((struct rmap_compare_field *)field[0])->count + 1;
+        const double *more = ((struct rmap_compare_field *)field[1])->count + 1;
+        for (size_t c = 0; c < RMAP_COMPARE_CELLS; c++)
+            count[c] += more[c];
+        rmap_compare_cut_make(cut, count, n_source <= SOURCES_FEW ? FINE_BINS : FINE_BINS / 4);
+    }
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(cut, (int)sizeof *cut, MPI_BYTE, 0, context->comm)));
+    *cut_ret = cut;
+    cut = NULL;
+out:
+    release(field);
+    for (int k = 0; k < 2; k++)
+        rmap_compare_field_plan_fini(&plan[k]);
+    rmap_free(cut);
+    return st;
 }
 
 static enum rmap_status create_both(const struct rmap_compare_samples *samples,
@@ -155,6 +186,7 @@ enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     struct rmap_quantities *of[2] = {NULL, NULL};
     struct rmap_compare_field_plan plan[2] = {{0}, {0}};
+    struct rmap_compare_cut *cut = NULL;
     double range[2] = {0.0, 0.0};
     st = create_both(samples, number, of, err);
     if (st == RMAP_OK && number->range)
@@ -169,10 +201,13 @@ enum rmap_status rmap_compare_number_run(const struct rmap_context *context,
         if (!bins_ret)
             goto out;
     }
-    size_t n_merged = 0, n_bin = choose_bins(of[0], number->n_bin, range, &n_merged);
+    const size_t n_bin = choose_bins(of[0], number->n_bin, range);
+    if (n_bin == 0)
+        RMAP_TRY(make_cut(context, samples, of, range, &cut, err));
     for (int k = 0; k < 2 && st == RMAP_OK; k++) {
-        st = rmap_compare_number_plan(&plan[k], of[k], n_bin, range[0], range[1], err);
-        plan[k].n_merged = n_merged;
+        st = cut ? rmap_compare_cut_plan(&plan[k], of[k], cut, range[0], range[1], err)
+                 : rmap_compare_number_plan(&plan[k], of[k], n_bin, range[0], range[1], err);
+        plan[k].n_merged = cut ? MERGED_BINS : 0;
     }
     RMAP_TRY(rmap_agree(context, st, err));
     st = run_and_add(context, samples, plan, RMAP_COMPARE_NUMBER, number->of, comparison, bins_ret,
@@ -182,5 +217,6 @@ out:
         rmap_compare_field_plan_fini(&plan[k]);
         rmap_quantities_destroy(of[k]);
     }
+    rmap_free(cut);
     return st;
 }

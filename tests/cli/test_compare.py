@@ -119,6 +119,34 @@ class Columns:
         self.hit_ray, self.hit_cell = ray[seen], whole["registration/cell"][seen]
 
 
+# A spot of 20 um, and some light all over a field of 40 mm.
+SPOT = """raymap: 1
+units: mm
+media: {air: {index: 1}}
+geometries: {wall: {type: rectangle, size: [40, 40]}}
+objects: [{name: wall, geometry: wall, at: [0, 0, 10], surface: absorber, front: air, back: air}]
+sources:
+  - {name: narrow, type: collimated, shape: {disc: RADIUS}, direction: [0, 0, 1], flux: 1 W,
+     rays_share: 99, medium: air}
+  - {name: wide, type: collimated, shape: {disc: 19}, direction: [0, 0, 1], flux: 1 mW,
+     rays_share: 1, medium: air}
+detectors:
+  - {name: sensor, type: plane, size: [40, 40], cells: [20, 20], at: [0, 0, 9],
+     direction: [0, 0, -1]}
+"""
+
+
+def check_spot():
+    """A spot in a wide field has bins of its own: its size is compared, too."""
+    small, again = (trace(SPOT.replace("RADIUS", "0.01"), name, 8000, seed)
+                    for name, seed in (("spot1", 51), ("spot2", 52)))
+    large = trace(SPOT.replace("RADIUS", "0.013"), "spot3", 8000, 53)
+    for other, same in ((again, True), (large, False)):
+        answer = compare(small, other, "--of", "x(sensor)")
+        check(answer["same"] is same and answer["tests"][0]["degrees"] >= 20,
+              f"a spot and {other}: {answer['tests'][0]}")
+
+
 def spread(q, n):
     return n / (n - 1) * ((q ** 2).sum() - q.sum() ** 2 / n)
 
@@ -503,6 +531,8 @@ def check_verdicts():
     few = compare(half, less, "--where", "source(side) and ray < 9")
     for test in few["tests"]:
         check(test["method"] in ("binomial", None), f"few rays are counted: {test['name']}")
+    check("verdict      none" in run("compare", half, less, "--where", "segments > 9000").stdout,
+          "no verdict where nothing was tested")
     none = compare(half, less, "--where", "segments > 9000")
     check(none["same"] and not none["tests"] and none["empty"] > 0, "nothing matches")
 
@@ -544,6 +574,7 @@ check_paired()
 check_bins()
 check_uniform()
 check_verdicts()
+check_spot()
 check_mistakes()
 print(f"{failures} failures")
 sys.exit(failures > 0)
