@@ -96,6 +96,9 @@ static void choose_view(const struct rmap_scene *scene, const struct rmap_portio
         rmap_view_turn(scene, options->eye[0], options->eye[1], view);
     if (options->cut && view->section)
         rmap_view_move(scene, *options->cut, view);
+    if (options->misses_ret)
+        *options->misses_ret =
+            options->cut && view->section && !rmap_view_meets_objects(scene, view);
 }
 
 /* Scene, rays and marks, inside the frame. */

@@ -19,6 +19,7 @@ struct rmap_figure_draw {
                                            NULL: as suits */
     const struct rmap_camera *camera;   /* that sees the scene, in perspective; NULL: none */
     const double *cut;                  /* place of a section along its axis; NULL: as suits */
+    bool *misses_ret;                   /* or NULL: whether that is beside all objects */
     const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
     double opacity;                     /* of the strongest ray; 0: by their number */
     const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */

@@ -3,6 +3,7 @@
 
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/alloc.h"
 
@@ -112,10 +113,36 @@ static void describe_section(const struct rmap_scene *scene, struct rmap_view *v
                    sum * view->offset + 0.0, scene->unit);
 }
 
+bool rmap_view_meets_objects(const struct rmap_scene *scene, const struct rmap_view *view)
+{
+    const double slack = 1e-9 * scene->radius; /* of what lies in the plane */
+    for (size_t o = 0; o < scene->n_object; o++) {
+        struct rmap_vec3 lower, upper;
+        double low = HUGE_VAL, high = -HUGE_VAL;
+        rmap_geometry_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
+        for (int k = 0; k < 8; k++) {
+            const struct rmap_vec3 corner = rmap_vec3(
+                k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y, k & 4 ? upper.z : lower.z);
+            const double at =
+                rmap_dot(rmap_affine_point(&scene->object[o].to_world, corner), view->toward) -
+                view->offset;
+            low = fmin(low, at);
+            high = fmax(high, at);
+        }
+        if (low <= slack && high >= -slack)
+            return true;
+    }
+    return false;
+}
+
 void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view)
 {
     view->offset = (view->toward.x + view->toward.y + view->toward.z) * place;
     describe_section(scene, view);
+    const size_t len = strlen(view->description);
+    if (!rmap_view_meets_objects(scene, view))
+        (void)snprintf(view->description + len, sizeof view->description - len,
+                       ", where no object is");
 }
 
 void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
@@ -129,8 +156,10 @@ void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
         rmap_view_turn(scene, AZIMUTH_DEG, ELEVATION_DEG, view);
         return;
     }
-    view->right = kind == RMAP_VIEW_XY ? axis[0] : axis[2];
-    view->up = kind == RMAP_VIEW_XZ ? axis[0] : axis[1];
+    const bool upright = kind != RMAP_VIEW_XY && rmap_view_has_z_upright(scene);
+    const struct rmap_vec3 other = kind == RMAP_VIEW_YZ ? axis[1] : axis[0]; /* than z */
+    view->right = kind == RMAP_VIEW_XY || upright ? other : axis[2];
+    view->up = kind == RMAP_VIEW_XY ? axis[1] : upright ? axis[2] : other;
     view->toward = rmap_cross(view->right, view->up);
     view->offset = axis_offset(scene, view->toward);
     describe_section(scene, view);

@@ -15,8 +15,8 @@
 
 enum rmap_view_kind {
     RMAP_VIEW_AUTO, /* 3d for scenes made of meshes, else the section that shows most */
-    RMAP_VIEW_YZ,   /* z to the right, y upwards */
-    RMAP_VIEW_XZ,   /* z to the right, x upwards */
+    RMAP_VIEW_YZ,   /* z to the right, y upwards; where z is upright, the other way round */
+    RMAP_VIEW_XZ,   /* z to the right, x upwards; where z is upright, the other way round */
     RMAP_VIEW_XY,   /* x to the right, y upwards */
     RMAP_VIEW_3D    /* parallel projection from above: z upwards for bodies, y for optics */
 };
@@ -45,10 +45,13 @@ void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
 void rmap_view_turn(const struct rmap_scene *scene, double azimuth_deg, double elevation_deg,
                     struct rmap_view *view);
 
-/* Another place for a section, along its axis. */
+/* Another place for a section, along its axis; the description says when no object is there. */
 void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view);
 
-/* Whether z points upwards in views of solids: as in the pictures of the scene's first camera;
+/* Whether the boxes about objects have points on both sides of a section, or in it. */
+bool rmap_view_meets_objects(const struct rmap_scene *scene, const struct rmap_view *view);
+
+/* Whether z points upwards: as in the pictures of the scene's first camera;
  * without cameras in scenes of bodies. Else y, optics along z. */
 bool rmap_view_has_z_upright(const struct rmap_scene *scene);
 

@@ -74,10 +74,11 @@ struct drawing {
     struct rmap_overlay_view *view;
     const struct rmap_portion *seen; /* the rays with what receivers registered */
     struct rmap_ray_paint *paint;
+    bool misses; /* the section meets no object */
 };
 
 /* On rank 0. */
-static enum rmap_status draw_picture(const struct drawing *self, struct rmap_error *err)
+static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_draw_request *request = &self->request;
@@ -95,6 +96,7 @@ static enum rmap_status draw_picture(const struct drawing *self, struct rmap_err
                                      .eye = request->has_eye ? request->eye : NULL,
                                      .camera = camera,
                                      .cut = request->has_cut ? &request->cut : NULL,
+                                     .misses_ret = &self->misses,
                                      .paint = self->paint,
                                      .opacity = request->opacity,
                                      .map = self->map};
@@ -213,6 +215,9 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
         fprintf(stderr,
                 "they have many legs: drawn are so many rays as make up %d, or by --limit N more\n",
                 RMAP_FIGURE_STROKES);
+    if (self->misses)
+        fprintf(stderr, "there is no object at --cut %g: the rays alone are drawn\n",
+                self->request.cut);
     return RMAP_OK;
 }
 

@@ -26,6 +26,12 @@ for np in 1 3; do
     cmp np1.svg np$np.svg || { echo "FAILED: $np ranks differ"; failures=1; }
 done
 
+# A section beside all bodies is said to be one.
+expect 0 'no object at --cut 1000' "$RAYMAP" draw a.raymap --view yz --cut 1000 -o far.svg
+grep -q 'where no object is' far.svg || { echo "FAILED: far.svg does not say that no object is there"; failures=1; }
+expect 0 'drawn' "$RAYMAP" draw a.raymap --view yz --cut 1 -o near.svg
+! grep -q 'where no object is' near.svg || { echo "FAILED: near.svg says that no object is there"; failures=1; }
+
 expect 2 '\-o OUT.svg' "$RAYMAP" draw a.raymap
 expect 2 '\.svg, \.png, \.html, \.vtp, \.glb or \.gltf' "$RAYMAP" draw a.raymap -o a.pdf
 expect 2 'exists' "$RAYMAP" draw a.raymap -o yz.svg

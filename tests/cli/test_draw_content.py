@@ -283,7 +283,7 @@ def test_camera():
 
 
 def test_upright():
-    """A view of solids has upwards what the scene's first camera has."""
+    """Views of solids and sections have upwards what the scene's first camera has."""
     with open("hiding.yaml", encoding="utf8") as file:
         text = file.read()
     for at, look, up, axis in (([0, -90, 40], [0, 0, 0], "[0, 0, 1]", "z"), ([10, 5, -100], [0, 0, 0], "[0, 1, 0]", "y")):
@@ -291,10 +291,11 @@ def test_upright():
             file.write(text[:text.index("cameras:")] +
                        f"cameras: [{{name: c, at: {at}, look_at: {look}, up: {up}}}]\n")
         run("trace", "upright.yaml", "-o", "upright.raymap", "-n", "2", "--quiet", "--force")
-        run("draw", "upright.raymap", "--view", "3d", "-o", "upright.svg", "--force")
-        height = {e.text: float(e.get("y")) for e in ElementTree.parse("upright.svg").iter()
-                  if e.tag.endswith("text") and e.text in ("x", "y", "z")}
-        assert min(height, key=height.get) == axis, (axis, height)
+        for view in ("3d", "yz"):
+            run("draw", "upright.raymap", "--view", view, "-o", "upright.svg", "--force")
+            height = {e.text: float(e.get("y")) for e in ElementTree.parse("upright.svg").iter()
+                      if e.tag.endswith("text") and e.text in ("x", "y", "z")}
+            assert min(height, key=height.get) == axis, (view, axis, height)
 
 
 SPHERE = """
