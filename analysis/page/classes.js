@@ -40,7 +40,7 @@ function chooseClass(index) {
     row.classList.toggle("chosen", own);
     row.querySelector("button").setAttribute("aria-pressed", String(own));
   }
-  showCriterion(byId("class-criterion"), index < 0 ? null : allOf([data.criterion, classes[index].criterion]));
+  showCriterion(byId("class-criterion"), index < 0 ? null : classes[index].criterion);
   if (marked.ray >= 0 && index >= 0 && ray.class[marked.ray] !== index) chooseRay(-1);
   refreshRays();
   refreshRegion();

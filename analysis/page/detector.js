@@ -214,8 +214,9 @@ function regionText(detector) {
 function refreshRegion() {
   const detector = current();
   if (!detector) return;
-  const of = shown.class >= 0 ? classes[shown.class].criterion : null;
-  showCriterion(byId("region-criterion"), sensor.region ? allOf([data.criterion, of, regionText(detector)]) : null);
+  /* A class's criterion has that of the page in front. */
+  const of = (shown.class >= 0 && classes[shown.class].criterion) || data.criterion;
+  showCriterion(byId("region-criterion"), sensor.region ? allOf([of, regionText(detector)]) : null);
   shown.region = null;
   if (sensor.region) {
     shown.region = new Uint8Array(ray.count);

@@ -154,6 +154,14 @@ async function switchesCriteria(page) {
   await page.selectOption("#colour", "natural");
   await settle(page);
   check((await changed(page, before)) > 300, "natural colours are others");
+  await page.locator("#classes [data-class] button").first().click();
+  await page.locator("#image").scrollIntoViewIfNeeded();
+  await drag(page, "#image", [0.2, 0.2], [0.8, 0.8]);
+  for (const box of ["#class-criterion", "#region-criterion"]) {
+    const text = await page.textContent(`${box} code`);
+    check(text.split("segments > 4").length === 2, `${box} has the page's criterion once: ${text}`);
+    check(box === "#region-criterion" || counted("a.raymap", text) > 0, `${box} finds rays`);
+  }
 }
 
 async function reportsUnderThePointer(page) {
