@@ -220,6 +220,8 @@ for row in d["spot"]["encircled"]:
 for k in (5, 15, 25):
     expected = math.exp(-2 * (math.pi * 0.5 * d["mtf"]["frequency"][k]) ** 2)
     sigmas("Gaussian: MTF", d["mtf"]["tangential"][k], d["mtf"]["tangential_standard_error"][k], expected)
+half = d["mtf"]["half"]["sagittal"]
+sigmas("Gaussian: MTF 50 %", half["value"], half["standard_error"], math.sqrt(math.log(2) / 2) / (math.pi * 0.5))
 
 # ---- errors against twenty seeds
 seen = []
@@ -229,7 +231,7 @@ for seed in range(1, 21):
     spot, mtf = d["spot"], d["mtf"]
     radius = [(row["radius"], row["standard_error"]) for row in spot["encircled"]]
     seen.append([(d["flux"]["total"], d["flux"]["standard_error"]), (d["spectrum"][2]["flux"], d["spectrum"][2]["standard_error"]),
-                 *[(e["value"], e["standard_error"]) for e in (spot["centroid"]["x"], spot["rms"]["x"], spot["rms"]["radius"])], *radius,
+                 *[(e["value"], e["standard_error"]) for e in (spot["centroid"]["x"], spot["rms"]["x"], spot["rms"]["radius"], mtf["half"]["tangential"])], *radius,
                  *[(mtf[k][n], mtf[k + "_standard_error"][n]) for k, n in (("tangential", 5), ("sagittal", 10))]])
 seen = np.array(seen)
 for k in range(seen.shape[1]):
