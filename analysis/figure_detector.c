@@ -32,6 +32,7 @@ struct picture {
     struct rmap_colour_bar bar;
     struct rmap_colour_map map;
     bool logarithmic;
+    double top;     /* value at the upper end of the scale */
     double white;   /* true colour: value that is shown as 1 */
     size_t n_panel; /* channels, each by itself; 0: their sum */
 };
@@ -109,14 +110,30 @@ static enum rmap_status choose_white(struct picture *picture, struct rmap_error 
     return st;
 }
 
+/* Cells near the poles of directions are so small that one ray makes them bright: the scale ends
+ * with the cell that is brightest for sure, three standard errors less counted, and its error. */
+static double brightest_sure(const struct rmap_detector_image *image)
+{
+    double sure = 0.0, top = image->peak;
+    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1] && !is_plane(image); c++) {
+        const double error = image->standard_error[c];
+        if (image->value[c] - 3.0 * error > sure) { /* not where the error is not known */
+            sure = image->value[c] - 3.0 * error;
+            top = fmin(image->value[c] + error, image->peak);
+        }
+    }
+    return top;
+}
+
 static enum rmap_status choose_scale(struct picture *picture, struct rmap_error *err)
 {
     double middle = 0.0;
+    picture->top = brightest_sure(picture->image);
     picture->logarithmic = picture->options->scale == RMAP_SCALE_LOGARITHMIC;
     if (picture->options->scale != RMAP_SCALE_AUTO || picture->options->true_colour)
         return RMAP_OK;
     enum rmap_status st = lit_quantile(picture, 0.5, &middle, err);
-    picture->logarithmic = middle > 0.0 && middle < DARK_PART * picture->image->peak;
+    picture->logarithmic = middle > 0.0 && middle < DARK_PART * picture->top;
     return st;
 }
 
@@ -124,7 +141,7 @@ static void choose_range(struct picture *picture)
 {
     const struct rmap_detector_image *image = picture->image;
     struct rmap_colour_bar *bar = &picture->bar;
-    double least = image->peak;
+    double least = picture->top;
     for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
         if (image->value[c] > 0.0)
             least = fmin(least, image->value[c]);
@@ -132,7 +149,7 @@ static void choose_range(struct picture *picture)
                                     .y = picture->axes.y,
                                     .width = BAR_WIDTH,
                                     .height = picture->axes.height,
-                                    .range = {0.0, image->peak > 0.0 ? image->peak : 1.0},
+                                    .range = {0.0, picture->top > 0.0 ? picture->top : 1.0},
                                     .logarithmic = picture->logarithmic,
                                     .label = image->quantity,
                                     .unit = image->unit};
@@ -233,6 +250,9 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     else if (picture->logarithmic && n > 0)
         (void)snprintf(line + n, sizeof line - (size_t)n, "; logarithmic scale");
     size_t len = strlen(line);
+    if (picture->top < image->peak && !picture->options->true_colour && picture->n_panel == 0)
+        (void)snprintf(line + len, sizeof line - len, "; cells of few rays go beyond the scale");
+    len = strlen(line);
     if (picture->n_panel > 0)
         (void)snprintf(line + len, sizeof line - len,
                        picture->n_panel < image->n_channel ? "; %zu of %zu channels"
@@ -262,6 +282,7 @@ static void choose_common_range(struct picture *panel, struct rmap_detector_imag
     part->peak = 0.0;
     for (size_t i = 0; i < n_cell * part->n_channel; i++)
         part->peak = fmax(part->peak, part->cube[i]);
+    panel->top = part->peak;
     for (size_t c = 0; c < part->n_channel; c++) {
         part->value = part->cube + c * n_cell;
         choose_range(panel);

@@ -106,4 +106,13 @@ expect 2 'false or true' "$RAYMAP" detector a.raymap sensor --color blue
 expect 3 "did you mean 'sensor'" "$RAYMAP" detector a.raymap senser
 expect 3 'criterion:1:5' "$RAYMAP" detector a.raymap sensor --where 'hit(lenz)'
 expect 5 'cannot write' "$RAYMAP" detector a.raymap sensor -o no/folder/a.png
+# Lucky rays in the tiny cells at the poles do not make all others dark; a plane's scale has its peak.
+cat >far.yaml <<'YAML'
+detectors:
+  - {name: far, type: intensity, cells: [90, 90], axis: [0, 0, 1]}
+YAML
+expect 0 'peak ' "$RAYMAP" detector a.raymap far --receivers far.yaml -o far.svg
+grep -q 'cells of few rays go beyond the scale' far.svg || { echo "FAILED: far.svg has the scale of its peak"; failures=1; }
+expect 0 'peak ' "$RAYMAP" detector a.raymap sensor -o plane.svg
+! grep -q 'beyond the scale' plane.svg || { echo "FAILED: plane.svg has another scale than that of its peak"; failures=1; }
 finish
