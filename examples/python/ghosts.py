@@ -4,7 +4,8 @@
 
     ghosts.py MAP DETECTOR [--top 10]
 
-Each class of rays comes with the criterion that selects it: `raymap draw --where` shows it.
+Paths are told apart by what happened until the detector. Each class of rays comes with the
+criterion that selects it: `raymap draw --where` shows it.
 """
 import argparse
 
@@ -18,8 +19,7 @@ def main():
     parser.add_argument("--top", type=int, default=10)
     parser.add_argument("--plot", metavar="OUT.png", help="with matplotlib")
     given = parser.parse_args()
-    where = f"registered({given.detector})"
-    found = raymap.paths(given.map, where=where, top=given.top)
+    found = raymap.paths(given.map, detector=given.detector, top=given.top)
     unit = found["flux"].get("unit", "")
     print(f"{found['rays']['matched']} rays reach {given.detector}")
     for one in found["classes"]:
@@ -29,7 +29,8 @@ def main():
     print(f"{rest['share']:8.3%}  {rest['classes']} more classes")
     main_path = found["classes"][0] if found["classes"] else None
     if main_path and main_path["criterion"]:
-        stray = raymap.query(given.map, f"{where} and not ({main_path['criterion']})")
+        stray = raymap.query(
+            given.map, f"registered({given.detector}) and not ({main_path['criterion']})")
         print(f"all but the strongest class: {stray['flux']['matched']:.4g} "
               f"+- {stray['flux']['standard_error']:.2g} {stray['flux']['unit']}")
     if given.plot:

@@ -24,7 +24,7 @@ def main():
     parser.add_argument("map")
     parser.add_argument("--of", default="path_length", help="a number of a ray or registration")
     parser.add_argument("--where", help="a criterion")
-    parser.add_argument("--bins", type=int, default=20)
+    parser.add_argument("--bins", type=int, help="so many (default: as the program chooses)")
     parser.add_argument("--plot", metavar="OUT.png", help="with matplotlib")
     given = parser.parse_args()
     found = raymap.stats(given.map, given.of, where=given.where, bins=given.bins)
