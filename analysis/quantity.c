@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/quantity_count.h"
 #include "base/alloc.h"
 
 /* Words that are no number of the criterion language. */
@@ -115,49 +116,14 @@ static enum rmap_status parse_its(struct making *making, struct rmap_quantity *q
     return st;
 }
 
-static enum rmap_status fail_unless_count(const struct rmap_criterion *criterion,
-                                          struct rmap_error *err)
-{
-    const struct rmap_criterion_node *node = &criterion->node[criterion->root];
-    const bool counts = node->kind == RMAP_CRITERION_STEPS ||
-                        node->kind == RMAP_CRITERION_REGISTRATIONS ||
-                        node->kind == RMAP_CRITERION_SOURCE || node->kind == RMAP_CRITERION_ENDED ||
-                        node->kind == RMAP_CRITERION_PATH;
-    if (counts)
-        return RMAP_OK;
-    return rmap_criterion_fail(criterion->text, node->begin, node->end, err,
-                               "expected one number or one test that counts, such as hit(NAME)");
-}
-
 /* One test of the criterion language, whose text takes the parser to its end. */
 static enum rmap_status parse_count(struct making *making, const struct own_word *own,
                                     struct rmap_quantity *quantity)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_parser *parser = &making->parser;
-    char *written = NULL;
-    const char *text = parser->text;
     quantity->kind = RMAP_QUANTITY_COUNT;
     quantity->is_whole = true;
-    if (own) {
-        RMAP_TRY(rmap_parser_advance(parser));
-        text = own->counts;
-    }
-    if (own && parser->token.kind == RMAP_TOKEN_OPEN && strncmp(text, "registered", 10) == 0) {
-        size_t nbytes = strlen(parser->text) + 16;
-        written = rmap_alloc(nbytes, 1);
-        if (!written)
-            return rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for --of");
-        (void)snprintf(written, nbytes, "registered%s", parser->text + parser->token.begin);
-        text = written;
-    } else if (own && parser->token.kind != RMAP_TOKEN_END) {
-        return rmap_parser_expected(parser, "the end");
-    }
-    RMAP_TRY(rmap_criterion_compile(text, making->self->scene, &quantity->counted, parser->err));
-    RMAP_TRY(fail_unless_count(quantity->counted, parser->err));
-out:
-    rmap_free(written);
-    return st;
+    return rmap_quantity_parse_count(&making->parser, making->self->scene, own ? own->counts : NULL,
+                                     &quantity->counted);
 }
 
 /* True when a parenthesis stands behind the next token. */
@@ -165,6 +131,16 @@ static bool is_called(const struct rmap_parser *parser)
 {
     const char *behind = parser->text + parser->token.end;
     return behind[strspn(behind, " \t\r\n")] == '(';
+}
+
+static bool is_known_word(const struct rmap_parser *parser)
+{
+    char word[RMAP_TOKEN_NAME_NBYTES + 1];
+    rmap_parser_word(parser, &parser->token, word);
+    for (size_t i = 0; i < sizeof all_words / sizeof *all_words; i++)
+        if (strcmp(word, all_words[i]) == 0)
+            return true;
+    return false;
 }
 
 static enum rmap_status parse_quantity(struct making *making, struct rmap_quantity *quantity)
@@ -189,7 +165,8 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         quantity->kind = own->kind;
         quantity->is_whole = true;
         st = parse_its(making, quantity);
-    } else if (own || (parser->token.kind == RMAP_TOKEN_WORD && is_called(parser))) {
+    } else if (own || (parser->token.kind == RMAP_TOKEN_WORD && is_called(parser) &&
+                       is_known_word(parser))) {
         return parse_count(making, own, quantity);
     } else if (parser->token.kind != RMAP_TOKEN_WORD) {
         return rmap_parser_expected(parser, "a number such as wavelength or x(NAME)");

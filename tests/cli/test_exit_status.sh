@@ -83,6 +83,10 @@ expect 2 'MAP is missing; usage: raymap detector' "$RAYMAP" detector
 expect 3 "no detector named 'film' in this map; it has 'sensor'" "$RAYMAP" detector a.raymap film
 expect 3 "'screen' is an object.*--receivers FILE: .*on: 'screen'" "$RAYMAP" detector a.raymap screen
 expect 3 "unknown number 'mass': say one of wavelength flux" "$RAYMAP" stats a.raymap --of mass
+expect 3 "unknown number 'cel' .did you mean 'cell'" "$RAYMAP" stats a.raymap --of 'cel(sensor)'
+expect 3 "of:1:16: error: expected the end .comparisons go to --where., found '>'" "$RAYMAP" stats a.raymap --of 'hit(*, absorb) > 1'
+expect 3 "comparisons go to --where" "$RAYMAP" stats a.raymap --of 'registrations(sensor) == 2'
+expect 0 'mean' "$RAYMAP" stats a.raymap --of 'path("T* (A|X)")'
 expect 2 '^  5\.\.1$' "$RAYMAP" stats a.raymap --of path_length --range 5..1
 expect 2 '^  5\.\.1 ?$' "$RAYMAP" detector a.raymap sensor --region 5,1,1,2
 expect 2 'at most two --where' "$RAYMAP" compare a.raymap --where all --where all --where all
