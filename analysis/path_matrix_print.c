@@ -38,7 +38,7 @@ static enum rmap_status print_criteria(const struct rmap_path_matrix_part *part,
                                        FILE *out, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    fputs("criteria\n", out);
+    fputs(top > 0 ? "criteria\n" : "", out);
     for (size_t i = 0; i < part->n && i < top; i++) {
         char *text = NULL;
         const struct rmap_path_cellsum *sum = &part->sum[i];
@@ -51,6 +51,21 @@ static enum rmap_status print_criteria(const struct rmap_path_matrix_part *part,
     }
 out:
     return st;
+}
+
+/* What stands behind the first rows; whole: of what their shares are, 0 where these overlap. */
+static void print_rest(const struct rmap_path_matrix_part *part, uint64_t top, double whole,
+                       FILE *out)
+{
+    double flux = 0.0;
+    if (part->n <= top)
+        return;
+    for (size_t i = (size_t)top; i < part->n; i++)
+        flux += part->sum[i].flux;
+    fprintf(out, "and %zu more", part->n - (size_t)top);
+    if (whole > 0.0)
+        fprintf(out, ": %.3g %%, %.5g %s", 100.0 * flux / whole, flux, unit_of(part));
+    fputc('\n', out);
 }
 
 /* Ghost orders down, scatter orders across. */
@@ -100,10 +115,12 @@ static enum rmap_status print_ghosts(const struct rmap_path_matrix_part *part, u
         add_share(&table, sum, part->stray);
         rmap_text_table_add(&table, "%.5g %s", sum->flux, unit_of(part));
         rmap_text_table_add(&table, "%" PRIu64, sum->rays);
-        rmap_text_table_add(&table, "rays");
+        rmap_text_table_add(&table, sum->rays == 1 ? "ray" : "rays");
     }
     enum rmap_status st = rmap_text_table_print(&table, "rlrrrl", out, err);
     rmap_text_table_fini(&table);
+    if (st == RMAP_OK)
+        print_rest(part, top, part->stray, out);
     return st == RMAP_OK ? print_criteria(part, top, out, err) : st;
 }
 
@@ -127,6 +144,8 @@ static enum rmap_status print_objects(const struct rmap_path_matrix_part *part, 
     }
     enum rmap_status st = rmap_text_table_print(&table, "rllrr", out, err);
     rmap_text_table_fini(&table);
+    if (st == RMAP_OK)
+        print_rest(part, top, part->sum->part == RMAP_PATH_LAST ? part->flux : 0.0, out);
     return st == RMAP_OK ? print_criteria(part, top, out, err) : st;
 }
 

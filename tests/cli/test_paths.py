@@ -339,6 +339,11 @@ def check_matrix_files(judge, document, options):
     text = run("paths", judge.file, *options, "--matrix", "all", "--top", "3")
     for row in document["orders"] + document["ghosts"][:1]:
         assert row["criterion"] in text, row
+    for kind in ("ghosts", "contribution"):
+        text = run("paths", judge.file, *options, "--matrix", kind, "--top", "1")
+        told = sum(int(line.split()[1].rstrip(":")) for line in text.splitlines() if line.startswith("and "))
+        shown = sum(line.startswith("1  ") and " +- " in line for line in text.splitlines())
+        assert told + shown == len(document[kind]), (kind, text)
     assert "orders, ghosts, contribution or all" in run("paths", judge.file, "--matrix", "order", status=2)
 
 
