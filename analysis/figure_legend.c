@@ -151,13 +151,13 @@ static void add_paragraph(struct legend *legend, const char *colour, double righ
     }
 }
 
-/* Groups of rays that there are, each in rows of its own. */
+/* Groups of rays that there are or that were asked for, each in rows of its own. */
 static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint, double right)
 {
     char word[512], n[RMAP_GROUPED_LEN];
     for (size_t k = 0; k < paint->n_group; k++) {
         const struct rmap_paint_group *group = &paint->group[k];
-        if (group->rays == 0)
+        if (group->rays == 0 && !group->asked)
             continue;
         (void)snprintf(word, sizeof word, "%s ray%s, %.3g %% of flux: %.400s",
                        rmap_grouped(group->rays, n), group->rays == 1 ? "" : "s",

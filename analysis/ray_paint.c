@@ -116,6 +116,7 @@ static enum rmap_status group_by_criterion(struct rmap_ray_paint *self,
         const char *name = rmap_criterion_name(request->criterion[c]);
         RMAP_TRY(add_group(self, palette[c % PALETTE_COUNT],
                            name ? name : rmap_criterion_text(request->criterion[c]), err));
+        self->group[c].asked = true;
         RMAP_TRY(rmap_criterion_evaluate(request->criterion[c], request->rays,
                                          request->flux_per_weight, match, err));
         for (size_t i = 0; i < n_ray; i++)

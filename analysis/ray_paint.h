@@ -25,6 +25,7 @@ const char *rmap_paint_word(enum rmap_paint_kind kind);
 struct rmap_paint_group {
     char ink[8];
     char *label;
+    bool asked; /* a criterion: it stands in the legend also with no ray */
     uint64_t rays;
     double flux;
 };

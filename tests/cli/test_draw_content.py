@@ -150,6 +150,14 @@ def test_opacity():
     assert math.isclose(strong, 0.9, abs_tol=0.01) and 0.3 < faint / strong < 0.8, (faint, strong)
 
 
+def test_covered_criterion():
+    """A criterion all of whose rays match an earlier one stands in the legend, with no ray."""
+    run("draw", "lens.raymap", "--where", "registered(sensor)", "--where",
+        "registered(sensor) and segments > 3", "--color", "criterion", "-o", "two.svg", "--force")
+    told = [line for line in words("two.svg") if "% of flux" in line]
+    assert len(told) == 2 and told[1].startswith("0 rays, 0 % of flux: registered(sensor) and"), told
+
+
 def test_depth():
     """Seen along +z, the wall hides part of the ray behind it, not of the one before."""
     run("draw", "hiding.raymap", "--eye=0,0", "--opacity", "1", "-o", "depth.svg", "--force")
@@ -424,6 +432,7 @@ with open("hiding.yaml", "w", encoding="utf8") as scene_file:
 run("trace", "hiding.yaml", "-o", "hiding.raymap", "-n", "2", "--quiet", "--force")
 test_colours()
 test_opacity()
+test_covered_criterion()
 test_depth()
 test_pixels()
 test_profile()
