@@ -3,6 +3,7 @@
 
 #include <string.h>
 
+#include "base/intrinsics.h"
 #include "base/wide.h"
 
 /* Lanes keep sums apart that a vector adds at once; how many is part of the result. */
@@ -18,45 +19,129 @@ RMAP_WIDE static void centred(const double *restrict value, size_t n, double cen
 enum { VECTOR = 4, POWERS = RMAP_MOMENT_POWERS - 1 };
 typedef double vector __attribute__((vector_size(VECTOR * sizeof(double))));
 
-/* What goes on beside sums of powers, which leave the processor time for it. */
-struct beside {
+/* Readings whose powers are summed, and what goes on beside, for which sums leave the processor
+ * time. */
+struct batch {
+    const double *value; /* [n] */
+    size_t n;            /* a multiple of LANES */
+    const double *tail;  /* [LANES] more of them; NULL: none */
+    double centre, per_scale;
     const uint16_t *place; /* [n] */
     uint32_t *count;       /* of each place */
     const double *next;    /* so many will be read next */
 };
 
-/* Adds to sums of u, u^2, ... of VECTOR of the LANES, from `lane` on; a part of the places. n: a
- * multiple of LANES. */
-RMAP_WIDE static void sum_powers(const double *value, size_t n, size_t lane, double centre,
-                                 double per_scale, const struct beside *beside, vector sum[POWERS])
+/* Sums of u, u^2, ..., each of every LANES-th of the readings. */
+struct lanes {
+    double sum[POWERS][LANES];
+};
+
+RMAP_COPIED void add_powers_4(const struct batch *batch, const double *value, vector sum[POWERS])
 {
-    const size_t first = lane / VECTOR * (n / LANES) * VECTOR;
-    const uint16_t *place = beside->place + first;
-    const double *next = beside->next + first;
-    uint32_t *count = beside->count;
-    vector own[POWERS];
-    memcpy(own, sum, sizeof own);
-    for (size_t i = lane; i < n; i += LANES, place += VECTOR, next += VECTOR) {
-        vector its, power;
-        memcpy(&its, value + i, sizeof its);
-        its = (its - centre) * per_scale;
-        power = its;
-        own[0] += power;
-        for (int k = 1; k < POWERS; k++) {
-            power *= its;
-            own[k] += power;
-        }
-        for (int k = 0; k < VECTOR; k++)
-            count[place[k]]++;
-        __builtin_prefetch(next);
+    vector its, power;
+    memcpy(&its, value, sizeof its);
+    power = its = (its - batch->centre) * batch->per_scale;
+    sum[0] += power;
+    RMAP_UNROLL for (size_t k = 1; k < POWERS; k++)
+    {
+        power *= its;
+        sum[k] += power;
     }
-    memcpy(sum, own, sizeof own);
 }
 
-/* Sums over the lanes: by halves. */
-static double sum_lanes(const vector lanes[LANES / VECTOR])
+/* VECTOR of the lanes, from `lane` on; a part of the places. */
+RMAP_WIDE static void sum_some(const struct batch *batch, size_t lane, struct lanes *lanes)
 {
-    const vector four = (lanes[0] + lanes[2]) + (lanes[1] + lanes[3]);
+    const size_t first = lane / VECTOR * (batch->n / LANES) * VECTOR;
+    const uint16_t *place = batch->place + first;
+    const double *next = batch->next + first;
+    uint32_t *count = batch->count;
+    vector sum[POWERS];
+    RMAP_UNROLL for (size_t k = 0; k < POWERS; k++) sum[k] = (vector){0.0};
+    for (size_t i = lane; i < batch->n; i += LANES, place += VECTOR, next += VECTOR) {
+        add_powers_4(batch, batch->value + i, sum);
+        RMAP_UNROLL for (size_t k = 0; k < VECTOR; k++) count[place[k]]++;
+        __builtin_prefetch(next);
+    }
+    if (batch->tail)
+        add_powers_4(batch, batch->tail + lane, sum);
+    RMAP_UNROLL for (size_t k = 0; k < POWERS; k++)
+        memcpy(lanes->sum[k] + lane, &sum[k], sizeof sum[k]);
+}
+
+#ifdef RMAP_INTRINSICS
+enum { VECTOR_512 = 8, HALVES = LANES / VECTOR_512 };
+typedef double vector_512 __attribute__((vector_size(VECTOR_512 * sizeof(double))));
+
+__attribute__((target("avx512f"), always_inline)) static inline void
+add_powers_16(const struct batch *batch, const double *value, vector_512 sum[HALVES][POWERS])
+{
+    vector_512 its[HALVES], power[HALVES];
+    RMAP_UNROLL for (size_t h = 0; h < HALVES; h++)
+    {
+        memcpy(&its[h], value + h * VECTOR_512, sizeof its[h]);
+        power[h] = its[h] = (its[h] - batch->centre) * batch->per_scale;
+        sum[h][0] += power[h];
+    }
+    RMAP_UNROLL for (size_t k = 1; k < POWERS; k++)
+    {
+        RMAP_UNROLL for (size_t h = 0; h < HALVES; h++)
+        {
+            power[h] *= its[h];
+            sum[h][k] += power[h];
+        }
+    }
+}
+
+/* All lanes: there are registers for so many sums, and values are read once. */
+__attribute__((target("avx512f"))) static void sum_all(const struct batch *batch,
+                                                       struct lanes *lanes)
+{
+    const uint16_t *place = batch->place;
+    const double *next = batch->next;
+    uint32_t *count = batch->count;
+    vector_512 sum[HALVES][POWERS];
+    RMAP_UNROLL for (size_t k = 0; k < POWERS; k++) sum[0][k] = sum[1][k] = (vector_512){0.0};
+    for (size_t i = 0; i < batch->n; i += LANES) {
+        add_powers_16(batch, batch->value + i, sum);
+        RMAP_UNROLL for (size_t k = 0; k < LANES; k++) count[place[i + k]]++;
+        __builtin_prefetch(next + i);
+        __builtin_prefetch(next + i + VECTOR_512);
+    }
+    if (batch->tail)
+        add_powers_16(batch, batch->tail, sum);
+    RMAP_UNROLL for (size_t k = 0; k < POWERS; k++)
+    {
+        memcpy(lanes->sum[k], &sum[0][k], sizeof sum[0][k]);
+        memcpy(lanes->sum[k] + VECTOR_512, &sum[1][k], sizeof sum[1][k]);
+    }
+}
+
+static bool is_512(void)
+{
+    return __builtin_cpu_supports("avx512f");
+}
+#else
+#define sum_all(batch, lanes) ((void)0)
+#define is_512()              false
+#endif
+
+static void sum_powers(const struct batch *batch, struct lanes *lanes)
+{
+    if (is_512()) {
+        sum_all(batch, lanes);
+        return;
+    }
+    for (size_t lane = 0; lane < LANES; lane += VECTOR)
+        sum_some(batch, lane, lanes);
+}
+
+/* Over the lanes: by halves. */
+static double sum_lanes(const double lane[LANES])
+{
+    double four[VECTOR];
+    for (size_t k = 0; k < VECTOR; k++)
+        four[k] = (lane[k] + lane[k + 2 * VECTOR]) + (lane[k + VECTOR] + lane[k + 3 * VECTOR]);
     return (four[0] + four[2]) + (four[1] + four[3]);
 }
 
@@ -67,27 +152,26 @@ static const uint16_t nowhere[RMAP_MOMENT_BATCH] = {0};
 static void add_batch(struct rmap_stats_moments *moments, const struct rmap_moment_ones *ones,
                       size_t n)
 {
-    vector sum[LANES / VECTOR][POWERS] = {{{0.0}}};
+    struct lanes lanes;
     double tail[LANES];
     uint32_t ignored = 0;
     const size_t n_wide = n / LANES * LANES;
-    const struct beside beside = {ones->place ? ones->place : nowhere,
-                                  ones->place ? ones->count : &ignored,
-                                  ones->next ? ones->next : ones->value};
-    for (size_t v = 0; v < LANES / VECTOR; v++)
-        sum_powers(ones->value, n_wide, v * VECTOR, ones->centre, ones->per_scale, &beside, sum[v]);
-    for (size_t k = 0; k < LANES; k++)
+    for (size_t k = 0; k < LANES && n_wide < n; k++)
         tail[k] = n_wide + k < n ? ones->value[n_wide + k] : ones->centre;
-    const struct beside none = {nowhere, &ignored, tail};
-    for (size_t v = 0; n_wide < n && v < LANES / VECTOR; v++)
-        sum_powers(tail, LANES, v * VECTOR, ones->centre, ones->per_scale, &none, sum[v]);
+    const struct batch batch = {.value = ones->value,
+                                .n = n_wide,
+                                .tail = n_wide < n ? tail : NULL,
+                                .centre = ones->centre,
+                                .per_scale = ones->per_scale,
+                                .place = ones->place ? ones->place : nowhere,
+                                .count = ones->place ? ones->count : &ignored,
+                                .next = ones->next ? ones->next : ones->value};
+    sum_powers(&batch, &lanes);
     for (size_t k = n_wide; ones->place && k < n; k++)
         ones->count[ones->place[k]]++;
     rmap_exact_sum_add(&moments->power[0], (double)n);
-    for (size_t k = 0; k < POWERS; k++) {
-        const vector lanes[] = {sum[0][k], sum[1][k], sum[2][k], sum[3][k]};
-        rmap_exact_sum_add(&moments->power[k + 1], sum_lanes(lanes));
-    }
+    for (size_t k = 0; k < POWERS; k++)
+        rmap_exact_sum_add(&moments->power[k + 1], sum_lanes(lanes.sum[k]));
 }
 
 static void flush_ones(struct rmap_stats_moments *moments)
