@@ -154,7 +154,7 @@ static enum rmap_status prepare_group(struct rmap_stats *stats, size_t g,
 enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
                                    const struct rmap_stats_gathered *gathered,
                                    const struct rmap_stats_sums *sums, const double *p,
-                                   size_t n_quantile, struct rmap_stats **stats_ret,
+                                   size_t n_quantile, int n_thread, struct rmap_stats **stats_ret,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -177,7 +177,7 @@ enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
         estimate_group(stats, g, sums);
         estimate_cells(stats, g, sums);
     }
-    RMAP_TRY(rmap_stats_find_quantiles(stats, gathered, sums, err));
+    RMAP_TRY(rmap_stats_find_quantiles(stats, gathered, sums, n_thread, err));
     *stats_ret = stats;
     stats = NULL;
 out:

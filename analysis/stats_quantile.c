@@ -158,7 +158,7 @@ out:
 
 enum rmap_status rmap_stats_find_quantiles(struct rmap_stats *stats,
                                            const struct rmap_stats_gathered *gathered,
-                                           const struct rmap_stats_sums *sums,
+                                           const struct rmap_stats_sums *sums, int n_thread,
                                            struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -172,6 +172,7 @@ enum rmap_status rmap_stats_find_quantiles(struct rmap_stats *stats,
                                            .sums = sums,
                                            .gathered = gathered,
                                            .in_memory = !gathered->known.dropped,
+                                           .n_thread = n_thread,
                                            .quantity = i};
         bool whole = stats->setup->quantities->of[i].is_whole && plan->fine_per[i] == 1.0;
         if (!search.in_memory && !whole && plan->fine_per[i] > 0.0)

@@ -5,14 +5,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/stats_find.h"
 #include "analysis/stats_places.h"
 #include "base/alloc.h"
 
 /* Shares within this of each other are equal: sums of fluxes of several sources are rounded. */
 static const double SHARE_SLACK = 1e-12;
-
-/* Readings looked at at once. */
-enum { CHUNK = 1024 };
 
 void rmap_stats_search_fini(struct rmap_stats_search *search)
 {
@@ -20,7 +18,9 @@ void rmap_stats_search_fini(struct rmap_stats_search *search)
     rmap_free(search->of_bin);
     rmap_free(search->windows);
     rmap_free(search->list);
-    rmap_free(search->found);
+    for (size_t s = 0; s < search->findings.n; s++)
+        rmap_free(search->findings.share[s].found);
+    rmap_free(search->findings.share);
     rmap_free(search->first);
     rmap_free(search->item);
 }
@@ -86,151 +86,37 @@ out:
     return st;
 }
 
-/* Readings that are looked at together. */
-struct chunk {
-    struct rmap_stats_block block;
-    size_t first, n; /* n <= CHUNK */
-};
-
-static size_t class_at(const struct chunk *chunk, size_t k)
-{
-    const struct rmap_stats_block *block = &chunk->block;
-    return block->tag ? rmap_stats_class(block->tag[k]) : block->run->class;
-}
-
-/* Those that belong to a list, and to which. Returns how many. */
-static size_t pick(const struct rmap_stats_search *search, const struct chunk *chunk,
-                   uint32_t *picked, int32_t *list)
-{
-    const struct rmap_stats_plan *plan = search->stats->plan;
-    const struct rmap_stats_block *block = &chunk->block;
-    const uint16_t *place = block->place[search->quantity];
-    uint16_t own[CHUNK];
-    size_t n_picked = 0;
-    if (place)
-        place += chunk->first;
-    else
-        rmap_stats_fine_places(plan, search->quantity,
-                               block->value[search->quantity] + chunk->first, chunk->n, own);
-    place = place ? place : own;
-    const bool one_group = !block->tag || plan->setup->n_group == 1;
-    const size_t group = one_group ? class_at(chunk, chunk->first) / plan->setup->n_source : 0;
-    static const struct rmap_stats_windows none = {.n = 0};
-    const size_t n_near = rmap_stats_windows_pick(one_group ? &search->windows[group] : &none,
-                                                  place, chunk->n, picked);
-    for (size_t i = 0; i < n_near; i++) {
-        const size_t k = picked[i];
-        const size_t its =
-            one_group ? group : class_at(chunk, chunk->first + k) / plan->setup->n_source;
-        list[n_picked] = search->of_bin[its * plan->n_fine + place[k]];
-        picked[n_picked] = (uint32_t)k;
-        n_picked += list[n_picked] >= 0;
-    }
-    return n_picked;
-}
-
-/* The least and greatest of every list: where they are equal, nothing need be sorted. */
-static enum rmap_status measure_lists(struct rmap_stats_search *search, const struct chunk *chunk,
-                                      struct rmap_error *err)
-{
-    uint32_t picked[CHUNK];
-    int32_t of[CHUNK];
-    const size_t n_picked = pick(search, chunk, picked, of);
-    (void)err;
-    for (size_t i = 0; i < n_picked; i++) {
-        struct rmap_stats_list *list = &search->list[of[i]];
-        double value = chunk->block.value[search->quantity][chunk->first + picked[i]];
-        list->least = value < list->least ? value : list->least;
-        list->greatest = value > list->greatest ? value : list->greatest;
-    }
-    return RMAP_OK;
-}
-
-/* Finds the readings of lists, but of those known to hold one value only. They are not at hand:
- * what they are is read later, of all at once. */
-static enum rmap_status find_items(struct rmap_stats_search *search, const struct chunk *chunk,
-                                   struct rmap_error *err)
-{
-    uint32_t picked[CHUNK];
-    int32_t of[CHUNK];
-    const size_t n_picked = pick(search, chunk, picked, of);
-    void *memory = search->found;
-    enum rmap_status st = rmap_reserve(&memory, &search->found_cap, search->n_found + n_picked + 1,
-                                       sizeof *search->found, err);
-    search->found = memory;
-    for (size_t i = 0; st == RMAP_OK && i < n_picked; i++) {
-        const size_t k = chunk->first + picked[i];
-        const double *at = chunk->block.value[search->quantity] + k;
-        if (search->list[of[i]].least == search->list[of[i]].greatest)
-            continue;
-        __builtin_prefetch(at);
-        search->found[search->n_found++] = (struct rmap_stats_found){
-            .at = at,
-            .weight = rmap_stats_weight(&chunk->block, k),
-            .source = (uint32_t)(class_at(chunk, k) % search->stats->setup->n_source),
-            .part = (uint32_t)of[i] * RMAP_STATS_PARTS};
-    }
-    return st;
-}
-
-/* All readings in memory, chunk by chunk. */
-static enum rmap_status look_through(struct rmap_stats_search *search,
-                                     enum rmap_status (*look)(struct rmap_stats_search *search,
-                                                              const struct chunk *chunk,
-                                                              struct rmap_error *err),
-                                     struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    for (size_t p = 0; p < search->gathered->n_part; p++) {
-        struct chunk chunk = {.block = rmap_stats_gathered_block(search->gathered, p)};
-        for (; st == RMAP_OK && chunk.first < chunk.block.n; chunk.first += CHUNK) {
-            const size_t rest = chunk.block.n - chunk.first;
-            chunk.n = rest < CHUNK ? rest : CHUNK;
-            st = look(search, &chunk, err);
-        }
-    }
-    return st;
-}
-
-/* Parts of a list's bin: of two values, the greater one is in the same part or a later one. */
-static uint32_t part_of(const struct rmap_stats_search *search, const struct rmap_stats_list *list,
-                        double value)
-{
-    const struct rmap_stats_plan *plan = search->stats->plan;
-    const size_t i = search->quantity;
-    const double at = (value - plan->fine_low[i]) * plan->fine_per[i] - list->place;
-    const double part = at > 0.0 ? at * RMAP_STATS_PARTS : 0.0;
-    return (uint32_t)(part < RMAP_STATS_PARTS - 1 ? part : RMAP_STATS_PARTS - 1);
-}
-
-/* Reads what was found, in the order of lists and of their parts. */
+/* Puts what was found in the order of lists and of their parts. */
 static enum rmap_status divide_items(struct rmap_stats_search *search, struct rmap_error *err)
 {
     const size_t n_part = search->n_list * RMAP_STATS_PARTS;
-    size_t *first = rmap_alloc(n_part + 2, sizeof *first);
-    struct rmap_stats_item *item = rmap_alloc_unset(search->n_found, sizeof *item);
+    const struct rmap_stats_findings *all = &search->findings;
+    size_t *first = rmap_alloc(n_part + 2, sizeof *first), n = 0;
+    for (size_t s = 0; s < all->n; s++)
+        n += all->share[s].n;
+    struct rmap_stats_item *item = rmap_alloc_unset(n, sizeof *item);
     rmap_free(search->first);
     rmap_free(search->item);
     search->first = first;
     search->item = item;
     if (!first || !item)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for quantiles");
-    for (size_t i = 0; i < search->n_found; i++) {
-        struct rmap_stats_found *found = &search->found[i];
-        struct rmap_stats_list *list = &search->list[found->part / RMAP_STATS_PARTS];
-        const double value = *found->at;
-        list->least = value < list->least ? value : list->least;
-        list->greatest = value > list->greatest ? value : list->greatest;
-        found->part += part_of(search, list, value);
-        first[found->part + 2]++;
-    }
+    for (size_t s = 0; s < all->n; s++)
+        for (size_t i = 0; i < all->share[s].n; i++) {
+            const struct rmap_stats_found *found = &all->share[s].found[i];
+            struct rmap_stats_list *list = &search->list[found->part / RMAP_STATS_PARTS];
+            list->least = found->value < list->least ? found->value : list->least;
+            list->greatest = found->value > list->greatest ? found->value : list->greatest;
+            first[found->part + 2]++;
+        }
     for (size_t k = 2; k < n_part + 2; k++)
         first[k] += first[k - 1];
-    for (size_t i = 0; i < search->n_found; i++) {
-        const struct rmap_stats_found *found = &search->found[i];
-        item[first[found->part + 1]++] = (struct rmap_stats_item){
-            .value = *found->at, .weight = found->weight, .source = found->source};
-    }
+    for (size_t s = 0; s < all->n; s++)
+        for (size_t i = 0; i < all->share[s].n; i++) {
+            const struct rmap_stats_found *found = &all->share[s].found[i];
+            item[first[found->part + 1]++] = (struct rmap_stats_item){
+                .value = found->value, .weight = found->weight, .source = found->source};
+        }
     return RMAP_OK;
 }
 
@@ -272,9 +158,8 @@ enum rmap_status rmap_stats_search_fill(struct rmap_stats_search *search, struct
     }
     lay_windows(search);
     if (setup->quantities->of[search->quantity].dimension == RMAP_DIMENSION_WAVELENGTH)
-        RMAP_TRY(look_through(search, measure_lists, err)); /* few values, of many rays each */
-    search->n_found = 0;
-    RMAP_TRY(look_through(search, find_items, err));
+        rmap_stats_measure_lists(search); /* few values, of many rays each */
+    RMAP_TRY(rmap_stats_find_items(search, err));
     RMAP_TRY(divide_items(search, err));
     search->n_filled = search->n_list;
 out:

@@ -22,12 +22,27 @@ struct rmap_stats_list {
 /* Items of a list stand in so many parts, each of a part of its bin. */
 enum { RMAP_STATS_PARTS = 32 };
 
-/* Where an item is read from. */
 struct rmap_stats_found {
-    const double *at;
+    union {
+        const double *at; /* first: where it is read from */
+        double value;
+    };
     double weight;
     uint32_t source;
     uint32_t part; /* list * RMAP_STATS_PARTS + part */
+};
+
+/* What a thread found. */
+struct rmap_stats_findings_share {
+    struct rmap_stats_found *found; /* [n] */
+    size_t n, cap;
+    enum rmap_status status;
+    struct rmap_error error;
+};
+
+struct rmap_stats_findings {
+    struct rmap_stats_findings_share *share; /* [n] */
+    size_t n;
 };
 
 /* One quantity of all groups. All but what it allocates is borrowed. */
@@ -36,15 +51,15 @@ struct rmap_stats_search {
     const struct rmap_stats_sums *sums;
     const struct rmap_stats_gathered *gathered; /* no parts: readings are not in memory */
     bool in_memory;
+    int n_thread; /* that look for readings, at most */
     size_t quantity;
     struct rmap_stats_levels levels;
     int32_t *of_bin;                    /* [n_group][n_fine] list, -1: of no interest */
     struct rmap_stats_windows *windows; /* [n_group] over the bins with a list */
     struct rmap_stats_list *list;
     size_t n_list, list_cap, n_filled;
-    struct rmap_stats_found *found;
-    size_t n_found, found_cap;
-    struct rmap_stats_item *item; /* [n_found] */
+    struct rmap_stats_findings findings;
+    struct rmap_stats_item *item; /* all that were found */
     size_t *first; /* [n_filled * RMAP_STATS_PARTS + 1] of the items of a part; the end of all */
 };
 

@@ -153,7 +153,7 @@ enum rmap_status rmap_stats_run(const struct rmap_context *context,
         st = sum_in_memory(context, &answer->plan, gathered, &sums, err);
     if (context->rank == 0 && st == RMAP_OK)
         st = rmap_stats_create(&answer->plan, gathered, sums, request->p, request->n_quantile,
-                               &answer->stats, err);
+                               context->n_thread, &answer->stats, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_stats_sums_kind.destroy(sums);
