@@ -2,9 +2,7 @@
  *
  * The tally of an incomplete map: that of its index, and of what stands beside it.
  */
-#include <errno.h>
 #include <stdatomic.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
 #include "base/workers.h"
@@ -152,37 +150,12 @@ out:
     return st;
 }
 
-/* Whether a piece that was open when the map was is finished by now: it has another name. */
-static bool has_moved_on(const struct rmap_map *map)
-{
-    bool moved = false;
-    for (size_t i = 0; i < map->content.n_piece && !moved; i++) {
-        char *path = map->content.piece[i].is_open ? rmap_map_piece_path(map, i) : NULL;
-        moved = path && access(path, F_OK) != 0 && errno == ENOENT;
-        rmap_free(path);
-    }
-    return moved;
-}
-
-static enum rmap_status open_once(const char *path, struct rmap_map **map_ret,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = rmap_map_open_untallied(path, map_ret, err);
-    if (st == RMAP_OK && !(*map_ret)->summary.complete)
-        st = complete_tally(*map_ret, err);
-    return st;
-}
-
 enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret, struct rmap_error *err)
 {
-    enum { TRIES = 4 }; /* of a map that is being traced */
     struct rmap_map *map = NULL;
-    enum rmap_status st = open_once(path, &map, err);
-    for (int k = 1; k < TRIES && st == RMAP_OK && has_moved_on(map); k++) {
-        rmap_map_close(map);
-        map = NULL;
-        st = open_once(path, &map, err);
-    }
+    enum rmap_status st = rmap_map_open_untallied(path, &map, err);
+    if (st == RMAP_OK && !map->summary.complete)
+        st = complete_tally(map, err);
     if (st == RMAP_OK)
         *map_ret = map;
     else

@@ -7,20 +7,22 @@
 /* Between ranks of one program: structs as they are, with their sizes in front. */
 struct head {
     char magic[8];
-    uint64_t piece_nbytes, portion_nbytes, chunk_nbytes;
-    uint64_t n_piece, n_portion, n_chunk;
+    uint64_t piece_nbytes, portion_nbytes, chunk_nbytes, tail_nbytes;
+    uint64_t n_piece, n_portion, n_chunk, n_tail; /* behind the tails stand their data */
 };
 
-static const char magic[8] = {'R', 'M', 'A', 'P', 'C', 'N', 'T', '1'};
+static const char magic[8] = {'R', 'M', 'A', 'P', 'C', 'N', 'T', '2'};
 
 static struct head head_of(const struct rmap_map_content *content)
 {
     struct head head = {.piece_nbytes = sizeof *content->piece,
                         .portion_nbytes = sizeof *content->portion,
                         .chunk_nbytes = sizeof *content->chunk,
+                        .tail_nbytes = sizeof *content->tail,
                         .n_piece = content->n_piece,
                         .n_portion = content->n_portion,
-                        .n_chunk = content->n_chunk};
+                        .n_chunk = content->n_chunk,
+                        .n_tail = content->n_tail};
     memcpy(head.magic, magic, sizeof magic);
     return head;
 }
@@ -39,7 +41,10 @@ enum rmap_status rmap_map_content_pack(const struct rmap_map_content *content, u
     size_t piece = content->n_piece * sizeof *content->piece;
     size_t portion = content->n_portion * sizeof *content->portion;
     size_t chunk = content->n_chunk * sizeof *content->chunk;
-    size_t nbytes = sizeof head + piece + portion + chunk;
+    size_t tail = content->n_tail * sizeof *content->tail;
+    size_t nbytes = sizeof head + piece + portion + chunk + tail;
+    for (size_t i = 0; i < content->n_tail; i++)
+        nbytes += content->tail[i].nbytes;
     uint8_t *blob = rmap_alloc(nbytes, 1);
     if (!blob)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of %zu pieces",
@@ -47,7 +52,10 @@ enum rmap_status rmap_map_content_pack(const struct rmap_map_content *content, u
     uint8_t *at = put(blob, &head, sizeof head);
     at = put(at, content->piece, piece);
     at = put(at, content->portion, portion);
-    (void)put(at, content->chunk, chunk);
+    at = put(at, content->chunk, chunk);
+    at = put(at, content->tail, tail);
+    for (size_t i = 0; i < content->n_tail; i++)
+        at = put(at, content->tail[i].data, content->tail[i].nbytes);
     *blob_ret = blob;
     *nbytes_ret = nbytes;
     return RMAP_OK;
@@ -73,18 +81,36 @@ static void *take(const uint8_t **from, size_t *left, uint64_t n, size_t row_nby
     return rows;
 }
 
+/* The tails, whose pointers are another process's, and then their data. */
+static void take_tails(const uint8_t **from, size_t *left, uint64_t n,
+                       struct rmap_map_content *content, struct rmap_error *err,
+                       enum rmap_status *st)
+{
+    content->tail = take(from, left, n, sizeof *content->tail, err, st);
+    if (*st != RMAP_OK)
+        return;
+    content->n_tail = (size_t)n;
+    for (size_t i = 0; i < content->n_tail; i++)
+        content->tail[i].data = NULL;
+    for (size_t i = 0; i < content->n_tail; i++)
+        content->tail[i].data = take(from, left, content->tail[i].nbytes, 1, err, st);
+}
+
 static bool makes_sense(const struct rmap_map_content *content)
 {
     bool good = true;
     for (size_t i = 0; i < content->n_piece; i++) {
         const struct rmap_piece_info *piece = &content->piece[i];
-        good = good && !piece->is_open && piece->name[sizeof piece->name - 1] == 0 &&
+        good = good && piece->name[sizeof piece->name - 1] == 0 &&
                piece->first_chunk <= content->n_chunk &&
                piece->n_chunk <= content->n_chunk - piece->first_chunk;
     }
     for (size_t i = 0; i < content->n_portion; i++)
         good = good && content->portion[i].piece >= 0 &&
                (size_t)content->portion[i].piece < content->n_piece;
+    for (size_t i = 0; i < content->n_tail; i++)
+        good = good && content->tail[i].piece >= 0 &&
+               (size_t)content->tail[i].piece < content->n_piece;
     return good;
 }
 
@@ -105,6 +131,7 @@ enum rmap_status rmap_map_content_unpack(const uint8_t *blob, size_t nbytes,
     content.piece = take(&at, &left, head.n_piece, sizeof *content.piece, err, &st);
     content.portion = take(&at, &left, head.n_portion, sizeof *content.portion, err, &st);
     content.chunk = take(&at, &left, head.n_chunk, sizeof *content.chunk, err, &st);
+    take_tails(&at, &left, head.n_tail, &content, err, &st);
     if (st == RMAP_OK) {
         content.n_piece = (size_t)head.n_piece;
         content.n_portion = (size_t)head.n_portion;

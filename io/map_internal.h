@@ -67,10 +67,6 @@ struct rmap_map {
 enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
-/* What the index lists and nothing beside it, complete or not. */
-enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
 /* Takes note of what rmap_map_trouble tells. */
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err) RMAP_MUST_USE;

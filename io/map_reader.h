@@ -70,6 +70,9 @@ enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
                                struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
+/* What the index lists and nothing beside it, complete or not. */
+enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_close(struct rmap_map *map);
 
 /* What was wrong with pieces and journals beside an incomplete index: one line each. Borrowed. */

@@ -3,10 +3,10 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <time.h>
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_state.h"
 #include "io/map_writer.h"
 #include "mpi/agree.h"
 #include "mpi/progress.h"
@@ -104,20 +104,41 @@ out:
     return st;
 }
 
-/* Collective. Whether all ranks opened the map in the same state: of one that is being traced, one
- * rank may know rays that another does not yet. */
+/* Collective. Whether all ranks opened the map in the same state: of one that is not complete the
+ * others read the index alone. */
 static enum rmap_status same_on_all(const struct rmap_context *context, const struct rmap_map *map,
                                     bool *same, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
-    uint64_t least[3] = {summary.digest.low, summary.digest.high, rmap_map_n_portion(map)}, most[3];
+    uint64_t least[5] = {summary.digest.low, summary.digest.high, rmap_map_n_portion(map),
+                         rmap_map_n_piece(map), summary.complete},
+             most[5];
     memcpy(most, least, sizeof most);
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, least, 3, MPI_UINT64_T, MPI_MIN, context->comm)));
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, most, 3, MPI_UINT64_T, MPI_MAX, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, least, 5, MPI_UINT64_T, MPI_MIN, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, most, 5, MPI_UINT64_T, MPI_MAX, context->comm)));
     *same = memcmp(least, most, sizeof least) == 0;
 out:
+    return st;
+}
+
+/* Collective. All maps become as rank 0's. */
+static enum rmap_status share_state(const struct rmap_context *context, struct rmap_map *map,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    if (context->rank == 0)
+        st = rmap_map_state_pack(map, &blob, &nbytes, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
+    if (context->rank != 0)
+        st = rmap_map_state_take(map, blob, nbytes, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_free(blob);
     return st;
 }
 
@@ -150,25 +171,15 @@ out:
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err)
 {
-    enum { TRIES = 40 };
-    const struct timespec nap = {.tv_nsec = 50000000};
     enum rmap_status st = RMAP_OK;
     struct rmap_map *map = NULL;
     bool same = false;
-    for (int k = 0; k < TRIES && !same; k++) {
-        if (k > 0)
-            (void)nanosleep(&nap, NULL);
-        rmap_map_close(map);
-        map = NULL;
-        st = rmap_map_open(path, &map, err);
-        RMAP_TRY(rmap_agree(context, st, err));
-        RMAP_TRY(same_on_all(context, map, &same, err));
-    }
+    st =
+        context->rank == 0 ? rmap_map_open(path, &map, err) : rmap_map_open_listed(path, &map, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(same_on_all(context, map, &same, err));
     if (!same)
-        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM,
-                                "%s changes faster than %d ranks can open it: ask again, or with "
-                                "one rank",
-                                path, context->size));
+        RMAP_TRY(share_state(context, map, err));
     remark_incomplete(context, path, map);
     *map_ret = map;
     map = NULL;

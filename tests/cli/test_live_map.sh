@@ -22,6 +22,13 @@ done
 grep -q 'live.raymap is not complete (see: raymap info): it holds [0-9,]* rays' remark.txt || fail "query does not say that the map is not complete"
 [ -z "$("$RAYMAP" query live.raymap 'ray < 5' --limit 1 --quiet 2>&1 >/dev/null)" ] || fail "query --quiet talks"
 
+# All ranks work on what one of them found: none need find the same at the same moment.
+mpirun -np 3 "$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json || fail "a live map answers no query of ranks"
+/usr/bin/python3 - <<'EOF' || fail "other rays on other ranks: $(cat counted.json)"
+import json
+rays = json.load(open("counted.json"))["rays"]
+assert 0 < rays["matched"] < rays["total"] and abs(4 * rays["matched"] - rays["total"]) < 4, rays
+EOF
 "$RAYMAP" info live.raymap | grep -q 'NOT complete: it is being traced' || fail "info does not say that it is being traced"
 
 "$RAYMAP" verify live.raymap | grep -q 'not complete: it is being traced' || fail "verify does not say that it is being traced"

@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <time.h>
 
+#include "io/map_state.h"
 #include "io/verify.h"
 
 /* A file that failed to write is left to HDF5 as it is (closing it may crash), and with it some of
@@ -81,14 +82,17 @@ static void test_portions(void **state)
 }
 
 /* A map that was opened while a piece was written is read on when the piece got its final name and
- * others came: nothing is missing, and nothing that came since is a trouble. */
+ * others came: nothing is missing, and nothing that came since is a trouble. Another process that
+ * is given the state opens the same. */
 static void publish_in(enum rmap_encoding encoding)
 {
     enum { N_FLUSHED = 130, N_BLOCK = 200 };
     struct fixture f;
     struct rmap_error err = {0};
     struct rmap_shard_writer *writer = NULL;
-    struct rmap_map *map = NULL;
+    struct rmap_map *map = NULL, *other = NULL;
+    uint8_t *state = NULL;
+    size_t n_state = 0;
     struct rmap_verification *what = NULL;
     struct rmap_chunk_verifier *chunks = NULL;
     struct rmap_findings findings = {0};
@@ -100,6 +104,7 @@ static void publish_in(enum rmap_encoding encoding)
     fixture_must(rmap_shard_writer_flush(writer, &err), &err);
     fixture_must(rmap_map_open(f.map, &map, &err), &err);
     fixture_must(rmap_verification_open(f.map, &what, &findings, &err), &err);
+    fixture_must(rmap_map_state_pack(map, &state, &n_state, &err), &err);
     for (uint64_t block = N_FLUSHED; block < N_BLOCK; block++) {
         append(&f, writer, block);
         fixture_must(rmap_shard_writer_flush(writer, &err), &err);
@@ -108,6 +113,20 @@ static void publish_in(enum rmap_encoding encoding)
     rmap_shard_writer_destroy(writer);
     assert_int_equal(n_leftover(&f), 0);
     assert_int_equal(read_map(&f, map), N_FLUSHED * BLOCK);
+    fixture_must(rmap_map_open_listed(f.map, &other, &err), &err);
+    assert_int_equal(rmap_map_n_portion(other), 0);
+    fixture_must(rmap_map_state_take(other, state, n_state, &err), &err);
+    assert_int_equal(read_map(&f, other), N_FLUSHED * BLOCK);
+    struct rmap_map_summary here, there;
+    rmap_map_summarise(map, &here);
+    rmap_map_summarise(other, &there);
+    assert_memory_equal(&here.digest, &there.digest, sizeof here.digest);
+    assert_int_equal(here.nbytes, there.nbytes);
+    assert_memory_equal(rmap_map_tally(map)->value, rmap_map_tally(other)->value,
+                        rmap_map_tally(map)->n_value * sizeof(double));
+    assert_int_equal(rmap_map_state_take(other, state, n_state - 1, &err), RMAP_FORMAT);
+    rmap_map_close(other);
+    rmap_free(state);
     fixture_must(rmap_map_compare_directory(map, &err), &err);
     if (rmap_map_n_trouble(map) > 0)
         fail_msg("%s", rmap_map_trouble(map, 0));
