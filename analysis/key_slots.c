@@ -5,8 +5,16 @@
 
 #include "base/alloc.h"
 
-/* Slots grow to SLOTS_FEW, then fill a huge page. */
-enum { SLOTS_FIRST = 4096, SLOTS_FEW = 1 << 14, SLOTS_MANY = 1 << 19 };
+/* Slots grow to SLOTS_FEW, then there are enough for all, or SLOTS_MANY at once: to move to more of
+ * them costs as much as what came until then. SLOTS_HUGE fill a huge page, and many are no fewer:
+ * pages of 4 KiB would have to be found one by one. */
+enum {
+    SLOTS_FIRST = 4096,
+    SLOTS_FEW = 1 << 14,
+    SLOTS_SOME = 1 << 16,
+    SLOTS_HUGE = 1 << 19,
+    SLOTS_MANY = 1 << 20
+};
 
 /* Three quarters of the slots are used at most. */
 static size_t room_of(size_t n_slot)
@@ -38,11 +46,11 @@ void rmap_key_slots_fini(struct rmap_key_slots *slots)
 
 static size_t slots_behind(size_t n_slot, size_t most)
 {
-    const size_t many = n_slot == 0           ? SLOTS_FIRST
-                        : n_slot < SLOTS_FEW  ? SLOTS_FEW
-                        : n_slot < SLOTS_MANY ? SLOTS_MANY
-                                              : 2 * n_slot;
-    return many < most ? many : most;
+    if (n_slot >= SLOTS_MANY)
+        return 2 * n_slot;
+    size_t many = n_slot == 0 ? SLOTS_FIRST : n_slot < SLOTS_FEW ? SLOTS_FEW : SLOTS_MANY;
+    many = many < most ? many : most;
+    return many > SLOTS_SOME && many < SLOTS_HUGE ? SLOTS_HUGE : many;
 }
 
 /* Of the i-th entry. */

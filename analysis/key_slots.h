@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "analysis/key_lanes.h"
 #include "base/status.h"
 #include "base/wide.h"
 
@@ -45,9 +46,17 @@ static inline uint64_t rmap_key_mixed(struct rmap_key key)
     return (key.low ^ key.high * UINT64_C(0x9e3779b97f4a7c15)) * UINT64_C(0xd6e8feb86659fd93);
 }
 
+/* The first of the slots that are looked at together for a key; where all are taken, it goes on
+ * with the next ones. Taken ones come first. */
 static inline size_t rmap_key_slots_at(const struct rmap_key_slots *slots, uint64_t mixed)
 {
-    return (size_t)(mixed >> 20) & (slots->n_slot - 1);
+    return (size_t)(mixed >> 16) & (slots->n_slot - 1) & ~(size_t)(RMAP_KEY_SLOTS_TOGETHER - 1);
+}
+
+/* Bits of a key, mixed, that its slot has above the index. */
+static inline uint32_t rmap_key_slots_bits(const struct rmap_key_slots *slots, uint64_t mixed)
+{
+    return (uint32_t)(mixed >> 32) & ~slots->number;
 }
 
 /* Index of the key's entry, or NONE; *slot_ret: where it is, or the free slot where it would be.
@@ -56,28 +65,33 @@ RMAP_COPIED size_t rmap_key_slots_look(const struct rmap_key_slots *slots, const
                                        size_t stride, struct rmap_key key, uint64_t mixed,
                                        size_t *slot_ret)
 {
-    const uint32_t bits = (uint32_t)(mixed >> 32);
-    size_t at = rmap_key_slots_at(slots, mixed);
-    for (uint32_t found; (found = slots->slot[at]) != 0; at = (at + 1) & (slots->n_slot - 1)) {
-        if ((found ^ bits) & ~slots->number)
-            continue;
-        const size_t index = (found & slots->number) - 1;
-        const struct rmap_key *its =
-            (const struct rmap_key *)(const void *)((const char *)first_key + index * stride);
-        if (its->low == key.low && its->high == key.high) {
-            *slot_ret = at;
-            return index;
+    const uint32_t bits = rmap_key_slots_bits(slots, mixed);
+    for (size_t at = rmap_key_slots_at(slots, mixed);;
+         at = (at + RMAP_KEY_SLOTS_TOGETHER) & (slots->n_slot - 1)) {
+        const struct rmap_key_lanes lanes =
+            rmap_key_lanes_of(slots->slot + at, slots->number, bits, false);
+        for (uint32_t left = lanes.alike; left != 0; left &= left - 1) {
+            const size_t slot = at + rmap_key_lane(left);
+            const size_t index = (slots->slot[slot] & slots->number) - 1;
+            const struct rmap_key *its =
+                (const struct rmap_key *)(const void *)((const char *)first_key + index * stride);
+            if (its->low == key.low && its->high == key.high) {
+                *slot_ret = slot;
+                return index;
+            }
+        }
+        if (lanes.free != 0) {
+            *slot_ret = at + rmap_key_lane(lanes.free);
+            return RMAP_KEY_SLOTS_NONE;
         }
     }
-    *slot_ret = at;
-    return RMAP_KEY_SLOTS_NONE;
 }
 
 /* The entry `index` of a key for which there is room; slot: as found by rmap_key_slots_look. */
 static inline void rmap_key_slots_put(struct rmap_key_slots *slots, size_t slot, uint64_t mixed,
                                       size_t index)
 {
-    slots->slot[slot] = ((uint32_t)(mixed >> 32) & ~slots->number) | (uint32_t)(index + 1);
+    slots->slot[slot] = rmap_key_slots_bits(slots, mixed) | (uint32_t)(index + 1);
 }
 
 /* Keys, mixed, that will be asked for soon. Copied, as is the next: where it need not, the compiler
@@ -95,7 +109,11 @@ RMAP_COPIED void rmap_key_slots_expect_entries(const struct rmap_key_slots *slot
                                                const uint64_t *mixed, size_t n)
 {
     for (size_t i = 0; i < n && slots->n_slot > 0; i++) {
-        const uint32_t found = slots->slot[rmap_key_slots_at(slots, mixed[i])];
+        const uint32_t *slot = slots->slot + rmap_key_slots_at(slots, mixed[i]);
+        const uint32_t bits = rmap_key_slots_bits(slots, mixed[i]);
+        const struct rmap_key_lanes lanes = rmap_key_lanes_of(slot, slots->number, bits, false);
+        const uint32_t found =
+            slot[rmap_key_lane(lanes.alike | 1u << (RMAP_KEY_SLOTS_TOGETHER - 1))];
         const uintptr_t behind = (uintptr_t)first_key + (found & slots->number) * stride;
         __builtin_prefetch((const void *)(behind - stride), 1); /* of a free slot: anything */
     }

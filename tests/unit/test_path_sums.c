@@ -164,6 +164,40 @@ static void test_cache(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+RMAP_KEY_LANES_WIDE static struct rmap_key_lanes wide_lanes(const uint32_t *slot, uint32_t number,
+                                                            uint32_t bits)
+{
+    return rmap_key_lanes_of(slot, number, bits, true);
+}
+
+/* Slots filled to some place, with few different bits above the index. */
+static void test_lanes(void **state)
+{
+    (void)state;
+    const uint32_t number = 0xfffff;
+    uint32_t slot[RMAP_KEY_SLOTS_TOGETHER];
+    for (uint32_t k = 0; k < 3000; k++) {
+        const uint32_t taken = k % (RMAP_KEY_SLOTS_TOGETHER + 1), bits = (k % 5) << 20;
+        uint32_t alike = 0, free = 0;
+        for (uint32_t i = 0; i < RMAP_KEY_SLOTS_TOGETHER; i++) {
+            const uint32_t its = (k * 31 + i * 2654435761u) >> 16;
+            slot[i] = i < taken ? its % 6 << 20 | (its + 1) : 0;
+            alike |= (uint32_t)(i < taken && (slot[i] & ~number) == bits) << i;
+            free |= (uint32_t)(i >= taken) << i;
+        }
+        struct rmap_key_lanes lanes = rmap_key_lanes_of(slot, number, bits, false);
+        assert_int_equal(lanes.alike, alike);
+        assert_int_equal(lanes.free, free);
+        if (!rmap_key_lanes_are_wide())
+            continue;
+        lanes = wide_lanes(slot, number, bits);
+        assert_int_equal(lanes.alike, alike);
+        assert_int_equal(lanes.free, free);
+    }
+    assert_int_equal(rmap_key_lane(1), 0);
+    assert_int_equal(rmap_key_lane(0x8030), 4);
+}
+
 static size_t length_of(size_t class, size_t longest)
 {
     return longest == 1 ? 1 : class * 2654435761u % (longest + 1);
@@ -260,8 +294,8 @@ static void test_want(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums), cmocka_unit_test(test_classes),
-                                       cmocka_unit_test(test_cache), cmocka_unit_test(test_steps),
-                                       cmocka_unit_test(test_want)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums),  cmocka_unit_test(test_classes),
+                                       cmocka_unit_test(test_cache), cmocka_unit_test(test_lanes),
+                                       cmocka_unit_test(test_steps), cmocka_unit_test(test_want)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
