@@ -243,8 +243,12 @@ enum rmap_status rmap_path_run(const struct rmap_context *context,
                      .detector = request->view.until_detector ? request->view.detector : -1,
                      .most_classes = (size_t)request->most_classes,
                      .most_cells = (size_t)request->most_cells}};
+    struct rmap_map_summary summary;
     bool is_full = false;
     *report_ret = NULL;
+    rmap_map_summarise(request->map, &summary);
+    if (run.counting.most_classes > summary.n_row[RMAP_TABLE_RAY])
+        run.counting.most_classes = (size_t)summary.n_row[RMAP_TABLE_RAY];
     if (request->most_cells < run.counting.most_cells)
         run.counting.most_cells = (size_t)request->most_cells;
     if (run.context.n_thread > THREADS_MOST)
