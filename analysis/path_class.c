@@ -70,7 +70,9 @@ static enum rmap_status find_members(const struct rmap_path_classes *classes, st
     struct rmap_path_hasher hasher = {0};
     enum rmap_status st = rmap_path_hasher_enter(&hasher, classes->keys, &all, err);
     if (st == RMAP_OK)
-        st = rmap_path_hasher_key(&hasher, &all, -1, err);
+        st = rmap_path_hasher_place(&hasher, &all, err);
+    if (st == RMAP_OK)
+        rmap_path_hasher_key(&hasher, 0, hasher.keyed.n, -1);
     for (size_t i = 0; st == RMAP_OK && i < hasher.keyed.n; i++)
         work->member[work->n_member++] = (struct member){rmap_path_key_at(&hasher.keyed, i),
                                                          rmap_path_place_at(&hasher.keyed, i)};

@@ -242,45 +242,6 @@ out:
     return st;
 }
 
-static enum rmap_status reserve_list(struct rmap_path_buffers *buffers, size_t n,
-                                     struct rmap_error *err)
-{
-    n += RMAP_PATH_LIST_BEHIND;
-    if (n <= buffers->left_cap)
-        return RMAP_OK;
-    rmap_free(buffers->left);
-    rmap_free(buffers->mixed);
-    buffers->left_cap = 0;
-    buffers->left = rmap_alloc_unset(n, sizeof *buffers->left);
-    buffers->mixed = rmap_alloc_unset(n, sizeof *buffers->mixed);
-    if (!buffers->left || !buffers->mixed)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of %zu rays", n);
-    buffers->left_cap = n;
-    return RMAP_OK;
-}
-
-/* Lists the rays that are keyed, but for those that the cache counts, if there is one. */
-static enum rmap_status list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache *cache,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_path_keyed *keyed = &buffers->hasher.keyed;
-    size_t n = 0;
-    RMAP_TRY(reserve_list(buffers, keyed->n + 1, err));
-    uint32_t *left = buffers->left;
-    uint64_t *mixed = buffers->mixed;
-    for (size_t k = 0; k < keyed->n; k++) {
-        const struct rmap_key key = rmap_path_key_at(keyed, k);
-        left[n] = (uint32_t)k;
-        mixed[n] = rmap_key_mixed(key);
-        n += !cache || !rmap_class_cache_count(cache, key, mixed[n]);
-    }
-    memset(mixed + n, 0, RMAP_PATH_LIST_BEHIND * sizeof *mixed);
-    buffers->n_left = n;
-out:
-    return st;
-}
-
 /* Reads what is needed, and notes what is told without. */
 static enum rmap_status read_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
                                   bool lean, struct rmap_error *err)
@@ -326,18 +287,20 @@ static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rma
     const bool counted = facts.are_counted && simple;
     if (counted)
         RMAP_TRY(add_totals(self, rays, &facts, err));
-    RMAP_TRY(rmap_path_hasher_key(&buffers->hasher, rays, told->source, err));
+    RMAP_TRY(rmap_path_hasher_place(&buffers->hasher, rays, err));
     if (!counted)
         add_weights(self, portion);
-    if (cells)
-        RMAP_TRY(add_cells(self, portion, err));
-    if (!plain)
+    if (!plain) {
+        rmap_path_hasher_key(&buffers->hasher, 0, buffers->hasher.keyed.n, told->source);
         return rmap_path_counts_add_keyed(self, rays, err);
+    }
     const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     const uint64_t end =
         told->ids_run || n_ray == 0 ? portion->first_ray + n_ray : portion->ray.id[n_ray - 1] + 1;
     RMAP_TRY(rmap_path_counts_ready_cache(self, portion->first_ray, end, err));
-    RMAP_TRY(list_rays(buffers, counted ? self->cache : NULL, err));
+    RMAP_TRY(rmap_path_buffers_list(buffers, counted ? self->cache : NULL, err));
+    if (cells)
+        RMAP_TRY(add_cells(self, portion, err));
     st = rmap_path_counts_add_listed(self, rays, !counted, err);
 out:
     return st;

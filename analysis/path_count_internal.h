@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * What path_count.c, path_count_cells.c, path_count_enter.c, path_count_rays.c,
- * path_count_view.c and path_count_merge.c share.
+ * What path_count.c, path_count_cells.c, path_count_enter.c, path_count_list.c,
+ * path_count_rays.c, path_count_view.c and path_count_merge.c share.
  */
 #ifndef RMAP_PATH_COUNT_INTERNAL_H
 #define RMAP_PATH_COUNT_INTERNAL_H
@@ -28,6 +28,12 @@ struct rmap_path_buffers {
     uint8_t *all; /* [all_cap] ones */
     size_t all_cap;
 };
+
+/* Keys the rays that the hasher found, and lists those that the cache, if there is one, does not
+ * count. RMAP_SYSTEM. */
+enum rmap_status rmap_path_buffers_list(struct rmap_path_buffers *buffers,
+                                        struct rmap_class_cache *cache,
+                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* What became of a class. */
 struct rmap_path_added {

@@ -41,7 +41,8 @@ static enum rmap_status read_piece(struct rmap_path_dictionary *self,
         st = rmap_path_hasher_enter(hasher, keys, &all, err);
     RMAP_TRY(st);
     memset(self->path, 0, n * sizeof *self->path);
-    RMAP_TRY(rmap_path_hasher_key(hasher, &all, -1, err));
+    RMAP_TRY(rmap_path_hasher_place(hasher, &all, err));
+    rmap_path_hasher_key(hasher, 0, hasher->keyed.n, -1);
     for (size_t k = 0; k < keyed->n; k++) {
         const struct rmap_path_place_of_ray place = rmap_path_place_at(keyed, k);
         self->path[place.ray] = (struct rmap_path_known){

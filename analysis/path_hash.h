@@ -58,7 +58,7 @@ struct rmap_path_hasher {
     rmap_path_step *scratch; /* of a ray whose path is not simply all its legs */
     size_t scratch_cap;
     struct rmap_path_hits hits;
-    struct rmap_path_keyed keyed; /* by the last call of rmap_path_hasher_key */
+    struct rmap_path_keyed keyed; /* by the last call of rmap_path_hasher_place */
 };
 void rmap_path_hasher_fini(struct rmap_path_hasher *hasher);
 
@@ -71,10 +71,13 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
                                         const struct rmap_matched *rays,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* Keys those that have a path. source: of all rays, or -1: the column says it. */
-enum rmap_status rmap_path_hasher_key(struct rmap_path_hasher *hasher,
-                                      const struct rmap_matched *rays, int32_t source,
-                                      struct rmap_error *err) RMAP_MUST_USE;
+/* Finds those that have a path: hasher->keyed, but for their keys. */
+enum rmap_status rmap_path_hasher_place(struct rmap_path_hasher *hasher,
+                                        const struct rmap_matched *rays,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Keys n of them from the first on, each once. source: of all rays, or -1: the column says it. */
+void rmap_path_hasher_key(struct rmap_path_hasher *hasher, size_t first, size_t n, int32_t source);
 
 /* The steps of a ray that was keyed: at most as many as it has legs and registrations; returns how
  * many. */

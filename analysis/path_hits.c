@@ -197,23 +197,28 @@ RMAP_WIDE static bool are_registered(const uint8_t *registered, size_t n)
     return !missing;
 }
 
-enum rmap_status rmap_path_hits_mix(struct rmap_path_hits *hits, const struct rmap_path_keys *keys,
-                                    const struct rmap_portion *portion,
-                                    const struct rmap_path_keyed *keyed, struct rmap_error *err)
+enum rmap_status rmap_path_hits_enter(struct rmap_path_hits *hits,
+                                      const struct rmap_path_keys *keys,
+                                      const struct rmap_portion *portion, struct rmap_error *err)
 {
     const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION];
     void *word = hits->word;
-    if (n == 0)
+    hits->any = n > 0;
+    hits->is_spelled = n > 0 && is_wide() && are_registered(portion->registration.registered, n);
+    if (!hits->is_spelled)
         return RMAP_OK;
-    if (!is_wide() || !are_registered(portion->registration.registered, n)) {
-        mix_plain(keys, portion, keyed);
-        return RMAP_OK;
-    }
     enum rmap_status st = rmap_reserve(&word, &hits->cap, n + WORDS_NEAR, sizeof *hits->word, err);
     hits->word = word;
-    if (st != RMAP_OK)
-        return st;
-    spell(keys, portion, hits->word);
-    mix_wide(hits->word, keyed);
-    return RMAP_OK;
+    if (st == RMAP_OK)
+        spell(keys, portion, hits->word);
+    return st;
+}
+
+void rmap_path_hits_mix(const struct rmap_path_hits *hits, const struct rmap_path_keys *keys,
+                        const struct rmap_portion *portion, const struct rmap_path_keyed *keyed)
+{
+    if (hits->is_spelled)
+        mix_wide(hits->word, keyed);
+    else if (hits->any)
+        mix_plain(keys, portion, keyed);
 }

@@ -202,9 +202,8 @@ static void key_walked(const struct rmap_path_hasher *hasher, const struct rmap_
     keyed->n = n;
 }
 
-enum rmap_status rmap_path_hasher_key(struct rmap_path_hasher *hasher,
-                                      const struct rmap_matched *rays, int32_t source,
-                                      struct rmap_error *err)
+enum rmap_status rmap_path_hasher_place(struct rmap_path_hasher *hasher,
+                                        const struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_path_keyed *keyed = &hasher->keyed;
@@ -217,16 +216,37 @@ enum rmap_status rmap_path_hasher_key(struct rmap_path_hasher *hasher,
         place_matching(hasher->portion, rays->match, keyed);
     else
         place_all(hasher->portion, keyed);
+    st = rmap_path_hits_enter(&hasher->hits, hasher->keys, hasher->portion, err);
+out:
+    return st;
+}
+
+/* n of them from the first on. */
+static struct rmap_path_keyed part_of(const struct rmap_path_keyed *keyed, size_t first, size_t n)
+{
+    return (struct rmap_path_keyed){.n = n,
+                                    .low = keyed->low + first,
+                                    .high = keyed->high + first,
+                                    .ray = keyed->ray + first,
+                                    .segment = keyed->segment + first,
+                                    .registration = keyed->registration + first,
+                                    .n_leg = keyed->n_leg + first,
+                                    .n_hit = keyed->n_hit + first};
+}
+
+void rmap_path_hasher_key(struct rmap_path_hasher *hasher, size_t first, size_t n, int32_t source)
+{
+    if (!hasher->is_simple)
+        return;
+    const struct rmap_path_keyed keyed = part_of(&hasher->keyed, first, n);
     const struct rmap_step_rows rows = {.steps = hasher->is_narrow ? (const void *)hasher->few
                                                                    : (const void *)hasher->many,
                                         .is_narrow = hasher->is_narrow,
-                                        .first = keyed->segment,
-                                        .count = keyed->n_leg,
-                                        .n = keyed->n};
-    rmap_step_hash_rows(&hasher->keys->of_hash, &rows, keyed->low, keyed->high);
-    RMAP_TRY(rmap_path_hits_mix(&hasher->hits, hasher->keys, hasher->portion, keyed, err));
-    end_keys(keyed->low, keyed->high, keyed->n_hit, keyed->ray,
-             source < 0 ? hasher->portion->ray.source : NULL, (uint32_t)source, keyed->n);
-out:
-    return st;
+                                        .first = keyed.segment,
+                                        .count = keyed.n_leg,
+                                        .n = n};
+    rmap_step_hash_rows(&hasher->keys->of_hash, &rows, keyed.low, keyed.high);
+    rmap_path_hits_mix(&hasher->hits, hasher->keys, hasher->portion, &keyed);
+    end_keys(keyed.low, keyed.high, keyed.n_hit, keyed.ray,
+             source < 0 ? hasher->portion->ray.source : NULL, (uint32_t)source, n);
 }

@@ -57,7 +57,8 @@ static void mix(const struct rmap_path_keys *keys, struct rmap_portion *portion,
                                           .registration = rays->registration,
                                           .n_leg = rays->n_leg,
                                           .n_hit = rays->n_hit};
-    assert_int_equal(rmap_path_hits_mix(&hits, keys, portion, &keyed, &err), RMAP_OK);
+    assert_int_equal(rmap_path_hits_enter(&hits, keys, portion, &err), RMAP_OK);
+    rmap_path_hits_mix(&hits, keys, portion, &keyed);
     rmap_path_hits_fini(&hits);
 }
 
