@@ -73,45 +73,133 @@ RMAP_COPIED void begin(const struct rmap_class_sums *classes, bool is_wide, size
             (struct rmap_class_shape){from->keyed.n_leg[k], from->keyed.n_hit[k]};
 }
 
-/* Slots are asked for so many rays ahead, and half as many their entries. Of many at once memory
- * forgets some. */
-enum { AHEAD = RMAP_PATH_LIST_BEHIND };
+/* Rays of the list that are entered in one go; slots are asked for so many rays ahead: of many at
+ * once memory forgets some. */
+enum { TOGETHER = 256, AHEAD = RMAP_PATH_LIST_BEHIND };
 
-RMAP_COPIED void look_ahead(const struct rmap_class_sums *classes, const uint64_t *mixed)
+/* Some of a list of rays. */
+struct some {
+    uint32_t at[TOGETHER];    /* [n] in the list */
+    uint32_t maybe[TOGETHER]; /* [n] 1 + the class that it may be of; 0: not known */
+    size_t n;
+};
+
+/* Slots for rays [first, last) of the list whose classes are new, and for which there is room:
+ * their numbers in the list, and how many. The others, whose classes may be known, are listed. Most
+ * are new, which cannot be foreseen: there is no branch. */
+RMAP_COPIED size_t take_slots(const struct rmap_class_sums *classes, bool wide_lanes,
+                              const uint64_t *mixed, size_t first, size_t last, struct some *known,
+                              uint32_t *fresh)
 {
-    rmap_key_slots_expect(&classes->slots, mixed + AHEAD, 1);
-    rmap_key_slots_expect_entries(&classes->slots, classes->entry, sizeof *classes->entry,
-                                  mixed + AHEAD / 2, 1);
+    const struct rmap_key_slots slots = classes->slots;
+    const uint32_t last_lane = 1u << (RMAP_KEY_SLOTS_TOGETHER - 1);
+    size_t n_known = 0, n_new = 0;
+    for (size_t i = first; i < last; i++) {
+        const uint32_t bits = rmap_key_slots_bits(&slots, mixed[i]);
+        uint32_t *slot = slots.slot + rmap_key_slots_at(&slots, mixed[i]);
+        rmap_key_slots_expect(&slots, mixed + i + AHEAD, 1);
+        const struct rmap_key_lanes lanes = rmap_key_lanes_of(slot, slots.number, bits, wide_lanes);
+        const uint32_t is_known = (lanes.alike != 0) | (lanes.free == 0);
+        const uint32_t of_new = is_known - 1, of_alike = 0u - (lanes.alike != 0);
+        const uint32_t class = (uint32_t)(classes->n + n_new);
+        known->at[n_known] = (uint32_t)i;
+        known->maybe[n_known] =
+            slot[rmap_key_lane(lanes.alike | last_lane)] & slots.number & of_alike;
+        slot[rmap_key_lane(lanes.free | last_lane)] |= (bits | (class + 1)) & of_new;
+        fresh[n_new] = (uint32_t)i;
+        n_known += is_known;
+        n_new += 1 - is_known;
+    }
+    known->n = n_known;
+    return n_new;
 }
 
-/* Adds listed rays from the i-th on. Returns their number; or at which it stopped: its class may
- * want steps, or (added->class NONE) it is not added: there is no room for its class. */
+RMAP_KEY_LANES_WIDE static size_t take_slots_wide(const struct rmap_class_sums *classes,
+                                                  const uint64_t *mixed, size_t first, size_t last,
+                                                  struct some *known, uint32_t *fresh)
+{
+    return take_slots(classes, true, mixed, first, last, known, fresh);
+}
+
+RMAP_COPIED void begin_all(struct rmap_class_sums *classes, bool is_wide,
+                           const struct bringing *from, const uint32_t *left, const uint32_t *fresh,
+                           size_t n_new)
+{
+    const struct rmap_class_sums to = *classes; /* of which registers know */
+    for (size_t i = 0; i < n_new; i++) {
+        const size_t k = left[fresh[i]];
+        to.entry[to.n + i].key = rmap_path_key_at(&from->keyed, k);
+        begin(&to, is_wide, to.n + i, from, k);
+    }
+    classes->n += n_new;
+}
+
+/* Enters those of rays [first, last) of the list whose classes are new, for which there is room;
+ * lists the others. */
+static void enter_new(struct rmap_class_sums *classes, const struct rmap_path_buffers *buffers,
+                      const struct bringing *from, size_t first, size_t last, struct some *known)
+{
+    uint32_t fresh[TOGETHER];
+    const uint64_t *mixed = buffers->mixed;
+    const size_t n_new = rmap_key_lanes_are_wide()
+                             ? take_slots_wide(classes, mixed, first, last, known, fresh)
+                             : take_slots(classes, false, mixed, first, last, known, fresh);
+    if (classes->is_wide)
+        begin_all(classes, true, from, buffers->left, fresh, n_new);
+    else
+        begin_all(classes, false, from, buffers->left, fresh, n_new);
+}
+
+static void list_all(size_t first, size_t last, struct some *all)
+{
+    all->n = last - first;
+    for (size_t i = first; i < last; i++) {
+        all->at[i - first] = (uint32_t)i;
+        all->maybe[i - first] = 0;
+    }
+}
+
+static void expect(const struct rmap_class_entry *entry, const struct some *rays)
+{
+    for (size_t i = 0; i < rays->n; i++)
+        __builtin_prefetch(
+            (const void *)((uintptr_t)entry + rays->maybe[i] * sizeof *entry - sizeof *entry), 1);
+}
+
+/* The class of a ray that may be of that one; slot: as rmap_class_sums_look has it. */
+static inline size_t look(const struct rmap_class_sums *classes, uint32_t maybe,
+                          struct rmap_key key, uint64_t mixed, size_t *slot_ret)
+{
+    if (maybe > 0) {
+        const struct rmap_key its = classes->entry[maybe - 1].key;
+        if (its.low == key.low && its.high == key.high)
+            return maybe - 1;
+    }
+    return rmap_class_sums_look(classes, key, mixed, slot_ret);
+}
+
+/* Adds rays, from the i-th on. Returns their number; or at which it stopped: its class may want
+ * steps, or (added->class NONE) it is not added: there is no room for its class. */
 RMAP_COPIED size_t enter_rays(const struct rmap_path_target *to, bool is_wide,
-                              const struct bringing *from, size_t i, struct rmap_path_added *added)
+                              const struct bringing *from, const struct some *rays, size_t i,
+                              struct rmap_path_added *added)
 {
     const struct rmap_path_buffers *buffers = to->counts->buffers;
     const struct rmap_path_steps *steps = &to->tally->steps;
     const uint64_t fewest = steps->is_full ? 2 : steps->is_closed;
-    const uint64_t *mixed = buffers->mixed;
-    const uint32_t *left = buffers->left;
-    const size_t n = buffers->n_left;
     struct rmap_class_sums classes = to->tally->classes; /* of which registers know */
-    for (; i < n; i++) {
-        const size_t k = left[i];
-        size_t slot = rmap_key_slots_at(&classes.slots, mixed[i]), class = RMAP_KEY_SLOTS_NONE;
+    for (; i < rays->n; i++) {
+        const size_t k = buffers->left[rays->at[i]];
+        const uint64_t mixed = buffers->mixed[rays->at[i]];
+        const struct rmap_key key = rmap_path_key_at(&from->keyed, k);
+        size_t slot = 0, class = look(&classes, rays->maybe[i], key, mixed, &slot);
         uint64_t before = 0;
-        look_ahead(&classes, mixed + i);
-        if (classes.slots.slot[slot] != 0)
-            class =
-                rmap_class_sums_look(&classes, rmap_path_key_at(&from->keyed, k), mixed[i], &slot);
         if (class != RMAP_KEY_SLOTS_NONE) {
             before = add_to(&classes, is_wide, class, from, k);
             if (to->cache)
-                rmap_class_cache_meet(to->cache, rmap_path_key_at(&from->keyed, k), mixed[i], class,
-                                      &classes);
+                rmap_class_cache_meet(to->cache, key, mixed, class, &classes);
         } else if (classes.n < classes.room) {
-            class =
-                rmap_class_sums_put(&classes, rmap_path_key_at(&from->keyed, k), mixed[i], slot);
+            class = rmap_class_sums_put(&classes, key, mixed, slot);
             begin(&classes, is_wide, class, from, k);
         } else {
             added->class = class;
@@ -126,11 +214,11 @@ RMAP_COPIED size_t enter_rays(const struct rmap_path_target *to, bool is_wide,
     return i;
 }
 
-static size_t enter_some(const struct rmap_path_target *to, const struct bringing *from, size_t i,
-                         struct rmap_path_added *added)
+static size_t enter_some(const struct rmap_path_target *to, const struct bringing *from,
+                         const struct some *rays, size_t i, struct rmap_path_added *added)
 {
-    return to->tally->classes.is_wide ? enter_rays(to, true, from, i, added)
-                                      : enter_rays(to, false, from, i, added);
+    return to->tally->classes.is_wide ? enter_rays(to, true, from, rays, i, added)
+                                      : enter_rays(to, false, from, rays, i, added);
 }
 
 static struct bringing bringing_of(const struct rmap_path_target *to)
@@ -143,6 +231,25 @@ static struct bringing bringing_of(const struct rmap_path_target *to)
                              .keyed = buffers->hasher.keyed};
 }
 
+/* Adds these rays: *n_ret, unless there are more classes than may be. */
+static enum rmap_status add_some(const struct rmap_path_target *to, const struct bringing *from,
+                                 const struct some *rays, size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_added added;
+    size_t i = 0;
+    while ((i = enter_some(to, from, rays, i, &added)) < rays->n) {
+        if (added.class == RMAP_KEY_SLOTS_NONE)
+            break;
+        const size_t k = to->counts->buffers->left[rays->at[i++]];
+        if (rmap_path_tally_wants_steps(to->tally, &added))
+            RMAP_TRY(rmap_path_target_keep_steps(to, k, &added, err));
+    }
+out:
+    *n_ret = i;
+    return st;
+}
+
 enum rmap_status rmap_path_target_add(const struct rmap_path_target *to, size_t *n_ret,
                                       struct rmap_error *err)
 {
@@ -150,22 +257,35 @@ enum rmap_status rmap_path_target_add(const struct rmap_path_target *to, size_t 
     struct rmap_class_sums *classes = &to->tally->classes;
     const struct rmap_path_buffers *buffers = to->counts->buffers;
     const struct bringing from = bringing_of(to);
-    struct rmap_path_added added;
-    size_t i = 0;
-    if (classes->slots.n_slot == 0)
-        RMAP_TRY(rmap_class_sums_reserve(classes, 1, err));
+    struct some some[2], *now = some, *before = some + 1;
+    size_t i = 0, n_added = 0;
+    before->n = 0;
     rmap_key_slots_expect(&classes->slots, buffers->mixed, AHEAD);
-    while (classes->room > 0 && (i = enter_some(to, &from, i, &added)) < buffers->n_left) {
-        if (added.class == RMAP_KEY_SLOTS_NONE) {
-            if (classes->n == classes->slots.most)
-                break;
-            RMAP_TRY(rmap_class_sums_reserve(classes, 1, err));
-            continue;
+    while (i < buffers->n_left) {
+        const size_t left = buffers->n_left - i, n = left < TOGETHER ? left : TOGETHER;
+        RMAP_TRY(rmap_class_sums_reserve(classes, 2 * TOGETHER, err));
+        const bool at_once =
+            to->tally->steps.is_closed && classes->n + 2 * TOGETHER <= classes->room;
+        if (at_once)
+            enter_new(classes, buffers, &from, i, i + n, now);
+        else
+            list_all(i, i + n, now);
+        expect(classes->entry, now);
+        RMAP_TRY(add_some(to, &from, before, &n_added, err));
+        before->n = 0;
+        if (!at_once) {
+            RMAP_TRY(add_some(to, &from, now, &n_added, err));
+            if (n_added < now->n) {
+                i += n_added;
+                goto out;
+            }
+            now->n = 0;
         }
-        const size_t k = buffers->left[i++];
-        if (rmap_path_tally_wants_steps(to->tally, &added))
-            RMAP_TRY(rmap_path_target_keep_steps(to, k, &added, err));
+        i += n;
+        before = now;
+        now = before == some ? some + 1 : some;
     }
+    st = add_some(to, &from, before, &n_added, err);
 out:
     *n_ret = i;
     return st;

@@ -25,7 +25,8 @@ struct rmap_path_buffers {
     uint32_t *left;
     uint64_t *mixed;
     size_t n_left, left_cap;
-    uint8_t *all; /* [all_cap] ones */
+    struct rmap_key_slots ahead; /* as they were of late: where slots are asked for, no more */
+    uint8_t *all;                /* [all_cap] ones */
     size_t all_cap;
 };
 

@@ -38,10 +38,12 @@ static void list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache
         mixed[n] = rmap_key_mixed(key);
         n += !cache || !rmap_class_cache_count(cache, key, mixed[n]);
     }
+    rmap_key_slots_expect(&buffers->ahead, mixed + buffers->n_left, n - buffers->n_left);
     buffers->n_left = n;
 }
 
-/* Some at a time, which stay in the first cache. */
+/* Some at a time, which stay in the first cache; while the next are keyed, memory looks for the
+ * slots of those before. */
 enum rmap_status rmap_path_buffers_list(struct rmap_path_buffers *buffers,
                                         struct rmap_class_cache *cache, struct rmap_error *err)
 {

@@ -80,6 +80,7 @@ static enum rmap_status add_to_pool(struct rmap_path_counts *self,
     if (is_wide)
         RMAP_TRY(rmap_class_sums_widen(&pool->tally.classes, err));
     RMAP_TRY(rmap_path_target_add(&to, n_ret, err));
+    self->buffers->ahead = pool->tally.classes.slots;
     if (*n_ret < self->buffers->n_left) {
         pool->is_full = true;
         RMAP_TRY(rmap_path_counts_outline(self, &pool->tally.classes, err));
