@@ -9,7 +9,9 @@
 #include "base/alloc.h"
 #include "io/index_scene.h"
 #include "io/map_internal.h"
+#include "io/repair.h"
 #include "io/verify_internal.h"
+#include "trace/ray_plan.h"
 
 static enum rmap_status tell(const char *dataset, const char *text, struct rmap_findings *findings,
                              struct rmap_error *err)
@@ -34,9 +36,8 @@ static enum rmap_status compare_names(struct rmap_h5 *h5, const struct rmap_name
     rmap_free(text);
     if (same)
         return RMAP_OK;
-    return tell(list->path,
-                st == RMAP_OK ? "its names are not those of the scene inside" : why.text, findings,
-                err);
+    return tell(list->path, st == RMAP_OK ? "is not what the scene inside says" : why.text,
+                findings, err);
 }
 
 static enum rmap_status compare_fields(struct rmap_h5 *h5, struct rmap_field_table table,
@@ -123,12 +124,40 @@ static enum rmap_status compare_shards(const struct rmap_map_content *content,
     return RMAP_OK;
 }
 
+/* A complete map has the rays that its runs were asked for. */
+static enum rmap_status compare_runs(const struct rmap_verification *self,
+                                     struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_ray_set held = {0}, wanted = {0}, missing = {0};
+    struct rmap_finding finding;
+    RMAP_TRY(rmap_repair_rays(self->content, &held, err));
+    RMAP_TRY(rmap_repair_wanted(self->map, &wanted, err));
+    RMAP_TRY(rmap_ray_set_minus(&wanted, &held, &missing, err));
+    rmap_finding_set(&finding, "map.h5", "/run/n_ray",
+                     "asks for rays that no portion has, though the map says that it is complete");
+    for (size_t i = 0; i < missing.n; i++)
+        rmap_finding_add_rays(&finding, missing.range[i].first,
+                              missing.range[i].end - missing.range[i].first);
+    if (missing.n > 0)
+        st = rmap_findings_add(findings, &finding, err);
+out:
+    rmap_ray_set_fini(&held);
+    rmap_ray_set_fini(&wanted);
+    rmap_ray_set_fini(&missing);
+    return st;
+}
+
 enum rmap_status rmap_verify_scene(struct rmap_verification *self, struct rmap_h5 *h5,
                                    struct rmap_findings *findings, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = self->map->scene[0];
     struct rmap_name_list list[RMAP_NAME_LISTS];
+    const struct rmap_name_list text = {.path = "/scene/text",
+                                        .first = self->map->bundle,
+                                        .n = 1,
+                                        .name_offset = offsetof(struct rmap_bundle, text)};
     rmap_index_name_lists(scene, list);
     for (size_t i = 0; i < RMAP_NAME_LISTS; i++)
         RMAP_TRY(compare_names(h5, &list[i], findings, err));
@@ -136,8 +165,11 @@ enum rmap_status rmap_verify_scene(struct rmap_verification *self, struct rmap_h
                             sizeof *scene->object, findings, err));
     RMAP_TRY(compare_fields(h5, rmap_index_group_fields(), scene->group, scene->n_group,
                             sizeof *scene->group, findings, err));
+    RMAP_TRY(compare_names(h5, &text, findings, err));
     RMAP_TRY(compare_light(self->map, h5, findings, err));
     RMAP_TRY(compare_shards(self->content, findings, err));
+    if (!self->map->selection) /* picked rays have gaps, and the runs of the map they are from */
+        RMAP_TRY(compare_runs(self, findings, err));
 out:
     return st;
 }

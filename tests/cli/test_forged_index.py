@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: MIT
+"""The promise: verify tells where an index whose seal holds says something else than the scene and the
+rays do, and repair makes an index that says what is there."""
+import json
+import os
+import shutil
+import subprocess
+
+import h5py
+import numpy as np
+from sealed_map import checksum, edit, put
+
+PROGRAM = os.environ["RAYMAP"]
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def run(*arguments, status=0):
+    done = subprocess.run([PROGRAM, *arguments, "--quiet"], stdout=subprocess.PIPE,
+                          stderr=subprocess.PIPE, text=True, timeout=120, check=False)
+    assert done.returncode == status, (arguments, done.returncode, done.stdout, done.stderr)
+    return done.stdout
+
+
+def change_text(file):
+    text = file["scene/text"]
+    now = np.array([text[0].replace(b"size: [40, 40]", b"size: [40, 41]")], dtype=text.dtype)
+    assert now[0] != text[0]
+    text[...] = now
+    if "checksum" in text.attrs:
+        text.attrs.modify("checksum", np.uint64(checksum(now.tobytes())))
+
+
+subprocess.run(["bash", "-c", '. "$0"; write_scene scene.yaml', f"{HERE}/../cli/expect.bash"],
+               check=True)
+shutil.rmtree("a.raymap", ignore_errors=True)
+run("trace", "scene.yaml", "-o", "a.raymap", "-n", "20000")
+for dataset, change, lost in (
+        ("/run/n_ray", lambda file: put(file["run/n_ray"], 0, 25000), [20000, 24999]),
+        ("/scene/text", change_text, None)):
+    shutil.rmtree("forged.raymap", ignore_errors=True)
+    shutil.copytree("a.raymap", "forged.raymap")
+    edit("forged.raymap/map.h5", change)
+    found = json.loads(run("verify", "forged.raymap", "--json", status=4))["findings"]
+    assert [(one["file"], one["dataset"]) for one in found] == [("map.h5", dataset)], found
+    assert found[0]["ray_ranges"] == ([lost] if lost else []), found
+    run("repair", "forged.raymap")
+    run("verify", "forged.raymap")
+    assert json.loads(run("info", "forged.raymap", "--json"))["complete"] is (lost is None)
+with h5py.File("forged.raymap/map.h5") as file:
+    assert b"size: [40, 40]" in file["scene/text"][0]
+print("all as expected")
