@@ -85,16 +85,17 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
         return rmap_json_print(document, stdout, err);
     }
     uint64_t nbytes = 0, read = 0;
+    char of_all[RMAP_GROUPED_LEN];
     for (size_t c = 0; c < n_criterion; c++) {
         print_text(map, &summary, criterion[c], &count[c]);
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }
     if (!context->quiet && nbytes == UINT64_MAX)
-        fprintf(stderr, "%llu of %s read, %.3f s\n", (unsigned long long)read,
+        fprintf(stderr, "%s of %s read, %.3f s\n", rmap_grouped(read, of_all),
                 rmap_counted(rmap_map_n_portion(map), "portion").text, seconds);
     else if (!context->quiet)
-        fprintf(stderr, "%llu of %s read, %.1f MB, %.3f s\n", (unsigned long long)read,
+        fprintf(stderr, "%s of %s read, %.1f MB, %.3f s\n", rmap_grouped(read, of_all),
                 rmap_counted(rmap_map_n_portion(map), "portion").text, 1e-6 * (double)nbytes,
                 seconds);
     return RMAP_OK;
