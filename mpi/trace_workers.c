@@ -84,8 +84,9 @@ static enum rmap_status trace_parts(struct rmap_trace_workers *all, struct worke
     enum rmap_status st = RMAP_OK;
     struct rmap_ray_range part = {rays.first, rays.first};
     do {
-        part = (struct rmap_ray_range){part.end, part.end + RMAP_PART_RAYS};
-        part.end = part.end < rays.end ? part.end : rays.end;
+        const uint64_t left = rays.end - part.end; /* ids end where 64 bits do */
+        const uint64_t n = left < RMAP_PART_RAYS ? left : RMAP_PART_RAYS;
+        part = (struct rmap_ray_range){part.end, part.end + n};
         rmap_portion_recorder_restart(history, part.first);
         *end_ret = trace_rays(all, tracer, part, recorder);
         RMAP_TRY(check_history(self, history, part.first, *end_ret));

@@ -62,3 +62,9 @@ for scene, detector, n in ((ROOM, "floor_map", 5000), ("ball-4.yaml", "sensor", 
         assert told("compact.raymap") == want, (scene, ranks, threads)
         assert image("compact.raymap", detector) == want_image, (scene, ranks, threads)
         run("verify", "compact.raymap", "--quiet")
+
+# Ids end where 64 bits do.
+LAST = ("ball-0.7.yaml", "--first-ray", 2**64 - 616, "-n", 600, "--force", "--quiet")
+run("trace", *LAST, "-o", "plain.raymap")
+run("trace", *LAST, "-o", "compact.raymap", "--encoding", "compact")
+assert told("compact.raymap") == told("plain.raymap")
