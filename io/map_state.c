@@ -67,6 +67,12 @@ static bool has_its_spaces(const struct rmap_map *map)
     return good;
 }
 
+static enum rmap_status replaced(const struct rmap_map *map, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_SYSTEM, "%s was replaced while it was opened: ask again",
+                          map->path);
+}
+
 enum rmap_status rmap_map_state_take(struct rmap_map *map, const uint8_t *blob, size_t nbytes,
                                      struct rmap_error *err)
 {
@@ -76,8 +82,7 @@ enum rmap_status rmap_map_state_take(struct rmap_map *map, const uint8_t *blob, 
     if (nbytes >= sizeof head)
         memcpy(&head, blob, sizeof head);
     if (nbytes < sizeof head || !is_of(map, &head, nbytes))
-        return rmap_error_set(err, RMAP_SYSTEM, "%s was replaced while it was opened: ask again",
-                              map->path);
+        return replaced(map, err);
     const size_t values = map->tally->n_value * sizeof *map->tally->value;
     RMAP_TRY(rmap_map_content_unpack(blob + sizeof head + values, nbytes - sizeof head - values,
                                      &content, err));
@@ -92,8 +97,7 @@ enum rmap_status rmap_map_state_take(struct rmap_map *map, const uint8_t *blob, 
     map->summary.n_rank = head.n_rank;
     if (!has_its_spaces(map)) {
         map->content.n_piece = 0;
-        return rmap_error_set(err, RMAP_SYSTEM, "%s was replaced while it was opened: ask again",
-                              map->path);
+        return replaced(map, err);
     }
     RMAP_TRY(rmap_map_content_sort(&map->content, err));
     RMAP_TRY(rmap_map_content_check(&map->content, map->path, err));

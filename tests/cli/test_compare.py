@@ -17,6 +17,9 @@ import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
+
+from spot_scene import SPOT
+
 PROGRAM = os.environ["RAYMAP"]
 PAIRS = int(os.environ.get("RAYMAP_COMPARE_PAIRS", "10"))  # tests/slow asks for 40
 failures = 0
@@ -117,23 +120,6 @@ class Columns:
         ray = np.repeat(np.arange(len(self.id)), whole["ray/registration_count"])
         seen = whole["registration/registered"] == 1
         self.hit_ray, self.hit_cell = ray[seen], whole["registration/cell"][seen]
-
-
-# A spot of 20 um, and some light all over a field of 40 mm.
-SPOT = """raymap: 1
-units: mm
-media: {air: {index: 1}}
-geometries: {wall: {type: rectangle, size: [40, 40]}}
-objects: [{name: wall, geometry: wall, at: [0, 0, 10], surface: absorber, front: air, back: air}]
-sources:
-  - {name: narrow, type: collimated, shape: {disc: RADIUS}, direction: [0, 0, 1], flux: 1 W,
-     rays_share: 99, medium: air}
-  - {name: wide, type: collimated, shape: {disc: 19}, direction: [0, 0, 1], flux: 1 mW,
-     rays_share: 1, medium: air}
-detectors:
-  - {name: sensor, type: plane, size: [40, 40], cells: [20, 20], at: [0, 0, 9],
-     direction: [0, 0, -1]}
-"""
 
 
 def check_spot():

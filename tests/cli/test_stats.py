@@ -16,6 +16,9 @@ import h5py
 import numpy as np
 
 sys.dont_write_bytecode = True
+
+from spot_scene import SPOT
+
 PROGRAM = os.environ["RAYMAP"]
 RAYS = 12000
 failures = 0
@@ -339,27 +342,11 @@ def check_groups(m, path):
                 group["name"])
 
 
-BEAMS = """raymap: 1
-units: mm
-media: {air: {index: 1}}
-geometries: {wall: {type: rectangle, size: [40, 40]}}
-objects: [{name: wall, geometry: wall, at: [0, 0, 10], surface: absorber, front: air, back: air}]
-sources:
-  - {name: narrow, type: collimated, shape: {disc: 0.01}, direction: [0, 0, 1], flux: 1 W,
-     rays_share: 99, medium: air}
-  - {name: wide, type: collimated, shape: {disc: 19}, direction: [0, 0, 1], flux: 1 mW,
-     rays_share: 1, medium: air}
-detectors:
-  - {name: sensor, type: plane, size: [40, 40], cells: [20, 20], at: [0, 0, 9],
-     direction: [0, 0, -1]}
-"""
-
-
 def check_beams():
     """A source of few rays is shown in full beside one of many, and is seen in the picture. Few
     whole numbers are all shown, however rare."""
     with open("beams.yaml", "w", encoding="utf8") as file:
-        file.write(BEAMS)
+        file.write(SPOT.replace("RADIUS", "0.01"))
     run("trace", "beams.yaml", "-o", "beams.raymap", "-n", RAYS, "--force", "--quiet")
     by = stats("beams.raymap", "--of", "x(sensor)", "--by", "source", "-o", "beams.svg", "--force")
     near(sum(by["groups"][1]["histogram"]["flux"]), 1e-3, "the wide beam's light in the bins")
