@@ -52,50 +52,79 @@ static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker
     return st == RMAP_OK ? rmap_forward_put(all->plan->forward, parcel, &self->error) : st;
 }
 
-/* Rays of a range one by one; returns the first id that was not traced. */
-static uint64_t trace_rays(const struct rmap_trace_workers *all, const struct rmap_tracer *tracer,
-                           struct rmap_ray_range rays, struct rmap_recorder *recorder)
+/* A block in hand. It stays where it is: its recorders know each other. */
+struct block {
+    struct rmap_trace_workers *all;
+    struct worker *self;
+    struct rmap_tracer tracer;
+    struct rmap_ray_range rays;
+    uint64_t end;                         /* the first ray that is not traced yet */
+    struct rmap_portion_recorder history; /* where anything is recorded */
+    struct rmap_tally_recorder recorder;  /* of the sums, and by `history` */
+};
+
+static void begin_block(struct block *block, struct rmap_trace_workers *all, struct worker *self,
+                        struct rmap_ray_range rays)
 {
-    uint64_t id = rays.first;
-    for (; id < rays.end && !atomic_load_explicit(&all->left, memory_order_relaxed); id++)
-        rmap_trace_ray(tracer, id, recorder);
-    return id;
+    const struct rmap_trace_plan *plan = all->plan;
+    block->all = all;
+    block->self = self;
+    block->tracer = (struct rmap_tracer){plan->scene, plan->accel, plan->seed};
+    block->rays = rays;
+    block->end = rays.first;
+    if (self->portion) {
+        rmap_portion_recorder_init(&block->history, self->portion);
+        rmap_portion_recorder_restart(&block->history, rays.first);
+        block->history.strays.seed = plan->seed;
+    }
+    rmap_tally_recorder_init(&block->recorder, self->tally,
+                             self->portion ? &block->history.base : NULL);
 }
 
-static enum rmap_status check_history(struct worker *self,
-                                      const struct rmap_portion_recorder *recorder, uint64_t first,
-                                      uint64_t end)
+static void trace_up_to(struct block *block, uint64_t end)
 {
-    if (recorder->status == RMAP_OK)
+    const struct rmap_trace_workers *all = block->all;
+    for (; block->end < end && !atomic_load_explicit(&all->left, memory_order_relaxed);
+         block->end++)
+        rmap_trace_ray(&block->tracer, block->end, &block->recorder.base);
+}
+
+static enum rmap_status check_history(struct block *block, uint64_t first)
+{
+    if (block->history.status == RMAP_OK)
         return RMAP_OK;
-    return rmap_error_set(&self->error, recorder->status,
+    return rmap_error_set(&block->self->error, block->history.status,
                           "out of memory for the histories of rays %llu to %llu",
-                          (unsigned long long)first, (unsigned long long)(end - 1));
+                          (unsigned long long)first, (unsigned long long)(block->end - 1));
 }
 
-/* Rays from `first` on, each part of which is kept before the next is traced. *end_ret: the first
- * that was not traced. *whole_ret: they have to be kept in one, and are not kept. */
-static enum rmap_status trace_parts(struct rmap_trace_workers *all, struct worker *self,
-                                    const struct rmap_tracer *tracer, struct rmap_ray_range rays,
-                                    struct rmap_portion_recorder *history,
-                                    struct rmap_recorder *recorder, uint64_t *end_ret,
-                                    bool *whole_ret)
+/* Each part is kept before the next is traced. *whole_ret: those up to the block's `end` have to be
+ * kept in one, and are not kept. */
+static enum rmap_status trace_parts(struct block *block, bool *whole_ret)
 {
+    struct worker *self = block->self;
     enum rmap_status st = RMAP_OK;
-    struct rmap_ray_range part = {rays.first, rays.first};
+    uint64_t end;
     do {
-        const uint64_t left = rays.end - part.end; /* ids end where 64 bits do */
-        const uint64_t n = left < RMAP_PART_RAYS ? left : RMAP_PART_RAYS;
-        part = (struct rmap_ray_range){part.end, part.end + n};
-        rmap_portion_recorder_restart(history, part.first);
-        *end_ret = trace_rays(all, tracer, part, recorder);
-        RMAP_TRY(check_history(self, history, part.first, *end_ret));
+        const uint64_t first = block->end, left = block->rays.end - first;
+        end = first + (left < RMAP_PART_RAYS ? left : RMAP_PART_RAYS);
+        rmap_portion_recorder_restart(&block->history, first);
+        trace_up_to(block, end);
+        RMAP_TRY(check_history(block, first));
         RMAP_TRY(rmap_shard_block_add(self->parts, self->portion, whole_ret, &self->error));
-    } while (*end_ret == part.end && part.end < rays.end && !*whole_ret);
+    } while (block->end == end && end < block->rays.end && !*whole_ret);
     if (!*whole_ret)
         RMAP_TRY(rmap_shard_block_append(self->parts, whole_ret, &self->error));
 out:
     return st;
+}
+
+/* Records once more what was traced, whose sums are there. */
+static void record_again(struct block *block)
+{
+    rmap_portion_recorder_restart(&block->history, block->rays.first);
+    for (uint64_t id = block->rays.first; id < block->end; id++)
+        rmap_trace_ray(&block->tracer, id, &block->history.base);
 }
 
 /* Where parts did not do, they will not for some time. */
@@ -104,36 +133,25 @@ out:
 static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worker *self,
                                     struct rmap_ray_range rays)
 {
-    const struct rmap_trace_plan *plan = all->plan;
     enum rmap_status st = RMAP_OK;
-    struct rmap_tracer tracer = {.scene = plan->scene, .accel = plan->accel, .seed = plan->seed};
-    struct rmap_portion_recorder history;
-    struct rmap_tally_recorder recorder;
-    uint64_t end = rays.first;
-    if (self->portion) {
-        rmap_portion_recorder_init(&history, self->portion);
-        rmap_portion_recorder_restart(&history, rays.first);
-        history.strays.seed = plan->seed;
-    }
-    rmap_tally_recorder_init(&recorder, self->tally, self->portion ? &history.base : NULL);
+    struct block block;
+    begin_block(&block, all, self, rays);
     if (self->parts && self->n_whole == 0) {
         bool whole = false;
-        RMAP_TRY(trace_parts(all, self, &tracer, rays, &history, &recorder.base, &end, &whole));
+        RMAP_TRY(trace_parts(&block, &whole));
         if (!whole)
             goto out;
         self->n_whole = WHOLE_BLOCKS;
-        rmap_portion_recorder_restart(&history, rays.first);
-        for (uint64_t id = rays.first; id < end; id++) /* which the tally has already */
-            rmap_trace_ray(&tracer, id, &history.base);
+        record_again(&block);
     }
     self->n_whole -= self->n_whole > 0;
-    end = trace_rays(all, &tracer, (struct rmap_ray_range){end, rays.end}, &recorder.base);
-    if (self->portion && end > rays.first) {
-        RMAP_TRY(check_history(self, &history, rays.first, end));
+    trace_up_to(&block, rays.end);
+    if (self->portion && block.end > rays.first) {
+        RMAP_TRY(check_history(&block, rays.first));
         RMAP_TRY(keep_block(all, self));
     }
 out:
-    self->n_ray += end - rays.first;
+    self->n_ray += block.end - rays.first;
     if (self->portion)
         self->portion->strays = NULL;
     return st;
