@@ -4,11 +4,13 @@
 #include <pthread.h>
 
 #include "base/alloc.h"
+#include "io/row_parts.h"
 
 struct rmap_row_slot {
     struct rmap_row_slot *next;
     struct rmap_row_pool *pool;
-    const struct rmap_portion *portion;
+    const struct rmap_portion *portion;   /* plain, in one */
+    struct rmap_row_parts *parts;         /* plain, in parts */
     struct rmap_compact_encoder *encoder; /* NULL: plain */
 };
 
@@ -42,14 +44,20 @@ enum rmap_status rmap_row_pool_create(const struct rmap_run *run, struct rmap_ro
     return st;
 }
 
+static void destroy_slot(struct rmap_row_slot *slot)
+{
+    rmap_compact_encoder_destroy(slot->encoder);
+    rmap_row_parts_destroy(slot->parts);
+    rmap_free(slot);
+}
+
 void rmap_row_pool_destroy(struct rmap_row_pool *pool)
 {
     if (!pool)
         return;
     for (struct rmap_row_slot *slot = pool->idle, *next; slot; slot = next) {
         next = slot->next;
-        rmap_compact_encoder_destroy(slot->encoder);
-        rmap_free(slot);
+        destroy_slot(slot);
     }
     rmap_compact_model_destroy(pool->model);
     (void)pthread_mutex_destroy(&pool->lock);
@@ -77,10 +85,10 @@ static enum rmap_status take_slot(struct rmap_row_pool *pool, struct rmap_row_sl
         if (!slot)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoder");
         slot->pool = pool;
-        if (pool->model)
-            st = rmap_compact_encoder_create(pool->model, &slot->encoder, err);
+        st = pool->model ? rmap_compact_encoder_create(pool->model, &slot->encoder, err)
+                         : rmap_row_parts_create(pool->mode, &slot->parts, err);
         if (st != RMAP_OK) {
-            rmap_free(slot);
+            destroy_slot(slot);
             return st;
         }
     }
@@ -108,14 +116,14 @@ enum rmap_status rmap_row_pool_encode(struct rmap_row_pool *pool,
 
 bool rmap_row_pool_in_parts(const struct rmap_row_pool *pool)
 {
-    return pool->model && rmap_compact_in_parts(pool->model);
+    return !pool->model || rmap_compact_in_parts(pool->model);
 }
 
 enum rmap_status rmap_row_pool_begin(struct rmap_row_pool *pool, uint64_t first_ray,
                                      struct rmap_row_slot **slot_ret, struct rmap_error *err)
 {
     enum rmap_status st = take_slot(pool, slot_ret, err);
-    if (st == RMAP_OK)
+    if (st == RMAP_OK && pool->model)
         rmap_compact_encode_begin((*slot_ret)->encoder, pool->seed, first_ray);
     return st;
 }
@@ -123,21 +131,32 @@ enum rmap_status rmap_row_pool_begin(struct rmap_row_pool *pool, uint64_t first_
 enum rmap_status rmap_row_slot_part(struct rmap_row_slot *slot, const struct rmap_portion *part,
                                     bool *whole_ret, struct rmap_error *err)
 {
-    return rmap_compact_encode_part(slot->encoder, part, whole_ret, err);
+    *whole_ret = false;
+    return slot->encoder ? rmap_compact_encode_part(slot->encoder, part, whole_ret, err)
+                         : rmap_row_parts_add(slot->parts, part, err);
 }
 
 enum rmap_status rmap_row_slot_end(struct rmap_row_slot *slot, bool *whole_ret,
                                    struct rmap_error *err)
 {
-    return rmap_compact_encode_end(slot->encoder, whole_ret, err);
+    *whole_ret = false;
+    return slot->encoder ? rmap_compact_encode_end(slot->encoder, whole_ret, err) : RMAP_OK;
+}
+
+size_t rmap_row_slot_count(const struct rmap_row_slot *slot)
+{
+    return slot->encoder || slot->portion ? 1 : rmap_row_parts_count(slot->parts);
 }
 
 enum rmap_status rmap_row_slot_rows(struct rmap_row_slot *slot, struct rmap_path_book *book,
-                                    struct rmap_rows *rows, struct rmap_error *err)
+                                    size_t i, struct rmap_rows *rows, struct rmap_error *err)
 {
     if (slot->encoder)
         return rmap_compact_resolve(slot->encoder, book, rows, err);
-    rmap_rows_of_portion(slot->portion, slot->pool->mode, rows);
+    if (slot->portion)
+        rmap_rows_of_portion(slot->portion, slot->pool->mode, rows);
+    else
+        rmap_row_parts_rows(slot->parts, i, rows);
     return RMAP_OK;
 }
 
@@ -147,6 +166,8 @@ void rmap_row_slot_give_back(struct rmap_row_slot *slot)
         return;
     struct rmap_row_pool *pool = slot->pool;
     slot->portion = NULL;
+    if (slot->parts)
+        rmap_row_parts_clear(slot->parts);
     (void)pthread_mutex_lock(&pool->lock);
     slot->next = pool->idle;
     pool->idle = slot;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * Portions on their way to a shard: the rows of its encoding. Plain ones are the portion's own
- * columns; compact ones are encoded outside the shard's lock and finished under it.
+ * columns, or copies of its parts'; compact ones are encoded outside the shard's lock and finished
+ * under it.
  */
 #ifndef RMAP_ROW_ENCODER_H
 #define RMAP_ROW_ENCODER_H
@@ -28,7 +29,7 @@ enum rmap_status rmap_row_pool_encode(struct rmap_row_pool *pool,
                                       struct rmap_row_slot **slot_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same in parts that need not stay, as rmap_compact_encode_part: for encodings that have them.
+/* The same in parts that need not stay, as rmap_compact_encode_part, where the pool takes them.
  * The slot is given back by the caller, on every path once there is one. */
 bool rmap_row_pool_in_parts(const struct rmap_row_pool *pool);
 enum rmap_status rmap_row_pool_begin(struct rmap_row_pool *pool, uint64_t first_ray,
@@ -39,9 +40,14 @@ enum rmap_status rmap_row_slot_part(struct rmap_row_slot *slot, const struct rma
 enum rmap_status rmap_row_slot_end(struct rmap_row_slot *slot, bool *whole_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* Under the piece's lock, with its book. rows: borrowed until the slot is given back. */
+/* The slot's rows come in so many pieces, which follow each other. */
+size_t rmap_row_slot_count(const struct rmap_row_slot *slot);
+
+/* Piece i of them. Under the piece's lock, with its book. rows: borrowed until the slot is given
+ * back. */
 enum rmap_status rmap_row_slot_rows(struct rmap_row_slot *slot, struct rmap_path_book *book,
-                                    struct rmap_rows *rows, struct rmap_error *err) RMAP_MUST_USE;
+                                    size_t i, struct rmap_rows *rows,
+                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_row_slot_give_back(struct rmap_row_slot *slot); /* NULL is fine */
 
 #endif

@@ -74,29 +74,49 @@ enum rmap_status rmap_shard_end_piece(struct rmap_shard_writer *self, struct rma
     return RMAP_OK;
 }
 
+/* Its rows come next. */
+static void begin_portion(const struct rmap_shard_piece *piece, const struct rmap_layout *layout,
+                          struct rmap_portion_info *info)
+{
+    for (int t = 0; t < layout->n_table; t++)
+        if (!(layout->whole_tables & (UINT32_C(1) << t)))
+            info->stored_first[t] = piece->stored_rows[t];
+}
+
+static enum rmap_status append_rows(struct rmap_shard_writer *self, const struct rmap_rows *rows,
+                                    struct rmap_portion_info *info, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_shard_piece *piece = self->piece;
+    for (int s = 0; s < rows->layout->n_stream; s++)
+        RMAP_TRY(append_stream(self, s, rows, err));
+    for (int t = 0; t < rows->layout->n_table; t++) {
+        if (!(rows->layout->whole_tables & (UINT32_C(1) << t)))
+            info->stored_rows[t] += rows->n_row[t];
+        piece->stored_rows[t] += rows->n_row[t];
+    }
+out:
+    return st;
+}
+
 static enum rmap_status append_locked(struct rmap_shard_writer *self, struct rmap_row_slot *slot,
                                       struct rmap_portion_info *info, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_rows made;
-    const struct rmap_rows *rows = &made;
+    struct rmap_rows rows;
     RMAP_TRY(begin_piece(self, err));
     struct rmap_shard_piece *piece = self->piece;
-    RMAP_TRY(rmap_row_slot_rows(slot, piece->book, &made, err));
     void *block = piece->portion;
     st = rmap_reserve(&block, &piece->cap_portion, piece->n_portion + 1, sizeof *piece->portion,
                       err);
     piece->portion = block;
     if (st != RMAP_OK)
         goto out;
-    for (int s = 0; s < rows->layout->n_stream; s++)
-        RMAP_TRY(append_stream(self, s, rows, err));
-    for (int t = 0; t < rows->layout->n_table; t++) {
-        if (!(rows->layout->whole_tables & (UINT32_C(1) << t))) {
-            info->stored_first[t] = piece->stored_rows[t];
-            info->stored_rows[t] = rows->n_row[t];
-        }
-        piece->stored_rows[t] += rows->n_row[t];
+    for (size_t i = 0; i < rmap_row_slot_count(slot); i++) {
+        RMAP_TRY(rmap_row_slot_rows(slot, piece->book, i, &rows, err));
+        if (i == 0)
+            begin_portion(piece, rows.layout, info);
+        RMAP_TRY(append_rows(self, &rows, info, err));
     }
     piece->portion[piece->n_portion++] = *info;
     if (piece->raw_nbytes >= self->options.piece_nbytes)
