@@ -18,10 +18,15 @@
 #include "io/provenance.h"
 #include "io/publish.h"
 #include "io/seal.h"
+#include "io/write_back.h"
 #include "trace/event.h"
 
 /* What readers are told of the stored streams; any zlib level reads alike. */
 #define DECLARED_LEVEL 1
+
+/* After so many bytes the system is asked to begin writing them, so that a flush and the end of a
+ * piece wait for no more than the last of them. */
+#define WRITE_BACK_NBYTES ((size_t)4 << 20)
 
 struct rmap_piece_writer {
     struct rmap_h5 h5;
@@ -36,6 +41,7 @@ struct rmap_piece_writer {
     struct rmap_chunk_entry *entry;
     size_t n_entry, cap_entry;
     size_t n_safe;                       /* entries that the journal has */
+    size_t resting_nbytes;               /* stored since writing was last begun */
     int fd;                              /* of the file, for its lock and syncing alone */
     struct rmap_journal_writer *journal; /* NULL before the first flush */
 };
@@ -242,6 +248,11 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
                                   .lead_planes = size->lead_planes,
                                   .index = index,
                                   .stream = (uint16_t)stream};
+    self->resting_nbytes += size->nbytes;
+    if (self->resting_nbytes >= WRITE_BACK_NBYTES) {
+        rmap_write_back_begin(self->fd);
+        self->resting_nbytes = 0;
+    }
     return st;
 }
 
