@@ -116,11 +116,12 @@ static enum rmap_status planes_reserve(uint8_t **plane, size_t *cap, size_t nbyt
 }
 
 struct rmap_stream_size rmap_encoder_encode_planes(struct rmap_encoder *encoder,
+                                                   struct rmap_plane_habit *habit,
                                                    const uint8_t *plane, size_t stride,
                                                    size_t n_used, size_t n, size_t element_nbytes,
                                                    uint8_t *stored)
 {
-    struct rmap_stream_size size = rmap_deflate_planes(encoder->deflater, plane, stride,
+    struct rmap_stream_size size = rmap_deflate_planes(encoder->deflater, habit, plane, stride,
                                                        element_nbytes, n_used, n - n_used, stored);
     uint32_t sum = rmap_fletcher32(stored, size.nbytes);
     memcpy(stored + size.nbytes, &sum, FLETCHER_NBYTES);
@@ -136,7 +137,7 @@ enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const v
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(planes_reserve(&encoder->plane, &encoder->plane_cap, n_used * element_nbytes, err));
     rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n_used);
-    *size_ret = rmap_encoder_encode_planes(encoder, encoder->plane, n_used, n_used, n,
+    *size_ret = rmap_encoder_encode_planes(encoder, NULL, encoder->plane, n_used, n_used, n,
                                            element_nbytes, stored);
 out:
     return st;

@@ -39,8 +39,10 @@ enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const v
                                            uint8_t *stored, struct rmap_stream_size *size_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same of elements that are shuffled already: plane [element_nbytes][stride]. */
+/* The same of elements that are shuffled already: plane [element_nbytes][stride]. With a habit
+ * [element_nbytes], of the stream's chunks before, the output depends on those, too. */
 struct rmap_stream_size rmap_encoder_encode_planes(struct rmap_encoder *encoder,
+                                                   struct rmap_plane_habit *habit,
                                                    const uint8_t *plane, size_t stride,
                                                    size_t n_used, size_t n, size_t element_nbytes,
                                                    uint8_t *stored);

@@ -55,10 +55,12 @@ static void put_whole(const uint8_t *plane, size_t stride, size_t n_plane, size_
 }
 
 /* The planes stand behind the stream's end until they are compressed. */
-struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater,
+                                            struct rmap_plane_habit *habit, const uint8_t *plane,
                                             size_t stride, size_t n_plane, size_t n_used,
                                             size_t n_zero, uint8_t *out)
 {
+    (void)habit; /* one method for all */
     size_t all = n_plane * (n_used + n_zero), bound = stream_bound(all);
     uint8_t *whole = out + bound;
     bool copied = n_zero > 0 || stride != n_used;

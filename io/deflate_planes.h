@@ -21,6 +21,12 @@ struct rmap_stream_size {
     uint16_t lead_planes;
 };
 
+/* How a plane of a stream was deflated, which is how that of its next chunks will be: looking at
+ * each of them costs a tenth of writing them. All 0: not known yet. */
+struct rmap_plane_habit {
+    uint8_t method, n_left;
+};
+
 struct rmap_deflater;
 enum rmap_status rmap_deflater_create(struct rmap_deflater **deflater_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;
@@ -30,8 +36,10 @@ void rmap_deflater_destroy(struct rmap_deflater *deflater);
 size_t rmap_deflate_bound(size_t n_plane, size_t plane_nbytes);
 
 /* Writes the stream of planes of n_used + n_zero bytes, of which `plane` [n_plane][stride] has the
- * first n_used, and the others are 0; out has room for rmap_deflate_bound. */
-struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+ * first n_used, and the others are 0; out has room for rmap_deflate_bound. habit: [n_plane], of
+ * the chunks before, or NULL: the stream is the planes' alone. */
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater,
+                                            struct rmap_plane_habit *habit, const uint8_t *plane,
                                             size_t stride, size_t n_plane, size_t n_used,
                                             size_t n_zero, uint8_t *out);
 

@@ -2,7 +2,7 @@
  *
  * Mantissa planes have no matches: searching for them is wasted time, and where the bytes are
  * noise even Huffman codes are. So each plane becomes deflate blocks of its own, byte-aligned by
- * a full flush, chosen from samples of the plane alone:
+ * a full flush, chosen from samples of the plane, or as in the stream's chunks before:
  *   stored          where the sample's entropy is nearly that of noise,
  *   literals        Huffman codes alone, without any search (huffman_plane.c),
  *   matches         where a sample shrinks well more with them: object ids, events, counts;
@@ -184,21 +184,46 @@ static bool has_matches(struct rmap_deflater *deflater, const uint8_t *data, siz
            shrinks(deflater, data, nbytes, n, bits, WINDOW_GAIN);
 }
 
-static size_t put_varied(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes,
-                         uint8_t *out)
+enum method { UNKNOWN, STORED, LITERALS, MATCHES };
+
+static enum method choose(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes)
+{
+    double bits = sample_bits(data, nbytes);
+    if (nbytes >= SAMPLE_NBYTES && bits >= NOISE_BITS)
+        return STORED;
+    return has_matches(deflater, data, nbytes, bits) ? MATCHES : LITERALS;
+}
+
+/* Every so many chunks of a stream the choice is made anew. */
+#define HABIT_CHUNKS 8
+
+static enum method choose_as_before(struct rmap_deflater *deflater, struct rmap_plane_habit *habit,
+                                    const uint8_t *data, size_t nbytes)
+{
+    if (habit->n_left == 0) {
+        habit->method = (uint8_t)choose(deflater, data, nbytes);
+        habit->n_left = HABIT_CHUNKS;
+    }
+    habit->n_left--;
+    return (enum method)habit->method;
+}
+
+static size_t put_varied(struct rmap_deflater *deflater, struct rmap_plane_habit *habit,
+                         const uint8_t *data, size_t nbytes, uint8_t *out)
 {
     size_t stored = stored_nbytes(nbytes), coded = 0;
-    double bits = sample_bits(data, nbytes);
-    if (nbytes < SAMPLE_NBYTES || bits < NOISE_BITS)
-        coded = has_matches(deflater, data, nbytes, bits)
-                    ? put_matched(deflater, data, nbytes, out, stored)
-                    : rmap_huffman_plane(data, nbytes, out, stored);
+    enum method method =
+        habit ? choose_as_before(deflater, habit, data, nbytes) : choose(deflater, data, nbytes);
+    if (method == MATCHES)
+        coded = put_matched(deflater, data, nbytes, out, stored);
+    else if (method == LITERALS)
+        coded = rmap_huffman_plane(data, nbytes, out, stored);
     return coded ? coded : put_stored(data, nbytes, out);
 }
 
 /* One plane: n_used bytes, then n_zero that are 0. */
-static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, size_t n_used,
-                        size_t n_zero, uint8_t *out)
+static size_t put_plane(struct rmap_deflater *deflater, struct rmap_plane_habit *habit,
+                        const uint8_t *data, size_t n_used, size_t n_zero, uint8_t *out)
 {
     size_t n_same = n_used > 0 ? uniform_end(data, n_used) : 0;
     uint8_t same = n_used > 0 ? data[n_used - 1] : 0;
@@ -206,7 +231,7 @@ static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, siz
     if (n_same < RMAP_UNIFORM_MIN && n_same < n_used)
         n_same = 0;
     if (n_same < n_used)
-        p += put_varied(deflater, data, n_used - n_same, p);
+        p += put_varied(deflater, habit, data, n_used - n_same, p);
     if (n_same > 0 && same == 0)
         n_zero += n_same;
     else if (n_same > 0)
@@ -216,26 +241,23 @@ static size_t put_plane(struct rmap_deflater *deflater, const uint8_t *data, siz
     return (size_t)(p - out);
 }
 
-/* Adler-32 (RFC 1950) of the planes. */
-static uint32_t adler_of(const uint8_t *plane, size_t stride, size_t n_plane, size_t n_used,
-                         size_t n_zero)
+/* Adler-32 (RFC 1950) with one plane more. */
+static uint32_t adler_add(uint32_t adler, const uint8_t *plane, size_t n_used, size_t n_zero)
 {
     const uint64_t base = 65521;
-    uint32_t adler = 1;
-    for (size_t k = 0; k < n_plane; k++) {
-        adler = libdeflate_adler32(adler, plane + k * stride, n_used);
-        uint64_t low = adler & 0xffff, high = adler >> 16;
-        high = (high + n_zero % base * low) % base;
-        adler = (uint32_t)(high << 16 | low);
-    }
-    return adler;
+    adler = libdeflate_adler32(adler, plane, n_used);
+    uint64_t low = adler & 0xffff, high = adler >> 16;
+    high = (high + n_zero % base * low) % base;
+    return (uint32_t)(high << 16 | low);
 }
 
-struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, const uint8_t *plane,
+struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater,
+                                            struct rmap_plane_habit *habit, const uint8_t *plane,
                                             size_t stride, size_t n_plane, size_t n_used,
                                             size_t n_zero, uint8_t *out)
 {
     static const uint8_t header[2] = {0x78, 0x01}, final_block[2] = {0x03, 0x00};
+    uint32_t adler = 1;
     uint8_t *p = out;
     memcpy(p, header, sizeof header);
     p += sizeof header;
@@ -246,11 +268,12 @@ struct rmap_stream_size rmap_deflate_planes(struct rmap_deflater *deflater, cons
     for (size_t k = 0; k < n_plane; k++) {
         if (k == lead)
             size.lead_nbytes = (uint32_t)(p - out);
-        p += put_plane(deflater, plane + k * stride, n_used, n_zero, p);
+        const uint8_t *data = plane + k * stride;
+        p += put_plane(deflater, habit ? &habit[k] : NULL, data, n_used, n_zero, p);
+        adler = adler_add(adler, data, n_used, n_zero); /* while it is in a cache */
     }
     memcpy(p, final_block, sizeof final_block);
     p += sizeof final_block;
-    uint32_t adler = adler_of(plane, stride, n_plane, n_used, n_zero);
     for (int shift = 24; shift >= 0; shift -= 8)
         *p++ = (uint8_t)(adler >> shift & 255);
     size.nbytes = (size_t)(p - out);

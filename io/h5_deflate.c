@@ -82,8 +82,8 @@ static bool write_tile(hid_t set, struct scratch *scratch, const struct rmap_h5_
         all *= (size_t)tiles->chunk[k];
     memcpy(scratch->raw, first, n * cell); /* aligned */
     rmap_shuffle(scratch->raw, n, cell, scratch->plane, n);
-    struct rmap_stream_size size = rmap_deflate_planes(scratch->deflater, scratch->plane, n, cell,
-                                                       n, all - n, scratch->stored);
+    struct rmap_stream_size size = rmap_deflate_planes(scratch->deflater, NULL, scratch->plane, n,
+                                                       cell, n, all - n, scratch->stored);
     return H5Dwrite_chunk(set, H5P_DEFAULT, 0, at, size.nbytes, scratch->stored) >= 0;
 }
 

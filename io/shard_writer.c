@@ -120,8 +120,9 @@ static enum rmap_status take_encoder(struct rmap_shard_writer *self,
     return st;
 }
 
-static enum rmap_status encode_chunk(const struct rmap_layout *layout, struct rmap_encoder *encoder,
-                                     struct rmap_chunk *chunk, struct rmap_error *err)
+static enum rmap_status encode_chunk(const struct rmap_layout *layout,
+                                     struct rmap_encoder_slot *slot, struct rmap_chunk *chunk,
+                                     struct rmap_error *err)
 {
     size_t element = rmap_element_nbytes(layout->stream[chunk->stream].element);
     size_t n = chunk->raw_nbytes / element;
@@ -129,8 +130,9 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout, struct rm
         chunk->stored = rmap_alloc_unset(rmap_codec_bound(n, element), 1);
     if (!chunk->stored)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoded chunk");
-    chunk->stored_size = rmap_encoder_encode_planes(
-        encoder, chunk->plane, n, n / RMAP_CHUNK_ROWS * chunk->n_row, n, element, chunk->stored);
+    chunk->stored_size =
+        rmap_encoder_encode_planes(slot->encoder, slot->habit[chunk->stream], chunk->plane, n,
+                                   n / RMAP_CHUNK_ROWS * chunk->n_row, n, element, chunk->stored);
     return RMAP_OK;
 }
 
@@ -151,7 +153,7 @@ enum rmap_status rmap_shard_writer_encode(struct rmap_shard_writer *self, bool *
     if (!slot)
         return st;
 
-    st = encode_chunk(self->queue.layout, slot->encoder, chunk, err);
+    st = encode_chunk(self->queue.layout, slot, chunk, err);
 
     (void)pthread_mutex_lock(&self->lock);
     slot->next = self->idle;

@@ -59,6 +59,7 @@ static void test_equal_bytes(void **state)
 {
     (void)state;
     struct rmap_deflater *deflater[N_DEFLATER];
+    struct rmap_plane_habit habit = {0};
     const size_t bound = rmap_deflate_bound(1, N_MAX);
     uint8_t *first = rmap_alloc(bound, 1), *other = rmap_alloc(bound, 1);
     assert_non_null(first);
@@ -68,13 +69,16 @@ static void test_equal_bytes(void **state)
     for (uint32_t plane = 0; plane < N_PLANE; plane++) {
         const size_t n = n_of(plane);
         write_words(n, plane);
-        size_t nbytes = rmap_deflate_planes(deflater[0], data, n, 1, n, 0, first).nbytes;
+        size_t nbytes = rmap_deflate_planes(deflater[0], NULL, data, n, 1, n, 0, first).nbytes;
         check_back(first, nbytes, n);
         for (int k = 1; k < N_DEFLATER; k++) {
-            size_t again = rmap_deflate_planes(deflater[k], data, n, 1, n, 0, other).nbytes;
+            size_t again = rmap_deflate_planes(deflater[k], NULL, data, n, 1, n, 0, other).nbytes;
             assert_int_equal(again, nbytes);
             assert_memory_equal(other, first, nbytes);
         }
+        /* Whatever the planes before were. */
+        check_back(other, rmap_deflate_planes(deflater[0], &habit, data, n, 1, n, 0, other).nbytes,
+                   n);
     }
     for (int k = 0; k < N_DEFLATER; k++)
         rmap_deflater_destroy(deflater[k]);
