@@ -18,7 +18,7 @@
 
 /* Rays of a block that are recorded and encoded in one go where a block may come in parts: so few
  * that their columns stay in a core's cache. */
-#define RMAP_PART_RAYS 128
+#define RMAP_PART_RAYS 256
 
 /* Rays that src/compact may not foretell from their paths, in ascending order: all others of the
  * portion it does, bit by bit, with this seed. Whoever traced the rays knows. */
