@@ -160,12 +160,14 @@ static void prepare_alone(const char *word)
 
 /* Pages are dear: a fault with its clearing takes as long as a thousand instructions and more. What
  * a scan, a question of a session or a block of rays gives back is wanted again soon. By default
- * the C library would return blocks from 128 KiB on, and what is free at the end of a heap. */
+ * the C library would return blocks from 128 KiB on, and what is free at the end of a heap; and
+ * threads would have heaps of their own, of which it returns what a scan has freed in any case. */
 #if defined(__GLIBC__)
 static void keep_pages(void)
 {
     (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there may be */
     (void)mallopt(M_TRIM_THRESHOLD, 64 << 20);
+    (void)mallopt(M_ARENA_MAX, 1);
 }
 #else
 #define keep_pages() ((void)0)
