@@ -10,11 +10,13 @@
 #define RMAP_CLASS_SUMS_H
 
 #include "analysis/key_slots.h"
+#include "base/intrinsics.h"
 
 struct rmap_class_entry {
     struct rmap_key key;
     uint64_t rays, first_ray; /* first_ray: the smallest id */
 };
+_Static_assert(sizeof(struct rmap_class_entry) == 32, "written as two halves");
 
 /* Of any of its rays. */
 struct rmap_class_shape {
@@ -76,6 +78,32 @@ static inline size_t rmap_class_sums_put(struct rmap_class_sums *sums, struct rm
     rmap_key_slots_put(&sums->slots, slot, mixed, index);
     sums->entry[index].key = key;
     return index;
+}
+
+/* A new class of one ray of weight 1 below `room`, where there are shapes. Most are not met again
+ * soon: where the machine can, they are written past the caches, into which no line is read for
+ * them. Other threads may look behind the next end_away. */
+RMAP_COPIED void rmap_class_sums_begin_away(const struct rmap_class_sums *sums, size_t index,
+                                            struct rmap_key key, uint64_t id,
+                                            struct rmap_class_shape shape)
+{
+#ifdef RMAP_INTRINSICS
+    __m128i *entry = (__m128i *)(void *)&sums->entry[index];
+    _mm_stream_si128(entry, _mm_set_epi64x((long long)key.high, (long long)key.low));
+    _mm_stream_si128(entry + 1, _mm_set_epi64x((long long)id, 1));
+    _mm_stream_si64((long long *)(void *)&sums->shape[index],
+                    (long long)((uint64_t)shape.n_hit << 32 | shape.n_leg));
+#else
+    sums->entry[index] = (struct rmap_class_entry){key, 1, id};
+    sums->shape[index] = shape;
+#endif
+}
+
+static inline void rmap_class_sums_end_away(void)
+{
+#ifdef RMAP_INTRINSICS
+    _mm_sfence();
+#endif
 }
 
 /* More rays of weight 1, alike those that the class has; none of them is its first. */

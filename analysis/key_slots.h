@@ -94,13 +94,14 @@ static inline void rmap_key_slots_put(struct rmap_key_slots *slots, size_t slot,
     slots->slot[slot] = rmap_key_slots_bits(slots, mixed) | (uint32_t)(index + 1);
 }
 
-/* Keys, mixed, that will be asked for soon. Copied, as is the next: where it need not, the compiler
- * takes a function that but prefetches for one without effect. */
+/* Keys, mixed, that will be asked for soon: into the second cache, as the first has no lines for as
+ * many at once. Copied, as is the next: where it need not, the compiler takes a function that but
+ * prefetches for one without effect. */
 RMAP_COPIED void rmap_key_slots_expect(const struct rmap_key_slots *slots, const uint64_t *mixed,
                                        size_t n)
 {
     for (size_t i = 0; i < n && slots->n_slot > 0; i++)
-        __builtin_prefetch(&slots->slot[rmap_key_slots_at(slots, mixed[i])], 1);
+        __builtin_prefetch(&slots->slot[rmap_key_slots_at(slots, mixed[i])], 0, 2);
 }
 
 /* Later: the slots are there by now, and tell of entries. */

@@ -34,6 +34,11 @@ static inline uint64_t id_of(const struct bringing *from, size_t k)
     return from->id ? from->id[row] : from->first_id + row;
 }
 
+static inline struct rmap_class_shape shape_of(const struct bringing *from, size_t k)
+{
+    return (struct rmap_class_shape){from->keyed.n_leg[k], from->keyed.n_hit[k]};
+}
+
 RMAP_COPIED struct rmap_class_more more_of(const struct bringing *from, size_t k)
 {
     const double weight = from->weight ? from->weight[from->keyed.ray[k]] : 1.0;
@@ -69,8 +74,7 @@ RMAP_COPIED void begin(const struct rmap_class_sums *classes, bool is_wide, size
     if (is_wide)
         classes->more[class] = more_of(from, k);
     else
-        classes->shape[class] =
-            (struct rmap_class_shape){from->keyed.n_leg[k], from->keyed.n_hit[k]};
+        classes->shape[class] = shape_of(from, k);
 }
 
 /* Rays of the list that are entered in one go; slots are asked for so many rays ahead: of many at
@@ -84,41 +88,63 @@ struct some {
     size_t n;
 };
 
-/* Slots for rays [first, last) of the list whose classes are new, and for which there is room:
- * their numbers in the list, and how many. The others, whose classes may be known, are listed. Most
- * are new, which cannot be foreseen: there is no branch. */
+/* Where each of some keys is looked for, and what its slot has above the index; AHEAD more are only
+ * asked for. */
+struct places {
+    uint32_t at[TOGETHER + AHEAD], bits[TOGETHER + AHEAD];
+};
+
+RMAP_COPIED void find_places(const struct rmap_key_slots *slots, const uint64_t *mixed, size_t n,
+                             struct places *places)
+{
+    const struct rmap_key_slots its = *slots; /* of which registers know */
+    for (size_t i = 0; i < n + AHEAD; i++) {
+        places->at[i] = (uint32_t)rmap_key_slots_at(&its, mixed[i]);
+        places->bits[i] = rmap_key_slots_bits(&its, mixed[i]);
+    }
+}
+
+/* Slots for rays [first, first + n) of the list whose classes are new, and for which there is room:
+ * their numbers in the list, and how many. The others, whose classes may be known, are listed, and
+ * their entries asked for, one by one: of many at once memory forgets some. Most are new, which
+ * cannot be foreseen: there is no branch. */
 RMAP_COPIED size_t take_slots(const struct rmap_class_sums *classes, bool wide_lanes,
-                              const uint64_t *mixed, size_t first, size_t last, struct some *known,
+                              const uint64_t *mixed, size_t first, size_t n, struct some *known,
                               uint32_t *fresh)
 {
-    const struct rmap_key_slots slots = classes->slots;
+    const struct rmap_class_entry *entry = classes->entry;
     const uint32_t last_lane = 1u << (RMAP_KEY_SLOTS_TOGETHER - 1);
-    size_t n_known = 0, n_new = 0;
-    for (size_t i = first; i < last; i++) {
-        const uint32_t bits = rmap_key_slots_bits(&slots, mixed[i]);
-        uint32_t *slot = slots.slot + rmap_key_slots_at(&slots, mixed[i]);
-        rmap_key_slots_expect(&slots, mixed + i + AHEAD, 1);
-        const struct rmap_key_lanes lanes = rmap_key_lanes_of(slot, slots.number, bits, wide_lanes);
-        const uint32_t is_known = (lanes.alike != 0) | (lanes.free == 0);
-        const uint32_t of_new = is_known - 1, of_alike = 0u - (lanes.alike != 0);
-        const uint32_t class = (uint32_t)(classes->n + n_new);
-        known->at[n_known] = (uint32_t)i;
-        known->maybe[n_known] =
-            slot[rmap_key_lane(lanes.alike | last_lane)] & slots.number & of_alike;
-        slot[rmap_key_lane(lanes.free | last_lane)] |= (bits | (class + 1)) & of_new;
-        fresh[n_new] = (uint32_t)i;
+    const uint32_t number = classes->slots.number, next = (uint32_t)classes->n + 1;
+    uint32_t *const slot = classes->slots.slot;
+    struct places places;
+    size_t n_known = 0;
+    find_places(&classes->slots, mixed + first, n, &places);
+    for (size_t i = 0; i < n; i++) {
+        uint32_t *its = slot + places.at[i];
+        const uint32_t bits = places.bits[i];
+        const size_t n_new = i - n_known;
+        __builtin_prefetch(slot + places.at[i + AHEAD], 1);
+        const struct rmap_key_lanes lanes = rmap_key_lanes_of(its, number, bits, wide_lanes);
+        const uint32_t is_alike = lanes.alike != 0, is_known = is_alike | (lanes.free == 0);
+        const uint32_t maybe =
+            its[rmap_key_lane(lanes.alike | last_lane)] & number & (0u - is_alike);
+        __builtin_prefetch(entry + (maybe - is_alike), 0, 2);
+        known->at[n_known] = (uint32_t)(first + i);
+        known->maybe[n_known] = maybe;
+        its[rmap_key_lane(lanes.free | last_lane)] |=
+            (bits | (next + (uint32_t)n_new)) & (is_known - 1);
+        fresh[n_new] = (uint32_t)(first + i);
         n_known += is_known;
-        n_new += 1 - is_known;
     }
     known->n = n_known;
-    return n_new;
+    return n - n_known;
 }
 
 RMAP_KEY_LANES_WIDE static size_t take_slots_wide(const struct rmap_class_sums *classes,
-                                                  const uint64_t *mixed, size_t first, size_t last,
+                                                  const uint64_t *mixed, size_t first, size_t n,
                                                   struct some *known, uint32_t *fresh)
 {
-    return take_slots(classes, true, mixed, first, last, known, fresh);
+    return take_slots(classes, true, mixed, first, n, known, fresh);
 }
 
 RMAP_COPIED void begin_all(struct rmap_class_sums *classes, bool is_wide,
@@ -128,42 +154,40 @@ RMAP_COPIED void begin_all(struct rmap_class_sums *classes, bool is_wide,
     const struct rmap_class_sums to = *classes; /* of which registers know */
     for (size_t i = 0; i < n_new; i++) {
         const size_t k = left[fresh[i]];
-        to.entry[to.n + i].key = rmap_path_key_at(&from->keyed, k);
-        begin(&to, is_wide, to.n + i, from, k);
+        const struct rmap_key key = rmap_path_key_at(&from->keyed, k);
+        if (is_wide) {
+            to.entry[to.n + i].key = key;
+            begin(&to, is_wide, to.n + i, from, k);
+        } else {
+            rmap_class_sums_begin_away(&to, to.n + i, key, id_of(from, k), shape_of(from, k));
+        }
     }
     classes->n += n_new;
 }
 
-/* Enters those of rays [first, last) of the list whose classes are new, for which there is room;
- * lists the others. */
+/* Enters those of rays [first, first + n) of the list whose classes are new, for which there is
+ * room; lists the others. */
 static void enter_new(struct rmap_class_sums *classes, const struct rmap_path_buffers *buffers,
-                      const struct bringing *from, size_t first, size_t last, struct some *known)
+                      const struct bringing *from, size_t first, size_t n, struct some *known)
 {
     uint32_t fresh[TOGETHER];
     const uint64_t *mixed = buffers->mixed;
     const size_t n_new = rmap_key_lanes_are_wide()
-                             ? take_slots_wide(classes, mixed, first, last, known, fresh)
-                             : take_slots(classes, false, mixed, first, last, known, fresh);
+                             ? take_slots_wide(classes, mixed, first, n, known, fresh)
+                             : take_slots(classes, false, mixed, first, n, known, fresh);
     if (classes->is_wide)
         begin_all(classes, true, from, buffers->left, fresh, n_new);
     else
         begin_all(classes, false, from, buffers->left, fresh, n_new);
 }
 
-static void list_all(size_t first, size_t last, struct some *all)
+static void list_all(size_t first, size_t n, struct some *all)
 {
-    all->n = last - first;
-    for (size_t i = first; i < last; i++) {
-        all->at[i - first] = (uint32_t)i;
-        all->maybe[i - first] = 0;
+    all->n = n;
+    for (size_t i = 0; i < n; i++) {
+        all->at[i] = (uint32_t)(first + i);
+        all->maybe[i] = 0;
     }
-}
-
-static void expect(const struct rmap_class_entry *entry, const struct some *rays)
-{
-    for (size_t i = 0; i < rays->n; i++)
-        __builtin_prefetch(
-            (const void *)((uintptr_t)entry + rays->maybe[i] * sizeof *entry - sizeof *entry), 1);
 }
 
 /* The class of a ray that may be of that one; slot: as rmap_class_sums_look has it. */
@@ -267,10 +291,9 @@ enum rmap_status rmap_path_target_add(const struct rmap_path_target *to, size_t 
         const bool at_once =
             to->tally->steps.is_closed && classes->n + 2 * TOGETHER <= classes->room;
         if (at_once)
-            enter_new(classes, buffers, &from, i, i + n, now);
+            enter_new(classes, buffers, &from, i, n, now);
         else
-            list_all(i, i + n, now);
-        expect(classes->entry, now);
+            list_all(i, n, now);
         RMAP_TRY(add_some(to, &from, before, &n_added, err));
         before->n = 0;
         if (!at_once) {
@@ -287,6 +310,7 @@ enum rmap_status rmap_path_target_add(const struct rmap_path_target *to, size_t 
     }
     st = add_some(to, &from, before, &n_added, err);
 out:
+    rmap_class_sums_end_away();
     *n_ret = i;
     return st;
 }
