@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "analysis/detector_bins.h"
+#include "analysis/path_rank.h"
 #include "base/alloc.h"
 
 void rmap_path_flux(const struct rmap_map *map, size_t source, double weight, double weight_squared,
@@ -17,107 +18,6 @@ void rmap_path_flux(const struct rmap_map *map, size_t source, double weight, do
     *standard_error_ret =
         n < 2 ? (double)NAN
               : unit * sqrt(fmax(n / (n - 1) * (weight_squared - weight * weight / n), 0.0));
-}
-
-/* A class while classes are ranked. */
-struct ranked {
-    size_t class;
-    uint64_t first_ray;
-    double value; /* the greater, the earlier */
-    double flux;
-};
-
-static int compare_ranked(const void *a_, const void *b_)
-{
-    const struct ranked *a = a_, *b = b_;
-    if (a->value != b->value)
-        return a->value > b->value ? -1 : 1;
-    if (a->flux != b->flux)
-        return a->flux > b->flux ? -1 : 1;
-    return (a->first_ray > b->first_ray) - (a->first_ray < b->first_ray);
-}
-
-static inline double flux_of(const struct rmap_class_sums *classes, size_t i, const double *unit)
-{
-    const struct rmap_class_entry *its = &classes->entry[i];
-    const double weight = classes->is_wide ? classes->more[i].weight : (double)its->rays;
-    return unit[rmap_path_source_of(its->key)] * weight;
-}
-
-static inline double value_of(const struct rmap_class_sums *classes, size_t i,
-                              enum rmap_path_sort sort, const double *unit)
-{
-    if (sort == RMAP_PATH_BY_FLUX)
-        return flux_of(classes, i, unit);
-    const double rays = (double)classes->entry[i].rays;
-    if (sort == RMAP_PATH_BY_RAYS)
-        return rays;
-    return (double)rmap_class_sums_at(classes, i).more.segments / rays;
-}
-
-/* Moves the entry at `at` down to its place in a heap, whose root comes last of all. */
-static void sift(struct ranked *heap, size_t n, size_t at)
-{
-    for (size_t child = 2 * at + 1; child < n; child = 2 * at + 1) {
-        if (child + 1 < n && compare_ranked(&heap[child + 1], &heap[child]) > 0)
-            child++;
-        if (compare_ranked(&heap[at], &heap[child]) > 0)
-            return;
-        const struct ranked entry = heap[at];
-        heap[at] = heap[child];
-        heap[child] = entry;
-        at = child;
-    }
-}
-
-/* Rays below which no class has a place among those in the full heap: 0 where that is not told
- * beforehand. */
-static uint64_t fewest_rays(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
-                            const struct ranked *root)
-{
-    const struct rmap_map *map = counts->context->map;
-    const double *unit = rmap_map_flux_per_weight(map);
-    double most = sort == RMAP_PATH_BY_RAYS ? 1.0 : 0.0;
-    if (sort == RMAP_PATH_BY_FLUX && !counts->tally.classes.is_wide)
-        for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++)
-            most = unit[s] > most ? unit[s] : most;
-    const double rays = most > 0.0 ? root->value / most * (1.0 - 1e-12) : 0.0;
-    return rays > 0.0 && rays < 0x1p63 ? (uint64_t)rays : 0;
-}
-
-/* The first n_row classes: [n_row]. */
-static enum rmap_status rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
-                             size_t n_row, struct ranked **ranked_ret, struct rmap_error *err)
-{
-    const struct rmap_class_sums *classes = &counts->tally.classes;
-    const double *unit = rmap_map_flux_per_weight(counts->context->map);
-    struct ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
-    uint64_t fewest = 0;
-    size_t n = 0;
-    if (!ranked)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
-    for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
-        if (classes->entry[i].rays < fewest)
-            continue;
-        const double value = value_of(classes, i, sort, unit);
-        if (n == n_row && value < ranked[0].value)
-            continue;
-        const struct ranked entry = {i, classes->entry[i].first_ray, value,
-                                     flux_of(classes, i, unit)};
-        if (n < n_row) {
-            ranked[n++] = entry;
-            for (size_t k = n_row / 2; n == n_row && k-- > 0;)
-                sift(ranked, n_row, k);
-        } else if (compare_ranked(&entry, &ranked[0]) < 0) {
-            ranked[0] = entry;
-            sift(ranked, n_row, 0);
-        }
-        if (n == n_row)
-            fewest = fewest_rays(counts, sort, &ranked[0]);
-    }
-    qsort(ranked, n, sizeof *ranked, compare_ranked);
-    *ranked_ret = ranked;
-    return RMAP_OK;
 }
 
 /* A row, and its share taken off what is left. */
@@ -147,8 +47,8 @@ enum { ROWS_FEW = 64 };
 
 /* Numbers of the rows' steps among those that were kept; rmap_free. */
 static enum rmap_status find_steps(const struct rmap_path_counts *counts,
-                                   const struct ranked *ranked, size_t n_row, uint32_t **number_ret,
-                                   struct rmap_error *err)
+                                   const struct rmap_path_ranked *ranked, size_t n_row,
+                                   uint32_t **number_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_steps *steps = &counts->tally.steps;
@@ -176,8 +76,8 @@ out:
 
 /* Of each row, as far as they were kept. */
 static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
-                                   const struct ranked *ranked, struct rmap_path_report *report,
-                                   struct rmap_error *err)
+                                   const struct rmap_path_ranked *ranked,
+                                   struct rmap_path_report *report, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint32_t *number = NULL;
@@ -214,7 +114,7 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
     enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = counts->context->map;
     const size_t n_source = rmap_map_scene(map)->n_source, n = counts->tally.classes.n;
-    struct ranked *ranked = NULL;
+    struct rmap_path_ranked *ranked = NULL;
     struct rmap_count rest = {0};
     struct rmap_path_report *report = rmap_alloc(1, sizeof *report);
     if (!report)
@@ -233,7 +133,7 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", report->n_row));
     RMAP_TRY(rmap_count_init(&rest, n_source, err));
     rmap_count_add(&rest, &counts->total, n_source);
-    RMAP_TRY(rank(counts, sort, report->n_row, &ranked, err));
+    RMAP_TRY(rmap_path_rank(counts, sort, report->n_row, &ranked, err));
     for (size_t k = 0; k < report->n_row; k++) {
         const struct rmap_class_sum sum =
             rmap_class_sums_at(&counts->tally.classes, ranked[k].class);
