@@ -53,7 +53,8 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
                                       struct rmap_error *err)
 {
     static const char *const for_maps[] = {"encoding",       "piece-size", "flush",
-                                           "flush-portions", "shard-dir",  "shards-per-node"};
+                                           "flush-portions", "shard-dir",  "shards-per-node",
+                                           "index"};
     enum rmap_status st = check_modes(given, request, err);
     if (st != RMAP_OK)
         return st;
@@ -65,6 +66,10 @@ static enum rmap_status check_request(const struct rmap_arguments *given,
         if (rmap_argument(given, "no-record") && rmap_argument(given, for_maps[i]))
             return rmap_error_set(err, RMAP_USAGE, "--no-record makes no map; leave out --%s",
                                   for_maps[i]);
+    if (request->shard_dir && rmap_argument(given, "index"))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--index reads the map, which --shard-dir leaves in parts: collect "
+                              "its shards, then raymap index");
     if (rmap_argument(given, "piece-size") && request->piece_nbytes == 0)
         return rmap_error_set(err, RMAP_USAGE, "--piece-size must be at least 1");
     if (rmap_argument(given, "flush-portions") && request->flush_portions == 0)
