@@ -4,6 +4,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/map_content.h"
+#include "io/repair.h"
 #include "mpi/progress.h"
 
 static enum rmap_status out_of_memory(struct rmap_error *err)
@@ -42,19 +43,21 @@ static enum rmap_status find_covered(const struct rmap_map *map, struct rmap_ray
     return st;
 }
 
-/* The rays of one request that nobody traced. Requests stay apart: blocks never cross from one to
- * the next, so that whatever a dead writer of the first may still leave is the same block. */
+/* The rays of one request that nobody traced, which join those that are done. Requests stay apart:
+ * blocks never cross from one to the next, so that whatever a dead writer of the first may still
+ * leave is the same block. */
 static enum rmap_status add_phase(struct rmap_trace_goal *goal, const struct rmap_run_row *row,
-                                  const struct rmap_ray_set *covered, struct rmap_error *err)
+                                  struct rmap_ray_set *done, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_ray_set wanted = {0};
     struct rmap_trace_phase *phase = &goal->phase[goal->n_phase];
     struct rmap_ray_range range = range_of_run(row);
     RMAP_TRY(rmap_ray_set_make(&range, 1, &wanted, err));
-    RMAP_TRY(rmap_ray_set_minus(&wanted, covered, &phase->rays, err));
+    RMAP_TRY(rmap_ray_set_minus(&wanted, done, &phase->rays, err));
     if (phase->rays.n == 0)
         goto out;
+    RMAP_TRY(rmap_ray_set_join(done, &phase->rays, err));
     phase->space = row->space;
     goal->n_missing += rmap_ray_set_count(&phase->rays);
     goal->n_phase++;
@@ -63,23 +66,24 @@ out:
     return st;
 }
 
+/* Requests of merged maps may overlap: rays that two of them want are the first one's. */
 static enum rmap_status add_phases(struct rmap_trace_goal *goal, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_ray_set covered = {0};
+    struct rmap_ray_set done = {0};
     size_t n_run = goal->map ? rmap_map_n_run(goal->map) : 0;
     goal->phase = rmap_alloc(n_run + 1, sizeof *goal->phase);
     if (!goal->phase)
         return out_of_memory(err);
     if (goal->map)
-        RMAP_TRY(find_covered(goal->map, &covered, err));
-    goal->n_held = rmap_ray_set_count(&covered);
+        RMAP_TRY(find_covered(goal->map, &done, err));
+    goal->n_held = rmap_ray_set_count(&done);
     for (size_t i = 0; i < n_run; i++)
-        RMAP_TRY(add_phase(goal, rmap_map_run(goal->map, i), &covered, err));
+        RMAP_TRY(add_phase(goal, rmap_map_run(goal->map, i), &done, err));
     if (goal->has_row)
-        RMAP_TRY(add_phase(goal, &goal->row, &covered, err));
+        RMAP_TRY(add_phase(goal, &goal->row, &done, err));
 out:
-    rmap_ray_set_fini(&covered);
+    rmap_ray_set_fini(&done);
     return st;
 }
 
@@ -124,12 +128,16 @@ static void adopt(struct rmap_trace_request *request, struct rmap_run *run,
 static enum rmap_status check_resumed(const struct rmap_trace_request *request,
                                       const struct rmap_map *map, struct rmap_error *err)
 {
-    uint64_t total = 0;
+    struct rmap_ray_set wanted = {0};
     size_t n = rmap_map_n_run(map);
+    enum rmap_status st = rmap_repair_wanted(map, &wanted, err);
+    const uint64_t total = rmap_ray_set_count(&wanted);
+    rmap_ray_set_fini(&wanted);
+    if (st != RMAP_OK)
+        return st;
     bool known = !request->has_n_ray, begins = !request->has_first_ray;
     for (size_t i = 0; i < n; i++) {
         const struct rmap_run_row *row = rmap_map_run(map, i);
-        total += row->n_ray;
         known = known || request->n_ray == row->n_ray;
         begins = begins || request->first_ray == row->first_ray;
     }

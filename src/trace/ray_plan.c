@@ -85,6 +85,25 @@ out:
     return st;
 }
 
+enum rmap_status rmap_ray_set_join(struct rmap_ray_set *set, const struct rmap_ray_set *more,
+                                   struct rmap_error *err)
+{
+    struct rmap_ray_set joined;
+    const size_t n = set->n + more->n;
+    struct rmap_ray_range *range = rmap_alloc(n ? n : 1, sizeof *range);
+    if (!range)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of rays");
+    for (size_t i = 0; i < n; i++)
+        range[i] = i < set->n ? set->range[i] : more->range[i - set->n];
+    enum rmap_status st = rmap_ray_set_make(range, n, &joined, err);
+    rmap_free(range);
+    if (st != RMAP_OK)
+        return st;
+    rmap_ray_set_fini(set);
+    *set = joined;
+    return RMAP_OK;
+}
+
 uint64_t rmap_ray_set_count(const struct rmap_ray_set *set)
 {
     uint64_t count = 0;

@@ -35,6 +35,10 @@ enum rmap_status rmap_ray_set_minus(const struct rmap_ray_set *from,
                                     const struct rmap_ray_set *other, struct rmap_ray_set *rest,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
+/* Ids of `more` join the set, which stays what it was when that fails. */
+enum rmap_status rmap_ray_set_join(struct rmap_ray_set *set, const struct rmap_ray_set *more,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
 uint64_t rmap_ray_set_count(const struct rmap_ray_set *set);
 
 /* A set cut at the multiples of RMAP_BLOCK_RAYS: blocks 0 ... n_block - 1, ascending. */

@@ -44,6 +44,18 @@ expect 0 '55,000 rays' "$RAYMAP" convert colours.raymap -o again.raymap
 expect 0 ' 0 findings' "$RAYMAP" verify again.raymap
 [ "$(digest again.raymap)" = "$(digest colours.raymap)" ] || { echo "FAILED: colours"; failures=1; }
 
+# Maps that were asked for some of the same rays, none of which they hold: each is traced once.
+"$RAYMAP" trace scene.yaml -o front.raymap -n 30000 --quiet
+"$RAYMAP" trace scene.yaml -o back.raymap --first-ray 10000 -n 40000 --quiet
+for map in front back; do
+    rm -r $map.raymap/shard-*
+    expect 0 ' 0 rays, .* lost' "$RAYMAP" repair $map.raymap
+done
+expect 0 'not complete' "$RAYMAP" merge back.raymap front.raymap -o both.raymap
+expect 2 'asked for 50,000 rays' "$RAYMAP" trace scene.yaml -o both.raymap --resume -n 70000
+expect 0 '^50,000 rays in' mpirun -np 2 "$RAYMAP" trace scene.yaml -o both.raymap --resume -n 50000
+same both.raymap
+
 # What does not belong together.
 expect 3 'a.raymap and all.raymap both hold the rays 0 to 20479 \(20,480 rays\):' \
     "$RAYMAP" merge a.raymap all.raymap -o x.raymap

@@ -109,6 +109,14 @@ static void random_differences(void **state)
         }
         for (int id = 0; id < IDS; id++)
             assert_int_equal(found[id], in[0][id] && !in[1][id]);
+        assert_int_equal(rmap_ray_set_join(&rest, &other, NULL), RMAP_OK);
+        uint64_t either = 0;
+        for (int id = 0; id < IDS; id++)
+            either += (uint64_t)(in[0][id] || in[1][id]);
+        assert_true(rmap_ray_set_count(&rest) == either);
+        assert_int_equal(rmap_ray_set_join(&from, &other, NULL), RMAP_OK);
+        assert_int_equal(from.n, rest.n);
+        assert_memory_equal(from.range, rest.range, rest.n * sizeof *rest.range);
         rmap_ray_set_fini(&from);
         rmap_ray_set_fini(&other);
         rmap_ray_set_fini(&rest);
