@@ -2,8 +2,9 @@
  *
  * A shard's buffers under one lock; encoding outside any lock; HDF5 in one thread.
  *
- * A full buffer goes to a queue that keeps the order of filling, so the file does not depend on
- * which thread encoded what. A piece ends between two portions: its buffers are flushed as they
+ * A full buffer goes to a queue that keeps the order of filling, so the rows of the file do not
+ * depend on which thread encoded what; how their planes are deflated does, as each encoder keeps
+ * its choices. A piece ends between two portions: its buffers are flushed as they
  * are, and a sign in the queue tells the writing thread to close it. A flush is such a sign too:
  * when it comes out, all that was appended before it is stored or in the sign's batch.
  */
