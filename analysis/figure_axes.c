@@ -36,8 +36,12 @@ void rmap_ticks_linear(double low, double high, int most, struct rmap_ticks *tic
     double power = pow(10.0, floor(log10(span / most))), step = power;
     static const double lead[] = {1.0, 2.0, 5.0, 10.0, 20.0, 50.0};
     for (int i = 0; i < 6; i++) {
+        const double n =
+            floor(high / (power * lead[i]) + 1e-9) - ceil(low / (power * lead[i]) - 1e-9) + 1.0;
+        if (i > 0 && n < 2.0) /* one number alone tells no scale */
+            break;
         step = power * lead[i];
-        if (floor(high / step + 1e-9) - ceil(low / step - 1e-9) + 1.0 <= fmin(most, RMAP_TICK_MAX))
+        if (n <= fmin(most, RMAP_TICK_MAX))
             break;
     }
     for (double k = ceil(low / step - 1e-9); k <= floor(high / step + 1e-9); k++)

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Ticks of logarithmic axes: in the range, ascending, at numbers that people write, neither too
+ * Ticks of axes, logarithmic ones too: in the range, ascending, at numbers that people write, neither too
  * few nor too many.
  */
 #include <math.h>
@@ -64,12 +64,30 @@ static void any_range_has_ticks_inside_it(void **state)
         }
 }
 
+static void a_narrow_axis_has_two(void **state)
+{
+    (void)state;
+    for (int most = 2; most < 8; most++)
+        for (double low = -7.3; low < 9.0; low += 0.37)
+            for (double span = 1e-3; span < 1e3; span *= 1.3) {
+                struct rmap_ticks ticks;
+                rmap_ticks_linear(low, low + span, most, &ticks);
+                assert_in_range(ticks.n, 2, most < 4 ? 6 : most + 1);
+                assert_true(ticks.value[0] >= low - 1e-8 * span);
+                assert_true(ticks.value[ticks.n - 1] <= low + span * (1 + 1e-8));
+            }
+    struct rmap_ticks ticks;
+    rmap_ticks_linear(-4.0, 4.0, 3, &ticks); /* not 0 alone, of steps of 5 */
+    assert_int_equal(ticks.n, 5);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(powers_of_ten_where_they_are_many),
         cmocka_unit_test(twos_and_fives_between_few),
         cmocka_unit_test(round_numbers_in_a_short_range),
+        cmocka_unit_test(a_narrow_axis_has_two),
         cmocka_unit_test(any_range_has_ticks_inside_it),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
