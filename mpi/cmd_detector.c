@@ -197,7 +197,7 @@ out:
     return st;
 }
 
-enum { FREQUENCIES = 51 };
+enum { FREQUENCIES = 51, FINER = 8 };
 
 /* A round number. */
 static double round_above(double x)
@@ -206,7 +206,40 @@ static double round_above(double x)
     return x > 1.5 * below ? 2.0 * below : below;
 }
 
-/* Collective. The second pass over the registrations, about the centre that the image found. */
+/* Collective. A pass over the registrations; the spot on rank 0. */
+static enum rmap_status sum_spot(const struct rmap_context *context, struct rmap_spot_ask *ask,
+                                 const struct rmap_criterion *criterion, struct rmap_spot **spot,
+                                 struct rmap_error *err)
+{
+    const struct rmap_fold fold = {.kind = &rmap_spot_sums_kind,
+                                   .context = ask,
+                                   .map = ask->map,
+                                   .criterion = criterion,
+                                   .columns = rmap_spot_sums_columns(ask),
+                                   .overlay = ask->overlay};
+    void *state = NULL;
+    enum rmap_status st = rmap_fold_run(context, &fold, &state, err);
+    if (st == RMAP_OK && context->rank == 0)
+        st = rmap_spot_create(state, spot, err);
+    fold.kind->destroy(state);
+    return rmap_agree(context, st, err);
+}
+
+/* A little stray light far out makes the RMS size many times that of the spot, and frequencies
+ * that suit it show nothing: whether the contrast is still high at all of them, in one of the
+ * directions, and others would not be finer than what is stored. */
+static bool wants_finer(const struct rmap_spot *spot, const struct rmap_detector *detector)
+{
+    const size_t n = spot->n_frequency;
+    const double next = FINER * spot->frequency_step * (double)(n - 1);
+    double least[2] = {1.0, 1.0};
+    for (size_t k = 0; k < 2 * n; k++)
+        least[k / n] = fmin(least[k / n], spot->mtf[k].value);
+    return fmax(least[0], least[1]) > 0.5 &&
+           next * fmax(detector->size[0], detector->size[1]) < 0.25 * 65535.0;
+}
+
+/* Collective. More passes over the registrations, about the centre that the image found. */
 static enum rmap_status find_spot(const struct rmap_context *context, const struct request *request,
                                   const struct rmap_detector_ask *image_ask,
                                   const struct rmap_criterion *criterion, struct answer *answer,
@@ -220,6 +253,7 @@ static enum rmap_status find_spot(const struct rmap_context *context, const stru
                                 .n_frequency = request->mtf ? FREQUENCIES : 0,
                                 .tangential_rad = 0.5 * RMAP_PI};
     double first[4] = {0.0, 0.0, 0.0, request->frequency};
+    int finer = 0;
     if (context->rank == 0 && isfinite(answer->image->rms_radius)) {
         const double *centre = answer->image->centroid, rms = answer->image->rms_radius;
         first[0] = centre[0];
@@ -234,18 +268,15 @@ static enum rmap_status find_spot(const struct rmap_context *context, const stru
     ask.tangential_rad =
         isnan(request->bins.rotate_deg) ? first[2] : ask.bins.rotate_rad + 0.5 * RMAP_PI;
     ask.frequency_step = (first[3] > 0.0 ? first[3] : 1.0) / (FREQUENCIES - 1);
-    const struct rmap_fold fold = {.kind = &rmap_spot_sums_kind,
-                                   .context = &ask,
-                                   .map = ask.map,
-                                   .criterion = criterion,
-                                   .columns = rmap_spot_sums_columns(&ask),
-                                   .overlay = ask.overlay};
-    void *state = NULL;
-    st = rmap_fold_run(context, &fold, &state, err);
-    if (st == RMAP_OK && context->rank == 0)
-        st = rmap_spot_create(state, &answer->spot, err);
-    fold.kind->destroy(state);
-    st = rmap_agree(context, st, err);
+    do {
+        rmap_spot_destroy(answer->spot);
+        answer->spot = NULL;
+        RMAP_TRY(sum_spot(context, &ask, criterion, &answer->spot, err));
+        finer = answer->spot && request->mtf && request->frequency == 0.0 && first[3] > 0.0 &&
+                wants_finer(answer->spot, answer->image->detector);
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(&finer, 1, MPI_INT, 0, context->comm)));
+        ask.frequency_step *= FINER;
+    } while (finer);
 out:
     return st;
 }

@@ -209,10 +209,17 @@ for k in (5, 10, 15, 20):
         sigmas("disc: MTF", mtf[name][k], mtf[name + "_standard_error"][k], abs(2 * bessel1(z) / z))
 random = np.random.default_rng(7)
 points = random.normal(0, 0.5, (3000, 2))
-rows = "".join(f"\n      - {{origin: [{px:.9f}, {py:.9f}, -10], direction: [0, 0, 1]}}" for px, py in points)
-open("gauss.yaml", "w").write(SCENE.replace("reflectance: 0.5", "reflectance: 0") %
-    ("  - name: list\n    type: rays\n    flux: 1 W\n    medium: air\n    rays:" + rows + "\n"))
-run(RAYMAP, "trace", "gauss.yaml", "-o", "gauss.raymap", "-n", "3000", "--quiet", "--force")
+
+
+def trace_points(name, points):
+    """A map of light that runs along z through these places."""
+    rows = "".join(f"\n      - {{origin: [{px:.9f}, {py:.9f}, -10], direction: [0, 0, 1]}}" for px, py in points)
+    open(name + ".yaml", "w").write(SCENE.replace("reflectance: 0.5", "reflectance: 0") %
+        ("  - name: list\n    type: rays\n    flux: 1 W\n    medium: air\n    rays:" + rows + "\n"))
+    run(RAYMAP, "trace", name + ".yaml", "-o", name + ".raymap", "-n", str(len(points)), "--quiet", "--force")
+
+
+trace_points("gauss", points)
 d = detector("gauss.raymap", "sensor", "--mtf")
 sigmas("Gaussian: RMS x", d["spot"]["rms"]["x"]["value"], d["spot"]["rms"]["x"]["standard_error"], 0.5)
 for row in d["spot"]["encircled"]:
@@ -222,6 +229,12 @@ for k in (5, 15, 25):
     sigmas("Gaussian: MTF", d["mtf"]["tangential"][k], d["mtf"]["tangential_standard_error"][k], expected)
 half = d["mtf"]["half"]["sagittal"]
 sigmas("Gaussian: MTF 50 %", half["value"], half["standard_error"], math.sqrt(math.log(2) / 2) / (math.pi * 0.5))
+# One per cent of stray light makes the RMS size 50 times that of the spot, and hides nothing.
+trace_points("halo", np.concatenate([0.02 * points, random.uniform(-4, 4, (30, 2))]))
+d = detector("halo.raymap", "sensor", "--mtf")
+assert d["spot"]["rms"]["radius"]["value"] > 0.2, d["spot"]["rms"]
+half = d["mtf"]["half"]["sagittal"]
+assert abs(half["value"] / (math.sqrt(math.log(2) / 2) / (math.pi * 0.01)) - 1) < 0.1, half
 
 # ---- errors against twenty seeds
 seen = []
