@@ -11,7 +11,8 @@
 #include "io/raster.h"
 
 enum { LEFT = 92, TOP = 86, RIGHT = 30, BOTTOM = 62, WIDTH = 760, HEIGHT = 440, SQUARE = 520 };
-enum { BAR_GAP = 22, BAR_WIDTH = 22, BAR_RIGHT = 150, LEGEND_ROW = 20, LEGEND_MAX = 12 };
+enum { BAR_GAP = 22, BAR_WIDTH = 22, BAR_RIGHT = 150 };
+enum { LEGEND_GAP = 18, LEGEND_RIGHT = 190, LEGEND_ROW = 20, LEGEND_MAX = 20 };
 
 /* Okabe & Ito's colours, told apart by all eyes (https://jfly.uni-koeln.de/color/). */
 static const char *const palette[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
@@ -127,17 +128,18 @@ static void draw_steps(const struct plot *plot, const struct rmap_stats_group *g
                   &(struct rmap_svg_style){.stroke = colour, .width = 1.6});
 }
 
+/* Beside the frame, where no line can run. */
 static void draw_legend(const struct plot *plot, const char *name, const char *colour, size_t row)
 {
-    const double x = plot->axes.x + plot->axes.width - 150, y = plot->axes.y + 18;
+    const double x = plot->axes.x + plot->axes.width + LEGEND_GAP, y = plot->axes.y + 12;
     const double at = y + (double)(LEGEND_ROW * row);
     if (row >= LEGEND_MAX)
         return;
     rmap_svg_rect(plot->svg, x, at - 8, 18, 8,
                   &(struct rmap_svg_style){.fill = colour, .opacity = 0.8});
-    const struct rmap_svg_text text = {
-        .x = x + 25, .y = at, .size = RMAP_TICK_SIZE, .halo = "white"};
-    rmap_caption(plot->svg, &text, 120, row + 1 < LEGEND_MAX ? name : "…");
+    const struct rmap_svg_text text = {.x = x + 25, .y = at, .size = RMAP_TICK_SIZE};
+    rmap_caption(plot->svg, &text, LEGEND_RIGHT - LEGEND_GAP - 33,
+                 row + 1 < LEGEND_MAX ? name : "…");
 }
 
 static void draw_note(const struct plot *plot)
@@ -270,21 +272,31 @@ static const char *space_before(const char *unit)
     return *unit ? " " : "";
 }
 
+/* "; mean 1.5 ± 0.1 mm", without an error that is not defined; the length of it. */
+static int describe_value(char *text, size_t nbytes, const char *what, const char *unit,
+                          struct rmap_stats_estimate of)
+{
+    char error[48] = "";
+    if (isfinite(of.standard_error))
+        (void)snprintf(error, sizeof error, " ± %.2g", of.standard_error);
+    return snprintf(text, nbytes, "%s%.5g%s%s%s", what, of.value, error, space_before(unit), unit);
+}
+
 /* "1,234 values, 0.5 ± 0.002 W; mean ..." of the only group; the length of it. */
 static int describe_only(const struct plot *plot, char *line, size_t nbytes)
 {
     const struct rmap_stats *stats = plot->stats;
     const struct rmap_stats_group *group = &stats->group[0];
     const struct rmap_stats_moment_estimates *moment = &group->of[0].moment;
-    const char *unit = stats->setup->quantities->of[0].unit, *gap = space_before(unit);
-    int n =
-        snprintf(line, nbytes, "%s, %.4g ± %.2g %s", rmap_counted(group->n_reading, "value").text,
-                 group->flux.value, group->flux.standard_error, rmap_stats_flux_unit(stats));
-    if (stats->setup->quantities->n == 1 && n > 0)
-        n += snprintf(line + n, nbytes - (size_t)n,
-                      "; mean %.5g ± %.2g%s%s, standard deviation %.4g ± %.2g%s%s",
-                      moment->mean.value, moment->mean.standard_error, gap, unit,
-                      moment->deviation.value, moment->deviation.standard_error, gap, unit);
+    const char *unit = stats->setup->quantities->of[0].unit;
+    int n = snprintf(line, nbytes, "%s", rmap_counted(group->n_reading, "value").text);
+    n += describe_value(line + n, nbytes - (size_t)n, ", ", rmap_stats_flux_unit(stats),
+                        group->flux);
+    if (stats->setup->quantities->n == 1) {
+        n += describe_value(line + n, nbytes - (size_t)n, "; mean ", unit, moment->mean);
+        n += describe_value(line + n, nbytes - (size_t)n, ", standard deviation ", unit,
+                            moment->deviation);
+    }
     return n;
 }
 
@@ -368,7 +380,8 @@ enum rmap_status rmap_figure_stats(const struct rmap_stats *stats,
     } else {
         set_y(&plot);
     }
-    const double width = LEFT + plot.axes.width + (two ? BAR_RIGHT : RIGHT);
+    const bool named = !two && stats->n_group > 0 && stats->group[0].name;
+    const double width = LEFT + plot.axes.width + (two ? BAR_RIGHT : named ? LEGEND_RIGHT : RIGHT);
     RMAP_TRY(rmap_svg_create(width, TOP + plot.axes.height + BOTTOM,
                              stats->setup->quantities->of[0].name, &plot.svg, err));
     if (two)

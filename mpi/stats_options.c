@@ -122,19 +122,41 @@ void rmap_stats_axes_fini(struct rmap_stats_axis *axis)
     }
 }
 
-/* One edge, such as `2.5 mm`. */
+/* One edge, such as `2.5 mm`, or `2.5` with the unit of all. */
 static enum rmap_status read_edge(const struct rmap_quantities *quantities, size_t index,
-                                  const char *text, size_t nbytes, double *edge,
+                                  const char *text, size_t nbytes, const char *unit, double *edge,
                                   struct rmap_error *err)
 {
     char written[128];
     double range[2];
-    if (nbytes > sizeof written / 2 - 3)
+    if (2 * (nbytes + strlen(unit)) + 3 > sizeof written)
         return rmap_error_set(err, RMAP_USAGE, "--bins: an edge of %zu characters", nbytes);
-    (void)snprintf(written, sizeof written, "%.*s..%.*s", (int)nbytes, text, (int)nbytes, text);
+    (void)snprintf(written, sizeof written, "%.*s%s..%.*s%s", (int)nbytes, text, unit, (int)nbytes,
+                   text, unit);
     enum rmap_status st = rmap_quantity_range(quantities, index, written, "--bins", range, err);
     *edge = range[0];
     return st;
+}
+
+/* What stands behind the number of an edge. */
+static const char *behind_number(const char *edge)
+{
+    char *end = NULL;
+    (void)strtod(edge, &end);
+    return end + strspn(end, " ");
+}
+
+/* The unit of the last edge where no other has one: it is meant for all of them. "" else. */
+static const char *common_unit(const char *text)
+{
+    const char *last = text;
+    for (const char *comma = strchr(text, ','); comma; comma = strchr(last, ',')) {
+        const char *unit = behind_number(last);
+        if (unit != comma)
+            return "";
+        last = comma + 1;
+    }
+    return behind_number(last);
 }
 
 /* Edges between commas. */
@@ -143,6 +165,7 @@ static enum rmap_status read_edges(const struct rmap_quantities *quantities, siz
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const char *const unit = common_unit(text);
     size_t n = 1;
     for (const char *p = text; *p; p++)
         n += *p == ',';
@@ -152,7 +175,8 @@ static enum rmap_status read_edges(const struct rmap_quantities *quantities, siz
     axis->n_edge = n;
     for (size_t k = 0; k < n; k++) {
         size_t nbytes = strcspn(text, ",");
-        RMAP_TRY(read_edge(quantities, index, text, nbytes, &axis->edge[k], err));
+        RMAP_TRY(
+            read_edge(quantities, index, text, nbytes, k + 1 < n ? unit : "", &axis->edge[k], err));
         text += nbytes + 1;
         if (k > 0 && !(axis->edge[k - 1] < axis->edge[k]))
             return rmap_error_set(err, RMAP_USAGE, "--bins: edges must ascend, not from %g to %g",

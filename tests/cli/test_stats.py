@@ -8,6 +8,7 @@ count is no mistake; absurd or misspelt requests are refused with the reason."""
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -236,6 +237,9 @@ def check_numbers(m, path):
             share, "x(sensor)", 1e-8)
     compare(stats(path, "--of", "optical_path(sensor)", "--bins", "0,3 cm,50,90,4 m"), m, ray,
             m.registration["optical_path"][on], share, "optical_path(sensor)")
+    edges = stats(path, "--of", "optical_path(sensor)", "--bins", "0,2,5.5, 9 cm")
+    check(np.allclose(edges["histogram"]["edges"], [0, 20, 55, 90]), "the unit at the end is of all")
+    compare(edges, m, ray, m.registration["optical_path"][on], share, "edges in cm")
     compare(stats(path, "--of", "path_length", "--detector", "sensor"), m, ray,
             m.ray["path_length"][ray], share, "path_length --detector")
     cosine = m.registration["direction"][on, 2].astype(float)
@@ -306,6 +310,12 @@ def check_files(path):
     with open("out.svg", encoding="utf8") as file:
         text = file.read()
     check("x(sensor), mm" in text and "flux per bin, W" in text and "side" in text, ".svg")
+    frame = max(float(x) for x in re.findall(r'<line x1="([0-9.]+)"', text))
+    legend = re.search(r'<text x="([0-9.]+)"[^>]*>side</text>', text)
+    check(float(legend[1]) > frame, "the legend stands beside the frame")
+    run("stats", path, "--of", "path_length", "--where", "ray == 0", "-o", "out.svg", "--force")
+    with open("out.svg", encoding="utf8") as file:
+        check("nan" not in file.read(), "errors that are not defined are left out of the picture")
     run("stats", path, "--of", "x(sensor)", "--of", "y(sensor)", "-o", "two.npz", "-o", "two.svg",
         "--where", "segments > 99999", "--force")
     check(np.load("two.npz")["flux"].sum() == 0, "nothing, in two dimensions")
@@ -436,7 +446,7 @@ def check_seeds():
         name = f"seed-{seed}.raymap"
         run("trace", "scene.yaml", "-o", name, "-n", 1500, "--seed", 100 + seed, "--threads", 1,
             "--force", "--quiet")
-        return stats(name, "--of", "optical_path(sensor)", "--bins", "0,20,60,400 m",
+        return stats(name, "--of", "optical_path(sensor)", "--bins", "0,20,60,400e3",
                      "--threads", 1)
 
     with ThreadPoolExecutor(os.cpu_count()) as pool:
