@@ -11,7 +11,14 @@
 #include "analysis/figure_solid.h"
 #include "base/grouped.h"
 
-enum { SAMPLE = 22, GAP = 14, WAVELENGTHS_SHOWN = 8, BAR_ROOM = 230, LINES = 3 };
+enum {
+    SAMPLE = 22,
+    GAP = 14,
+    WAVELENGTHS_SHOWN = 8,
+    MIXTURES_SHOWN = 3,
+    BAR_ROOM = 230,
+    LINES = 3
+};
 static const char ink[] = "#222222";
 
 struct legend {
@@ -54,6 +61,36 @@ static void channels_in_use(const struct rmap_portion *rays, bool *alone, bool *
     }
 }
 
+/* Light of several wavelengths has the colour of its source's: of each, where they differ. */
+static void add_mixtures(struct legend *legend, const struct rmap_scene *scene,
+                         const struct rmap_portion *rays)
+{
+    char ink_of[MIXTURES_SHOWN][8], word[256];
+    size_t source[MIXTURES_SHOWN], n = 0;
+    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        const size_t s = (size_t)rays->ray.source[i];
+        char colour[8];
+        size_t k = 0;
+        rmap_ray_ink(scene, scene->source[s].colour, colour);
+        while (k < n && strcmp(ink_of[k], colour) != 0)
+            k++;
+        if (k < n)
+            continue;
+        if (n == MIXTURES_SHOWN) {
+            add_sample(legend, "#808080", 1.0, "several wavelengths, in their colour");
+            return;
+        }
+        source[n] = s;
+        memcpy(ink_of[n++], colour, sizeof colour);
+    }
+    for (size_t k = 0; k < n; k++) {
+        (void)snprintf(word, sizeof word,
+                       n > 1 ? "several wavelengths of %.200s" : "several wavelengths",
+                       scene->source[source[k]].name);
+        add_sample(legend, ink_of[k], 2.0, word);
+    }
+}
+
 static void add_wavelengths(struct legend *legend, const struct rmap_scene *scene,
                             const struct rmap_portion *rays)
 {
@@ -75,14 +112,8 @@ static void add_wavelengths(struct legend *legend, const struct rmap_scene *scen
         add_sample(legend, colour, 2.0, word);
         shown++;
     }
-    if (several) {
-        double share[RMAP_CHANNEL_MAX];
-        char colour[8];
-        for (int c = 0; c < scene->channels.n; c++)
-            share[c] = scene->n_source > 0 ? scene->source[0].colour[c] : 1.0 / scene->channels.n;
-        rmap_ray_ink(scene, share, colour);
-        add_sample(legend, colour, 2.0, "several wavelengths");
-    }
+    if (several)
+        add_mixtures(legend, scene, rays);
 }
 
 static bool has_ink(const struct rmap_scene *scene, const char *wanted)

@@ -141,6 +141,13 @@ def test_colours():
     assert 2 <= len(rows) <= 8, rows
     assert strokes("path.svg", PALETTE[0]) > strokes("path.svg", PALETTE[6]) > 0
 
+    def mixtures(where):
+        run("draw", "lens.raymap", "--where", where, "-o", "mixed.svg", "--force")
+        return [word for word in words("mixed.svg") if word.startswith("several wavelengths")]
+
+    assert mixtures("source(sun)") == ["several wavelengths"]
+    assert sorted(mixtures("all")) == ["several wavelengths of star", "several wavelengths of sun"]
+
 
 def test_opacity():
     """A ray of less flux is fainter; --opacity sets that of the strongest."""
