@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Ticks of axes, logarithmic ones too: in the range, ascending, at numbers that people write, neither too
- * few nor too many.
+ * Ticks of axes, logarithmic ones too: in the range, ascending, at numbers that people write,
+ * neither too few nor too many.
  */
 #include <math.h>
 #include <setjmp.h>
