@@ -49,14 +49,15 @@ struct sums {
     uint64_t set[SETS][TOGETHER];
 };
 
-/* Lengths tell rows apart of which one ends in zeros. */
+/* Lengths tell rows apart of which one ends in zeros. Either half has a sum of its own, and both
+ * the third. */
 RMAP_WIDE_PRODUCTS static void join_sums(const struct sums *sums, const uint32_t *count, int shift,
                                          size_t n, uint64_t *restrict low, uint64_t *restrict high)
 {
     for (size_t i = 0; i < n; i++) {
         const uint64_t nbytes = (uint64_t)count[i] << shift;
         low[i] = join(sums->set[0][i] + nbytes, sums->set[1][i]);
-        high[i] = join(sums->set[2][i] + nbytes, sums->set[3][i]);
+        high[i] = join(sums->set[2][i] + nbytes, sums->set[1][i]);
     }
 }
 
@@ -187,9 +188,9 @@ AVX2 RMAP_COPIED void sum_four(const uint32_t key[SETS][WORDS], const uint8_t *s
 AVX2 static void add_blocks(const struct rmap_step_hash_keys *keys, const uint8_t *step,
                             size_t nbytes, size_t b, struct sums *sums, size_t i)
 {
-    uint64_t all[SETS];
-    __m256i sum[SETS];
-    for (int s = 0; s < SETS; s++)
+    uint64_t all[4];
+    __m256i sum[4];
+    for (int s = 0; s < 4; s++)
         sum[s] = _mm256_setzero_si256();
     for (; b == 0 || b * BLOCK < nbytes; b++) {
         const __m256i words = load_row(step + b * BLOCK, nbytes - b * BLOCK);

@@ -2,9 +2,9 @@
  *
  * Hashes of rows of steps, many rows in one call. NH of UMAC (Black, Halevi, Krawczyk, Krovetz and
  * Rogaway 1999, doi:10.1007/3-540-48405-1_14): sums of products of pairs of words, each with a key
- * of its own added, four times with four sets of keys. Two different rows have four equal sums for
- * at most 2^-124 of all keys: each for 2^-32 of them, where one row is longer by a block for 2^-31.
- * The sums are mixed to 128 bits. The keys are constants.
+ * of its own added, three times with three sets of keys. Two different rows have three equal sums
+ * for at most 2^-93 of all keys: each for 2^-32 of them, where one row is longer by a block for
+ * 2^-31. The sums are mixed to 128 bits. The keys are constants.
  */
 #ifndef RMAP_STEP_HASH_H
 #define RMAP_STEP_HASH_H
@@ -16,7 +16,7 @@
 enum {
     RMAP_STEP_HASH_BLOCK = 32,  /* bytes */
     RMAP_STEP_HASH_BLOCKS = 16, /* longer rows: XXH3 */
-    RMAP_STEP_HASH_SETS = 4,
+    RMAP_STEP_HASH_SETS = 3,
     /* Bytes behind the last row that may be read. */
     RMAP_STEP_HASH_BEHIND = RMAP_STEP_HASH_BLOCK
 };
