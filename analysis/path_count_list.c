@@ -24,21 +24,23 @@ static enum rmap_status reserve_list(struct rmap_path_buffers *buffers, size_t n
     return RMAP_OK;
 }
 
-/* Lists keyed rays [first, last), but for those that the cache counts, if there is one. */
+/* Lists keyed rays [first, last), but for those that the cache counts, if there is one. Slots are
+ * asked for ray by ray: many at once have to wait for each other. */
 static void list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache *cache,
                       size_t first, size_t last)
 {
-    const struct rmap_path_keyed *keyed = &buffers->hasher.keyed;
+    const struct rmap_path_keyed keyed = buffers->hasher.keyed; /* copies: registers know them */
+    const struct rmap_key_slots ahead = buffers->ahead;
     uint32_t *left = buffers->left;
     uint64_t *mixed = buffers->mixed;
     size_t n = buffers->n_left;
     for (size_t k = first; k < last; k++) {
-        const struct rmap_key key = rmap_path_key_at(keyed, k);
+        const struct rmap_key key = rmap_path_key_at(&keyed, k);
         left[n] = (uint32_t)k;
         mixed[n] = rmap_key_mixed(key);
+        rmap_key_slots_expect(&ahead, mixed + n, 1);
         n += !cache || !rmap_class_cache_count(cache, key, mixed[n]);
     }
-    rmap_key_slots_expect(&buffers->ahead, mixed + buffers->n_left, n - buffers->n_left);
     buffers->n_left = n;
 }
 
