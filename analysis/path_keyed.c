@@ -142,25 +142,25 @@ static inline uint64_t high_of(uint64_t hash, uint64_t source)
 }
 
 /* Hashes become keys; source: [n] of all rays of the portion, or NULL: all have this one. */
-RMAP_WIDE_PRODUCTS static void end_keys(uint64_t *restrict low, uint64_t *restrict high,
-                                        const uint32_t *restrict n_hit,
-                                        const uint32_t *restrict ray,
-                                        const int32_t *restrict source, uint32_t only, size_t n)
+RMAP_COPIED void end_some(uint64_t *restrict low, uint64_t *restrict high,
+                          const uint32_t *restrict n_hit, const uint32_t *restrict ray,
+                          const int32_t *restrict source, uint32_t only, size_t n)
 {
     for (size_t k = 0; k < n; k++) {
-        low[k] = n_hit[k] > 0 ? finish(low[k]) : low[k];
-        high[k] = n_hit[k] > 0 ? finish(high[k]) : high[k];
+        const uint64_t its = source ? (uint32_t)source[ray[k]] : only;
+        low[k] = low_of(n_hit[k] > 0 ? finish(low[k]) : low[k], its);
+        high[k] = high_of(n_hit[k] > 0 ? finish(high[k]) : high[k], its);
     }
+}
+
+RMAP_WIDE_PRODUCTS static void end_keys(const struct rmap_path_keyed *keyed, const int32_t *source,
+                                        uint32_t only)
+{
+    const struct rmap_path_keyed its = *keyed;
     if (source)
-        for (size_t k = 0; k < n; k++) {
-            low[k] = low_of(low[k], (uint32_t)source[ray[k]]);
-            high[k] = high_of(high[k], (uint32_t)source[ray[k]]);
-        }
+        end_some(its.low, its.high, its.n_hit, its.ray, source, only, its.n);
     else
-        for (size_t k = 0; k < n; k++) {
-            low[k] = low_of(low[k], only);
-            high[k] = high_of(high[k], only);
-        }
+        end_some(its.low, its.high, its.n_hit, its.ray, NULL, only, its.n);
 }
 
 static uint32_t count_hits(const struct rmap_portion *portion, size_t first, size_t n_row)
@@ -247,6 +247,5 @@ void rmap_path_hasher_key(struct rmap_path_hasher *hasher, size_t first, size_t 
                                         .n = n};
     rmap_step_hash_rows(&hasher->keys->of_hash, &rows, keyed.low, keyed.high);
     rmap_path_hits_mix(&hasher->hits, hasher->keys, hasher->portion, &keyed);
-    end_keys(keyed.low, keyed.high, keyed.n_hit, keyed.ray,
-             source < 0 ? hasher->portion->ray.source : NULL, (uint32_t)source, n);
+    end_keys(&keyed, source < 0 ? hasher->portion->ray.source : NULL, (uint32_t)source);
 }
