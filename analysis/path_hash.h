@@ -31,7 +31,9 @@ struct rmap_path_keyed {
     size_t n, cap;
     uint64_t *low, *high;                   /* [n] of the key */
     uint32_t *ray, *segment, *registration; /* [n] where its rows begin */
-    uint32_t *n_leg, *n_hit;                /* [n] its legs and registrations */
+    const uint32_t *n_leg;                  /* [n] its legs: the portion's or the next */
+    uint32_t *own_n_leg, *n_hit;            /* [n] its registrations */
+    size_t n_same;                          /* of the first so many, ray[i] is i */
 };
 
 static inline struct rmap_key rmap_path_key_at(const struct rmap_path_keyed *keyed, size_t i)

@@ -29,7 +29,7 @@ static enum rmap_status reserve(struct rmap_path_keyed *keyed, size_t n, struct 
                                       .ray = column,
                                       .segment = column + n,
                                       .registration = column + 2 * n,
-                                      .n_leg = column + 3 * n,
+                                      .own_n_leg = column + 3 * n,
                                       .n_hit = column + 4 * n};
     return RMAP_OK;
 }
@@ -92,11 +92,12 @@ static void place_all(const struct rmap_portion *portion, struct rmap_path_keyed
 {
     const struct rmap_ray_columns *ray = &portion->ray;
     const size_t n = portion->n_row[RMAP_TABLE_RAY];
-    for (size_t i = 0; i < n; i++)
+    for (size_t i = keyed->n_same; i < n; i++)
         keyed->ray[i] = (uint32_t)i;
+    keyed->n_same = n > keyed->n_same ? n : keyed->n_same;
     add_up(ray->segment_count, n, keyed->segment);
     add_up(ray->registration_count, n, keyed->registration);
-    memcpy(keyed->n_leg, ray->segment_count, n * sizeof *keyed->n_leg);
+    keyed->n_leg = ray->segment_count;
     memcpy(keyed->n_hit, ray->registration_count, n * sizeof *keyed->n_hit);
     keyed->n = n;
 }
@@ -114,12 +115,14 @@ static void place_matching(const struct rmap_portion *portion, const uint8_t *ma
         to.ray[n] = (uint32_t)i;
         to.segment[n] = segment;
         to.registration[n] = registration;
-        to.n_leg[n] = n_leg;
+        to.own_n_leg[n] = n_leg;
         to.n_hit[n] = n_hit;
         segment += n_leg;
         registration += n_hit;
         n += match[i];
     }
+    keyed->n_leg = to.own_n_leg;
+    keyed->n_same = 0;
     keyed->n = n;
 }
 
@@ -193,12 +196,14 @@ static void key_walked(const struct rmap_path_hasher *hasher, const struct rmap_
             keyed->ray[n] = (uint32_t)at.ray;
             keyed->segment[n] = (uint32_t)at.segment;
             keyed->registration[n] = (uint32_t)at.registration;
-            keyed->n_leg[n] = n_leg;
+            keyed->own_n_leg[n] = n_leg;
             keyed->n_hit[n++] = count_hits(portion, at.registration, n_row);
         }
         at.segment += n_leg;
         at.registration += n_row;
     }
+    keyed->n_leg = keyed->own_n_leg;
+    keyed->n_same = 0;
     keyed->n = n;
 }
 
