@@ -3,6 +3,9 @@
  * What an open map tells of itself.
  */
 #include "io/map_internal.h"
+
+#include <string.h>
+
 #include "trace/tally.h"
 
 uint64_t rmap_portion_end(const struct rmap_portion_info *portion)
@@ -73,6 +76,19 @@ size_t rmap_map_n_run(const struct rmap_map *map)
 const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run)
 {
     return &map->run[run];
+}
+
+size_t rmap_map_n_run_after(const struct rmap_map *map, const struct rmap_map *later)
+{
+    if (strcmp(map->scene_digest, later->scene_digest) != 0 || later->n_run < map->n_run)
+        return 0;
+    for (size_t i = 0; i < map->n_run; i++) {
+        const struct rmap_run_row *a = &map->run[i], *b = &later->run[i];
+        if (a->first_ray != b->first_ray || a->n_ray != b->n_ray || a->seed != b->seed ||
+            a->space != b->space)
+            return 0;
+    }
+    return later->n_run - map->n_run;
 }
 
 const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map)

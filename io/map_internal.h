@@ -67,6 +67,10 @@ struct rmap_map {
 enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
+/* How many runs `later` knows of beyond all those of `map`, which is 0 if it does not know these,
+ * too: that many began after map's index was written. */
+size_t rmap_map_n_run_after(const struct rmap_map *map, const struct rmap_map *later);
+
 /* Takes note of what rmap_map_trouble tells. */
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err) RMAP_MUST_USE;

@@ -138,20 +138,24 @@ out:
     return st;
 }
 
+/* NULL: it cannot be read. */
+static struct rmap_map *open_bare(const char *path, const char *name)
+{
+    struct rmap_map *map = NULL;
+    return rmap_map_open_bare(path, name, &map, NULL) == RMAP_OK ? map : NULL;
+}
+
 enum rmap_status rmap_repair_index(const char *path, const struct rmap_run *scene,
                                    struct rmap_findings *done, struct rmap_error *err)
 {
-    static const char *const name[] = {"map.h5", RMAP_INDEX_START};
     enum rmap_status st = RMAP_OK;
-    struct rmap_map *map = NULL;
-    size_t k = 0;
-    while (k < 2 && rmap_map_open_bare(path, name[k], &map, NULL) != RMAP_OK)
-        k++;
-    if (map) {
-        RMAP_TRY(write_bare(path, map, err));
+    struct rmap_map *index = open_bare(path, "map.h5"), *start = open_bare(path, RMAP_INDEX_START);
+    bool itself = index && (!start || rmap_map_n_run_after(index, start) == 0);
+    if (index || start) {
+        RMAP_TRY(write_bare(path, itself ? index : start, err));
         RMAP_TRY(rmap_findings_note(
             done, "map.h5",
-            k == 0 ? "made again: scene and runs from itself, rays from the pieces"
+            itself ? "made again: scene and runs from itself, rays from the pieces"
                    : "made again: scene and runs from " RMAP_INDEX_START ", rays from the pieces",
             err));
     } else if (scene) {
@@ -165,7 +169,8 @@ enum rmap_status rmap_repair_index(const char *path, const struct rmap_run *scen
                             path);
     }
 out:
-    rmap_map_close(map);
+    rmap_map_close(index);
+    rmap_map_close(start);
     return st;
 }
 

@@ -12,8 +12,9 @@
 #include "trace/ray_plan.h"
 
 /* Replaces map.h5 by one without rays, incomplete, so that pieces and journals on disk are what the
- * map holds. Its scene, runs and spaces come from map.h5 itself, else from map-start.h5, else from
- * `scene` (its bundle and scene; NULL: not given), which must be the one that the pieces name.
+ * map holds. Its scene, runs and spaces come from map.h5 itself, else, or where that knows of later
+ * runs, from map-start.h5, else from `scene` (its bundle and scene; NULL: not given), which must be
+ * the one that the pieces name.
  * *done: appended to, what was done. RMAP_INPUT: no scene is to be had, or it is another one. */
 enum rmap_status rmap_repair_index(const char *path, const struct rmap_run *scene,
                                    struct rmap_findings *done,

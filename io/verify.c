@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/map_internal.h"
 #include "io/map_scan.h"
@@ -180,25 +181,51 @@ static enum rmap_status open_map(struct rmap_verification *self, const char *pat
     return st;
 }
 
+/* An index from before the last run, as out of a backup: it knows neither the rays that this one
+ * was asked for nor their colour space. Looked at once more, as a run may begin just now. */
+static enum rmap_status check_age(const struct rmap_verification *self,
+                                  const struct rmap_map *start, struct rmap_findings *findings,
+                                  struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    struct rmap_map *now = NULL;
+    size_t n = 0;
+    if (!self->map || rmap_map_n_run_after(self->map, start) == 0)
+        return RMAP_OK;
+    enum rmap_status st = rmap_map_open_bare(self->path, "map.h5", &now, err);
+    if (st == RMAP_OK)
+        n = rmap_map_n_run_after(now, start);
+    if (n > 0) {
+        rmap_finding_set(&finding, "map.h5", "",
+                         "is older than " RMAP_INDEX_START ", which knows of %s more",
+                         rmap_counted(n, "run").text);
+        st = rmap_findings_add(findings, &finding, err);
+    }
+    rmap_map_close(now);
+    return st;
+}
+
 /* What is there for the day when the index is lost; not every file system lets it be made. */
-static enum rmap_status check_start(const char *path, struct rmap_findings *findings,
-                                    struct rmap_error *err)
+static enum rmap_status check_start(const struct rmap_verification *self,
+                                    struct rmap_findings *findings, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_error why = {0};
     struct rmap_finding finding;
     struct rmap_map *map = NULL;
     struct stat info;
-    char *start = rmap_path_format("%s/" RMAP_INDEX_START, path);
+    char *start = rmap_path_format("%s/" RMAP_INDEX_START, self->path);
     if (!start)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     if (stat(start, &info) == 0)
-        st = rmap_map_open_bare(path, RMAP_INDEX_START, &map, &why);
+        st = rmap_map_open_bare(self->path, RMAP_INDEX_START, &map, &why);
     if (st == RMAP_FORMAT) {
         rmap_finding_set(&finding, RMAP_INDEX_START, "", "%s", why.text);
         st = rmap_findings_add(findings, &finding, err);
     } else if (st != RMAP_OK && err) {
         *err = why;
+    } else if (map) {
+        st = check_age(self, map, findings, err);
     }
     rmap_map_close(map);
     rmap_free(start);
@@ -289,7 +316,7 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
         goto out;
     }
     RMAP_TRY(open_map(self, path, findings, err));
-    RMAP_TRY(check_start(path, findings, err));
+    RMAP_TRY(check_start(self, findings, err));
     RMAP_TRY(rmap_map_list_pieces(path, &name, &n, err));
     if (!self->map) {
         RMAP_TRY(read_raw(self, findings, err));

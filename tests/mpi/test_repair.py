@@ -119,6 +119,15 @@ again()
 os.remove("b.raymap/map.h5")
 assert "map-start.h5" in heal("no index", 0, ranks=2)["done"][0]["text"]
 again()
+shutil.copy("b.raymap/map.h5", "old.h5")
+run("trace", SCENE, "-o", "b.raymap", "--append", "-n", 5000, "--color", "rgb", "--quiet")
+WANT, as_made = info(), WANT
+shutil.copy("old.h5", "b.raymap/map.h5")
+found = json.loads(run("verify", "b.raymap", "--json", "--quiet", ranks=2, status=4))["findings"]
+assert "older than map-start.h5, which knows of 1 run more" in found[0]["text"], found
+assert "map-start.h5" in heal("an index out of a backup", 0)["done"][0]["text"]
+WANT = as_made
+again()
 flip("map.h5", RANDOM.randrange(os.path.getsize("b.raymap/map.h5")))
 flip(other, chunk(other, "ray/id"))
 heal("index and chunk")
