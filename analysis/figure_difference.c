@@ -208,16 +208,15 @@ static void draw_steps(const struct rmap_axes *axes, const struct rmap_compare_b
     rmap_svg_path(svg, (const double(*)[2])point, error ? 4 * n : 2 * n, as);
 }
 
+/* Above the frame, where no line can run. */
 static void draw_key(const struct rmap_axes *axes, struct rmap_svg *svg)
 {
     for (int k = 0; k < 2; k++) {
-        const double x = axes->x + axes->width - 60, y = axes->y + 18 + 20 * k;
+        const double x = axes->x + axes->width - 96 + 58 * k, y = axes->y - 10;
         rmap_svg_rect(svg, x, y - 8, 18, 8,
                       &(struct rmap_svg_style){.fill = ink[k], .opacity = 0.8});
-        rmap_svg_string(
-            svg,
-            &(struct rmap_svg_text){.x = x + 25, .y = y, .size = RMAP_TICK_SIZE, .halo = "white"},
-            k ? "B" : "A");
+        rmap_svg_string(svg, &(struct rmap_svg_text){.x = x + 25, .y = y, .size = RMAP_TICK_SIZE},
+                        k ? "B" : "A");
     }
 }
 
