@@ -269,10 +269,11 @@ function nameFields() {
   byId("region").querySelectorAll("label span").forEach((label, k) => (label.textContent = names[k]));
 }
 
-/* Whether most of what is not dark is less than a fiftieth of the peak. */
+/* Whether most of what is not dark is less than 3 % of the peak: `raymap detector` shows that on a
+ * logarithmic scale, too. */
 function isSpiky(levels) {
   const bright = levels.filter((v) => v > 0);
-  return bright.filter((v) => v < 65535 / 50).length > 0.5 * bright.length;
+  return bright.filter((v) => v < 0.03 * 65535).length > 0.5 * bright.length;
 }
 
 function showDetector(index) {
