@@ -34,7 +34,7 @@ static double error_of(double variance)
 static double part(const struct totals *totals, size_t source, double u, double uu)
 {
     const double n = totals->emitted[source], flux = totals->flux[source];
-    if (u == 0.0 && uu == 0.0)
+    if (!(moment(totals, source, 0) > 0.0)) /* no light of it here */
         return 0.0;
     return n < 2.0 ? (double)NAN : flux * flux * n / (n - 1.0) * (uu - u * u / n);
 }

@@ -225,9 +225,15 @@ static enum rmap_status sum_spot(const struct rmap_context *context, struct rmap
     return rmap_agree(context, st, err);
 }
 
+/* Frequencies beyond it are finer than the places that are stored. */
+static double finest(const struct rmap_detector *detector)
+{
+    return 0.25 * 65535.0 / fmax(detector->size[0], detector->size[1]);
+}
+
 /* A little stray light far out makes the RMS size many times that of the spot, and frequencies
  * that suit it show nothing: whether the contrast is still high at all of them, in one of the
- * directions, and others would not be finer than what is stored. */
+ * directions, and there are others. */
 static bool wants_finer(const struct rmap_spot *spot, const struct rmap_detector *detector)
 {
     const size_t n = spot->n_frequency;
@@ -235,8 +241,7 @@ static bool wants_finer(const struct rmap_spot *spot, const struct rmap_detector
     double least[2] = {1.0, 1.0};
     for (size_t k = 0; k < 2 * n; k++)
         least[k / n] = fmin(least[k / n], spot->mtf[k].value);
-    return fmax(least[0], least[1]) > 0.5 &&
-           next * fmax(detector->size[0], detector->size[1]) < 0.25 * 65535.0;
+    return fmax(least[0], least[1]) > 0.5 && next < finest(detector);
 }
 
 /* Collective. More passes over the registrations, about the centre that the image found. */
@@ -260,7 +265,7 @@ static enum rmap_status find_spot(const struct rmap_context *context, const stru
         first[1] = centre[1];
         first[2] = hypot(centre[0], centre[1]) > rms ? atan2(centre[1], centre[0]) : 0.5 * RMAP_PI;
         if (first[3] == 0.0 && rms > 0.0) /* a Gaussian's MTF is 0.007 there */
-            first[3] = round_above(0.5 * sqrt(2.0) / rms);
+            first[3] = fmin(round_above(0.5 * sqrt(2.0) / rms), finest(answer->image->detector));
     }
     RMAP_TRY(RMAP_MPI(MPI_Bcast(first, 4, MPI_DOUBLE, 0, context->comm)));
     ask.centre[0] = first[0];

@@ -235,6 +235,13 @@ d = detector("halo.raymap", "sensor", "--mtf")
 assert d["spot"]["rms"]["radius"]["value"] > 0.2, d["spot"]["rms"]
 half = d["mtf"]["half"]["sagittal"]
 assert abs(half["value"] / (math.sqrt(math.log(2) / 2) / (math.pi * 0.01)) - 1) < 0.1, half
+# All light in one place: no frequency finer than the stored steps; of a single ray no errors.
+trace_points("place", np.array([[1.0, 2.0]] * 9))
+d = detector("place.raymap", "sensor", "--mtf")
+assert d["mtf"]["frequency"][-1] <= 65535 / 4 / 16 and min(d["mtf"]["tangential"]) > 0.99999, d["mtf"]["frequency"][-1]
+trace_points("ray", np.array([[1.0, 2.0]]))
+one = detector("ray.raymap", "sensor", "--spot")["spot"]
+assert one["centroid"]["x"]["standard_error"] is None and one["centroid"]["x"]["value"] is not None, one["centroid"]
 
 # ---- errors against twenty seeds
 seen = []
