@@ -190,8 +190,12 @@ static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint
         const struct rmap_paint_group *group = &paint->group[k];
         if (group->rays == 0 && !group->asked)
             continue;
-        (void)snprintf(word, sizeof word, "%s ray%s, %.3g %% of flux: %.400s",
-                       rmap_grouped(group->rays, n), group->rays == 1 ? "" : "s",
+        int len = snprintf(word, sizeof word, "%s", rmap_grouped(group->rays, n));
+        if (group->rays == 0 && group->matching > 0) /* rare, or drawn as an earlier one's */
+            len += snprintf(word + len, sizeof word - (size_t)len, " of %s matching",
+                            rmap_grouped(group->matching, n));
+        (void)snprintf(word + len, sizeof word - (size_t)len, " ray%s, %.3g %% of flux: %.400s",
+                       group->rays == 1 ? "" : "s",
                        paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0, group->label);
         add_paragraph(legend, group->ink, right, word);
     }

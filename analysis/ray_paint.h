@@ -25,8 +25,9 @@ const char *rmap_paint_word(enum rmap_paint_kind kind);
 struct rmap_paint_group {
     char ink[8];
     char *label;
-    bool asked; /* a criterion: it stands in the legend also with no ray */
-    uint64_t rays;
+    bool asked;        /* a criterion: it stands in the legend also with no ray */
+    uint64_t rays;     /* that are drawn */
+    uint64_t matching; /* set by who knows: the criterion's in the whole map */
     double flux;
 };
 

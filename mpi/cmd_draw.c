@@ -65,9 +65,11 @@ struct drawing {
     struct rmap_asked asked;
     struct rmap_criterion **each; /* [n_each] as they were given */
     size_t n_each;
-    struct rmap_criterion *any; /* of each; of nothing all rays */
-    const char *where;          /* its text; NULL: all rays */
-    struct rmap_count all;
+    struct rmap_criterion *any;      /* of each; of nothing all rays */
+    const char *where;               /* its text; NULL: all rays */
+    struct rmap_count *count;        /* [n_count] of any, then of each where they are several */
+    struct rmap_criterion **counted; /* [n_count] those */
+    size_t n_count;
     uint64_t *id; /* [n_id] of the rays to draw, where receivers pick them */
     size_t n_id;
     struct rmap_portion *rays; /* rank 0 */
@@ -91,7 +93,7 @@ static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *er
                                   &camera, err));
     struct rmap_figure_draw given = {.title = title,
                                      .criterion = self->where,
-                                     .n_matched = self->all.rays,
+                                     .n_matched = self->count[0].rays,
                                      .kind = request->kind,
                                      .eye = request->has_eye ? request->eye : NULL,
                                      .camera = camera,
@@ -152,7 +154,10 @@ static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
         .flux_per_weight = rmap_map_flux_per_weight(self->map),
         .criterion = (const struct rmap_criterion *const *)self->each,
         .n_criterion = self->n_each};
-    return rmap_ray_paint_create(&given, &self->paint, err);
+    const enum rmap_status st = rmap_ray_paint_create(&given, &self->paint, err);
+    for (size_t k = 0; st == RMAP_OK && k < self->paint->n_group && k + 1 < self->n_count; k++)
+        self->paint->group[k].matching = self->count[k + 1].rays;
+    return st;
 }
 
 /* On rank 0. */
@@ -183,7 +188,7 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
                              .map = self->map,
                              .overlay = self->overlay,
                              .rays = self->seen,
-                             .n_matched = self->all.rays,
+                             .n_matched = self->count[0].rays,
                              .kind = self->request.kind,
                              .paint = self->request.paint,
                              .level =
@@ -192,7 +197,7 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
         page.where = (const struct rmap_criterion *const *)self->each;
         page.n_where = self->n_each;
     }
-    rmap_count_flux(&self->all, self->map, &page.flux_matched, &error);
+    rmap_count_flux(&self->count[0], self->map, &page.flux_matched, &error);
     return rmap_page_run(self->context, self->where ? self->any : NULL, &page,
                          self->request.output_path, err);
 }
@@ -200,7 +205,7 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
 /* On rank 0. */
 static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
 {
-    const uint64_t n_drawn = self->rays->n_row[RMAP_TABLE_RAY], n_matched = self->all.rays;
+    const uint64_t n_drawn = self->rays->n_row[RMAP_TABLE_RAY], n_matched = self->count[0].rays;
     const char *path = self->request.output_path;
     if (self->context->json)
         return rmap_json_print(json_pack("{s:s, s:s, s:{s:I, s:I}}", "output", path, "criterion",
@@ -264,12 +269,34 @@ static enum rmap_status compile(struct drawing *self, struct rmap_error *err)
         return rmap_error_set(err, RMAP_USAGE, "a page switches between %d criteria at most",
                               RMAP_PAGE_MOST_WHERE);
     RMAP_TRY(join(self, err));
-    st = rmap_count_init(&self->all, scene->n_source, err);
+    self->count = rmap_alloc(self->n_each + 1, sizeof *self->count);
+    self->counted = rmap_alloc(self->n_each + 1, sizeof(void *));
+    if (!self->count || !self->counted)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for criteria");
+    for (size_t k = 0; k < (self->n_each > 1 ? self->n_each + 1 : 1); k++, self->n_count++) {
+        self->counted[k] = k == 0 ? self->any : self->each[k - 1];
+        RMAP_TRY(rmap_count_init(&self->count[k], scene->n_source, err));
+    }
 out:
     return st;
 }
 
-/* Collective. The rays to draw, and how many match. */
+/* Collective. How many rays match. */
+static enum rmap_status count(struct drawing *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!self->overlay)
+        return rmap_scan_map(self->context, self->map, self->counted, self->n_count,
+                             RMAP_DEAL_SHARES, self->count, err);
+    for (size_t k = 0; k < self->n_count; k++) {
+        const struct rmap_overlay_question question = {self->map, self->overlay, self->counted[k]};
+        RMAP_TRY(rmap_overlay_count_run(self->context, &question, &self->count[k], err));
+    }
+out:
+    return st;
+}
+
+/* Collective. The rays to draw. */
 static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -278,12 +305,8 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
     if (self->overlay) {
         const struct rmap_overlay_question question = {self->map, self->overlay, self->any};
         const struct rmap_sample_order order = {.most = self->request.limit};
-        RMAP_TRY(rmap_overlay_count_run(context, &question, &self->all, err));
         RMAP_TRY(rmap_overlay_pick(context, &question, &order, &self->id, &self->n_id, err));
         pick = (struct rmap_pick){.id = self->id, .n_id = self->n_id};
-    } else {
-        RMAP_TRY(
-            rmap_scan_map(context, self->map, &self->any, 1, RMAP_DEAL_SHARES, &self->all, err));
     }
     RMAP_TRY(rmap_scan_collect(context, self->map, &pick, self->request.limit, &self->rays, err));
     if (self->rays && self->request.thin)
@@ -310,6 +333,7 @@ static enum rmap_status run(struct drawing *self, const struct rmap_arguments *g
     self->scene = rmap_scene_with(self->map, self->overlay);
     st = compile(self, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(count(self, err));
     RMAP_TRY(collect(self, err));
     if (self->request.format == RMAP_DRAW_PAGE)
         RMAP_TRY(write_page(self, err));
@@ -335,7 +359,10 @@ static enum rmap_status run_draw(const struct rmap_context *context,
     st = run(&self, given, err);
 out:
     rmap_ray_paint_destroy(self.paint);
-    rmap_count_fini(&self.all);
+    for (size_t k = 0; k < self.n_count; k++)
+        rmap_count_fini(&self.count[k]);
+    rmap_free(self.count);
+    rmap_free(self.counted);
     rmap_overlay_view_destroy(self.view);
     rmap_free(self.id);
     rmap_portion_destroy(self.rays);

@@ -162,7 +162,14 @@ def test_covered_criterion():
     run("draw", "lens.raymap", "--where", "registered(sensor)", "--where",
         "registered(sensor) and segments > 3", "--color", "criterion", "-o", "two.svg", "--force")
     told = [line for line in words("two.svg") if "% of flux" in line]
-    assert len(told) == 2 and told[1].startswith("0 rays, 0 % of flux: registered(sensor) and"), told
+    n = count("lens.raymap", "registered(sensor) and segments > 3")
+    assert len(told) == 2 and told[1].startswith(
+        f"0 of {n:,} matching rays, 0 % of flux: registered(sensor) and"), told
+    run("draw", "lens.raymap", "--where", "source(star)", "--where", "ray == 19999", "--where",
+        "segments > 99999", "--color", "criterion", "-o", "two.svg", "--limit", 9, "--force")
+    told = [line for line in words("two.svg") if "% of flux" in line]
+    assert told[1:] == ["0 of 1 matching rays, 0 % of flux: ray == 19999",
+                        "0 rays, 0 % of flux: segments > 99999"], told
 
 
 def test_depth():
