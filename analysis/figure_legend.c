@@ -116,16 +116,20 @@ static void add_wavelengths(struct legend *legend, const struct rmap_scene *scen
         add_mixtures(legend, scene, rays);
 }
 
-static bool has_ink(const struct rmap_scene *scene, const char *wanted)
+/* Of a section: of what it cuts. */
+static bool has_ink(const struct rmap_scene *scene, const struct rmap_view *view,
+                    const char *wanted)
 {
     for (size_t o = 0; o < scene->n_object; o++)
-        if (rmap_object_ink(scene, o) == wanted)
+        if (rmap_object_ink(scene, o) == wanted &&
+            (!view->section || rmap_view_meets(scene, view, o)))
             return true;
     return false;
 }
 
 /* Lines in a section, faces in a view of solids. */
-static void add_surfaces(struct legend *legend, const struct rmap_scene *scene, bool section)
+static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
+                         const struct rmap_view *view)
 {
     static const char *const word[] = {"refracting surface", "mirror", "other surface"};
     static const enum rmap_surface_type type[] = {RMAP_SURFACE_FRESNEL, RMAP_SURFACE_MIRROR,
@@ -135,9 +139,9 @@ static void add_surfaces(struct legend *legend, const struct rmap_scene *scene, 
         char face[8];
         (void)snprintf(face, sizeof face, "#%02x%02x%02x", (int)(240 * tint[0]),
                        (int)(240 * tint[1]), (int)(240 * tint[2]));
-        if (has_ink(scene, rmap_surface_ink(type[k])))
-            add_sample(legend, section ? rmap_surface_ink(type[k]) : face, section ? 1.3 : 8.0,
-                       word[k]);
+        if (has_ink(scene, view, rmap_surface_ink(type[k])))
+            add_sample(legend, view->section ? rmap_surface_ink(type[k]) : face,
+                       view->section ? 1.3 : 8.0, word[k]);
     }
 }
 
@@ -225,7 +229,7 @@ double rmap_legend_draw(const struct rmap_scene *scene, const struct rmap_portio
         add_sample(&legend, rmap_source_ink, 2.0, "source");
     if (plane)
         add_sample(&legend, rmap_detector_ink, 2.0, "detector");
-    add_surfaces(&legend, scene, frame->view->section);
+    add_surfaces(&legend, scene, frame->view);
     return legend.y - frame->y - frame->height;
 }
 

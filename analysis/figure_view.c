@@ -113,25 +113,29 @@ static void describe_section(const struct rmap_scene *scene, struct rmap_view *v
                    sum * view->offset + 0.0, scene->unit);
 }
 
-bool rmap_view_meets_objects(const struct rmap_scene *scene, const struct rmap_view *view)
+bool rmap_view_meets(const struct rmap_scene *scene, const struct rmap_view *view, size_t object)
 {
     const double slack = 1e-9 * scene->radius; /* of what lies in the plane */
-    for (size_t o = 0; o < scene->n_object; o++) {
-        struct rmap_vec3 lower, upper;
-        double low = HUGE_VAL, high = -HUGE_VAL;
-        rmap_geometry_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
-        for (int k = 0; k < 8; k++) {
-            const struct rmap_vec3 corner = rmap_vec3(
-                k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y, k & 4 ? upper.z : lower.z);
-            const double at =
-                rmap_dot(rmap_affine_point(&scene->object[o].to_world, corner), view->toward) -
-                view->offset;
-            low = fmin(low, at);
-            high = fmax(high, at);
-        }
-        if (low <= slack && high >= -slack)
-            return true;
+    struct rmap_vec3 lower, upper;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    rmap_geometry_bounds(&scene->geometry[scene->object[object].geometry], &lower, &upper);
+    for (int k = 0; k < 8; k++) {
+        const struct rmap_vec3 corner = rmap_vec3(
+            k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y, k & 4 ? upper.z : lower.z);
+        const double at =
+            rmap_dot(rmap_affine_point(&scene->object[object].to_world, corner), view->toward) -
+            view->offset;
+        low = fmin(low, at);
+        high = fmax(high, at);
     }
+    return low <= slack && high >= -slack;
+}
+
+bool rmap_view_meets_objects(const struct rmap_scene *scene, const struct rmap_view *view)
+{
+    for (size_t o = 0; o < scene->n_object; o++)
+        if (rmap_view_meets(scene, view, o))
+            return true;
     return false;
 }
 

@@ -48,7 +48,9 @@ void rmap_view_turn(const struct rmap_scene *scene, double azimuth_deg, double e
 /* Another place for a section, along its axis; the description says when no object is there. */
 void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view);
 
-/* Whether the boxes about objects have points on both sides of a section, or in it. */
+/* Whether the box about an object, or about any, has points on both sides of a section, or in it.
+ */
+bool rmap_view_meets(const struct rmap_scene *scene, const struct rmap_view *view, size_t object);
 bool rmap_view_meets_objects(const struct rmap_scene *scene, const struct rmap_view *view);
 
 /* Whether z points upwards: as in the pictures of the scene's first camera;

@@ -148,6 +148,10 @@ def test_colours():
     assert mixtures("source(sun)") == ["several wavelengths"]
     assert sorted(mixtures("all")) == ["several wavelengths of star", "several wavelengths of sun"]
 
+    # A section through the barrel alone has no glass in its legend.
+    run("draw", "lens.raymap", "--view", "xy", "--cut", 100, "-o", "cut.svg", "--force")
+    assert "other surface" in words("cut.svg") and "refracting surface" not in words("cut.svg")
+
 
 def test_opacity():
     """A ray of less flux is fainter; --opacity sets that of the strongest."""
