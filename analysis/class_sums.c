@@ -19,7 +19,6 @@ void rmap_class_sums_fini(struct rmap_class_sums *sums)
     rmap_free(sums->entry);
     rmap_free(sums->shape);
     rmap_free(sums->more);
-    rmap_free(sums->again);
     rmap_key_slots_fini(&sums->slots);
     *sums = (struct rmap_class_sums){.is_wide = sums->is_wide, .slots = sums->slots};
 }
@@ -43,19 +42,6 @@ static enum rmap_status move(void **block, size_t n, size_t used, size_t size,
     return RMAP_OK;
 }
 
-/* Bits for n classes, of which those that there are have theirs. */
-static enum rmap_status make_bits(struct rmap_class_sums *sums, size_t n, struct rmap_error *err)
-{
-    uint64_t *again = rmap_alloc(n / 64 + 1, sizeof *again);
-    if (!again)
-        return out_of_memory(n, err);
-    if (sums->n > 0)
-        memcpy(again, sums->again, (sums->n / 64 + 1) * sizeof *again);
-    rmap_free(sums->again);
-    sums->again = again;
-    return RMAP_OK;
-}
-
 static enum rmap_status make_entries(struct rmap_class_sums *sums, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -63,7 +49,6 @@ static enum rmap_status make_entries(struct rmap_class_sums *sums, struct rmap_e
     const size_t many = sums->n_entry == 0 ? ENTRIES_FEW : ENTRIES_MANY;
     const size_t n = sums->n_entry < many && many < most ? many : most;
     void *entry = sums->entry, *shape = sums->shape, *more = sums->more;
-    RMAP_TRY(make_bits(sums, n, err));
     st = move(&entry, n, sums->n, sizeof *sums->entry, err);
     sums->entry = entry;
     RMAP_TRY(st);
@@ -178,8 +163,6 @@ enum rmap_status rmap_class_sums_add(struct rmap_class_sums *sums,
         if (sums->is_wide)
             add_more(&sums->more[index], &more->more);
     }
-    if (sums->entry[index].rays > 1)
-        rmap_class_sums_note_again(sums, index);
     *index_ret = index;
 out:
     return st;

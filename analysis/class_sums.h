@@ -40,7 +40,6 @@ struct rmap_class_sums {
                                        with use; in the order in which they came */
     struct rmap_class_shape *shape; /* [n_entry], or NULL: */
     struct rmap_class_more *more;   /* [n_entry] */
-    uint64_t *again; /* [n_entry / 64 + 1] bits of the classes that have two rays or more */
     struct rmap_key_slots slots;
     bool is_wide; /* `more` is there, or will be */
     size_t n_entry, n;
@@ -107,16 +106,6 @@ static inline void rmap_class_sums_end_away(void)
 #endif
 }
 
-static inline void rmap_class_sums_note_again(const struct rmap_class_sums *sums, size_t index)
-{
-    sums->again[index / 64] |= UINT64_C(1) << index % 64;
-}
-
-static inline bool rmap_class_sums_is_again(const struct rmap_class_sums *sums, size_t index)
-{
-    return sums->again[index / 64] >> index % 64 & 1;
-}
-
 /* More rays of weight 1, alike those that the class has; none of them is its first. */
 static inline void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t index, uint64_t n)
 {
@@ -129,7 +118,6 @@ static inline void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t
         more->registrations += more->registrations / entry->rays * n;
     }
     entry->rays += n;
-    rmap_class_sums_note_again(sums, index);
 }
 
 /* Adds to a class what others of its rays have. *index_ret: the class, or NONE when the table is

@@ -53,7 +53,6 @@ RMAP_COPIED uint64_t add_to(const struct rmap_class_sums *classes, bool is_wide,
     struct rmap_class_entry *entry = &classes->entry[class];
     const uint64_t before = entry->rays, id = id_of(from, k);
     entry->rays = before + 1;
-    rmap_class_sums_note_again(classes, class);
     entry->first_ray = id < entry->first_ray ? id : entry->first_ray;
     if (is_wide) {
         struct rmap_class_more *to = &classes->more[class];

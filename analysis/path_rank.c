@@ -63,76 +63,37 @@ static uint64_t fewest_rays(const struct rmap_path_counts *counts, enum rmap_pat
     return rays > 0.0 && rays < 0x1p63 ? (uint64_t)rays : 0;
 }
 
-struct ranking {
-    const struct rmap_path_counts *counts;
-    enum rmap_path_sort sort;
-    struct rmap_path_ranked *ranked; /* [n_row] a heap when there are n_row */
-    size_t n_row, n;
-    uint64_t fewest;
-};
-
-/* Takes the class in, if it has a place so far. */
-static inline void offer(struct ranking *self, size_t i)
-{
-    const struct rmap_class_sums *classes = &self->counts->tally.classes;
-    const double *unit = rmap_map_flux_per_weight(self->counts->context->map);
-    struct rmap_path_ranked *ranked = self->ranked;
-    if (classes->entry[i].rays < self->fewest)
-        return;
-    const double value = value_of(classes, i, self->sort, unit);
-    if (self->n == self->n_row && value < ranked[0].value)
-        return;
-    const struct rmap_path_ranked entry = {i, classes->entry[i].first_ray, value,
-                                           flux_of(classes, i, unit)};
-    if (self->n < self->n_row) {
-        ranked[self->n++] = entry;
-        for (size_t k = self->n_row / 2; self->n == self->n_row && k-- > 0;)
-            sift(ranked, self->n_row, k);
-    } else if (compare_ranked(&entry, &ranked[0]) < 0) {
-        ranked[0] = entry;
-        sift(ranked, self->n_row, 0);
-    }
-    if (self->n == self->n_row)
-        self->fewest = fewest_rays(self->counts, self->sort, &ranked[0]);
-}
-
-/* Which of classes [first, first + 64) have several rays. */
-static inline uint64_t again_at(const struct rmap_class_sums *classes, size_t first)
-{
-    return first < classes->n ? classes->again[first / 64] : 0;
-}
-
-/* Classes of several rays come first, their entries asked for some words ahead: often those of one,
- * which are most, have no place then. */
-static void offer_all(struct ranking *ranking)
-{
-    enum { AHEAD = 4 * 64 };
-    const struct rmap_class_sums *classes = &ranking->counts->tally.classes;
-    for (size_t first = 0; first < classes->n; first += 64) {
-        uint64_t next = again_at(classes, first + AHEAD), left = again_at(classes, first);
-        for (; next != 0; next &= next - 1)
-            __builtin_prefetch(&classes->entry[first + AHEAD + (size_t)__builtin_ctzll(next)]);
-        for (; left != 0; left &= left - 1)
-            offer(ranking, first + (size_t)__builtin_ctzll(left));
-    }
-    for (size_t i = 0; ranking->fewest < 2 && i < classes->n; i++)
-        if (!rmap_class_sums_is_again(classes, i))
-            offer(ranking, i);
-}
-
 enum rmap_status rmap_path_rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
                                 size_t n_row, struct rmap_path_ranked **ranked_ret,
                                 struct rmap_error *err)
 {
-    struct ranking ranking = {.counts = counts,
-                              .sort = sort,
-                              .n_row = n_row,
-                              .ranked = rmap_alloc(n_row + 1, sizeof *ranking.ranked)};
-    if (!ranking.ranked)
+    const struct rmap_class_sums *classes = &counts->tally.classes;
+    const double *unit = rmap_map_flux_per_weight(counts->context->map);
+    struct rmap_path_ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
+    uint64_t fewest = 0;
+    size_t n = 0;
+    if (!ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
-    if (n_row > 0)
-        offer_all(&ranking);
-    qsort(ranking.ranked, ranking.n, sizeof *ranking.ranked, compare_ranked);
-    *ranked_ret = ranking.ranked;
+    for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
+        if (classes->entry[i].rays < fewest)
+            continue;
+        const double value = value_of(classes, i, sort, unit);
+        if (n == n_row && value < ranked[0].value)
+            continue;
+        const struct rmap_path_ranked entry = {i, classes->entry[i].first_ray, value,
+                                               flux_of(classes, i, unit)};
+        if (n < n_row) {
+            ranked[n++] = entry;
+            for (size_t k = n_row / 2; n == n_row && k-- > 0;)
+                sift(ranked, n_row, k);
+        } else if (compare_ranked(&entry, &ranked[0]) < 0) {
+            ranked[0] = entry;
+            sift(ranked, n_row, 0);
+        }
+        if (n == n_row)
+            fewest = fewest_rays(counts, sort, &ranked[0]);
+    }
+    qsort(ranked, n, sizeof *ranked, compare_ranked);
+    *ranked_ret = ranked;
     return RMAP_OK;
 }
