@@ -71,8 +71,9 @@ static void print_text(const char *path, const struct rmap_repair_result *result
             rmap_counted(result->summary.n_row[RMAP_TABLE_RAY], "ray").text,
             rmap_grouped(rmap_ray_set_count(&result->lost), lost),
             rmap_grouped(result->n_missing, missing),
-            result->summary.complete
-                ? "complete"
+            result->summary.complete ? "complete"
+            : result->is_picked
+                ? "not complete; the query that picked them, asked again, picks all of them"
                 : "not complete; raymap trace SCENE -o MAP --resume traces them again");
 }
 

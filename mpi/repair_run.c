@@ -234,6 +234,18 @@ out:
     return st;
 }
 
+/* Rays of pieces that a complete map's index did not list: they belong to it now. */
+static enum rmap_status tell_gained(struct repair *self, const struct rmap_ray_set *gained,
+                                    struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    if (gained->n == 0)
+        return RMAP_OK;
+    rmap_finding_set(&finding, "map.h5", "", "took in %s of pieces that it did not list",
+                     rmap_counted(rmap_ray_set_count(gained), "ray").text);
+    return rmap_findings_add(&self->result->done, &finding, err);
+}
+
 /* Rank 0: the index of what there is now, complete if nothing is missing; and what is lost. */
 static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode,
                                  struct rmap_error *err)
@@ -242,7 +254,7 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     const struct rmap_verification *what = self->round.verification;
     const struct rmap_map_content none = {0};
     const struct rmap_findings *findings = &self->round.findings;
-    struct rmap_ray_set have = {0}, wanted = {0}, missing = {0};
+    struct rmap_ray_set have = {0}, wanted = {0}, missing = {0}, gained = {0};
     if (!what->map && mode == RMAP_REPAIR_DO) {
         st = rmap_error_set(err, RMAP_FORMAT, "%s cannot be repaired: %s", self->path,
                             findings->n ? findings->row[0].text : "its index is unusable");
@@ -254,16 +266,19 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     RMAP_TRY(rmap_repair_wanted(what->map, &wanted, err));
     RMAP_TRY(rmap_ray_set_minus(&wanted, &have, &missing, err));
     RMAP_TRY(rmap_ray_set_minus(&self->had, &have, &self->result->lost, err));
+    RMAP_TRY(rmap_ray_set_minus(&have, &self->had, &gained, err));
     self->result->n_missing = rmap_ray_set_count(&missing);
     rmap_map_summarise(what->map, &self->result->summary);
     bool complete = missing.n == 0 && wanted.n > 0;
-    if (rmap_map_selection(what->map)) { /* what else was picked, the map itself alone knew */
+    self->result->is_picked = rmap_map_selection(what->map) != NULL;
+    if (self->result->is_picked) { /* what else was picked, the map itself alone knew */
         uint64_t n_have = self->result->summary.n_row[RMAP_TABLE_RAY];
         self->result->n_missing = self->n_had > n_have ? self->n_had - n_have : 0;
         complete = self->was_complete && self->result->n_missing == 0;
     }
     if (mode == RMAP_REPAIR_SAY)
         goto out;
+    RMAP_TRY(tell_gained(self, &gained, err));
     RMAP_TRY(rmap_findings_append(&self->result->left, findings->row, findings->n, err));
     if (self->changed || complete != self->result->summary.complete)
         RMAP_TRY(rmap_repair_write(what, &none, self->round.tally, complete, err));
@@ -272,6 +287,7 @@ out:
     rmap_ray_set_fini(&have);
     rmap_ray_set_fini(&wanted);
     rmap_ray_set_fini(&missing);
+    rmap_ray_set_fini(&gained);
     return st;
 }
 

@@ -18,6 +18,7 @@ struct rmap_repair_result {
     struct rmap_findings left;  /* what cannot be mended */
     struct rmap_ray_set lost;   /* that the map said to hold and does not any more */
     uint64_t n_missing;         /* of all rays asked for */
+    bool is_picked;             /* by a query: no trace can go on with the map */
     struct rmap_map_summary summary;
     double seconds;
 };

@@ -125,7 +125,8 @@ WANT, as_made = info(), WANT
 shutil.copy("old.h5", "b.raymap/map.h5")
 found = json.loads(run("verify", "b.raymap", "--json", "--quiet", ranks=2, status=4))["findings"]
 assert "older than map-start.h5, which knows of 1 run more" in found[0]["text"], found
-assert "map-start.h5" in heal("an index out of a backup", 0)["done"][0]["text"]
+done = heal("an index out of a backup", 0)["done"]
+assert "map-start.h5" in done[0]["text"] and "took in 5,000 rays" in done[-1]["text"], done
 WANT = as_made
 again()
 flip("map.h5", RANDOM.randrange(os.path.getsize("b.raymap/map.h5")))
