@@ -217,9 +217,6 @@ static void arrange_rays(struct rmap_stats_reader *reader, const struct rmap_sta
         block->value[q] = reader->arranged.value[q];
 }
 
-/* More sources than that are not gone through one by one. */
-enum { SOURCES_FEW = 8 };
-
 /* So many sources are told apart by a portion's summary. */
 enum { TOLD_APART = 64 };
 
@@ -236,7 +233,7 @@ int32_t rmap_stats_told_source(const struct rmap_stats_setup *setup,
 }
 
 /* The source of all rays of the portion, or -1 where there may be several: then that of each, by
- * the schedule or by the column. */
+ * the schedule or by the column; NULL: they take the reader's turns, and all match. */
 static enum rmap_status find_source(struct rmap_stats_reader *reader,
                                     const struct rmap_stats_setup *setup,
                                     const struct rmap_matched *rays, int32_t *source_ret,
@@ -250,8 +247,13 @@ static enum rmap_status find_source(struct rmap_stats_reader *reader,
         rmap_stats_told_source(setup, rmap_map_portion(setup->quantities->map, rays->index));
     if (*source_ret >= 0)
         return RMAP_OK;
-    if (setup->n_source <= SOURCES_FEW)
+    if (setup->n_source <= RMAP_STATS_SOURCES_FEW)
         RMAP_TRY(rmap_fold_schedule(rays, &cycle, &follows, err));
+    *of_ret = NULL;
+    if (follows && rays->n_match == n_ray && cycle.n <= RMAP_TURNS_MOST) {
+        rmap_stats_know_turns(&reader->turns, &cycle, setup->n_source);
+        return RMAP_OK;
+    }
     if (follows)
         return rmap_stats_lay_turns(&reader->turns, &cycle, n_ray, of_ret, err);
     RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
@@ -268,7 +270,8 @@ static enum rmap_status reserve_stored(struct rmap_stats_reader *reader,
                                        const struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
+    RMAP_TRY(
+        hold(&reader->run, &reader->run_cap, RMAP_STATS_SOURCES_FEW + 1, sizeof *reader->run, err));
     if (!reader->into[0])
         st = reserve_arranged(&reader->arranged, rays->n_match + RMAP_PICK_MORE, setup, err);
 out:
@@ -284,7 +287,8 @@ static enum rmap_status read_plain(struct rmap_stats_reader *reader,
     enum rmap_status st = RMAP_OK;
     const struct rmap_readings *readings = &reader->readings;
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    RMAP_TRY(hold(&reader->run, &reader->run_cap, SOURCES_FEW + 1, sizeof *reader->run, err));
+    RMAP_TRY(
+        hold(&reader->run, &reader->run_cap, RMAP_STATS_SOURCES_FEW + 1, sizeof *reader->run, err));
     *block = (struct rmap_stats_block){
         .n = readings->n, .value = {readings->at[0], readings->at[1]}, .run = reader->run};
     if (readings->n == 0)
@@ -315,7 +319,8 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     readings->lean = false;
     if (setup->by != RMAP_STATS_BY_DETECTOR)
         RMAP_TRY(find_source(reader, setup, rays, &source, &of, err));
-    if (setup->by != RMAP_STATS_BY_DETECTOR && (setup->n_source <= SOURCES_FEW || source >= 0))
+    if (setup->by != RMAP_STATS_BY_DETECTOR &&
+        (setup->n_source <= RMAP_STATS_SOURCES_FEW || source >= 0))
         RMAP_TRY(rmap_fold_weights(rays, &readings->lean, err));
     if (readings->lean && rmap_quantities_stored(setup->quantities, rays, column)) {
         RMAP_TRY(reserve_stored(reader, setup, rays, err));

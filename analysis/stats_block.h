@@ -8,6 +8,7 @@
 
 #include "analysis/quantity.h"
 #include "analysis/stats_measure.h"
+#include "base/turns.h"
 
 enum rmap_stats_by { RMAP_STATS_TOGETHER, RMAP_STATS_BY_SOURCE, RMAP_STATS_BY_DETECTOR };
 
@@ -92,11 +93,15 @@ struct rmap_stats_arranged {
     size_t value_cap[RMAP_QUANTITIES_MAX], weight_cap, tag_cap, place_cap;
 };
 
-/* Sources of rays that follow a cycle, laid out. */
+/* More sources than that are not gone through one by one. */
+enum { RMAP_STATS_SOURCES_FEW = 8 };
+
+/* Sources of rays that follow a cycle: laid out, and the turns of each. */
 struct rmap_stats_turns {
-    struct rmap_cycle cycle;
+    struct rmap_cycle laid, known;
     int32_t *source; /* [n] */
     size_t n, cap;
+    struct rmap_turns of[RMAP_STATS_SOURCES_FEW];
 };
 
 /* Memory of a portion's block. All zero at first. */

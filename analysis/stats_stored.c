@@ -7,6 +7,7 @@
 #include "base/alloc.h"
 #include "base/pick.h"
 #include "base/wide.h"
+#include "io/chunk_cycle.h"
 
 RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
 {
@@ -22,8 +23,7 @@ enum rmap_status rmap_stats_lay_turns(struct rmap_stats_turns *turns,
 {
     const int32_t *source = cycle->element;
     void *block = turns->source;
-    const bool are_laid = turns->cycle.element == cycle->element && turns->cycle.n == cycle->n &&
-                          turns->cycle.phase == cycle->phase && turns->n >= n;
+    const bool are_laid = rmap_cycle_is(&turns->laid, cycle) && turns->n >= n;
     enum rmap_status st = rmap_reserve(&block, &turns->cap, n, sizeof *turns->source, err);
     *source_ret = turns->source = block;
     if (are_laid || st != RMAP_OK)
@@ -37,9 +37,19 @@ enum rmap_status rmap_stats_lay_turns(struct rmap_stats_turns *turns,
         some = n - at < at ? n - at : at;
         memcpy(turns->source + at, turns->source, some * sizeof *turns->source);
     }
-    turns->cycle = *cycle;
+    turns->laid = *cycle;
     turns->n = n;
     return RMAP_OK;
+}
+
+void rmap_stats_know_turns(struct rmap_stats_turns *turns, const struct rmap_cycle *cycle,
+                           size_t n_source)
+{
+    if (rmap_cycle_is(&turns->known, cycle))
+        return;
+    for (size_t s = 0; s < n_source; s++)
+        rmap_turns_init(&turns->of[s], cycle->element, cycle->n, cycle->phase, (int32_t)s);
+    turns->known = *cycle;
 }
 
 static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
@@ -49,6 +59,20 @@ static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_s
     if (end > first)
         reader->run[block->n_run++] =
             (struct rmap_stats_run){end, rmap_stats_class_of(setup, source)};
+}
+
+/* Puts stored readings in the order of their sources, which take turns, and lists the runs. */
+static void pick_turns(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
+                       size_t n_ray, const double *const *column, double *const *to,
+                       struct rmap_stats_block *block)
+{
+    size_t end = 0;
+    for (int32_t s = 0; s < (int32_t)setup->n_source; s++) {
+        const size_t first = end;
+        for (size_t q = 0; q < setup->quantities->n; q++)
+            end = first + rmap_turns_pick(&reader->turns.of[s], column[q], n_ray, to[q] + first);
+        list_run(reader, setup, s, end, block);
+    }
 }
 
 /* Puts stored readings of matching rays in the order of their sources, and lists the runs. */
@@ -99,7 +123,9 @@ bool rmap_stats_read_stored(struct rmap_stats_reader *reader, const struct rmap_
     reader->readings.n = n;
     reader->readings.n_undefined = 0;
     *block = (struct rmap_stats_block){.n = n, .run = reader->run};
-    if (source < 0)
+    if (source < 0 && !of)
+        pick_turns(reader, setup, n_ray, column, to, block);
+    else if (source < 0)
         pick_stored(reader, setup, rays, of, column, to, block);
     else
         list_run(reader, setup, source, n, block);
