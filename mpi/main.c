@@ -12,6 +12,7 @@
 #include <malloc.h>
 #endif
 
+#include "base/alloc.h"
 #include "io/diagnostics.h"
 #include "io/json_memory.h"
 #include "mpi/agree.h"
@@ -158,16 +159,29 @@ static void prepare_alone(const char *word)
     (void)setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
 }
 
+#if defined(__GLIBC__)
+/* What the heap begins with will stand on huge pages once it is used: they are told of beforehand,
+ * as memory that tracing has taken in small pages stays on these, whoever uses it then. */
+static void prefer_huge_heap(void)
+{
+    enum { BLOCKS = 2, BLOCK_NBYTES = 28 << 20 }; /* below the threshold, and all of them */
+    void *block[BLOCKS];
+    for (int i = 0; i < BLOCKS; i++)
+        block[i] = rmap_alloc_unset(BLOCK_NBYTES, 1);
+    for (int i = 0; i < BLOCKS; i++)
+        rmap_free(block[i]);
+}
+
 /* Pages are dear: a fault with its clearing takes as long as a thousand instructions and more. What
  * a scan, a question of a session or a block of rays gives back is wanted again soon. By default
  * the C library would return blocks from 128 KiB on, and what is free at the end of a heap; and
  * threads would have heaps of their own, of which it returns what a scan has freed in any case. */
-#if defined(__GLIBC__)
 static void keep_pages(void)
 {
     (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there may be */
     (void)mallopt(M_TRIM_THRESHOLD, 64 << 20);
     (void)mallopt(M_ARENA_MAX, 1);
+    prefer_huge_heap();
 }
 #else
 #define keep_pages() ((void)0)
