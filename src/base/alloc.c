@@ -22,10 +22,6 @@ static int must_fail(void)
  * fault brings what else are 512. */
 #define HUGE_PAGE ((uintptr_t)2 << 20)
 
-#if defined(__linux__) && !defined(MADV_COLLAPSE)
-#define MADV_COLLAPSE 25 /* of Linux 6.1; before, it is refused and nothing happens */
-#endif
-
 #ifdef MADV_HUGEPAGE
 static void prefer_huge_pages(void *block, size_t nbytes)
 {
@@ -36,18 +32,6 @@ static void prefer_huge_pages(void *block, size_t nbytes)
 }
 #else
 #define prefer_huge_pages(block, nbytes) ((void)(block), (void)(nbytes))
-#endif
-
-/* What was in use before has small pages, and would keep them: those of an aligned block are joined
- * at once. Pages that are not there yet come as huge ones. */
-#ifdef MADV_COLLAPSE
-static void join_pages(void *block, size_t nbytes)
-{
-    if (block && nbytes >= HUGE_PAGE)
-        (void)madvise(block, nbytes / HUGE_PAGE * HUGE_PAGE, MADV_COLLAPSE);
-}
-#else
-#define join_pages(block, nbytes) ((void)(block), (void)(nbytes))
 #endif
 
 static void *counted(void *block, size_t nbytes)
@@ -74,9 +58,7 @@ void *rmap_alloc_unset(size_t n, size_t size)
         block = malloc(nbytes > 0 ? nbytes : 1);
     else if (posix_memalign(&block, HUGE_PAGE, nbytes) != 0)
         return NULL;
-    block = counted(block, nbytes);
-    join_pages(block, nbytes);
-    return block;
+    return counted(block, nbytes);
 }
 
 void *rmap_realloc(void *block, size_t n, size_t size)
