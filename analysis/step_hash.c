@@ -188,9 +188,10 @@ AVX2 RMAP_COPIED void sum_four(const uint32_t key[SETS][WORDS], const uint8_t *s
 AVX2 static void add_blocks(const struct rmap_step_hash_keys *keys, const uint8_t *step,
                             size_t nbytes, size_t b, struct sums *sums, size_t i)
 {
-    uint64_t all[4];
-    __m256i sum[4];
-    for (int s = 0; s < 4; s++)
+    enum { GATHERED = 4 }; /* of which the sets are the first */
+    uint64_t all[GATHERED];
+    __m256i sum[GATHERED];
+    for (int s = 0; s < GATHERED; s++)
         sum[s] = _mm256_setzero_si256();
     for (; b == 0 || b * BLOCK < nbytes; b++) {
         const __m256i words = load_row(step + b * BLOCK, nbytes - b * BLOCK);

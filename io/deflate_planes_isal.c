@@ -184,7 +184,7 @@ static bool has_matches(struct rmap_deflater *deflater, const uint8_t *data, siz
            shrinks(deflater, data, nbytes, n, bits, WINDOW_GAIN);
 }
 
-enum method { UNKNOWN, STORED, LITERALS, MATCHES };
+enum method { STORED, LITERALS, MATCHES };
 
 static enum method choose(struct rmap_deflater *deflater, const uint8_t *data, size_t nbytes)
 {

@@ -14,39 +14,6 @@
 #include "io/provenance.h"
 #include "io/publish.h"
 
-/* ---- which rays ---- */
-
-enum rmap_status rmap_repair_rays(const struct rmap_map_content *content, struct rmap_ray_set *set,
-                                  struct rmap_error *err)
-{
-    struct rmap_ray_range *range = rmap_alloc(content->n_portion, sizeof *range);
-    if (!range)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of rays");
-    for (size_t i = 0; i < content->n_portion; i++) {
-        const struct rmap_portion_info *info = &content->portion[i];
-        range[i] = (struct rmap_ray_range){info->first_ray, rmap_portion_end(info)};
-    }
-    enum rmap_status st = rmap_ray_set_make(range, content->n_portion, set, err);
-    rmap_free(range);
-    return st;
-}
-
-enum rmap_status rmap_repair_wanted(const struct rmap_map *map, struct rmap_ray_set *set,
-                                    struct rmap_error *err)
-{
-    struct rmap_ray_range *range = rmap_alloc(map->n_run, sizeof *range);
-    if (!range)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of runs");
-    for (size_t i = 0; i < map->n_run; i++) {
-        uint64_t first = map->run[i].first_ray, n = map->run[i].n_ray;
-        range[i] =
-            (struct rmap_ray_range){first, n < RMAP_RAY_END - first ? first + n : RMAP_RAY_END};
-    }
-    enum rmap_status st = rmap_ray_set_make(range, map->n_run, set, err);
-    rmap_free(range);
-    return st;
-}
-
 /* ---- the index without rays ---- */
 
 static enum rmap_status write_bare(const char *path, const struct rmap_map *map,

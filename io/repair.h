@@ -9,7 +9,6 @@
 
 #include "io/map_writer.h"
 #include "io/verify.h"
-#include "trace/ray_plan.h"
 
 /* Replaces map.h5 by one without rays, incomplete, so that pieces and journals on disk are what the
  * map holds. Its scene, runs and spaces come from map.h5 itself, else, or where that knows of later
@@ -44,11 +43,5 @@ enum rmap_status rmap_repair_remove(const struct rmap_verification *verification
 enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
                                              struct rmap_findings *done,
                                              struct rmap_error *err) RMAP_MUST_USE;
-
-/* Ids that a content holds; those that a map's runs were asked for. Into an empty set. */
-enum rmap_status rmap_repair_rays(const struct rmap_map_content *content, struct rmap_ray_set *set,
-                                  struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_repair_wanted(const struct rmap_map *map, struct rmap_ray_set *set,
-                                    struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -14,6 +14,7 @@
 #include "io/map_directory.h"
 #include "io/map_history.h"
 #include "io/map_internal.h"
+#include "io/map_rays.h"
 #include "io/publish.h"
 #include "io/seal.h"
 
@@ -57,7 +58,7 @@ static const char *why_remove(const struct removal *removal, const struct rmap_p
     if (rmap_piece_read(removal->self->path, name->shard, name->number, &content, &origin, &why) ==
             RMAP_OK &&
         origin.seed == map->summary.seed && strcmp(origin.scene_digest, map->scene_digest) == 0 &&
-        rmap_repair_rays(&content, &own, &why) == RMAP_OK &&
+        rmap_rays_held(&content, &own, &why) == RMAP_OK &&
         rmap_ray_set_minus(&own, &removal->rays, &rest, &why) == RMAP_OK && rest.n == 0)
         reason = "removed: other pieces hold its rays";
     rmap_ray_set_fini(&own);
@@ -138,7 +139,7 @@ enum rmap_status rmap_repair_remove(const struct rmap_verification *self,
     RMAP_TRY(rmap_map_list_pieces(self->path, &name, &n, err));
     RMAP_TRY(rmap_map_open_listed(self->path, &map, err));
     removal.now = &map->content;
-    RMAP_TRY(rmap_repair_rays(removal.now, &removal.rays, err));
+    RMAP_TRY(rmap_rays_held(removal.now, &removal.rays, err));
     for (size_t i = 0; i < n; i++)
         RMAP_TRY(remove_piece(&removal, &name[i], err));
     RMAP_TRY(remove_histories(&removal, map, err));

@@ -118,8 +118,7 @@ static void copy_away(uint8_t *to, const void *from, size_t nbytes)
         return;
     }
 #endif
-    if (nbytes > 0)
-        memcpy(to, from, nbytes);
+    memcpy(to, from, nbytes);
 }
 
 enum rmap_status rmap_row_parts_add(struct rmap_row_parts *parts, const struct rmap_portion *part,

@@ -9,9 +9,8 @@
 #include "base/alloc.h"
 #include "io/index_scene.h"
 #include "io/map_internal.h"
-#include "io/repair.h"
+#include "io/map_rays.h"
 #include "io/verify_internal.h"
-#include "trace/ray_plan.h"
 
 static enum rmap_status tell(const char *dataset, const char *text, struct rmap_findings *findings,
                              struct rmap_error *err)
@@ -131,8 +130,8 @@ static enum rmap_status compare_runs(const struct rmap_verification *self,
     enum rmap_status st = RMAP_OK;
     struct rmap_ray_set held = {0}, wanted = {0}, missing = {0};
     struct rmap_finding finding;
-    RMAP_TRY(rmap_repair_rays(self->content, &held, err));
-    RMAP_TRY(rmap_repair_wanted(self->map, &wanted, err));
+    RMAP_TRY(rmap_rays_held(self->content, &held, err));
+    RMAP_TRY(rmap_rays_wanted(self->map, &wanted, err));
     RMAP_TRY(rmap_ray_set_minus(&wanted, &held, &missing, err));
     rmap_finding_set(&finding, "map.h5", "/run/n_ray",
                      "asks for rays that no portion has, though the map says that it is complete");

@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/map_directory.h"
+#include "io/map_rays.h"
 #include "io/repair.h"
 #include "io/salvage.h"
 #include "mpi/agree.h"
@@ -224,7 +225,7 @@ static enum rmap_status remember(struct repair *self, struct rmap_error *err)
     const struct rmap_findings *findings = &self->round.findings;
     struct rmap_map_summary summary = {0};
     RMAP_TRY(rmap_findings_append(&self->result->found, findings->row, findings->n, err));
-    RMAP_TRY(rmap_repair_rays(said, &self->had, err));
+    RMAP_TRY(rmap_rays_held(said, &self->had, err));
     for (size_t i = 0; i < said->n_portion; i++)
         self->n_had += said->portion[i].n_row[RMAP_TABLE_RAY];
     if (what->map)
@@ -262,8 +263,8 @@ static enum rmap_status conclude(struct repair *self, enum rmap_repair_mode mode
     }
     if (!what->map)
         goto out;
-    RMAP_TRY(rmap_repair_rays(what->content, &have, err));
-    RMAP_TRY(rmap_repair_wanted(what->map, &wanted, err));
+    RMAP_TRY(rmap_rays_held(what->content, &have, err));
+    RMAP_TRY(rmap_rays_wanted(what->map, &wanted, err));
     RMAP_TRY(rmap_ray_set_minus(&wanted, &have, &missing, err));
     RMAP_TRY(rmap_ray_set_minus(&self->had, &have, &self->result->lost, err));
     RMAP_TRY(rmap_ray_set_minus(&have, &self->had, &gained, err));

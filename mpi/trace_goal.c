@@ -4,19 +4,12 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/map_content.h"
-#include "io/repair.h"
+#include "io/map_rays.h"
 #include "mpi/progress.h"
 
 static enum rmap_status out_of_memory(struct rmap_error *err)
 {
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of rays");
-}
-
-static struct rmap_ray_range range_of_run(const struct rmap_run_row *row)
-{
-    uint64_t room = RMAP_RAY_END - row->first_ray;
-    return (struct rmap_ray_range){row->first_ray,
-                                   row->first_ray + (row->n_ray < room ? row->n_ray : room)};
 }
 
 static struct rmap_ray_range range_of_portion(const struct rmap_portion_info *portion)
@@ -52,7 +45,7 @@ static enum rmap_status add_phase(struct rmap_trace_goal *goal, const struct rma
     enum rmap_status st = RMAP_OK;
     struct rmap_ray_set wanted = {0};
     struct rmap_trace_phase *phase = &goal->phase[goal->n_phase];
-    struct rmap_ray_range range = range_of_run(row);
+    struct rmap_ray_range range = rmap_run_rays(row);
     RMAP_TRY(rmap_ray_set_make(&range, 1, &wanted, err));
     RMAP_TRY(rmap_ray_set_minus(&wanted, done, &phase->rays, err));
     if (phase->rays.n == 0)
@@ -130,7 +123,7 @@ static enum rmap_status check_resumed(const struct rmap_trace_request *request,
 {
     struct rmap_ray_set wanted = {0};
     size_t n = rmap_map_n_run(map);
-    enum rmap_status st = rmap_repair_wanted(map, &wanted, err);
+    enum rmap_status st = rmap_rays_wanted(map, &wanted, err);
     const uint64_t total = rmap_ray_set_count(&wanted);
     rmap_ray_set_fini(&wanted);
     if (st != RMAP_OK)
@@ -158,7 +151,7 @@ static uint64_t next_ray(const struct rmap_map *map)
 {
     uint64_t next = 0;
     for (size_t i = 0; i < rmap_map_n_run(map); i++) {
-        uint64_t end = range_of_run(rmap_map_run(map, i)).end;
+        uint64_t end = rmap_run_rays(rmap_map_run(map, i)).end;
         next = end > next ? end : next;
     }
     for (size_t i = 0; i < rmap_map_n_portion(map); i++) {
@@ -182,9 +175,9 @@ static enum rmap_status make_row(const struct rmap_trace_request *request,
     goal->row = (struct rmap_run_row){
         .first_ray = first, .n_ray = request->n_ray, .seed = request->seed, .space = goal->space};
     goal->has_row = true;
-    struct rmap_ray_range mine = range_of_run(&goal->row);
+    struct rmap_ray_range mine = rmap_run_rays(&goal->row);
     for (size_t i = 0; i < rmap_map_n_run(map); i++) {
-        struct rmap_ray_range theirs = range_of_run(rmap_map_run(map, i));
+        struct rmap_ray_range theirs = rmap_run_rays(rmap_map_run(map, i));
         if (mine.first < theirs.end && theirs.first < mine.end)
             return rmap_error_set(err, RMAP_USAGE,
                                   "%s was asked for rays %llu to %llu already; --append without "

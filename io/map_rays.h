@@ -1,0 +1,21 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rays a map holds, and which it was asked for.
+ */
+#ifndef RMAP_MAP_RAYS_H
+#define RMAP_MAP_RAYS_H
+
+#include "io/map_content.h"
+#include "io/map_reader.h"
+#include "trace/ray_plan.h"
+
+/* Those that a run was asked for, up to RMAP_RAY_END. */
+struct rmap_ray_range rmap_run_rays(const struct rmap_run_row *run);
+
+/* Ids that a content holds; those that a map's runs were asked for. Into an empty set. */
+enum rmap_status rmap_rays_held(const struct rmap_map_content *content, struct rmap_ray_set *set,
+                                struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_rays_wanted(const struct rmap_map *map, struct rmap_ray_set *set,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif
