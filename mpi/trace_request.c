@@ -16,7 +16,8 @@ const struct rmap_option rmap_trace_options[] = {
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
     {"index", 0, NULL, "prepare the map for fast questions at the end, as raymap index does"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
-    {"encoding", 0, "NAME", "plain or compact: how the map is stored (default plain)"},
+    {"encoding", 0, "NAME",
+     "plain or compact: how the map is stored (default: plain; compact beyond 10M rays)"},
     {"piece-size", 0, "BYTES", "close a file of the map at this size (default 256Mi)"},
     {"flush", 0, "TIME", "what was traced longer ago is safe from any crash (default 10s)"},
     {"flush-portions", 0, "N", "the same after every N blocks of 4096 rays of a shard"},
@@ -127,6 +128,12 @@ out:
     return st;
 }
 
+enum rmap_encoding rmap_trace_encoding(uint64_t n_ray)
+{
+    const uint64_t most_plain = 10000000;
+    return n_ray > most_plain ? RMAP_ENCODING_COMPACT : RMAP_ENCODING_PLAIN;
+}
+
 enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
                                              const struct rmap_scene *scene,
                                              struct rmap_trace_request *request,
@@ -138,6 +145,8 @@ enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
                   (request->mode != RMAP_TRACE_NEW || simulation->record || !simulation->name);
     if (!request->has_n_ray)
         request->n_ray = simulation->rays ? simulation->rays : default_rays;
+    if (!request->has_encoding)
+        request->encoding = rmap_trace_encoding(request->n_ray);
     if (request->time_limit_s <= 0.0)
         request->time_limit_s = simulation->time_limit_s;
     if (request->n_ray > RMAP_RAY_END - request->first_ray)
