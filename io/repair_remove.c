@@ -6,6 +6,7 @@
 
 #include <errno.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
@@ -51,6 +52,9 @@ static const char *why_remove(const struct removal *removal, const struct rmap_p
     struct rmap_ray_set own = {0}, rest = {0};
     struct rmap_error why = {0};
     const char *reason = NULL;
+    struct stat status;
+    if (stat(path, &status) == 0 && S_ISDIR(status.st_mode))
+        return NULL; /* whoever put it there knows what is in it */
     if (was_replaced(removal->self, file))
         return "removed: what was good of it stands in another piece";
     if (rmap_seal_check(path, &why) == RMAP_FORMAT)

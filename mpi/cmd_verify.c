@@ -36,17 +36,25 @@ static json_t *finding_json(const struct rmap_finding *finding)
     return one;
 }
 
+/* As `info` says it: rays of a piece that is gone are missing, whatever the index says. */
+static bool is_complete(const struct rmap_verification *verification)
+{
+    struct rmap_map_summary summary = {0};
+    if (verification->map)
+        rmap_map_summarise(verification->map, &summary);
+    for (size_t i = 0; i < verification->content->n_piece; i++)
+        summary.complete = summary.complete && !(verification->piece_flag[i] & RMAP_PIECE_GONE);
+    return summary.complete;
+}
+
 static json_t *to_json(const struct rmap_findings *findings, const struct rmap_verified *verified,
                        const struct rmap_verification *verification)
 {
     json_t *list = json_array();
-    struct rmap_map_summary summary = {0};
-    if (verification->map)
-        rmap_map_summarise(verification->map, &summary);
     for (size_t i = 0; i < findings->n; i++)
         (void)json_array_append_new(list, finding_json(&findings->row[i]));
     return json_pack("{s:b, s:b, s:o, s:{s:I, s:I, s:I, s:I, s:I, s:I}, s:f}", "ok",
-                     findings->n == 0, "complete", (int)summary.complete, "findings", list,
+                     findings->n == 0, "complete", (int)is_complete(verification), "findings", list,
                      "checked", "pieces", (json_int_t)verified->pieces, "chunks",
                      (json_int_t)verified->chunks, "portions", (json_int_t)verified->portions,
                      "rays", (json_int_t)verified->rays, "segments", (json_int_t)verified->segments,

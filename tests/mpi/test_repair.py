@@ -111,7 +111,17 @@ os.truncate(at(piece), os.path.getsize(at(piece)) // 2)
 heal("cut", rays_of(piece))
 again()
 os.remove(at(piece))
+assert json.loads(run("verify", "b.raymap", "--json", status=4))["complete"] is False
 heal("missing", rays_of(piece), ranks=2)
+again()
+os.remove(at(piece))
+os.mkdir(at(piece))
+said = json.loads(run("repair", "b.raymap", "--json", status=4))
+assert said["left"][0]["file"] == piece and said["lost"]["rays"] == rays_of(piece), said
+run("trace", SCENE, "-o", "b.raymap", "--resume", "--quiet")
+assert info() == WANT
+os.rmdir(at(piece))
+heal("a folder was in a piece's place", 0)
 again()
 shutil.rmtree("b.raymap/shard-00001")
 heal("missing shard", sum(rays_of(p) for p in pieces if "shard-00001" in p))
