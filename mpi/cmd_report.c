@@ -3,6 +3,8 @@
  * raymap report: everything that happened along one ray, from a map or traced again; or where the
  * light of a whole map went.
  */
+#include <sys/stat.h>
+
 #include <stdio.h>
 
 #include "analysis/ray_report.h"
@@ -82,6 +84,18 @@ out:
     return st;
 }
 
+static enum rmap_status check_is_scene(const struct rmap_arguments *given, struct rmap_error *err)
+{
+    const char *path = given->operand[0];
+    struct stat status;
+    if (stat(path, &status) != 0 || !S_ISDIR(status.st_mode))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_INPUT,
+                          "%s is a directory, and --ray traces a ray of a scene file; of a map: "
+                          "raymap report %s %s",
+                          path, path, rmap_argument(given, "ray"));
+}
+
 /* Collective. */
 static enum rmap_status report_scene(const struct rmap_context *context,
                                      const struct rmap_arguments *given, struct rmap_error *err)
@@ -91,6 +105,8 @@ static enum rmap_status report_scene(const struct rmap_context *context,
     struct rmap_scene_options options_given = {0};
     uint64_t ray = 0, seed = 1;
     enum rmap_status st = rmap_argument_count(given, "ray", &ray, err);
+    if (st == RMAP_OK)
+        st = check_is_scene(given, err);
     if (st == RMAP_OK)
         st = rmap_argument_count(given, "seed", &seed, err);
     if (st == RMAP_OK)

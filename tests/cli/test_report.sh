@@ -15,6 +15,7 @@ expect 0 'V +sensor .*registered: x ' "$RAYMAP" report a.raymap 12
 expect 0 '^flux +1 W' "$RAYMAP" report scene.yaml --ray 12 --seed 7
 expect 3 'no ray 5000' "$RAYMAP" report a.raymap 5000
 expect 2 'whole number' "$RAYMAP" report a.raymap many
+expect 3 "of a map: raymap report a.raymap 12" "$RAYMAP" report a.raymap --ray 12
 expect 2 'SCENE and --ray' "$RAYMAP" report a.raymap
 expect 2 'SCENE and --ray' "$RAYMAP" report scene.yaml 3 --ray 4
 expect 3 'none.raymap' "$RAYMAP" report none.raymap 1
