@@ -74,8 +74,9 @@ static void draw_captions(const struct rmap_portion *rays, const struct rmap_fig
     if (n_drawn == 0)
         (void)snprintf(line, sizeof line, "no ray matches; %s", view->description);
     else if (n_drawn < options->n_matched)
-        (void)snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids; %s",
+        (void)snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids%s; %s",
                        rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
+                       options->paint && options->paint->dealt ? " of each criterion" : "",
                        view->description);
     else
         (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", rmap_grouped(n_drawn, drawn),

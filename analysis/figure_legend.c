@@ -195,12 +195,16 @@ static void add_groups(struct legend *legend, const struct rmap_ray_paint *paint
         if (group->rays == 0 && !group->asked)
             continue;
         int len = snprintf(word, sizeof word, "%s", rmap_grouped(group->rays, n));
-        if (group->rays == 0 && group->matching > 0) /* rare, or drawn as an earlier one's */
+        const bool some = group->matching > group->rays; /* others too many, or an earlier one's */
+        if (some && (group->rays == 0 || paint->dealt))
             len += snprintf(word + len, sizeof word - (size_t)len, " of %s matching",
                             rmap_grouped(group->matching, n));
-        (void)snprintf(word + len, sizeof word - (size_t)len, " ray%s, %.3g %% of flux: %.400s",
-                       group->rays == 1 ? "" : "s",
-                       paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0, group->label);
+        len += snprintf(word + len, sizeof word - (size_t)len, " ray%s",
+                        group->rays == 1 && !some ? "" : "s");
+        if (!paint->dealt)
+            len += snprintf(word + len, sizeof word - (size_t)len, ", %.3g %% of flux",
+                            paint->flux > 0.0 ? 100.0 * group->flux / paint->flux : 0.0);
+        (void)snprintf(word + len, sizeof word - (size_t)len, ": %.400s", group->label);
         add_paragraph(legend, group->ink, right, word);
     }
 }

@@ -38,6 +38,7 @@ struct rmap_ray_paint {
     uint32_t *of_ray;               /* [n_ray] group of each; NULL without groups */
     double *strength;               /* [n_ray] flux over the greatest of any, 0 to 1 */
     double flux;                    /* of all of them */
+    bool dealt; /* groups share the rays between them: their fluxes say nothing of the map's */
 };
 
 /* What paints the rays of a portion that has all columns. flux_per_weight: [n_source]. criterion:

@@ -15,6 +15,7 @@
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/balance.h"
+#include "mpi/draw_pick.h"
 #include "mpi/draw_request.h"
 #include "mpi/find_camera.h"
 #include "mpi/json_out.h"
@@ -35,8 +36,9 @@ static const struct rmap_option options[] = {
      "OUT.svg or OUT.png: a picture; OUT.html: a page to explore; OUT.vtp: polylines for "
      "ParaView; OUT.glb, OUT.gltf: a glTF scene"},
     {"limit", 'l', "N",
-     "draw the N matching rays with the smallest ids (default 300, fewer of very many legs; in a "
-     "page 2000)"},
+     "draw the N matching rays with the smallest ids, of several criteria in colours each its "
+     "share "
+     "(default 300, fewer of very many legs; in a page 2000)"},
     {"view", 'v', "VIEW",
      "section yz, xz or xy, or 3d (default: 3d for scenes of meshes, else the section along the "
      "rays)"},
@@ -70,7 +72,7 @@ struct drawing {
     struct rmap_count *count;        /* [n_count] of any, then of each where they are several */
     struct rmap_criterion **counted; /* [n_count] those */
     size_t n_count;
-    uint64_t *id; /* [n_id] of the rays to draw, where receivers pick them */
+    uint64_t *id; /* [n_id] of the rays to draw, where receivers or several criteria pick them */
     size_t n_id;
     struct rmap_portion *rays; /* rank 0 */
     struct rmap_overlay_view *view;
@@ -78,6 +80,12 @@ struct drawing {
     struct rmap_ray_paint *paint;
     bool misses; /* the section meets no object */
 };
+
+/* Whether each criterion gets its share of the rays. */
+static bool is_shared(const struct drawing *self)
+{
+    return self->request.paint == RMAP_PAINT_CRITERION && self->n_each > 1;
+}
 
 /* On rank 0. */
 static enum rmap_status draw_picture(struct drawing *self, struct rmap_error *err)
@@ -157,6 +165,9 @@ static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
     const enum rmap_status st = rmap_ray_paint_create(&given, &self->paint, err);
     for (size_t k = 0; st == RMAP_OK && k < self->paint->n_group && k + 1 < self->n_count; k++)
         self->paint->group[k].matching = self->count[k + 1].rays;
+    if (st == RMAP_OK)
+        self->paint->dealt =
+            is_shared(self) && self->rays->n_row[RMAP_TABLE_RAY] < self->count[0].rays;
     return st;
 }
 
@@ -302,10 +313,18 @@ static enum rmap_status collect(struct drawing *self, struct rmap_error *err)
     enum rmap_status st = RMAP_OK;
     const struct rmap_context *context = self->context;
     struct rmap_pick pick = {.criterion = self->any};
-    if (self->overlay) {
-        const struct rmap_overlay_question question = {self->map, self->overlay, self->any};
-        const struct rmap_sample_order order = {.most = self->request.limit};
-        RMAP_TRY(rmap_overlay_pick(context, &question, &order, &self->id, &self->n_id, err));
+    const bool shared = is_shared(self);
+    if (shared || self->overlay) {
+        const struct rmap_criterion *const any = self->any;
+        const struct rmap_draw_question question = {
+            .map = self->map,
+            .overlay = self->overlay,
+            .any = any,
+            .criterion = shared ? (const struct rmap_criterion *const *)self->each : &any,
+            .matching = shared ? self->count + 1 : self->count,
+            .n_criterion = shared ? self->n_each : 1,
+            .most = self->request.limit};
+        RMAP_TRY(rmap_draw_pick(context, &question, &self->id, &self->n_id, err));
         pick = (struct rmap_pick){.id = self->id, .n_id = self->n_id};
     }
     RMAP_TRY(rmap_scan_collect(context, self->map, &pick, self->request.limit, &self->rays, err));

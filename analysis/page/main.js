@@ -77,7 +77,7 @@ document.addEventListener("keydown", (event) => {
 
 byId("title").textContent = data.title;
 byId("about").textContent = `rays: ${data.criterion || "all"}; ` + (ray.count < data.matched
-  ? `${whole(ray.count)} of ${whole(data.matched)} matching rays, those with the smallest ids,`
+  ? `${whole(ray.count)} of ${whole(data.matched)} matching rays, those with the smallest ids${where.length > 1 ? " of each criterion" : ""},`
   : `${whole(ray.count)} ray${ray.count === 1 ? "" : "s"}`) + ` of ${whole(data.total)} in the map`;
 byId("provenance").textContent = `Written by ${data.program}.`;
 byId("keys").append(

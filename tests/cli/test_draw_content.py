@@ -165,15 +165,30 @@ def test_covered_criterion():
     """A criterion all of whose rays match an earlier one stands in the legend, with no ray."""
     run("draw", "lens.raymap", "--where", "registered(sensor)", "--where",
         "registered(sensor) and segments > 3", "--color", "criterion", "-o", "two.svg", "--force")
-    told = [line for line in words("two.svg") if "% of flux" in line]
+    told = [line for line in words("two.svg") if " ray" in line and ": registered(" in line]
     n = count("lens.raymap", "registered(sensor) and segments > 3")
     assert len(told) == 2 and told[1].startswith(
-        f"0 of {n:,} matching rays, 0 % of flux: registered(sensor) and"), told
-    run("draw", "lens.raymap", "--where", "source(star)", "--where", "ray == 19999", "--where",
-        "segments > 99999", "--color", "criterion", "-o", "two.svg", "--limit", 9, "--force")
-    told = [line for line in words("two.svg") if "% of flux" in line]
-    assert told[1:] == ["0 of 1 matching rays, 0 % of flux: ray == 19999",
-                        "0 rays, 0 % of flux: segments > 99999"], told
+        f"0 of {n:,} matching rays: registered(sensor) and"), told
+
+
+def test_shared_picture():
+    """A rare criterion is drawn whole, the others share what it leaves; the legend says of how
+    many, and no flux, of which the picture has no fair sample."""
+    asked = ["ray == 19999", "source(star) and ray < 19999", "segments > 99999",
+             "source(sun) and ray < 19999"]
+    wheres = [word for text in asked for word in ("--where", text)]
+    said = [json.loads(run("draw", "lens.raymap", *wheres, "--color", "criterion", "-o", "two.svg",
+                           "--limit", 9, "--force", "--json", ranks=ranks)) for ranks in (1, 3)]
+    n = [count("lens.raymap", text) for text in asked]
+    assert said[0] == said[1] and said[0]["rays"] == {"matched": sum(n), "drawn": 9}, said
+    told = [line for line in words("two.svg") if " ray" in line and ": " in line and
+            not line.startswith("rays: ")]
+    assert told == [f"1 ray: {asked[0]}", f"4 of {n[1]:,} matching rays: {asked[1]}",
+                    f"0 rays: {asked[2]}", f"4 of {n[3]:,} matching rays: {asked[3]}"], told
+    assert any("smallest ids of each criterion" in line for line in words("two.svg"))
+    run("draw", "lens.raymap", *wheres, "--color", "criterion", "-o", "all.svg", "--limit", sum(n),
+        "--force")
+    assert any(line.endswith(f"% of flux: {asked[1]}") for line in words("all.svg"))
 
 
 def test_depth():
@@ -451,6 +466,7 @@ run("trace", "hiding.yaml", "-o", "hiding.raymap", "-n", "2", "--quiet", "--forc
 test_colours()
 test_opacity()
 test_covered_criterion()
+test_shared_picture()
 test_depth()
 test_pixels()
 test_profile()

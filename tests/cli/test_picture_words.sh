@@ -50,7 +50,7 @@ has rod.svg '<line [^>]*stroke="#c2410c" stroke-width="0.6"'
 long='registered(sensor) and path_length > 1 and path_length < 1000 and segments < 500 and bounces < 500'
 expect 0 '' "$RAYMAP" draw a.raymap --where "$long and ray < 4000" --where 'ray >= 4000' --color criterion -o legend.svg
 tr '\n' ' ' <legend.svg | sed 's|</text> <text[^>]*>| |g' >joined.svg
-has joined.svg "of flux: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
+has joined.svg "rays: registered\(sensor\) and .* and bounces &lt; 500 and ray &lt; 4000"
 
 # counts, and what the bins leave out
 expect 0 'values +[0-9],[0-9]{3} of [0-9],[0-9]{3} rays' "$RAYMAP" stats a.raymap --of segments --range 0..3 -o outside.svg
