@@ -9,13 +9,12 @@
 #include "analysis/figure_draw.h"
 #include "analysis/scene_glb.h"
 #include "base/alloc.h"
-#include "io/polydata.h"
 #include "io/raster.h"
-#include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/balance.h"
 #include "mpi/draw_pick.h"
+#include "mpi/draw_polydata.h"
 #include "mpi/draw_request.h"
 #include "mpi/find_camera.h"
 #include "mpi/json_out.h"
@@ -118,40 +117,6 @@ out:
 }
 
 /* On rank 0. */
-static enum rmap_status write_polydata(const struct drawing *self, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = rmap_map_scene(self->map);
-    const struct rmap_portion *rays = self->rays;
-    struct rmap_whole_file whole = {0};
-    struct rmap_polydata *data = NULL;
-    const struct rmap_ray_paint *paint = self->paint;
-    const char **group = rmap_alloc(paint->n_group + 1, sizeof *group);
-    const struct rmap_polydata_terms terms = {rmap_flux_unit_text(scene), group, paint->n_group};
-    if (!group)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the names of groups");
-    for (size_t k = 0; k < paint->n_group; k++)
-        group[k] = paint->group[k].label;
-    RMAP_TRY(rmap_whole_file_open(&whole, self->request.output_path, err));
-    RMAP_TRY(rmap_polydata_begin(whole.file, scene, &terms, &data, err));
-    for (size_t i = 0, segment = 0; i < rays->n_row[RMAP_TABLE_RAY];
-         segment += rays->ray.segment_count[i++]) {
-        const double *flux = rmap_map_flux_per_weight(self->map);
-        const struct rmap_polydata_ray ray = {
-            .flux = rays->ray.weight[i] * flux[rays->ray.source[i]],
-            .group = paint->of_ray ? (int32_t)paint->of_ray[i] : -1};
-        RMAP_TRY(rmap_polydata_add(data, rays, i, segment, &ray, err));
-    }
-    rmap_polydata_finish(data);
-    st = rmap_whole_file_finish(&whole, err);
-out:
-    rmap_free(group);
-    rmap_polydata_destroy(data);
-    rmap_whole_file_fini(&whole);
-    return st;
-}
-
-/* On rank 0. */
 static enum rmap_status paint_rays(struct drawing *self, struct rmap_error *err)
 {
     const struct rmap_paint_request given = {
@@ -179,7 +144,8 @@ static enum rmap_status draw(struct drawing *self, struct rmap_error *err)
         return st;
     switch (self->request.format) {
     case RMAP_DRAW_POLYDATA:
-        return write_polydata(self, err);
+        return rmap_draw_polydata(self->map, self->rays, self->paint, self->request.output_path,
+                                  err);
     case RMAP_DRAW_GLTF:
         return rmap_scene_glb_write(self->map, self->rays, self->paint, self->request.output_path,
                                     err);
