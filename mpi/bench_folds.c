@@ -3,7 +3,7 @@
  * Measurement of what `raymap stats`, `raymap paths` and `raymap report --energy` make of the rays
  * of a criterion, against two queries that feed them: "count", which decides which rays match and
  * counts them; and "columns", which also reads, of the portions with such rays, the columns that
- * the statistic is made of.
+ * the statistic is made of. In a map of each encoding.
  */
 #include <string.h>
 
@@ -184,39 +184,83 @@ bool rmap_bench_wants_folds(const struct rmap_bench *bench)
     return any;
 }
 
-static void report(struct rmap_bench *bench, const char *name, const struct rmap_bench_scene *scene,
+/* A map of the scene's rays. */
+struct stored {
+    struct rmap_bench *bench;
+    const struct rmap_bench_scene *scene;
+    const struct rmap_bench_encoding *encoding;
+    struct rmap_map *map;
+    double n_segment;
+};
+
+static void report(const struct stored *stored, const char *name,
                    const struct rmap_bench_series *series, const char *against, const char *class,
                    const char *text)
 {
-    rmap_bench_report(
-        bench, name, scene, series, "million segments/s",
-        json_pack("{s:s, s:s, s:s}", "against", against, "class", class, "criterion", text));
+    rmap_bench_report(stored->bench, name, stored->scene, series, "million segments/s",
+                      json_pack("{s:s, s:s, s:s, s:s}", "encoding", stored->encoding->name,
+                                "against", against, "class", class, "criterion", text));
 }
 
 /* One criterion, the statistic and both queries in turns. */
-static enum rmap_status measure(struct rmap_bench *bench, const struct rmap_bench_scene *scene,
-                                struct rmap_map *map, const struct statistic *statistic,
-                                const char *class, const char *text, double n_segment,
-                                struct rmap_error *err)
+static enum rmap_status measure(const struct stored *stored, const struct statistic *statistic,
+                                const char *class, const char *text, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_bench_series counted = {0}, delivered = {0};
-    struct task task = {.bench = bench, .map = map};
-    RMAP_TRY(rmap_criterion_compile(text, rmap_map_scene(map), &task.criterion, err));
-    for (int i = -1; i < bench->n_repeat; i++) { /* -1: brings the map into the page cache */
+    struct task task = {.bench = stored->bench, .map = stored->map};
+    RMAP_TRY(rmap_criterion_compile(text, rmap_map_scene(task.map), &task.criterion, err));
+    for (int i = -1; i < task.bench->n_repeat; i++) { /* -1: brings the map into the page cache */
         struct rmap_bench_cost ours, counting, delivering;
         RMAP_TRY(statistic->run(&task, &ours, err));
         RMAP_TRY(count(&task, &counting, err));
         RMAP_TRY(deliver(&task, &delivering, err));
         if (i < 0)
             continue;
-        rmap_bench_add_speeds(&counted, n_segment, ours, counting);
-        rmap_bench_add_speeds(&delivered, n_segment, ours, delivering);
+        rmap_bench_add_speeds(&counted, stored->n_segment, ours, counting);
+        rmap_bench_add_speeds(&delivered, stored->n_segment, ours, delivering);
     }
-    report(bench, statistic->name, scene, &counted, "count", class, text);
-    report(bench, statistic->name, scene, &delivered, "columns", class, text);
+    report(stored, statistic->name, &counted, "count", class, text);
+    report(stored, statistic->name, &delivered, "columns", class, text);
 out:
     rmap_criterion_destroy(task.criterion);
+    return st;
+}
+
+/* Of every ray, and of the scene's questions. */
+static enum rmap_status measure_all(const struct stored *stored, const struct statistic *statistic,
+                                    struct rmap_error *err)
+{
+    const struct rmap_bench_question *question = NULL;
+    const size_t n_question = rmap_bench_questions(stored->scene->name, &question);
+    enum rmap_status st = measure(stored, statistic, "every ray", statistic->every, err);
+    for (size_t q = 0; st == RMAP_OK && q < n_question; q++)
+        if (question[q].class)
+            st = measure(stored, statistic, question[q].class, question[q].text, err);
+    return st;
+}
+
+static enum rmap_status measure_encoding(struct rmap_bench *bench,
+                                         const struct rmap_bench_scene *scene,
+                                         const struct rmap_bench_encoding *encoding,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct stored stored = {.bench = bench, .scene = scene, .encoding = encoding};
+    char path[600];
+    double seconds;
+    (void)snprintf(path, sizeof path, "%s/folds-%s-%s.raymap", bench->folder, scene->name,
+                   encoding->name);
+    const struct rmap_bench_store store = {.path = path, .encoding = encoding->encoding};
+    RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene,
+                              bench->quick ? 200000 : 1000000, &store, &seconds, &stored.n_segment,
+                              err));
+    RMAP_TRY(rmap_map_open(path, &stored.map, err));
+    for (size_t i = 0; i < N_STATISTIC; i++)
+        if (rmap_bench_wanted(bench, statistics[i].name))
+            RMAP_TRY(measure_all(&stored, &statistics[i], err));
+out:
+    rmap_map_close(stored.map);
     return st;
 }
 
@@ -224,27 +268,7 @@ enum rmap_status rmap_bench_folds(struct rmap_bench *bench, const struct rmap_be
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_map *map = NULL;
-    char path[600];
-    const struct rmap_bench_question *question = NULL;
-    const size_t n_question = rmap_bench_questions(scene->name, &question);
-    double seconds, n_segment;
-    (void)snprintf(path, sizeof path, "%s/folds-%s.raymap", bench->folder, scene->name);
-    const struct rmap_bench_store store = {.path = path, .encoding = RMAP_ENCODING_PLAIN};
-    RMAP_TRY(rmap_bench_trace(&bench->alone, bench->alone.n_thread, scene,
-                              bench->quick ? 200000 : 1000000, &store, &seconds, &n_segment, err));
-    RMAP_TRY(rmap_map_open(path, &map, err));
-    for (size_t i = 0; i < N_STATISTIC; i++) {
-        if (!rmap_bench_wanted(bench, statistics[i].name))
-            continue;
-        RMAP_TRY(measure(bench, scene, map, &statistics[i], "every ray", statistics[i].every,
-                         n_segment, err));
-        for (size_t q = 0; q < n_question; q++)
-            if (question[q].class)
-                RMAP_TRY(measure(bench, scene, map, &statistics[i], question[q].class,
-                                 question[q].text, n_segment, err));
-    }
-out:
-    rmap_map_close(map);
+    for (size_t e = 0; e < RMAP_BENCH_ENCODINGS && st == RMAP_OK; e++)
+        st = measure_encoding(bench, scene, &rmap_bench_encoding[e], err);
     return st;
 }

@@ -18,10 +18,11 @@ OTHERS = {("bytes_per_segment", "double-gauss-31"),
           *(("gradient_evaluations_vs_seed", scene) for scene in ("luneburg", "parabolic-rod")),
           *((name, scene) for name in ("render_preview", "render_overhead")
             for scene in ("gradient-sphere", "gradient-noise"))}
+FOLDS = ["stats_vs_query", "paths_vs_query", "energy_vs_query"]
 BOTH_ENCODINGS = ["record_vs_trace", "record_vs_seed", "bytes_per_segment", "durable_vs_not",
                   "checksums_vs_trace", "durability_vs_trace", "decode_vs_seed",
                   "verify_vs_decode", "query_vs_seed", "query_several_vs_slowest",
-                  "session_second_vs_first"]
+                  "session_second_vs_first", *FOLDS]
 
 
 def bench(*arguments):
@@ -48,6 +49,13 @@ for result in document["results"]:
         classes.add((result["scene"], result["class"]))
 assert classes == {(scene, word) for scene in ("room", "double-gauss")
                    for word in ("objects", "never", "numbers", "path")}, classes
+for name in FOLDS:  # every class in both encodings against both queries, once
+    rows = [(result["scene"], result["encoding"], result["against"], result["class"])
+            for result in document["results"] if result["name"] == name]
+    assert sorted(rows) == sorted(
+        (scene, encoding, against, word) for scene in ("room", "double-gauss")
+        for encoding in ("plain", "compact") for against in ("count", "columns")
+        for word in ("objects", "never", "numbers", "path", "every ray")), (name, rows)
 
 alone = bench("--repeats", "1", "--only", "trace_vs_roofline", "--scene", "room")
 assert [result["name"] for result in alone["results"]] == ["trace_vs_roofline"]
