@@ -2,39 +2,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "base/wide.h"
-#include "io/chunk_reader.h"
-#include "io/map_internal.h"
-#include "io/map_paths.h"
-#include "trace/event.h"
-
-/* What a colour space takes; made when first needed. */
-struct cursor_space {
-    struct rmap_portion *portion;
-    struct rmap_compact_decoder *decoder;
-};
-
-/* A stream's rows of the portion in hand, for the decoder. */
-struct row_buffer {
-    void *data;
-    size_t cap; /* bytes */
-};
-
-struct rmap_cursor {
-    const struct rmap_map *map;
-    rmap_column_set columns;
-    struct rmap_chunk_reader *reader;
-    struct cursor_space *space;    /* [n_space] */
-    size_t in_hand;                /* portion of the map */
-    rmap_column_set present;       /* columns of it that have been read */
-    rmap_column_set kept;          /* and those that the map's store lends */
-    uint64_t streams;              /* of a compact one, in `buffer` */
-    struct rmap_portion *portion;  /* of the space in hand; borrowed from there */
-    void *lent[RMAP_COLUMN_COUNT]; /* memory for rows of plain pieces; NULL: the portion's */
-    rmap_column_set in_lent;       /* columns present that stand there */
-    struct rmap_portion shown;     /* that, without columns that only decoding needed */
-    struct row_buffer buffer[RMAP_STREAM_MAX];
-};
+#include "io/map_cursor_internal.h"
+#include "io/scene_limits.h"
 
 enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
                                     struct rmap_cursor **cursor_ret, struct rmap_error *err)
@@ -83,88 +52,16 @@ uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *self)
     return rmap_chunk_reader_nbytes_of_rows(self->reader);
 }
 
-/* Values that index the scene's tables must lie in them: [low, high). False: any value will do. */
-static bool column_limits(const struct rmap_scene *scene, enum rmap_column column, int64_t *low,
-                          int64_t *high)
-{
-    *low = -1;
-    switch (column) {
-    case RMAP_RAY_source:
-        *low = 0;
-        *high = (int64_t)scene->n_source;
-        return true;
-    case RMAP_RAY_stop:
-        *low = 0;
-        *high = RMAP_STOP_COUNT;
-        return true;
-    case RMAP_RAY_start_object:
-    case RMAP_SEGMENT_object:
-        *high = (int64_t)scene->n_object;
-        return true;
-    case RMAP_SEGMENT_medium:
-        *high = (int64_t)scene->n_medium;
-        return true;
-    case RMAP_REGISTRATION_detector:
-        *low = 0;
-        *high = (int64_t)scene->n_detector;
-        return true;
-    default:
-        return false;
-    }
-}
-
-RMAP_WIDE static bool bytes_within(const uint8_t *value, size_t n, int32_t end)
-{
-    int32_t outside = 0;
-    for (size_t i = 0; i < n; i++)
-        outside |= value[i] >= end;
-    return !outside;
-}
-
-RMAP_WIDE static bool shorts_within(const int16_t *value, size_t n, int32_t low, int32_t end)
-{
-    int16_t least = INT16_MAX, most = INT16_MIN;
-    for (size_t i = 0; i < n; i++) {
-        least = value[i] < least ? value[i] : least;
-        most = value[i] > most ? value[i] : most;
-    }
-    return n == 0 || (least >= low && most < end);
-}
-
-RMAP_WIDE static bool longs_within(const int32_t *value, size_t n, int32_t low, int32_t end)
-{
-    int32_t least = INT32_MAX, most = INT32_MIN;
-    for (size_t i = 0; i < n; i++) {
-        least = value[i] < least ? value[i] : least;
-        most = value[i] > most ? value[i] : most;
-    }
-    return n == 0 || (least >= low && most < end);
-}
-
-/* All of [low, high). */
-static bool all_within(enum rmap_element element, const void *data, size_t n, int64_t low,
-                       int64_t high)
-{
-    const int32_t least = (int32_t)low, end = (int32_t)high;
-    return element == RMAP_U8    ? bytes_within(data, n, end)
-           : element == RMAP_I16 ? shorts_within(data, n, least, end)
-                                 : longs_within(data, n, least, end);
-}
-
 static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_column column,
                                      const struct rmap_portion_info *info, struct rmap_error *err)
 {
-    int64_t low, high;
-    const struct rmap_column_info *what = rmap_column_info(column);
-    if (!column_limits(self->map->scene[0], column, &low, &high) ||
-        all_within(what->element, rmap_portion_column(&self->shown, column),
-                   self->shown.n_row[what->table], low, high))
+    if (rmap_portion_within(self->map->scene[0], &self->shown, column))
         return RMAP_OK;
     return rmap_error_set(err, RMAP_FORMAT,
                           "%s: %s: a value of the block from ray %llu on names "
                           "nothing in the map's scene",
-                          self->map->content.piece[info->piece].name, what->path,
-                          (unsigned long long)info->first_ray);
+                          self->map->content.piece[info->piece].name,
+                          rmap_column_info(column)->path, (unsigned long long)info->first_ray);
 }
 
 /* Takes the portion of a colour space in hand, empty. */
@@ -222,64 +119,6 @@ static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_p
                                         place_of(self, (enum rmap_column)c), err));
     }
 out:
-    return st;
-}
-
-/* Rows of the streams that the columns take, into the cursor's own buffers. */
-static enum rmap_status read_rows(struct rmap_cursor *self, const struct rmap_portion_info *info,
-                                  rmap_column_set columns, struct rmap_rows *rows,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    uint64_t wanted = rmap_compact_streams(columns);
-    for (int t = 0; t < rows->layout->n_table; t++)
-        rows->n_row[t] = (size_t)info->stored_rows[t];
-    for (int s = 0; st == RMAP_OK && s < rows->layout->n_stream; s++) {
-        const struct rmap_stream_info *stream = &rows->layout->stream[s];
-        struct row_buffer *buffer = &self->buffer[s];
-        if (!(wanted & (UINT64_C(1) << s)))
-            continue;
-        size_t row = rmap_stream_row_nbytes(stream, rows->n_channel);
-        if (rows->n_row[stream->table] > SIZE_MAX / 2 / row)
-            return rmap_error_set(err, RMAP_FORMAT, "%s: a portion has too many rows",
-                                  self->map->path);
-        st =
-            rmap_reserve(&buffer->data, &buffer->cap, rows->n_row[stream->table] * row + 1, 1, err);
-        if (st == RMAP_OK && !(self->streams & (UINT64_C(1) << s)))
-            st = rmap_chunk_reader_rows(self->reader, (size_t)info->piece, s,
-                                        info->stored_first[stream->table],
-                                        rows->n_row[stream->table], buffer->data, err);
-        rows->data[s] = buffer->data;
-    }
-    if (st == RMAP_OK)
-        self->streams |= wanted;
-    return st;
-}
-
-static enum rmap_status read_compact(struct rmap_cursor *self, const struct rmap_portion_info *info,
-                                     rmap_column_set columns, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct cursor_space *space = &self->space[info->space];
-    const struct rmap_compact_model *model;
-    const struct rmap_path_table *paths = NULL;
-    size_t n_row[RMAP_TABLE_COUNT];
-    struct rmap_rows rows = {.layout = rmap_map_piece_layout(self->map, (size_t)info->piece),
-                             .n_channel = self->portion->n_channel};
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        n_row[t] = (size_t)info->n_row[t];
-    RMAP_TRY(rmap_map_model(self->map, (size_t)info->space, &model, err));
-    RMAP_TRY(rmap_map_paths(self->map, (size_t)info->piece, self->reader, &paths, err));
-    if (!space->decoder)
-        RMAP_TRY(rmap_compact_decoder_create(model, &space->decoder, err));
-    RMAP_TRY(read_rows(self, info, columns, &rows, err));
-    st = rmap_compact_decode(space->decoder, paths, &rows, n_row, columns, self->portion, err);
-    if (st != RMAP_OK)
-        rmap_error_context(err, "%s: block from ray %llu on",
-                           self->map->content.piece[info->piece].name,
-                           (unsigned long long)info->first_ray);
-out:
-    rmap_map_paths_give_back(self->map, (size_t)info->piece, paths);
     return st;
 }
 
@@ -401,7 +240,7 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
     } else {
         /* Rows are decoded as a whole: again at most once, for what the paths do not tell. */
         fresh = (self->present ? self->columns : self->columns & RMAP_COLUMNS_DISCRETE) | columns;
-        RMAP_TRY(read_compact(self, info, fresh | self->present, err));
+        RMAP_TRY(rmap_cursor_read_compact(self, info, fresh | self->present, err));
         fresh &= ~self->present;
     }
     self->portion->first_ray = info->first_ray;
