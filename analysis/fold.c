@@ -216,6 +216,37 @@ enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fol
     return tell_weights(rays, &told->weigh_one, err);
 }
 
+/* What reads the portion. */
+static enum rmap_status cursor_of(const struct rmap_matched *rays, struct rmap_cursor **cursor_ret,
+                                  struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    *cursor_ret = scanner->cursor;
+    return scanner->marker ? rmap_query_marker_cursor(scanner->marker, cursor_ret, err) : RMAP_OK;
+}
+
+enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
+                                      struct rmap_told_paths *paths, struct rmap_error *err)
+{
+    struct rmap_cursor *cursor;
+    enum rmap_status st = RMAP_OK;
+    *paths = (struct rmap_told_paths){.known = NULL};
+    if (!rays->scanner || rays->scanner->view)
+        return RMAP_OK;
+    RMAP_TRY(cursor_of(rays, &cursor, err));
+    st = rmap_cursor_tell_paths(cursor, paths, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
+                                     const struct rmap_portion **own_ret, struct rmap_error *err)
+{
+    struct rmap_cursor *cursor;
+    enum rmap_status st = cursor_of(rays, &cursor, err);
+    return st == RMAP_OK ? rmap_cursor_own_paths(cursor, own_ret, err) : st;
+}
+
 /* Of a portion that receivers are not laid over. */
 static enum rmap_status lend(struct rmap_fold_scanner *self, void *state,
                              const struct rmap_portion_info *info, struct rmap_error *err)

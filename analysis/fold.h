@@ -53,6 +53,16 @@ struct rmap_fold_told {
 enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
                                 struct rmap_error *err) RMAP_MUST_USE;
 
+/* The portion by the paths of its rays, as rmap_cursor_tell_paths has it; known NULL also where
+ * receivers are laid over the map. And those of its rays that have paths of their own, where it is
+ * told of so. */
+enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
+                                      struct rmap_told_paths *paths,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
+                                     const struct rmap_portion **own_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 /* Memory for columns of a portion, of all its rays. */
 enum { RMAP_FOLD_LOANS = 2 };
 struct rmap_fold_loan {

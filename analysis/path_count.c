@@ -75,6 +75,7 @@ static void destroy(void *state)
         rmap_free(self->buffers->left);
         rmap_free(self->buffers->mixed);
         rmap_free(self->buffers->all);
+        rmap_free(self->buffers->own);
     }
     rmap_free(self->buffers);
     rmap_free(self->cache);
@@ -268,8 +269,8 @@ out:
     return st;
 }
 
-static enum rmap_status add_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                 struct rmap_error *err)
+enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *self,
+                                           const struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = rays->portion;
@@ -310,9 +311,16 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
 {
     struct rmap_path_counts *self = state;
     const bool cells = self->context->most_cells > 0 && !self->cells_full;
+    struct rmap_told_paths told = {.known = NULL};
+    enum rmap_status st = RMAP_OK;
     if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
         return rmap_path_counts_add_view(self, rays, err);
-    return add_rays(self, rays, err);
+    if (!rays->view && !cells)
+        RMAP_TRY(rmap_fold_tell_paths(rays, &told, err));
+    st = told.known ? rmap_path_counts_add_told(self, rays, &told, err)
+                    : rmap_path_counts_add_rays(self, rays, err);
+out:
+    return st;
 }
 
 const struct rmap_fold_kind rmap_path_count_kind = {.create = create,

@@ -27,7 +27,8 @@ struct rmap_path_buffers {
     size_t n_left, left_cap;
     struct rmap_key_slots ahead; /* as they were of late: where slots are asked for, no more */
     uint8_t *all;                /* [all_cap] ones */
-    size_t all_cap;
+    uint8_t *own;                /* [own_cap] of rays with paths of their own: 1 if it matches */
+    size_t all_cap, own_cap;
 };
 
 /* Keys the rays that the hasher found, and lists those that the cache, if there is one, does not
@@ -132,6 +133,17 @@ void rmap_path_counts_drop_cache(struct rmap_path_counts *counts);
 /* The cache is ready for rays of ids [first, end) that ascend. */
 enum rmap_status rmap_path_counts_ready_cache(struct rmap_path_counts *counts, uint64_t first,
                                               uint64_t end, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds a portion by its columns. */
+enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *counts,
+                                           const struct rmap_matched *rays,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* By its paths; rays with paths of their own by columns. */
+enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *counts,
+                                           const struct rmap_matched *rays,
+                                           const struct rmap_told_paths *told,
+                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* Functions of the kind. */
 enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,

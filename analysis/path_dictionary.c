@@ -4,12 +4,28 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/map_memory.h"
+
+/* Keys of pieces are kept up to this, in all threads; then all are forgotten. */
+enum { DICTIONARY_NBYTES_MAX = 32 << 20 };
+
+static void forget_pieces(struct rmap_path_dictionary *self)
+{
+    for (size_t p = 0; p < self->n_piece; p++) {
+        rmap_free(self->piece[p]);
+        self->piece[p] = NULL;
+    }
+    self->nbytes = 0;
+}
 
 void rmap_path_dictionary_fini(struct rmap_path_dictionary *self)
 {
-    rmap_free(self->path);
+    forget_pieces(self);
+    rmap_free(self->piece);
     rmap_free(self->n_ray);
     rmap_free(self->first);
+    rmap_free(self->row_of);
+    rmap_free(self->number_of);
     *self = (struct rmap_path_dictionary){0};
 }
 
@@ -24,73 +40,107 @@ static uint32_t count_hits(const struct rmap_portion *portion,
     return n;
 }
 
-/* All paths of the piece. */
-static enum rmap_status read_piece(struct rmap_path_dictionary *self,
-                                   struct rmap_path_hasher *hasher,
-                                   const struct rmap_path_keys *keys, int32_t detector,
-                                   const struct rmap_portion *paths, struct rmap_error *err)
+/* Keys of all paths of a piece. */
+static enum rmap_status key_paths(const struct rmap_path_keying *keying,
+                                  const struct rmap_portion *paths, struct rmap_path_known *known,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n = paths->n_row[RMAP_TABLE_RAY];
-    const struct rmap_matched all = {.portion = paths, .n_match = n};
-    void *block = self->path;
+    struct rmap_path_hasher *hasher = keying->hasher;
     const struct rmap_path_keyed *keyed = &hasher->keyed;
-    st = rmap_reserve(&block, &self->path_cap, n + 1, sizeof *self->path, err);
-    self->path = block;
-    if (st == RMAP_OK)
-        st = rmap_path_hasher_enter(hasher, keys, &all, err);
-    RMAP_TRY(st);
-    memset(self->path, 0, n * sizeof *self->path);
+    const struct rmap_matched all = {.portion = paths, .n_match = paths->n_row[RMAP_TABLE_RAY]};
+    RMAP_TRY(rmap_path_hasher_enter(hasher, keying->keys, &all, err));
     RMAP_TRY(rmap_path_hasher_place(hasher, &all, err));
-    rmap_path_hasher_key(hasher, 0, hasher->keyed.n, -1);
+    rmap_path_hasher_key(hasher, 0, keyed->n, -1);
     for (size_t k = 0; k < keyed->n; k++) {
         const struct rmap_path_place_of_ray place = rmap_path_place_at(keyed, k);
-        self->path[place.ray] = (struct rmap_path_known){
-            rmap_path_key_at(keyed, k), paths->ray.source[place.ray],
-            paths->ray.segment_count[place.ray], count_hits(paths, &place, detector), place};
+        known[place.ray] =
+            (struct rmap_path_known){.key = rmap_path_key_at(keyed, k),
+                                     .segment = (uint32_t)place.segment,
+                                     .registration = (uint32_t)place.registration,
+                                     .n_hit = count_hits(paths, &place, keying->detector),
+                                     .class = RMAP_PATH_CLASS_UNKNOWN};
     }
 out:
     return st;
 }
 
-/* Matching rays of each path. */
-static enum rmap_status count_rays(struct rmap_path_dictionary *self,
-                                   const struct rmap_matched *rays, struct rmap_error *err)
+static enum rmap_status key_piece(struct rmap_path_dictionary *self,
+                                  const struct rmap_path_keying *keying, size_t piece,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = self->paths->n_row[RMAP_TABLE_RAY] + 1, nbytes = n * sizeof *self->known;
+    if (self->nbytes + nbytes > rmap_map_share(keying->map, DICTIONARY_NBYTES_MAX))
+        forget_pieces(self);
+    struct rmap_path_known *known = rmap_alloc(n, sizeof *known);
+    if (!known)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
+    RMAP_TRY(key_paths(keying, self->paths, known, err));
+    self->piece[piece] = known;
+    self->nbytes += nbytes;
+    known = NULL;
+out:
+    rmap_free(known);
+    return st;
+}
+
+static enum rmap_status enter_piece(struct rmap_path_dictionary *self,
+                                    const struct rmap_path_keying *keying,
+                                    const struct rmap_matched *rays,
+                                    const struct rmap_portion *paths, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t piece = (size_t)rmap_map_portion(keying->map, rays->index)->piece;
+    self->paths = paths;
+    self->n = 0;
+    if (!self->piece) {
+        self->n_piece = rmap_map_n_piece(keying->map);
+        self->piece = rmap_alloc(self->n_piece, sizeof(void *));
+        if (!self->piece) {
+            self->n_piece = 0;
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
+        }
+    }
+    if (!self->piece[piece])
+        RMAP_TRY(key_piece(self, keying, piece, err));
+    self->known = self->piece[piece];
+out:
+    return st;
+}
+
+/* Room for n paths of a portion. */
+static enum rmap_status reserve_counts(struct rmap_path_dictionary *self, size_t n,
+                                       struct rmap_error *err)
+{
+    void *n_ray = self->n_ray, *first = self->first;
+    enum rmap_status st = rmap_reserve(&n_ray, &self->n_ray_cap, n, sizeof *self->n_ray, err);
+    self->n_ray = n_ray;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&first, &self->first_cap, n, sizeof *self->first, err);
+    self->first = first;
+    return st;
+}
+
+enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *self,
+                                                 const struct rmap_path_keying *keying,
+                                                 const struct rmap_matched *rays,
+                                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_history_view *view = rays->view;
-    void *n_ray = self->n_ray, *first = self->first;
-    st = rmap_reserve(&n_ray, &self->n_ray_cap, view->n_path + 1, sizeof *self->n_ray, err);
-    self->n_ray = n_ray;
-    if (st == RMAP_OK)
-        st = rmap_reserve(&first, &self->first_cap, view->n_path + 1, sizeof *self->first, err);
-    self->first = first;
-    if (st != RMAP_OK)
-        return st;
+    RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), err));
+    RMAP_TRY(reserve_counts(self, view->n_path + 1, err));
+    self->row = view->path_row;
+    self->n = view->n_path;
     for (size_t k = 0; k < view->n_path; k++) {
         self->n_ray[k] = rays->match ? 0 : view->path_rays[k];
         self->first[k] = UINT64_MAX;
     }
     for (size_t i = 0; rays->match && i < view->n_row[RMAP_TABLE_RAY]; i++)
         self->n_ray[view->path[i]] += rays->match[i];
-    return RMAP_OK;
-}
-
-enum rmap_status rmap_path_dictionary_enter(struct rmap_path_dictionary *self,
-                                            struct rmap_path_hasher *hasher,
-                                            const struct rmap_path_keys *keys, int32_t detector,
-                                            size_t piece, const struct rmap_matched *rays,
-                                            struct rmap_error *err)
-{
-    if (self->piece != piece + 1) {
-        self->piece = 0;
-        enum rmap_status st =
-            read_piece(self, hasher, keys, detector, rmap_history_paths(rays->view->index), err);
-        if (st != RMAP_OK)
-            return st;
-        self->piece = piece + 1;
-    }
-    return count_rays(self, rays, err);
+out:
+    return st;
 }
 
 void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
@@ -101,4 +151,71 @@ void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
     for (size_t i = 0; i < rays->view->n_row[RMAP_TABLE_RAY]; i++)
         if ((!rays->match || rays->match[i]) && id[i] < self->first[path[i]])
             self->first[path[i]] = id[i];
+}
+
+/* ---- a portion that is told of by its paths ---- */
+
+/* Room for all of them; numbers are 0. Number k is that of path k - 1 of the portion. */
+static enum rmap_status reserve_numbers(struct rmap_path_dictionary *self, size_t n_ray,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = self->paths->n_row[RMAP_TABLE_RAY];
+    void *row = self->row_of;
+    RMAP_TRY(reserve_counts(self, (n < n_ray ? n : n_ray) + 1, err));
+    RMAP_TRY(rmap_reserve(&row, &self->row_cap, n + 1, sizeof *self->row_of, err));
+    self->row_of = row;
+    if (n + 1 <= self->number_cap)
+        goto out;
+    rmap_free(self->number_of);
+    self->number_cap = 0;
+    self->number_of = rmap_alloc(n + 1, sizeof *self->number_of);
+    if (!self->number_of)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
+    self->number_cap = n + 1;
+out:
+    return st;
+}
+
+/* Without a branch but for paths that were not met before: rays that do not match, or have a path
+ * of their own, are counted for path 0. */
+static inline size_t count_told(const struct rmap_path_dictionary *dictionary, const uint32_t *path,
+                                const uint8_t *match, size_t n_ray, uint64_t first_ray)
+{
+    const struct rmap_path_dictionary self = *dictionary; /* a copy: registers know it */
+    size_t n = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const uint32_t its = match ? path[i] & (0u - match[i]) : path[i];
+        uint32_t k = self.number_of[its];
+        if (k == 0 && its > 0) {
+            self.row_of[n] = its - 1;
+            self.first[n] = first_ray + i;
+            self.n_ray[++n] = 0;
+            self.number_of[its] = k = (uint32_t)n;
+        }
+        self.n_ray[k]++;
+    }
+    return n;
+}
+
+enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *self,
+                                                 const struct rmap_path_keying *keying,
+                                                 const struct rmap_matched *rays,
+                                                 const struct rmap_told_paths *told,
+                                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(enter_piece(self, keying, rays, told->known, err));
+    RMAP_TRY(reserve_numbers(self, n_ray, err));
+    const uint64_t first_ray = rays->portion->first_ray;
+    self->n = rays->match ? count_told(self, told->path, rays->match, n_ray, first_ray)
+                          : count_told(self, told->path, NULL, n_ray, first_ray);
+    self->row = self->row_of;
+    for (size_t k = 0; k < self->n; k++) {
+        self->n_ray[k] = self->n_ray[k + 1];
+        self->number_of[self->row[k] + 1] = 0;
+    }
+out:
+    return st;
 }

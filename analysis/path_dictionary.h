@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * The keys of a history index's paths: of a piece's dictionary each is found once, however many
- * rays took it.
+ * The keys of paths that rays share, by a history index or by a compact piece: of a piece's
+ * dictionary each is found once, however many rays took it.
  */
 #ifndef RMAP_PATH_DICTIONARY_H
 #define RMAP_PATH_DICTIONARY_H
@@ -11,34 +11,53 @@
 
 /* A path of the dictionary, as a ray of it. */
 struct rmap_path_known {
-    struct rmap_key key; /* high 0: rays that took it have no path */
-    int32_t source;
-    uint32_t n_leg;
-    uint32_t n_hit;                      /* registrations that count */
-    struct rmap_path_place_of_ray place; /* in the dictionary */
+    struct rmap_key key;            /* high 0: rays that took it have no path */
+    uint32_t segment, registration; /* where its rows begin */
+    uint32_t n_hit;                 /* registrations that count */
+    uint32_t class;                 /* RMAP_PATH_CLASS_UNKNOWN, or what the user notes */
 };
+#define RMAP_PATH_CLASS_UNKNOWN UINT32_MAX
 
 /* One thread's; all zero at first. */
 struct rmap_path_dictionary {
-    size_t piece; /* of the map, plus 1 */
-    struct rmap_path_known *path;
-    size_t path_cap;
-    /* Of the portion in hand: matching rays per path, and the smallest id of them. */
-    uint32_t *n_ray; /* [n_path] */
-    uint64_t *first; /* [n_path], UINT64_MAX: not looked up */
-    size_t n_ray_cap, first_cap;
+    struct rmap_path_known **piece; /* [n_piece] of the map: its paths; NULL: not keyed */
+    size_t n_piece, nbytes;
+
+    /* The portion in hand. */
+    const struct rmap_portion *paths; /* of its piece, as rays */
+    struct rmap_path_known *known;    /* [of these] */
+    size_t n;                         /* paths that its rays took; of each: */
+    const uint32_t *row;              /* [n] row of the dictionary */
+    uint32_t *n_ray;                  /* [n] matching rays */
+    uint64_t *first;                  /* [n] the smallest id of them; UINT64_MAX: not looked up */
+
+    uint32_t *row_of, *number_of; /* [row_cap] and [number_cap] as the dictionary has paths */
+    size_t row_cap, n_ray_cap, first_cap, number_cap;
 };
 void rmap_path_dictionary_fini(struct rmap_path_dictionary *dictionary);
 
-/* Takes a portion in hand that has a view in the form PATHS. detector: registrations on it alone
- * count; -1: on any. The hasher's own portion is lost. */
-enum rmap_status rmap_path_dictionary_enter(struct rmap_path_dictionary *dictionary,
-                                            struct rmap_path_hasher *hasher,
-                                            const struct rmap_path_keys *keys, int32_t detector,
-                                            size_t piece, const struct rmap_matched *rays,
-                                            struct rmap_error *err) RMAP_MUST_USE;
+/* How paths are keyed. The hasher's own portion is lost. */
+struct rmap_path_keying {
+    struct rmap_path_hasher *hasher;
+    const struct rmap_path_keys *keys;
+    const struct rmap_map *map;
+    int32_t detector; /* registrations on it alone count; -1: on any */
+};
 
-/* Looks up `first`: the portion has ids. */
+/* Takes a portion in hand: one that has a view in the form PATHS; */
+enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *dictionary,
+                                                 const struct rmap_path_keying *keying,
+                                                 const struct rmap_matched *rays,
+                                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* or one that is told of by its paths: rays with paths of their own are left out. */
+enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *dictionary,
+                                                 const struct rmap_path_keying *keying,
+                                                 const struct rmap_matched *rays,
+                                                 const struct rmap_told_paths *told,
+                                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of a view, looks up `first`: the portion has ids. */
 void rmap_path_dictionary_find_first(struct rmap_path_dictionary *dictionary,
                                      const struct rmap_matched *rays);
 

@@ -94,6 +94,12 @@ enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *self, enum rm
     return rmap_query_verdicts_hold(self->verdicts, column, cycle, holds_ret, err);
 }
 
+enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,
+                                          struct rmap_cursor **cursor_ret, struct rmap_error *err)
+{
+    return rmap_query_verdicts_cursor(self->verdicts, cursor_ret, err);
+}
+
 void rmap_query_marker_lend(struct rmap_query_marker *self, enum rmap_column column, void *memory)
 {
     rmap_query_verdicts_lend(self->verdicts, column, memory);

@@ -43,6 +43,11 @@ enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *marker, enum 
                                          const struct rmap_cycle *cycle, bool *holds_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
+/* What reads that portion, which it has entered. */
+enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *marker,
+                                          struct rmap_cursor **cursor_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
 /* As rmap_cursor_lend. */
 void rmap_query_marker_lend(struct rmap_query_marker *marker, enum rmap_column column,
                             void *memory);

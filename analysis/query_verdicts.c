@@ -152,6 +152,13 @@ enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *self, enum
     return st == RMAP_OK ? rmap_cursor_holds(self->cursor, column, cycle, holds_ret, err) : st;
 }
 
+enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *self,
+                                            struct rmap_cursor **cursor_ret, struct rmap_error *err)
+{
+    *cursor_ret = self->cursor;
+    return enter_columns(self, err);
+}
+
 void rmap_query_verdicts_lend(struct rmap_query_verdicts *self, enum rmap_column column,
                               void *memory)
 {

@@ -54,6 +54,11 @@ enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *verdicts,
                                           enum rmap_column column, const struct rmap_cycle *cycle,
                                           bool *holds_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* What reads the portion in hand, which it has entered. */
+enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *verdicts,
+                                            struct rmap_cursor **cursor_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
 /* As rmap_cursor_lend. */
 void rmap_query_verdicts_lend(struct rmap_query_verdicts *verdicts, enum rmap_column column,
                               void *memory);

@@ -37,6 +37,8 @@ void rmap_cursor_destroy(struct rmap_cursor *self)
     }
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
         rmap_free(self->buffer[s].data);
+    rmap_cursor_leave_paths(self, SIZE_MAX);
+    rmap_portion_destroy(self->own);
     rmap_chunk_reader_destroy(self->reader);
     rmap_free(self->space);
     rmap_free(self);
@@ -52,10 +54,12 @@ uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *self)
     return rmap_chunk_reader_nbytes_of_rows(self->reader);
 }
 
-static enum rmap_status check_limits(const struct rmap_cursor *self, enum rmap_column column,
-                                     const struct rmap_portion_info *info, struct rmap_error *err)
+enum rmap_status rmap_cursor_check_limits(const struct rmap_cursor *self,
+                                          const struct rmap_portion *rows, enum rmap_column column,
+                                          const struct rmap_portion_info *info,
+                                          struct rmap_error *err)
 {
-    if (rmap_portion_within(self->map->scene[0], &self->shown, column))
+    if (rmap_portion_within(self->map->scene[0], rows, column))
         return RMAP_OK;
     return rmap_error_set(err, RMAP_FORMAT,
                           "%s: %s: a value of the block from ray %llu on names "
@@ -190,6 +194,8 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     self->in_lent = 0;
     self->streams = 0;
     self->in_hand = portion;
+    self->has_own = false;
+    rmap_cursor_leave_paths(self, (size_t)info->piece);
     RMAP_TRY(enter_space(self, (size_t)info->space, err));
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(self->map, (size_t)info->piece, &chunks, err));
@@ -212,7 +218,7 @@ static enum rmap_status check_columns(const struct rmap_cursor *self,
     enum rmap_status st = RMAP_OK;
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (fresh & RMAP_COLUMN_BIT(c))
-            RMAP_TRY(check_limits(self, (enum rmap_column)c, info, err));
+            RMAP_TRY(rmap_cursor_check_limits(self, &self->shown, (enum rmap_column)c, info, err));
     if (fresh & RMAP_COLUMN_BIT(RMAP_RAY_segment_count))
         RMAP_TRY(check_counts(self, RMAP_RAY_segment_count, RMAP_TABLE_SEGMENT, err));
     if (fresh & RMAP_COLUMN_BIT(RMAP_RAY_registration_count))

@@ -34,12 +34,25 @@ struct rmap_cursor {
     rmap_column_set in_lent;         /* columns present that stand there */
     struct rmap_portion shown;       /* that, without columns that only decoding needed */
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
+    const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */
+    size_t paths_piece;                  /* whose they are */
+    struct rmap_portion *own;            /* rays with paths of their own, */
+    bool has_own;                        /* of the portion in hand */
 };
+
+/* Gives the paths in hand back, unless they are those of that piece. */
+void rmap_cursor_leave_paths(struct rmap_cursor *cursor, size_t piece);
 
 /* Decodes columns of a portion of a compact piece into self->portion. */
 enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *cursor,
                                           const struct rmap_portion_info *info,
                                           rmap_column_set columns,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* Values of a column of rows of that portion must name something of the scene. */
+enum rmap_status rmap_cursor_check_limits(const struct rmap_cursor *cursor,
+                                          const struct rmap_portion *rows, enum rmap_column column,
+                                          const struct rmap_portion_info *info,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -4,6 +4,7 @@
 #include "base/alloc.h"
 #include "compact/streams.h"
 #include "io/map_internal.h"
+#include "io/scene_limits.h"
 
 /* What is kept is a cache inside an otherwise constant map. */
 static struct rmap_map *inside(const struct rmap_map *map)
@@ -49,6 +50,16 @@ static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
     return RMAP_OK;
 }
 
+static bool is_in_scene(const struct rmap_scene *scene, const struct rmap_path_table *table)
+{
+    const struct rmap_portion *rays = rmap_path_table_rays(table);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c) &&
+            !rmap_portion_within(scene, rays, (enum rmap_column)c))
+            return false;
+    return true;
+}
+
 static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chunk_reader *reader,
                              struct rmap_error *err)
 {
@@ -63,7 +74,9 @@ static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chu
     RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
     RMAP_TRY(read_whole(map, piece, reader, &rows, err));
     st = rmap_path_table_create(model, &rows, &map->paths[piece].table, err);
-    if (st != RMAP_OK)
+    if (st == RMAP_OK)
+        map->paths[piece].names_nothing = !is_in_scene(map->scene[0], map->paths[piece].table);
+    else
         rmap_error_context(err, "%s", info->name);
 out:
     for (int s = 0; s < RMAP_STREAM_MAX; s++)
@@ -108,6 +121,11 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
     shrink(self);
     (void)pthread_mutex_unlock(&self->paths_lock);
     return st;
+}
+
+bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece)
+{
+    return !map->paths[piece].names_nothing;
 }
 
 void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,

@@ -21,6 +21,11 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
                                 struct rmap_chunk_reader *reader,
                                 const struct rmap_path_table **paths_ret,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of paths that the caller has: whether all values of them, as of columns, name something of the
+ * map's scene. */
+bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece);
+
 void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,
                               const struct rmap_path_table *paths);
 

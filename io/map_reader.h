@@ -212,6 +212,26 @@ enum rmap_status rmap_cursor_holds(struct rmap_cursor *cursor, enum rmap_column 
                                    const struct rmap_cycle *cycle, bool *holds_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
+/* A portion by the paths of its rays: those that refer to the same one are alike in
+ * RMAP_COLUMNS_DISCRETE. All borrowed until the cursor takes another portion in hand. */
+struct rmap_told_paths {
+    const struct rmap_portion *known; /* the piece's paths as rays, with those columns; NULL: the
+                                         portion is not told of so */
+    const uint32_t *path;             /* [n_ray] 1 + row of `known`; 0: one of its own */
+    size_t n_own;                     /* rays with such */
+};
+
+/* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one
+ * in row i is first_ray + i. Errors as of fetch. */
+enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *cursor, struct rmap_told_paths *paths,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of one that was told of so, the rays with paths of their own, side by side in their order, with
+ * those columns, ids and weights. */
+enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor,
+                                       const struct rmap_portion **own_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
 /* Bytes read from files so far. */
 uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
 

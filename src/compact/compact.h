@@ -81,6 +81,10 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
 void rmap_path_table_destroy(struct rmap_path_table *table);
 size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory */
 
+/* The paths as rays of a portion, with columns RMAP_COLUMNS_DISCRETE; the others are NULL. Borrowed
+ * from the table. Values are as untrusted as the rows. */
+const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table);
+
 /* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
  * whole tables. */
 uint64_t rmap_compact_streams(rmap_column_set columns);
@@ -102,5 +106,31 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
                                      const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
                                      struct rmap_portion *out,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* What the rays of a portion are known by, without going through their legs. */
+struct rmap_compact_told {
+    const uint32_t *path; /* [n_ray] 1 + row of the table; 0: the next of its own; borrowed from the
+                             rows */
+    size_t n_own;         /* rays with a path of their own */
+    bool weigh_one;       /* each weighs 1 */
+    bool ids_run;         /* row i has the id first_ray + i */
+    bool media_told;      /* media are those that the paths say */
+    uint64_t first_ray;
+};
+
+/* Streams that the next two need. */
+uint64_t rmap_compact_told_streams(void);
+
+/* rows, n_row: as for decoding, by which RMAP_FORMAT is told here, too. */
+enum rmap_status
+rmap_compact_tell(const struct rmap_compact_model *model, const struct rmap_path_table *table,
+                  const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
+                  struct rmap_compact_told *told, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The rays with paths of their own, side by side, of rows that were told of: columns
+ * RMAP_COLUMNS_DISCRETE, media as the paths say; and room for id and weight. out: emptied first. */
+enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
+                                         const struct rmap_rows *rows, struct rmap_portion *out,
+                                         struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -322,3 +322,32 @@ void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_ta
                    BIT(RMAP_REGISTRATION_registered)))
         fill_crossings(&known, &some, columns, out);
 }
+
+static void copy(void *to, const void *from, size_t nbytes)
+{
+    if (nbytes > 0)
+        memcpy(to, from, nbytes);
+}
+
+void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion *out)
+{
+    const struct rmap_ray_columns *ray = &out->ray;
+    const struct rmap_registration_columns *hit = &out->registration;
+    const struct rmap_path_columns legs = {.n_row = own->n_segment,
+                                           .object = out->segment.object,
+                                           .event = out->segment.event,
+                                           .medium = out->segment.medium};
+    copy(ray->source, own->source, own->n * sizeof *ray->source);
+    copy(ray->stop, own->stop, own->n * sizeof *ray->stop);
+    copy(ray->segment_count, own->segment_count, own->n * sizeof *ray->segment_count);
+    copy(ray->registration_count, own->registration_count,
+         own->n * sizeof *ray->registration_count);
+    copy(hit->segment, own->segment, own->n_registration * sizeof *hit->segment);
+    copy(hit->detector, own->detector, own->n_registration * sizeof *hit->detector);
+    copy(hit->registered, own->registered, own->n_registration * sizeof *hit->registered);
+    for (size_t k = 0, from = 0; k < own->n; from += own->segment_count[k++]) {
+        const struct rmap_folded_path path = own_path(own, k, from);
+        const struct rmap_path_columns to = rows_from(&legs, from);
+        rmap_path_unfold(own->model, &path, &to);
+    }
+}

@@ -36,4 +36,8 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
 void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_table *table,
                      rmap_column_set columns, struct rmap_portion *out);
 
+/* The own paths alone, as rays side by side: all columns of out that are RMAP_COLUMNS_DISCRETE,
+ * whose rows are there. */
+void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion *out);
+
 #endif

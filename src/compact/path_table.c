@@ -77,6 +77,40 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
     return RMAP_OK;
 }
 
+/* The paths as rays of a portion. */
+static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_error *err)
+{
+    struct rmap_portion *rays = &table->rays;
+    struct rmap_ray_columns *ray = &rays->ray;
+    ray->source = rmap_alloc(table->n + 1, sizeof *ray->source);
+    ray->stop = rmap_alloc(table->n + 1, sizeof *ray->stop);
+    ray->segment_count = rmap_alloc(table->n + 1, sizeof *ray->segment_count);
+    ray->registration_count = rmap_alloc(table->n + 1, sizeof *ray->registration_count);
+    if (!ray->source || !ray->stop || !ray->segment_count || !ray->registration_count)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
+    for (size_t i = 0; i < table->n; i++) {
+        ray->source[i] = table->path[i].source;
+        ray->stop[i] = table->path[i].stop;
+        ray->segment_count[i] = table->path[i].n_segment;
+        ray->registration_count[i] = table->path[i].n_registration;
+    }
+    rays->segment.object = table->object;
+    rays->segment.event = table->event;
+    rays->segment.medium = table->medium;
+    rays->registration.segment = table->segment;
+    rays->registration.detector = table->detector;
+    rays->registration.registered = table->registered;
+    rays->n_row[RMAP_TABLE_RAY] = table->n;
+    rays->n_row[RMAP_TABLE_SEGMENT] = table->n_segment;
+    rays->n_row[RMAP_TABLE_REGISTRATION] = table->n_registration;
+    return RMAP_OK;
+}
+
+const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table)
+{
+    return &table->rays;
+}
+
 enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
                                         const struct rmap_rows *rows,
                                         struct rmap_path_table **table_ret, struct rmap_error *err)
@@ -102,6 +136,7 @@ enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
         !table->segment || !table->detector || !table->registered)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
     RMAP_TRY(fill(model, rows, table, err));
+    RMAP_TRY(show_rays(table, err));
     *table_ret = table;
     table = NULL;
 out:
@@ -113,6 +148,10 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
 {
     if (!table)
         return;
+    rmap_free(table->rays.ray.source);
+    rmap_free(table->rays.ray.stop);
+    rmap_free(table->rays.ray.segment_count);
+    rmap_free(table->rays.ray.registration_count);
     rmap_free(table->path);
     rmap_free(table->count);
     rmap_free(table->object);
@@ -128,6 +167,9 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
 {
     size_t leg = sizeof *table->object + sizeof *table->event + sizeof *table->medium;
     size_t crossing = sizeof *table->segment + sizeof *table->detector + sizeof *table->registered;
-    return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count) +
+    const struct rmap_ray_columns *ray = &table->rays.ray;
+    size_t head = sizeof *ray->source + sizeof *ray->stop + sizeof *ray->segment_count +
+                  sizeof *ray->registration_count;
+    return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count + head) +
            table->n_segment * leg + table->n_registration * crossing;
 }

@@ -102,6 +102,7 @@ struct rmap_path_table {
     uint32_t *segment; /* [n_registration] */
     int32_t *detector;
     uint8_t *registered;
+    struct rmap_portion rays; /* the paths as rays: heads of its own, the other columns are these */
 };
 
 #endif

@@ -70,3 +70,10 @@ uint64_t rmap_compact_streams(rmap_column_set columns)
 #undef CURVE
     return streams;
 }
+
+uint64_t rmap_compact_told_streams(void)
+{
+    return rmap_compact_streams(RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
+                                RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment)) |
+           BIT(pool64);
+}
