@@ -233,6 +233,15 @@ static rmap_column_set columns_of(const struct rmap_quantity *quantity)
     return RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell);
 }
 
+/* Rays of a map in several colour spaces have wavelengths in some of them. */
+static bool any_spectral(const struct rmap_map *map)
+{
+    for (size_t s = 0; s < rmap_map_n_space(map); s++)
+        if (rmap_map_scene_of(map, s)->channels.mode == RMAP_COLOUR_SPECTRAL)
+            return true;
+    return false;
+}
+
 /* What all of them need, once each is known. */
 static void plan(struct rmap_quantities *self, bool has_detector)
 {
@@ -256,7 +265,7 @@ static void plan(struct rmap_quantities *self, bool has_detector)
     for (size_t d = 0; self->of_registrations && d < self->scene->n_detector; d++)
         if (rmap_index_set_has(&self->detector, (int32_t)d))
             self->detector_bits |= 1ULL << d % 64;
-    if (!self->spreads || self->scene->channels.mode == RMAP_COLOUR_RGB)
+    if (!self->spreads || !any_spectral(self->map))
         return;
     self->columns |= RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
     if (self->of_registrations)

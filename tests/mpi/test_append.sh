@@ -67,5 +67,16 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o ends.raymap --resume --quiet
 expect 0 '1,180,000 rays' "$RAYMAP" info ends.raymap
 expect 0 '' "$RAYMAP" trace scene.yaml -o colours.raymap --append -n 1M --color rgb --quiet
 [ "$(digest ends.raymap)" = "$(digest colours.raymap)" ] || { echo "FAILED: resumed in another colour space"; failures=1; }
+
+# Rays with wavelengths after rays without: their numbers are those of a map of theirs alone.
+mean() { "$RAYMAP" stats "$1" --of wavelength --json --quiet | python3 -c '
+import json, sys
+print("%.9g" % json.load(sys.stdin)["mean"]["value"])'; }
+expect 0 '' "$RAYMAP" trace scene.yaml -o alone.raymap -n 4000 --first-ray 3000 --quiet
+for encoding in plain compact; do
+    expect 0 '' "$RAYMAP" trace scene.yaml -o mixed.raymap -n 3000 --color rgb --quiet --force --encoding $encoding
+    expect 0 '' "$RAYMAP" trace scene.yaml -o mixed.raymap --append -n 4000 --color spectral --quiet
+    [ "$(mean mixed.raymap)" = "$(mean alone.raymap)" ] || { echo "FAILED: wavelengths after colours, $encoding"; failures=1; }
+done
 rm -rf ./*.raymap
 finish
