@@ -175,5 +175,11 @@ for piece_path in paths:
     text = run("h5dump", "-d", "/segment/event", "-c", "5", piece_path)
     check("DATASET" in text and "(0)" in text, "h5dump of a piece")
 check("DATASET" in run("h5dump", "-d", "/ray/stop", "-c", "5", "map.raymap/map.h5"), "h5dump")
+run(RAYMAP, "trace", SCENE, "-o", "few.raymap", "-n", "500", "--force", "--quiet", "--encoding", "compact")
+with h5py.File("few.raymap/map.h5", "r") as index_file:
+    view = index_file.attrs["view"].decode()
+    check(view.startswith("none: ") and "raymap convert MAP -o MAP2 --encoding plain" in view,
+          f"no remedy for who looks for columns in a compact map: {view}")
+    check("segment" not in index_file, "columns of a compact map")
 print(f"{failures} failures")
 sys.exit(failures > 0)
