@@ -63,21 +63,21 @@ static bool is_there(struct indexing *self, size_t piece)
     return there;
 }
 
+double rmap_index_allowed(const struct rmap_map *map)
+{
+    struct rmap_map_summary summary;
+    double nbytes = 0.0;
+    rmap_map_summarise(map, &summary);
+    for (size_t i = 0; i < rmap_map_n_piece(map); i++)
+        nbytes += (double)rmap_map_piece(map, i)->nbytes;
+    return ((double)summary.nbytes / SHARE_OF_MAP + SMALL_NBYTES) / fmax(nbytes, 1.0);
+}
+
 static bool is_large(const struct indexing *self, size_t piece,
                      const struct rmap_history_bytes *bytes)
 {
     return (double)(bytes->head_nbytes + bytes->body_nbytes) >
            self->allowed * (double)rmap_map_piece(self->map, piece)->nbytes;
-}
-
-static void weigh_pieces(struct indexing *self)
-{
-    struct rmap_map_summary summary;
-    double nbytes = 0.0;
-    rmap_map_summarise(self->map, &summary);
-    for (size_t i = 0; i < rmap_map_n_piece(self->map); i++)
-        nbytes += (double)rmap_map_piece(self->map, i)->nbytes;
-    self->allowed = ((double)summary.nbytes / SHARE_OF_MAP + SMALL_NBYTES) / fmax(nbytes, 1.0);
 }
 
 static enum rmap_status make(struct indexing *self, size_t piece, struct rmap_error *err)
@@ -163,7 +163,7 @@ enum rmap_status rmap_index_run(const struct rmap_context *context, const char *
     (void)pthread_mutex_init(&self.lock, NULL);
     enum rmap_status st = rmap_load_map(context, path, &self.map, err);
     RMAP_TRY(st);
-    weigh_pieces(&self);
+    self.allowed = rmap_index_allowed(self.map);
     self.parts.context = &self;
     self.parts.step = 1;
     self.parts.work = index_pieces;

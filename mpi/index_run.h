@@ -5,6 +5,7 @@
 #ifndef RMAP_INDEX_RUN_H
 #define RMAP_INDEX_RUN_H
 
+#include "io/map_reader.h"
 #include "mpi/command.h"
 
 /* Of these: */
@@ -27,6 +28,10 @@ struct rmap_index_result {
 enum rmap_status rmap_index_run(const struct rmap_context *context, const char *path, int flags,
                                 struct rmap_index_result *result,
                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes that the index of a piece may take on disk without RMAP_INDEX_LARGE, for each byte of the
+ * piece. */
+double rmap_index_allowed(const struct rmap_map *map);
 
 /* What was left without an index and why, in one line; empty: nothing. */
 void rmap_index_tell_large(const struct rmap_index_result *result, char *line, size_t cap);

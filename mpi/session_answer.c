@@ -54,9 +54,10 @@ static enum rmap_status prepare(struct rmap_session *session, struct rmap_error 
     st = st == RMAP_SYSTEM ? RMAP_OK : st;
     if (context->rank == 0 && !context->quiet && warmth.n_piece > 0)
         fprintf(stderr,
-                "made history indexes of %s in memory, %.1f MB; `raymap index` keeps "
+                "made history indexes of %s in memory, %.1f MB; `raymap index%s` keeps "
                 "them on disk\n",
-                rmap_counted(warmth.n_piece, "piece").text, 1e-6 * (double)warmth.nbytes);
+                rmap_counted(warmth.n_piece, "piece").text, 1e-6 * (double)warmth.nbytes,
+                warmth.n_large > 0 ? " --large" : "");
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

@@ -4,6 +4,7 @@
 #include "base/alloc.h"
 #include "io/map_history.h"
 #include "mpi/agree.h"
+#include "mpi/index_run.h"
 #include "mpi/parts.h"
 #include "mpi/progress.h"
 #include "mpi/scan.h"
@@ -13,7 +14,8 @@ struct warming {
     size_t *piece; /* [n_piece] that this rank reads */
     size_t n_piece;
     uint64_t budget;
-    _Atomic uint64_t n_made, nbytes, done; /* done: rows */
+    double allowed;                                 /* rmap_index_allowed */
+    _Atomic uint64_t n_made, n_large, nbytes, done; /* done: rows */
     struct rmap_parts parts;
     struct rmap_progress progress;
 };
@@ -41,7 +43,8 @@ static enum rmap_status make_index(struct warming *self, size_t piece, struct rm
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_history_bytes bytes = {0};
-    const uint64_t n_ray = rmap_map_piece(self->map, piece)->n_row[RMAP_TABLE_RAY];
+    const struct rmap_piece_info *info = rmap_map_piece(self->map, piece);
+    const uint64_t n_ray = info->n_row[RMAP_TABLE_RAY];
     if (n_ray > self->budget / 2 || atomic_load(&self->nbytes) + 2 * n_ray > self->budget)
         return RMAP_OK; /* its columns are read, then */
     RMAP_TRY(rmap_map_history_make(self->map, piece, tick, self, &bytes, err));
@@ -53,6 +56,7 @@ static enum rmap_status make_index(struct warming *self, size_t piece, struct rm
         goto out;
     }
     atomic_fetch_add(&self->n_made, 1);
+    atomic_fetch_add(&self->n_large, (double)nbytes > self->allowed * (double)info->nbytes);
 out:
     rmap_free(bytes.head);
     rmap_free(bytes.body);
@@ -116,7 +120,7 @@ enum rmap_status rmap_session_warm(const struct rmap_context *context, const str
                                    uint64_t budget_nbytes, struct rmap_warmth *warmth,
                                    struct rmap_error *err)
 {
-    struct warming self = {.map = map, .budget = budget_nbytes};
+    struct warming self = {.map = map, .budget = budget_nbytes, .allowed = rmap_index_allowed(map)};
     uint64_t n_row = 0;
     enum rmap_status st = find_pieces(&self, context, &n_row, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -129,9 +133,10 @@ enum rmap_status rmap_session_warm(const struct rmap_context *context, const str
     st = rmap_parts_run(&self.parts, context->n_thread, err);
     rmap_progress_fini(&self.progress);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    uint64_t sum[] = {atomic_load(&self.n_made), atomic_load(&self.nbytes)};
-    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 2, MPI_UINT64_T, MPI_SUM, context->comm)));
-    *warmth = (struct rmap_warmth){sum[0], sum[1]};
+    uint64_t sum[] = {atomic_load(&self.n_made), atomic_load(&self.n_large),
+                      atomic_load(&self.nbytes)};
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, 3, MPI_UINT64_T, MPI_SUM, context->comm)));
+    *warmth = (struct rmap_warmth){.n_piece = sum[0], .n_large = sum[1], .nbytes = sum[2]};
 out:
     rmap_free(self.piece);
     return st;

@@ -11,6 +11,7 @@
 
 struct rmap_warmth {
     uint64_t n_piece; /* whose index was made */
+    uint64_t n_large; /* of those: that `raymap index` makes on disk with --large only */
     uint64_t nbytes;
 };
 

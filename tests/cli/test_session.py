@@ -80,6 +80,22 @@ def test_second_reads_nothing():
                 asked_twice(path, want, launch)
 
 
+def test_told_index_can_be_made():
+    """The command that a session names for keeping its indexes makes them, of either encoding."""
+    for encoding in ("plain", "compact"):
+        path = f"told-{encoding}.raymap"
+        shutil.rmtree(path, ignore_errors=True)
+        code, _, err = run("trace", SCENE, "-o", path, "-n", "20000", "--quiet", "--encoding", encoding)
+        assert code == 0, err
+        code, _, err = run("session", path, text="hit(barrel)\n")
+        told = re.search(r"`raymap (index[^`]*)` keeps them", err)
+        assert code == 0 and told, err
+        code, _, err = run(*told[1].split(), path, "--quiet")
+        assert code == 0, err
+        code, out, err = run("session", path, text="hit(barrel)\n")
+        assert code == 0 and "made history indexes" not in err, err
+
+
 def asked_twice(path, want, launch):
     session = subprocess.Popen([*launch, RAYMAP, "session", path, "--quiet"], stdin=subprocess.PIPE,
                                stdout=subprocess.PIPE, text=True)
@@ -204,8 +220,8 @@ def main():
     shutil.rmtree(MAP, ignore_errors=True)
     code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
     assert code == 0, err
-    for test in (test_pipe, test_second_reads_nothing, test_budgets, test_every_line_has_its_answer, test_names_and_lists,
-                 test_mistakes, test_terminal):
+    for test in (test_pipe, test_second_reads_nothing, test_told_index_can_be_made, test_budgets,
+                 test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_terminal):
         test()
         print(test.__name__, "passed")
     shutil.rmtree(MAP)
