@@ -235,6 +235,17 @@ static void show_columns(struct rmap_cursor *self)
                 place_of(self, (enum rmap_column)c);
 }
 
+/* What is decoded when columns are asked for: rays are gone through once for all that their paths
+ * say, and traced again once. */
+static rmap_column_set compact_columns(const struct rmap_cursor *self, rmap_column_set columns)
+{
+    if (rmap_compact_retraces(columns))
+        columns |= self->columns;
+    if (columns & RMAP_COLUMNS_DISCRETE)
+        columns |= self->columns & RMAP_COLUMNS_DISCRETE;
+    return columns & ~self->present;
+}
+
 static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set columns,
                                      struct rmap_error *err)
 {
@@ -244,10 +255,8 @@ static enum rmap_status read_columns(struct rmap_cursor *self, rmap_column_set c
     if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN) {
         RMAP_TRY(read_plain(self, info, fresh, err));
     } else {
-        /* Rows are decoded as a whole: again at most once, for what the paths do not tell. */
-        fresh = (self->present ? self->columns : self->columns & RMAP_COLUMNS_DISCRETE) | columns;
-        RMAP_TRY(rmap_cursor_read_compact(self, info, fresh | self->present, err));
-        fresh &= ~self->present;
+        fresh = compact_columns(self, columns);
+        RMAP_TRY(rmap_cursor_read_compact(self, info, fresh, err));
     }
     self->portion->first_ray = info->first_ray;
     self->present |= fresh;
@@ -283,14 +292,17 @@ enum rmap_status rmap_cursor_holds(struct rmap_cursor *self, enum rmap_column co
                                    const struct rmap_cycle *cycle, bool *holds_ret,
                                    struct rmap_error *err)
 {
+    static const double one = 1.0;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     const enum rmap_table table = rmap_column_info(column)->table;
     *holds_ret = false;
-    if (self->map->content.piece[info->piece].encoding != RMAP_ENCODING_PLAIN)
-        return RMAP_OK;
-    return rmap_chunk_reader_holds(self->reader, (size_t)info->piece, (int)column,
-                                   info->stored_first[table], (size_t)info->n_row[table], cycle,
-                                   holds_ret, err);
+    if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN)
+        return rmap_chunk_reader_holds(self->reader, (size_t)info->piece, (int)column,
+                                       info->stored_first[table], (size_t)info->n_row[table], cycle,
+                                       holds_ret, err);
+    if (column == RMAP_RAY_weight && cycle->n == 1 && memcmp(cycle->element, &one, sizeof one) == 0)
+        return rmap_cursor_weigh_compact(self, holds_ret, err);
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,

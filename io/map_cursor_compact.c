@@ -89,9 +89,25 @@ enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *self,
     if (!space->decoder)
         RMAP_TRY(rmap_compact_decoder_create(in_hand.model, &space->decoder, err));
     st = rmap_compact_decode(space->decoder, self->paths, &in_hand.rows, in_hand.n_row, columns,
-                             self->portion, err);
+                             self->present, self->portion, err);
     if (st != RMAP_OK)
         say_where(self, info, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_cursor_weigh_compact(struct rmap_cursor *self, bool *are_one_ret,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
+    struct compact_rows in_hand;
+    struct rmap_compact_told told = {.weigh_one = false};
+    RMAP_TRY(enter_rows(self, info, rmap_compact_header_streams(), &in_hand, err));
+    st = rmap_compact_tell_header(&in_hand.rows, &told, err);
+    if (st != RMAP_OK)
+        say_where(self, info, err);
+    *are_one_ret = told.weigh_one;
 out:
     return st;
 }

@@ -43,11 +43,16 @@ struct rmap_cursor {
 /* Gives the paths in hand back, unless they are those of that piece. */
 void rmap_cursor_leave_paths(struct rmap_cursor *cursor, size_t piece);
 
-/* Decodes columns of a portion of a compact piece into self->portion. */
+/* Decodes columns of a portion of a compact piece into cursor->portion, where those that are
+ * present stay. */
 enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *cursor,
                                           const struct rmap_portion_info *info,
                                           rmap_column_set columns,
                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether the header of that portion says that each ray weighs 1. */
+enum rmap_status rmap_cursor_weigh_compact(struct rmap_cursor *cursor, bool *are_one_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* Values of a column of rows of that portion must name something of the scene. */
 enum rmap_status rmap_cursor_check_limits(const struct rmap_cursor *cursor,

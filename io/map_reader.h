@@ -186,8 +186,9 @@ enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
 
 /* The same in steps. enter takes a portion in hand: its rows are counted, all its columns NULL.
  * fetch adds columns to the struct that enter gave, where they are not there yet. `columns` of
- * rmap_cursor_create are those that fetch may ask for; a compact piece decodes a portion at most
- * twice, the discrete columns first. Errors as above. */
+ * rmap_cursor_create are those that fetch may ask for; of a compact piece the discrete ones
+ * are decoded together, and those that rays are traced again for, all with them. Errors as above.
+ */
 enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
                                    const struct rmap_portion **portion_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;

@@ -14,6 +14,8 @@
 #ifndef RMAP_COMPACT_H
 #define RMAP_COMPACT_H
 
+#include <stdbool.h>
+
 #include "base/status.h"
 #include "scene/scene.h"
 #include "trace/layout.h"
@@ -99,13 +101,17 @@ void rmap_compact_decoder_destroy(struct rmap_compact_decoder *decoder);
 /* A portion's rows (the streams named by rmap_compact_streams, of its own rows) into the columns
  * asked for; what else `out` has stays undefined. n_row: rows that the index promises per logical
  * table; anything else in the rows is RMAP_FORMAT, found before memory is asked for. Every value
- * of the rows is untrusted. out: emptied first; its channels are the model's. */
+ * of the rows is untrusted. present: columns that `out` has of the same rows, by calls before: they
+ * stay. 0: it is emptied first. Its channels are the model's. */
 enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows,
                                      const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
-                                     struct rmap_portion *out,
+                                     rmap_column_set present, struct rmap_portion *out,
                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* Whether rays must be traced again for these columns, which takes longest by far. */
+bool rmap_compact_retraces(rmap_column_set columns);
 
 /* What the rays of a portion are known by, without going through their legs. */
 struct rmap_compact_told {
@@ -117,6 +123,13 @@ struct rmap_compact_told {
     bool media_told;      /* media are those that the paths say */
     uint64_t first_ray;
 };
+
+/* What the portion's header says of it: all but path and n_own. Its stream, and RMAP_FORMAT where
+ * there is none. */
+uint64_t rmap_compact_header_streams(void);
+enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
+                                          struct rmap_compact_told *told,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* Streams that the next two need. */
 uint64_t rmap_compact_told_streams(void);

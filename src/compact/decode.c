@@ -202,33 +202,65 @@ out:
     return st;
 }
 
+bool rmap_compact_retraces(rmap_column_set columns)
+{
+    return (columns & LEG_COLUMNS) != 0;
+}
+
+/* Of columns that are to be decoded, what must be made, where some are there. Media are written
+ * with what they follow from. */
+static rmap_column_set without_present(rmap_column_set columns, rmap_column_set present)
+{
+    const rmap_column_set wanted = with_needs(columns & ~present);
+    const rmap_column_set again = wanted & ~present & BIT(RMAP_SEGMENT_medium)
+                                      ? BIT(RMAP_SEGMENT_object) | BIT(RMAP_SEGMENT_event)
+                                      : 0;
+    return wanted & (~present | again);
+}
+
+static enum rmap_status fill(struct rmap_compact_decoder *decoder,
+                             const struct rmap_path_table *table, const struct rmap_rows *rows,
+                             const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
+                             struct rmap_portion *out, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+        out->n_row[t] = 0;
+        RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, n_row[t], columns, err));
+        out->n_row[t] = n_row[t];
+    }
+    rmap_paths_fill(&own, table, columns, out);
+    fill_curve(rows, columns, out);
+    if (columns & (LEG_COLUMNS | SIMPLE_COLUMNS))
+        st = fill_lanes(decoder, rows, columns, out, err);
+out:
+    return st;
+}
+
 enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
                                      const struct rmap_path_table *table,
                                      const struct rmap_rows *rows,
                                      const size_t n_row[RMAP_TABLE_COUNT], rmap_column_set columns,
-                                     struct rmap_portion *out, struct rmap_error *err)
+                                     rmap_column_set present, struct rmap_portion *out,
+                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint64_t streams = rmap_compact_streams(columns);
-    rmap_portion_clear(out);
+    if (!present)
+        rmap_portion_clear(out);
     if (out->n_channel != decoder->model->n_channel)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion of %d channels in a scene of %d",
                               out->n_channel, decoder->model->n_channel);
-    RMAP_TRY(check_streams(rows, streams, err));
+    RMAP_TRY(check_streams(rows, rmap_compact_streams(columns), err));
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return damaged("it has not as many rays as the index says", err);
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
         return damaged("it has not as many points of curved legs as the index says", err);
-    const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
-    RMAP_TRY(rmap_own_paths_check(&own, table, n_row, err));
-    columns = with_needs(columns);
-    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
-        RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, n_row[t], columns, err));
-    memcpy(out->n_row, n_row, sizeof out->n_row);
-    rmap_paths_fill(&own, table, columns, out);
-    fill_curve(rows, columns, out);
-    if (columns & (LEG_COLUMNS | SIMPLE_COLUMNS))
-        RMAP_TRY(fill_lanes(decoder, rows, columns, out, err));
+    if (!present) {
+        const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
+        RMAP_TRY(rmap_own_paths_check(&own, table, n_row, err));
+    }
+    st = fill(decoder, table, rows, n_row, without_present(columns, present), out, err);
 out:
     if (st != RMAP_OK)
         rmap_portion_clear(out);

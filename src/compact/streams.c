@@ -71,9 +71,14 @@ uint64_t rmap_compact_streams(rmap_column_set columns)
     return streams;
 }
 
+uint64_t rmap_compact_header_streams(void)
+{
+    return BIT(pool64);
+}
+
 uint64_t rmap_compact_told_streams(void)
 {
     return rmap_compact_streams(RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
                                 RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment)) |
-           BIT(pool64);
+           rmap_compact_header_streams();
 }

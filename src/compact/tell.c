@@ -16,26 +16,36 @@ static bool is_predicted(uint64_t modes, enum rmap_lane_id lane)
     return (modes >> (2 * lane) & 3) == RMAP_LANE_PREDICTED;
 }
 
+enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
+                                          struct rmap_compact_told *told, struct rmap_error *err)
+{
+    const uint64_t *header = rows->data[RMAP_STREAM_pool64];
+    if (rows->n_row[RMAP_COMPACT_POOL64] < RMAP_HEADER_COUNT)
+        return damaged("it has no header", err);
+    const uint64_t modes = header[RMAP_HEADER_MODES];
+    *told = (struct rmap_compact_told){.weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
+                                       .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
+                                       .media_told = is_predicted(modes, RMAP_LANE_SEGMENT_medium),
+                                       .first_ray = header[RMAP_HEADER_FIRST]};
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_compact_tell(const struct rmap_compact_model *model,
                                    const struct rmap_path_table *table,
                                    const struct rmap_rows *rows,
                                    const size_t n_row[RMAP_TABLE_COUNT],
                                    struct rmap_compact_told *told, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const struct rmap_own_paths own = rmap_own_paths(model, rows);
-    const uint64_t *header = rows->data[RMAP_STREAM_pool64];
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
         return damaged("it has not as many rays as the index says", err);
-    if (rows->n_row[RMAP_COMPACT_POOL64] < RMAP_HEADER_COUNT)
-        return damaged("it has no header", err);
-    const uint64_t modes = header[RMAP_HEADER_MODES];
-    *told = (struct rmap_compact_told){.path = own.path,
-                                       .n_own = own.n,
-                                       .weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
-                                       .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
-                                       .media_told = is_predicted(modes, RMAP_LANE_SEGMENT_medium),
-                                       .first_ray = header[RMAP_HEADER_FIRST]};
-    return rmap_own_paths_check(&own, table, n_row, err);
+    RMAP_TRY(rmap_compact_tell_header(rows, told, err));
+    told->path = own.path;
+    told->n_own = own.n;
+    st = rmap_own_paths_check(&own, table, n_row, err);
+out:
+    return st;
 }
 
 enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,

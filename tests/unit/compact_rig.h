@@ -178,8 +178,9 @@ static inline void rig_decode(struct rig *rig, const struct rmap_rows *own,
     struct rmap_error err = {0};
     struct rmap_path_table *table = NULL;
     rig_ok(rmap_path_table_create(rig->model, &rig->whole, &table, &err), &err);
-    rig_ok(rmap_compact_decode(rig->decoder, table, own, like->n_row, columns, rig->decoded, &err),
-           &err);
+    rig_ok(
+        rmap_compact_decode(rig->decoder, table, own, like->n_row, columns, 0, rig->decoded, &err),
+        &err);
     rmap_path_table_destroy(table);
 }
 

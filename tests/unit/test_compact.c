@@ -412,7 +412,7 @@ static void test_curved(void **state)
     own.n_row[RMAP_COMPACT_CURVE]--;
     struct rmap_path_table *table = NULL;
     rig_ok(rmap_path_table_create(rig.model, &rig.whole, &table, &err), &err);
-    assert_int_equal(rmap_compact_decode(rig.decoder, table, &own, all->n_row, RMAP_COLUMNS_ALL,
+    assert_int_equal(rmap_compact_decode(rig.decoder, table, &own, all->n_row, RMAP_COLUMNS_ALL, 0,
                                          rig.decoded, &err),
                      RMAP_FORMAT);
     rmap_path_table_destroy(table);

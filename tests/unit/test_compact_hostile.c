@@ -187,7 +187,7 @@ static bool survives(struct rig *rig, const struct rmap_rows *own, const size_t 
     struct rmap_path_table *table = NULL;
     enum rmap_status st = rmap_path_table_create(rig->model, &rig->whole, &table, &err);
     if (st == RMAP_OK)
-        st = rmap_compact_decode(rig->decoder, table, own, n_row, RMAP_COLUMNS_ALL, rig->decoded,
+        st = rmap_compact_decode(rig->decoder, table, own, n_row, RMAP_COLUMNS_ALL, 0, rig->decoded,
                                  &err);
     rmap_path_table_destroy(table);
     if (st != RMAP_OK)
