@@ -38,6 +38,8 @@ enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
     RMAP_TRY(rmap_shared_tests_init(&self->shared, criterion, n_criterion, err));
     RMAP_TRY(
         rmap_query_history_create(map, criterion, n_criterion, &self->shared, &self->history, err));
+    RMAP_TRY(rmap_query_known_create(map, criterion, n_criterion, &self->shared, &self->known_paths,
+                                     err));
     RMAP_TRY(rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion) | more,
                                 &self->cursor, err));
     *verdicts_ret = self;
@@ -53,6 +55,7 @@ void rmap_query_verdicts_destroy(struct rmap_query_verdicts *self)
         return;
     rmap_undecided_fini(&self->undecided);
     rmap_query_history_destroy(self->history);
+    rmap_query_known_destroy(self->known_paths);
     rmap_cursor_destroy(self->cursor);
     rmap_judge_fini(&self->judge);
     rmap_shared_tests_fini(&self->shared);
@@ -115,7 +118,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
 {
     enum rmap_status st = RMAP_OK;
     self->index = portion;
-    self->is_entered = self->is_looked_at = self->is_judged_whole = false;
+    self->is_entered = self->is_looked_at = self->is_judged_whole = self->is_by_paths = false;
     self->known = 0;
     self->n_ray = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(rmap_query_history_enter(self->history, portion, &self->view, err));
@@ -126,6 +129,8 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
         RMAP_TRY(judge_history(self, wanted, err));
     else
         RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared.n_slot, self->n_ray, err));
+    if (!self->view && self->known_paths)
+        rmap_query_known_enter(self->known_paths, self->cursor, portion);
 out:
     return st;
 }
@@ -202,6 +207,11 @@ static enum rmap_status judge_rays(struct rmap_query_verdicts *self, size_t c, u
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    self->is_by_paths = false;
+    if (!self->view && self->known_paths)
+        RMAP_TRY(rmap_query_known_judge(self->known_paths, c, verdict, &self->is_by_paths, err));
+    if (self->is_by_paths)
+        goto out;
     if (!self->view)
         return judge_columns(self, c, verdict, err);
     for (size_t i = 0; i < self->n_ray; i++)
@@ -224,6 +234,8 @@ static enum rmap_status add_rays(struct rmap_query_verdicts *self, size_t c,
     RMAP_TRY(judge_rays(self, c, verdict, err));
     if (!memchr(verdict, RMAP_VERDICT_YES, self->n_ray))
         return RMAP_OK;
+    if (self->is_by_paths)
+        return rmap_query_known_count(self->known_paths, verdict, count, err);
     RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
     RMAP_TRY(rmap_query_verdicts_fetch(self, sum_columns, err));
     if (!self->is_looked_at)

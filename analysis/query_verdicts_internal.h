@@ -5,6 +5,7 @@
 #ifndef RMAP_QUERY_VERDICTS_INTERNAL_H
 #define RMAP_QUERY_VERDICTS_INTERNAL_H
 
+#include "analysis/query_known.h"
 #include "analysis/query_sums.h"
 #include "analysis/query_undecided.h"
 #include "analysis/query_verdicts.h"
@@ -17,6 +18,7 @@ struct rmap_query_verdicts {
     struct rmap_judge judge;
     struct rmap_cursor *cursor; /* columns of the criteria and the sums */
     struct rmap_query_history *history;
+    struct rmap_query_known *known_paths; /* or NULL */
     struct rmap_undecided undecided;
 
     size_t index;                         /* portion in hand */
@@ -24,6 +26,7 @@ struct rmap_query_verdicts {
     size_t n_ray;
     bool is_entered;                    /* by the cursor */
     const struct rmap_portion *portion; /* the cursor's */
+    bool is_by_paths;                   /* what was judged last, without decoding the rays */
     bool is_looked_at;                  /* for what the sums need to know: */
     struct rmap_sums_facts facts;
     rmap_column_set known;      /* columns unfolded from its history */
