@@ -130,9 +130,8 @@ static const char *why_none(const struct rmap_map_content *content)
         return "none: too many pieces; read the pieces in /piece one by one";
     for (size_t i = 0; i < content->n_piece; i++)
         if (content->piece[i].encoding != RMAP_ENCODING_PLAIN)
-            return "none: pieces in the compact encoding do not store columns; raymap convert MAP "
-                   "-o "
-                   "MAP2 --encoding plain makes a map that does";
+            return "none: pieces in the compact encoding do not store columns; "
+                   "raymap convert MAP -o MAP2 --encoding plain makes a map that does";
     return NULL;
 }
 
