@@ -29,8 +29,10 @@ out:
     return st;
 }
 
-/* All pieces that open, whatever they hold; the last one's origin. */
-static enum rmap_status read_disk(const char *path, struct rmap_map_content *content,
+/* All pieces that open, whatever they hold; the origin of one in the colour space of that digest,
+ * or the last one's. */
+static enum rmap_status read_disk(const char *path, const char *space_digest,
+                                  struct rmap_map_content *content,
                                   struct rmap_piece_origin *origin, struct rmap_error *err)
 {
     struct rmap_piece_name *name = NULL;
@@ -39,7 +41,8 @@ static enum rmap_status read_disk(const char *path, struct rmap_map_content *con
     for (size_t i = 0; st == RMAP_OK && i < n; i++) {
         struct rmap_error why = {0};
         struct rmap_piece_origin one = {0};
-        if (rmap_piece_read(path, name[i].shard, name[i].number, content, &one, &why) == RMAP_OK)
+        if (rmap_piece_read(path, name[i].shard, name[i].number, content, &one, &why) == RMAP_OK &&
+            strcmp(origin->space_digest, space_digest) != 0)
             *origin = one;
     }
     rmap_free(name);
@@ -73,7 +76,8 @@ static enum rmap_status write_from_scene(const char *path, const struct rmap_run
     struct rmap_run_row row = {.first_ray = UINT64_MAX, .n_rank = 1};
     uint64_t end = 0;
     char isa[32] = "";
-    RMAP_TRY(read_disk(path, &content, &found, err));
+    RMAP_TRY(rmap_piece_origin_of(&run, &given, err));
+    RMAP_TRY(read_disk(path, given.space_digest, &content, &found, err));
     if (content.n_piece == 0) {
         st = rmap_error_set(err, RMAP_FORMAT, "%s holds no piece that can be read", path);
         goto out;
@@ -82,7 +86,6 @@ static enum rmap_status write_from_scene(const char *path, const struct rmap_run
     run.isa = isa;
     run.seed = row.seed = found.seed;
     run.n_rank = 1;
-    RMAP_TRY(rmap_piece_origin_of(&run, &given, err));
     if (strcmp(given.space_digest, found.space_digest) != 0) {
         st =
             rmap_error_set(err, RMAP_INPUT,

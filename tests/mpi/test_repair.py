@@ -152,6 +152,13 @@ flip("map-start.h5", 3000)
 run("repair", "b.raymap", status=3)
 run("repair", "b.raymap", "--scene", SCENE, "--without", "stop", status=3)
 heal("no index at all", 0, arguments=("--scene", SCENE))
+run("trace", SCENE, "-o", "spaces.raymap", "-n", 3000, "--quiet")  # the last piece is in another space
+run("trace", SCENE, "-o", "spaces.raymap", "--append", "-n", 2000, "--color", "rgb", "--quiet")
+for index in glob.glob("spaces.raymap/*.h5"):
+    os.remove(index)
+run("repair", "spaces.raymap", "--scene", SCENE, "--without", "stop", status=3)
+said = json.loads(run("repair", "spaces.raymap", "--scene", SCENE, "--json", "--quiet", status=4))
+assert said["rays"] == 3000 and "colour space" in said["left"][0]["text"], said
 again()
 shutil.copy(at(piece), "b.raymap/shard-00001/piece-00900.h5")
 heal("a piece twice", 0)
