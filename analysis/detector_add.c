@@ -4,6 +4,7 @@
  */
 #include <inttypes.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 
 #include "analysis/detector_sums.h"
@@ -155,6 +156,36 @@ out:
     return st;
 }
 
+static bool same_channels(const struct rmap_channels *a, const struct rmap_channels *b)
+{
+    bool same = a->n == b->n && a->mode == b->mode;
+    for (int i = 0; same && i < a->n; i++)
+        same = a->wavelength_nm[i] == b->wavelength_nm[i];
+    return same;
+}
+
+/* Says which rays can be asked for instead: the same words, whichever portion was read first. */
+static enum rmap_status tell_other_channels(const struct rmap_map *map, struct rmap_error *err)
+{
+    const struct rmap_channels *first = &rmap_map_scene(map)->channels;
+    const size_t n = rmap_map_n_portion(map);
+    size_t p = 0;
+    char remedy[64] = "";
+    while (p < n) {
+        const size_t space = (size_t)rmap_map_portion(map, p)->space;
+        if (!same_channels(&rmap_map_scene_of(map, space)->channels, first))
+            break;
+        p++;
+    }
+    if (p > 0 && p < n)
+        (void)snprintf(remedy, sizeof remedy, ", as those of --where 'ray < %llu' have",
+                       (unsigned long long)rmap_map_portion(map, p)->first_ray);
+    return rmap_error_set(err, RMAP_INPUT,
+                          "parts of this map were traced in other wavelengths: a spectrum needs "
+                          "the same ones throughout%s",
+                          remedy);
+}
+
 /* Channels of the portion's colour space: for colours any do, for shares those of space 0. */
 static enum rmap_status enter_space(struct rmap_detector_sums *sums,
                                     const struct rmap_matched *rays, struct rmap_error *err)
@@ -166,15 +197,8 @@ static enum rmap_status enter_space(struct rmap_detector_sums *sums,
     sums->space = (int32_t)rays->space;
     if (sums->n_colour)
         channel_colours_as(scene, first->channels.mode, sums->channel_colour);
-    bool same =
-        scene->channels.n == first->channels.n && scene->channels.mode == first->channels.mode;
-    for (int i = 0; same && i < scene->channels.n; i++)
-        same = scene->channels.wavelength_nm[i] == first->channels.wavelength_nm[i];
-    if (sums->n_channel && !same)
-        return rmap_error_set(
-            err, RMAP_INPUT,
-            "parts of this map were traced in other wavelengths: a spectrum needs "
-            "the same ones throughout");
+    if (sums->n_channel && !same_channels(&scene->channels, &first->channels))
+        return tell_other_channels(sums->ask.map, err);
     return RMAP_OK;
 }
 

@@ -76,6 +76,8 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o alone.raymap -n 4000 --first-ray 3000 
 for encoding in plain compact; do
     expect 0 '' "$RAYMAP" trace scene.yaml -o mixed.raymap -n 3000 --color rgb --quiet --force --encoding $encoding
     expect 0 '' "$RAYMAP" trace scene.yaml -o mixed.raymap --append -n 4000 --color spectral --quiet
+    expect 3 "other wavelengths.* --where 'ray < 3000'" "$RAYMAP" detector mixed.raymap sensor --quantity spectral
+    expect 0 'green' "$RAYMAP" detector mixed.raymap sensor --quantity spectral --where 'ray < 3000'
     [ "$(mean mixed.raymap)" = "$(mean alone.raymap)" ] || { echo "FAILED: wavelengths after colours, $encoding"; failures=1; }
 done
 rm -rf ./*.raymap
