@@ -203,6 +203,8 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
 {
     if (rmap_map_selection(map))
         return "NOT complete: rays that the query picked are missing; ask again with --force";
+    if (rmap_map_n_piece(map) == 0)
+        return "NOT complete: it holds no rays yet";
     return rmap_map_is_live(path) ? "NOT complete: it is being traced"
                                   : "NOT complete: tracing was stopped early";
 }

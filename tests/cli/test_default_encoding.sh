@@ -25,6 +25,7 @@ expect 6 '' "$RAYMAP" trace scene.yaml -o small.raymap -n 20M --append --time-li
 expect 0 ' pieces, plain$' "$RAYMAP" info small.raymap
 rm -rf large.raymap/shard-*
 expect 0 '' "$RAYMAP" repair large.raymap
+expect 0 'NOT complete: it holds no rays yet' "$RAYMAP" info large.raymap
 expect 6 '' "$RAYMAP" trace scene.yaml -o large.raymap --resume --time-limit 0.3s
 expect 0 ', compact$' "$RAYMAP" info large.raymap
 expect 6 '' "$RAYMAP" trace scene.yaml -o large.raymap --resume --encoding plain --time-limit 0.3s
