@@ -1,0 +1,165 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: rays that share a path of a compact piece's dictionary are counted together, and what
+`paths` and `query` say is, to the last digit, what they say of the same rays stored as columns: for
+any criterion and view, pieces of either encoding side by side, any number of ranks and threads."""
+import itertools
+import json
+import os
+import shutil
+import subprocess
+
+import h5py
+import numpy
+
+PROGRAM = os.environ["RAYMAP"]
+EXAMPLES = os.path.join(os.environ["SOURCE_DIR"], "examples")
+
+# Scattering and absorption inside media, which a path tells by the medium; two sources; surfaces
+# that do many things; detectors free in space and on an object.
+SCENE = """
+raymap: 1
+units: mm
+limits: {steps: 14}
+media:
+  air: {index: 1}
+  milk: {index: 1.3, scattering: 0.05, absorption: 0.01}
+  smoke: {index: 1.3, scattering: 0.03}
+surfaces:
+  bare: {type: fresnel}
+  white: {type: lambert, reflectance: 0.7}
+  gauze: {type: mixture, reflect_specular: 0.3, transmit_specular: 0.3, transmit_diffuse: 0.2}
+geometries:
+  ball: {type: sphere, radius: 8}
+  plate: {type: rectangle, size: [60, 60]}
+objects:
+  - {name: glass, geometry: ball, at: [0, 0, 40], surface: bare, inside: milk, outside: air}
+  - {name: bubble, geometry: ball, at: [18, 0, 40], surface: bare, inside: smoke, outside: air}
+  - name: end
+    objects:
+      - {name: wall, geometry: plate, at: [0, 0, 70], surface: white, front: air, back: air}
+      - {name: net, geometry: plate, at: [0, 0, 60], surface: gauze, front: air, back: air}
+sources:
+  - {name: lamp, type: point, at: [0, 0, -20], direction: [0, 0, 1], distribution: {cone: 30}, flux: 3 W, medium: air}
+  - {name: torch, type: point, at: [5, 0, -20], direction: [0, 0, 1], distribution: {cone: 40}, flux: 1 W, rays_share: 2, medium: air}
+detectors:
+  - {name: gate, type: plane, at: [0, 0, 25], size: [50, 50], cells: [5, 4], direction: [0, 0, -1]}
+  - {name: eye, type: plane, on: wall, size: [60, 60], cells: [6, 6], at: [0, 0, 70], direction: [0, 0, -1]}
+"""
+VIEWS = [["--no-peaks", "--top", "all"], ["--top", "5"], ["--by", "object", "--no-peaks"],
+         ["--no-events", "--no-peaks", "--sort", "rays"], ["--collapse", "--no-peaks", "--top", "all"],
+         ["--exact", "40", "--no-peaks"], ["--exact", "40"], ["--by", "group", "--no-peaks"]]
+COUNT = itertools.count()
+
+
+def run(*arguments, ranks=1):
+    start = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
+    done = subprocess.run([*start, PROGRAM, *arguments], capture_output=True, text=True)
+    assert done.returncode == 0, (arguments, done.returncode, done.stderr)
+    return done.stdout
+
+
+def trace(scene, name, *options, ranks=1):
+    shutil.rmtree(name, ignore_errors=True)
+    run("trace", scene, "-o", name, "--quiet", *options, ranks=ranks)
+    return name
+
+
+def shared(name):
+    """Shares of a compact map's rays: with a path of the dictionary, and with one of its own."""
+    own = []
+    for folder, _, files in os.walk(name):
+        for file in files:
+            if file.startswith("piece-") and file.endswith(".h5"):
+                with h5py.File(os.path.join(folder, file)) as piece:
+                    own.append(piece["ray/path"][:] == 0)
+    own = numpy.concatenate(own)
+    return 1 - own.mean(), own.mean()
+
+
+def answer(command, name, *options, ranks=1):
+    said = json.loads(run(command, name, *options, "--json", "--quiet", ranks=ranks))
+    for document in said if isinstance(said, list) else [said]:
+        for key in ("map", "bytes_read", "seconds", "portions"):
+            document.pop(key, None)
+    return said
+
+
+def check(plain, others, criteria, views):
+    """Every view with some of the criteria, and these with some of the views; ranks and threads take
+    turns, so that all of them come to some questions of every map."""
+    for i, view in enumerate(views):
+        for k, criterion in enumerate(criteria):
+            if k > 0 and (i + k) % 4 > 0:
+                continue
+            options = [*view, "--where", criterion]
+            want = answer("paths", plain, *options)
+            for other in others:
+                turn = next(COUNT)
+                how = (["--threads", str(turn % 3 + 1)], turn // 16 % 3 + 2 if turn % 16 == 0 else 1)
+                got = answer("paths", other, *options, *how[0], ranks=how[1])
+                assert got == want, (other, options, how)
+    want = answer("query", plain, *criteria)
+    for other in others:
+        assert answer("query", other, *criteria) == want, other
+        for criterion, its in zip(criteria, want):
+            assert answer("query", other, criterion) == its, (other, criterion)
+
+
+def check_odd():
+    with open("odd.yaml", "w") as file:
+        file.write(SCENE)
+    criteria = ["all", "registered(gate)", "not hit(net)", 'path(".* S@milk .*")', "hit(*) == 1",
+                "source(torch) and hit(net) >= 2", "path_length > 90", "hit(net) or path_length > 120",
+                "ray < 3000", "hit(*) > 1000"]
+    views = VIEWS + [["--detector", "eye", "--no-peaks"], ["--detector", "gate", "--collapse", "--no-peaks"]]
+    plain = trace("odd.yaml", "odd.plain.raymap", "-n", "9000", "--encoding", "plain")
+    one = trace("odd.yaml", "odd.one.raymap", "-n", "9000", "--encoding", "compact")
+    three = trace("odd.yaml", "odd.three.raymap", "-n", "9000", "--encoding", "compact",
+                  "--piece-size", "64Ki", ranks=3)
+    mixed = trace("odd.yaml", "odd.mixed.raymap", "-n", "4096", "--encoding", "compact")
+    run("trace", "odd.yaml", "-o", mixed, "--append", "-n", "4904", "--encoding", "plain", "--quiet")
+    known, own = shared(one)
+    assert known > 0.3 and own > 0.02, (known, own)
+    check(plain, [one, three, mixed], criteria, views)
+
+
+def check_colours():
+    """The same rays in two colour spaces: paths do not know of them."""
+    maps = []
+    for first, then in (("plain", "plain"), ("compact", "compact"), ("compact", "plain")):
+        name = trace("odd.yaml", f"odd.colours.{first}.{then}.raymap", "-n", "4096", "--color", "rgb",
+                     "--encoding", first)
+        run("trace", "odd.yaml", "-o", name, "--append", "-n", "4096", "--color", "spectral", "--encoding",
+            then, "--quiet")
+        maps.append(name)
+    check(maps[0], maps[1:], ["all", "not hit(net)", "hit(net) or path_length > 120"], VIEWS[:2])
+
+
+def check_picked(plain, compact):
+    """Rays picked by a query: their ids do not run."""
+    for name in (plain, compact):
+        picked = name.replace(".raymap", ".picked.raymap")
+        shutil.rmtree(picked, ignore_errors=True)
+        run("query", name, "hit(net) >= 2", "-o", picked, "--quiet")
+    check("odd.plain.picked.raymap", ["odd.one.picked.raymap"], ["all", "registered(gate)"], VIEWS[:2])
+
+
+def check_examples():
+    for example, n, least, criteria in (
+            ("double-gauss", 40000, 0.9, ["all", "not hit(cover.*)", "source(star) and registered(sensor)"]),
+            ("luneburg", 3000, 0.5, ["all", "registered(focus)"]),
+            ("room", 6000, 0.1, ["all", "hit(floor) >= 2"])):
+        scene = os.path.join(EXAMPLES, example, "scene.yaml")
+        plain, compact = (trace(scene, f"{example}.{encoding}.raymap", "-n", str(n), "--encoding", encoding)
+                          for encoding in ("plain", "compact"))
+        known, _ = shared(compact)
+        assert known > least, (example, known)
+        check(plain, [compact], criteria, VIEWS[:1] + VIEWS[5:6])
+
+
+check_odd()
+check_colours()
+check_picked("odd.plain.raymap", "odd.one.raymap")
+check_examples()
+print("all as expected")
