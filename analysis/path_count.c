@@ -75,7 +75,6 @@ static void destroy(void *state)
         rmap_free(self->buffers->left);
         rmap_free(self->buffers->mixed);
         rmap_free(self->buffers->all);
-        rmap_free(self->buffers->own);
     }
     rmap_free(self->buffers);
     rmap_free(self->cache);

@@ -27,8 +27,7 @@ struct rmap_path_buffers {
     size_t n_left, left_cap;
     struct rmap_key_slots ahead; /* as they were of late: where slots are asked for, no more */
     uint8_t *all;                /* [all_cap] ones */
-    uint8_t *own;                /* [own_cap] of rays with paths of their own: 1 if it matches */
-    size_t all_cap, own_cap;
+    size_t all_cap;
 };
 
 /* Keys the rays that the hasher found, and lists those that the cache, if there is one, does not

@@ -4,7 +4,6 @@
  * not ray by ray.
  */
 #include "analysis/path_count_internal.h"
-#include "base/alloc.h"
 
 /* By a path of a dictionary. */
 static enum rmap_status keep_known_steps(struct rmap_path_counts *self, size_t row,
@@ -112,34 +111,6 @@ out:
     return st;
 }
 
-/* Of the matching rays, those with paths of their own. */
-static enum rmap_status match_own(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                  const struct rmap_told_paths *told, struct rmap_matched *own,
-                                  struct rmap_error *err)
-{
-    struct rmap_path_buffers *buffers = self->buffers;
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    void *block = buffers->own;
-    size_t k = 0;
-    *own =
-        (struct rmap_matched){.n_match = told->n_own, .index = rays->index, .space = rays->space};
-    if (!rays->match)
-        return RMAP_OK;
-    enum rmap_status st = rmap_reserve(&block, &buffers->own_cap, told->n_own + 1, 1, err);
-    buffers->own = block;
-    if (st != RMAP_OK)
-        return st;
-    own->n_match = 0;
-    for (size_t i = 0; i < n_ray; i++) { /* one more than there are is written */
-        const uint8_t is_own = told->path[i] == 0;
-        buffers->own[k] = rays->match[i];
-        own->n_match += is_own & rays->match[i];
-        k += is_own;
-    }
-    own->match = buffers->own;
-    return RMAP_OK;
-}
-
 enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *self,
                                            const struct rmap_matched *rays,
                                            const struct rmap_told_paths *told,
@@ -150,11 +121,9 @@ enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *self,
     struct rmap_matched own;
     RMAP_TRY(rmap_path_dictionary_enter_told(&self->buffers->dictionary, &keying, rays, told, err));
     RMAP_TRY(add_paths(self, err));
-    RMAP_TRY(match_own(self, rays, told, &own, err));
-    if (own.n_match == 0)
-        goto out;
-    RMAP_TRY(rmap_fold_own_paths(rays, &own.portion, err));
-    st = rmap_path_counts_add_rays(self, &own, err);
+    RMAP_TRY(rmap_path_shares_own(&self->buffers->dictionary.shares, rays, told, &own, err));
+    if (own.n_match > 0)
+        st = rmap_path_counts_add_rays(self, &own, err);
 out:
     return st;
 }

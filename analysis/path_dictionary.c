@@ -22,10 +22,7 @@ void rmap_path_dictionary_fini(struct rmap_path_dictionary *self)
 {
     forget_pieces(self);
     rmap_free(self->piece);
-    rmap_free(self->n_ray);
-    rmap_free(self->first);
-    rmap_free(self->row_of);
-    rmap_free(self->number_of);
+    rmap_path_shares_fini(&self->shares);
     *self = (struct rmap_path_dictionary){0};
 }
 
@@ -109,19 +106,6 @@ out:
     return st;
 }
 
-/* Room for n paths of a portion. */
-static enum rmap_status reserve_counts(struct rmap_path_dictionary *self, size_t n,
-                                       struct rmap_error *err)
-{
-    void *n_ray = self->n_ray, *first = self->first;
-    enum rmap_status st = rmap_reserve(&n_ray, &self->n_ray_cap, n, sizeof *self->n_ray, err);
-    self->n_ray = n_ray;
-    if (st == RMAP_OK)
-        st = rmap_reserve(&first, &self->first_cap, n, sizeof *self->first, err);
-    self->first = first;
-    return st;
-}
-
 enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *self,
                                                  const struct rmap_path_keying *keying,
                                                  const struct rmap_matched *rays,
@@ -130,7 +114,9 @@ enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *se
     enum rmap_status st = RMAP_OK;
     const struct rmap_history_view *view = rays->view;
     RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), err));
-    RMAP_TRY(reserve_counts(self, view->n_path + 1, err));
+    RMAP_TRY(rmap_path_shares_reserve(&self->shares, view->n_path + 1, err));
+    self->n_ray = self->shares.n_ray;
+    self->first = self->shares.first;
     self->row = view->path_row;
     self->n = view->n_path;
     for (size_t k = 0; k < view->n_path; k++) {
@@ -153,51 +139,6 @@ void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
             self->first[path[i]] = id[i];
 }
 
-/* ---- a portion that is told of by its paths ---- */
-
-/* Room for all of them; numbers are 0. Number k is that of path k - 1 of the portion. */
-static enum rmap_status reserve_numbers(struct rmap_path_dictionary *self, size_t n_ray,
-                                        struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const size_t n = self->paths->n_row[RMAP_TABLE_RAY];
-    void *row = self->row_of;
-    RMAP_TRY(reserve_counts(self, (n < n_ray ? n : n_ray) + 1, err));
-    RMAP_TRY(rmap_reserve(&row, &self->row_cap, n + 1, sizeof *self->row_of, err));
-    self->row_of = row;
-    if (n + 1 <= self->number_cap)
-        goto out;
-    rmap_free(self->number_of);
-    self->number_cap = 0;
-    self->number_of = rmap_alloc(n + 1, sizeof *self->number_of);
-    if (!self->number_of)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
-    self->number_cap = n + 1;
-out:
-    return st;
-}
-
-/* Without a branch but for paths that were not met before: rays that do not match, or have a path
- * of their own, are counted for path 0. */
-static inline size_t count_told(const struct rmap_path_dictionary *dictionary, const uint32_t *path,
-                                const uint8_t *match, size_t n_ray, uint64_t first_ray)
-{
-    const struct rmap_path_dictionary self = *dictionary; /* a copy: registers know it */
-    size_t n = 0;
-    for (size_t i = 0; i < n_ray; i++) {
-        const uint32_t its = match ? path[i] & (0u - match[i]) : path[i];
-        uint32_t k = self.number_of[its];
-        if (k == 0 && its > 0) {
-            self.row_of[n] = its - 1;
-            self.first[n] = first_ray + i;
-            self.n_ray[++n] = 0;
-            self.number_of[its] = k = (uint32_t)n;
-        }
-        self.n_ray[k]++;
-    }
-    return n;
-}
-
 enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *self,
                                                  const struct rmap_path_keying *keying,
                                                  const struct rmap_matched *rays,
@@ -205,17 +146,12 @@ enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *se
                                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(enter_piece(self, keying, rays, told->known, err));
-    RMAP_TRY(reserve_numbers(self, n_ray, err));
-    const uint64_t first_ray = rays->portion->first_ray;
-    self->n = rays->match ? count_told(self, told->path, rays->match, n_ray, first_ray)
-                          : count_told(self, told->path, NULL, n_ray, first_ray);
-    self->row = self->row_of;
-    for (size_t k = 0; k < self->n; k++) {
-        self->n_ray[k] = self->n_ray[k + 1];
-        self->number_of[self->row[k] + 1] = 0;
-    }
+    RMAP_TRY(rmap_path_shares_count(&self->shares, rays, told, err));
+    self->n = self->shares.n;
+    self->row = self->shares.row;
+    self->n_ray = self->shares.n_ray;
+    self->first = self->shares.first;
 out:
     return st;
 }

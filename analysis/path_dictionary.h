@@ -7,6 +7,7 @@
 #define RMAP_PATH_DICTIONARY_H
 
 #include "analysis/path_hash.h"
+#include "analysis/path_shares.h"
 #include "history/history_index.h"
 
 /* A path of the dictionary, as a ray of it. */
@@ -31,8 +32,7 @@ struct rmap_path_dictionary {
     uint32_t *n_ray;                  /* [n] matching rays */
     uint64_t *first;                  /* [n] the smallest id of them; UINT64_MAX: not looked up */
 
-    uint32_t *row_of, *number_of; /* [row_cap] and [number_cap] as the dictionary has paths */
-    size_t row_cap, n_ray_cap, first_cap, number_cap;
+    struct rmap_path_shares shares; /* where these stand */
 };
 void rmap_path_dictionary_fini(struct rmap_path_dictionary *dictionary);
 
