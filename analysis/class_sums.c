@@ -19,6 +19,7 @@ void rmap_class_sums_fini(struct rmap_class_sums *sums)
     rmap_free(sums->entry);
     rmap_free(sums->shape);
     rmap_free(sums->more);
+    rmap_free(sums->many);
     rmap_key_slots_fini(&sums->slots);
     *sums = (struct rmap_class_sums){.is_wide = sums->is_wide, .slots = sums->slots};
 }
@@ -48,6 +49,12 @@ static enum rmap_status make_entries(struct rmap_class_sums *sums, struct rmap_e
     const size_t most = sums->slots.most;
     const size_t many = sums->n_entry == 0 ? ENTRIES_FEW : ENTRIES_MANY;
     const size_t n = sums->n_entry < many && many < most ? many : most;
+    if (!sums->many) {
+        sums->many = rmap_alloc_unset(1, sizeof *sums->many);
+        if (!sums->many)
+            return out_of_memory(n, err);
+        rmap_class_many_init(sums->many);
+    }
     void *entry = sums->entry, *shape = sums->shape, *more = sums->more;
     st = move(&entry, n, sums->n, sizeof *sums->entry, err);
     sums->entry = entry;
@@ -163,6 +170,7 @@ enum rmap_status rmap_class_sums_add(struct rmap_class_sums *sums,
         if (sums->is_wide)
             add_more(&sums->more[index], &more->more);
     }
+    rmap_class_many_note(sums->many, sums->entry, index, *before_ret, sums->entry[index].rays);
     *index_ret = index;
 out:
     return st;

@@ -9,6 +9,7 @@
 #ifndef RMAP_CLASS_SUMS_H
 #define RMAP_CLASS_SUMS_H
 
+#include "analysis/class_many.h"
 #include "analysis/key_slots.h"
 #include "base/intrinsics.h"
 
@@ -40,6 +41,7 @@ struct rmap_class_sums {
                                        with use; in the order in which they came */
     struct rmap_class_shape *shape; /* [n_entry], or NULL: */
     struct rmap_class_more *more;   /* [n_entry] */
+    struct rmap_class_many *many;   /* NULL without entries */
     struct rmap_key_slots slots;
     bool is_wide; /* `more` is there, or will be */
     size_t n_entry, n;
@@ -118,6 +120,7 @@ static inline void rmap_class_sums_add_rays(struct rmap_class_sums *sums, size_t
         more->registrations += more->registrations / entry->rays * n;
     }
     entry->rays += n;
+    rmap_class_many_note(sums->many, sums->entry, index, entry->rays - n, entry->rays);
 }
 
 /* Adds to a class what others of its rays have. *index_ret: the class, or NONE when the table is

@@ -54,6 +54,7 @@ RMAP_COPIED uint64_t add_to(const struct rmap_class_sums *classes, bool is_wide,
     const uint64_t before = entry->rays, id = id_of(from, k);
     entry->rays = before + 1;
     entry->first_ray = id < entry->first_ray ? id : entry->first_ray;
+    rmap_class_many_note(classes->many, classes->entry, class, before, before + 1);
     if (is_wide) {
         struct rmap_class_more *to = &classes->more[class];
         const struct rmap_class_more more = more_of(from, k);

@@ -48,52 +48,78 @@ static void sift(struct rmap_path_ranked *heap, size_t n, size_t at)
     }
 }
 
-/* Rays below which no class has a place among those in the full heap: 0 where that is not told
- * beforehand. */
-static uint64_t fewest_rays(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
-                            const struct rmap_path_ranked *root)
+struct ranking {
+    const struct rmap_path_counts *counts;
+    enum rmap_path_sort sort;
+    size_t n_row;
+    struct rmap_path_ranked *ranked; /* [n] a heap once there are n_row */
+    size_t n;
+    uint64_t fewest; /* rays below which no class has a place: 0 where that is not told yet */
+};
+
+static void note_fewest(struct ranking *self)
 {
-    const struct rmap_map *map = counts->context->map;
+    const struct rmap_map *map = self->counts->context->map;
     const double *unit = rmap_map_flux_per_weight(map);
-    double most = sort == RMAP_PATH_BY_RAYS ? 1.0 : 0.0;
-    if (sort == RMAP_PATH_BY_FLUX && !counts->tally.classes.is_wide)
+    double most = self->sort == RMAP_PATH_BY_RAYS ? 1.0 : 0.0;
+    if (self->sort == RMAP_PATH_BY_FLUX && !self->counts->tally.classes.is_wide)
         for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++)
             most = unit[s] > most ? unit[s] : most;
-    const double rays = most > 0.0 ? root->value / most * (1.0 - 1e-12) : 0.0;
-    return rays > 0.0 && rays < 0x1p63 ? (uint64_t)rays : 0;
+    const double rays = most > 0.0 ? self->ranked[0].value / most * (1.0 - 1e-12) : 0.0;
+    self->fewest = rays > 0.0 && rays < 0x1p63 ? (uint64_t)rays : 0;
+}
+
+/* Takes the class among the first, if it is one of them so far. */
+RMAP_COPIED void consider(struct ranking *self, size_t class)
+{
+    const struct rmap_class_sums *classes = &self->counts->tally.classes;
+    const double *unit = rmap_map_flux_per_weight(self->counts->context->map);
+    struct rmap_path_ranked *ranked = self->ranked;
+    if (classes->entry[class].rays < self->fewest)
+        return;
+    const double value = value_of(classes, class, self->sort, unit);
+    if (self->n == self->n_row && value < ranked[0].value)
+        return;
+    const struct rmap_path_ranked entry = {class, classes->entry[class].first_ray, value,
+                                           flux_of(classes, class, unit)};
+    if (self->n < self->n_row) {
+        ranked[self->n++] = entry;
+        for (size_t k = self->n_row / 2; self->n == self->n_row && k-- > 0;)
+            sift(ranked, self->n_row, k);
+    } else if (compare_ranked(&entry, &ranked[0]) < 0) {
+        ranked[0] = entry;
+        sift(ranked, self->n_row, 0);
+    }
+    if (self->n == self->n_row)
+        note_fewest(self);
+}
+
+/* Those of many rays. False: others may have a place, too. */
+static bool rank_many(struct ranking *self)
+{
+    const struct rmap_class_many *many = self->counts->tally.classes.many;
+    for (size_t k = 0; many && many->n >= self->n_row && k < many->n; k++)
+        consider(self, many->class[k]);
+    return self->n == self->n_row && self->fewest >= many->least;
 }
 
 enum rmap_status rmap_path_rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
                                 size_t n_row, struct rmap_path_ranked **ranked_ret,
                                 struct rmap_error *err)
 {
-    const struct rmap_class_sums *classes = &counts->tally.classes;
-    const double *unit = rmap_map_flux_per_weight(counts->context->map);
-    struct rmap_path_ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
-    uint64_t fewest = 0;
-    size_t n = 0;
-    if (!ranked)
+    struct ranking ranking = {.counts = counts,
+                              .sort = sort,
+                              .n_row = n_row,
+                              .ranked = rmap_alloc(n_row + 1, sizeof *ranking.ranked)};
+    if (!ranking.ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
-    for (size_t i = 0; n_row > 0 && i < classes->n; i++) {
-        if (classes->entry[i].rays < fewest)
-            continue;
-        const double value = value_of(classes, i, sort, unit);
-        if (n == n_row && value < ranked[0].value)
-            continue;
-        const struct rmap_path_ranked entry = {i, classes->entry[i].first_ray, value,
-                                               flux_of(classes, i, unit)};
-        if (n < n_row) {
-            ranked[n++] = entry;
-            for (size_t k = n_row / 2; n == n_row && k-- > 0;)
-                sift(ranked, n_row, k);
-        } else if (compare_ranked(&entry, &ranked[0]) < 0) {
-            ranked[0] = entry;
-            sift(ranked, n_row, 0);
-        }
-        if (n == n_row)
-            fewest = fewest_rays(counts, sort, &ranked[0]);
+    if (n_row > 0 && !rank_many(&ranking)) {
+        ranking.n = 0;
+        ranking.fewest = 0;
+        for (size_t i = 0; i < counts->tally.classes.n; i++)
+            consider(&ranking, i);
     }
-    qsort(ranked, n, sizeof *ranked, compare_ranked);
-    *ranked_ret = ranked;
+    qsort(ranking.ranked, ranking.n, sizeof *ranking.ranked, compare_ranked);
+    *ranked_ret = ranking.ranked;
     return RMAP_OK;
 }

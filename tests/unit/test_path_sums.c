@@ -109,6 +109,47 @@ static void test_classes(void **state)
     assert_int_equal(rmap_alloc_live(), 0);
 }
 
+/* The classes of many rays are noted, each once, and no others. */
+static void check_many(const struct rmap_class_sums *classes)
+{
+    const struct rmap_class_many *many = classes->many;
+    size_t n = 0;
+    uint8_t *is_noted = rmap_alloc(classes->n, 1);
+    assert_non_null(is_noted);
+    for (size_t i = 0; i < many->n; i++) {
+        assert_int_equal(is_noted[many->class[i]], 0);
+        is_noted[many->class[i]] = 1;
+    }
+    for (size_t k = 0; k < classes->n; k++) {
+        assert_int_equal(is_noted[k], classes->entry[k].rays >= many->least);
+        n += is_noted[k];
+    }
+    assert_int_equal(n, many->n);
+    rmap_free(is_noted);
+}
+
+/* More classes of many rays than are noted: in the end those of the most. */
+static void test_many(void **state)
+{
+    (void)state;
+    enum { N = 3 * RMAP_CLASS_MANY, TURNS = 8 };
+    struct rmap_class_sums classes;
+    struct rmap_error err;
+    rmap_class_sums_init(&classes, false, N);
+    for (size_t k = 0; k < (size_t)TURNS * N; k++) {
+        const struct rmap_class_sum more = sum_of(k % N, 1 + k % N % 16, 1, 1.0);
+        size_t index;
+        uint64_t before;
+        assert_int_equal(rmap_class_sums_add(&classes, &more, &index, &before, &err), RMAP_OK);
+        if (k % (N / 2) == 0)
+            check_many(&classes);
+    }
+    check_many(&classes);
+    assert_true(classes.many->n > 0 && classes.many->least > RMAP_CLASS_MANY_LEAST);
+    rmap_class_sums_fini(&classes);
+    assert_int_equal(rmap_alloc_live(), 0);
+}
+
 /* What is counted in the cache and what the table gets is all that came; `wide_at`: when the table
  * grows wide. */
 static void check_cache(size_t n_class, size_t wide_at)
@@ -142,6 +183,7 @@ static void check_cache(size_t n_class, size_t wide_at)
     }
     for (size_t i = 0; i < RMAP_CLASS_CACHE_LINES; i++)
         rmap_class_cache_flush(&cache, i, &classes);
+    check_many(&classes);
     uint64_t rays = 0;
     for (size_t k = 0; k < n_class; k++) {
         const struct rmap_class_sum its = rmap_class_sums_at(&classes, k);
@@ -295,7 +337,8 @@ static void test_want(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_sums),  cmocka_unit_test(test_classes),
-                                       cmocka_unit_test(test_cache), cmocka_unit_test(test_lanes),
-                                       cmocka_unit_test(test_steps), cmocka_unit_test(test_want)};
+                                       cmocka_unit_test(test_many),  cmocka_unit_test(test_cache),
+                                       cmocka_unit_test(test_lanes), cmocka_unit_test(test_steps),
+                                       cmocka_unit_test(test_want)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
