@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "analysis/fold_blocks.h"
+#include "analysis/path_shares.h"
 #include "base/alloc.h"
 #include "trace/event.h"
 
@@ -64,6 +65,9 @@ void rmap_energy_sums_destroy(struct rmap_energy_sums *sums)
 {
     if (!sums)
         return;
+    if (sums->shares)
+        rmap_path_shares_fini(sums->shares);
+    rmap_free(sums->shares);
     rmap_free(sums->value);
     rmap_free(sums);
 }
@@ -109,35 +113,40 @@ static size_t end_of(const struct rmap_scene *scene, const struct rmap_portion *
     }
 }
 
+/* A ray, or `times` rays that are alike. */
+struct alike {
+    const struct rmap_portion *portion;
+    size_t ray;
+    double weight, times;
+};
+
 /* Registrations [first, first + n) of a ray. Several in one detector are one contribution of the
  * ray: their sum is squared. */
-static void add_registrations(struct rmap_energy_sums *sums, const struct rmap_portion *portion,
-                              size_t ray, size_t first, size_t n)
+static void add_registrations(struct rmap_energy_sums *sums, const struct alike *rays, size_t first,
+                              size_t n)
 {
-    const struct rmap_registration_columns *rows = &portion->registration;
-    const double weight = portion->ray.weight[ray];
-    const size_t base = (size_t)portion->ray.source[ray] * sums->n_detector;
+    const struct rmap_registration_columns *rows = &rays->portion->registration;
+    const size_t base = (size_t)rays->portion->ray.source[rays->ray] * sums->n_detector;
     for (size_t i = first; i < first + n; i++)
         if (rows->registered[i])
-            sums->pending[rows->detector[i]] += weight;
+            sums->pending[rows->detector[i]] += rays->weight;
     for (size_t i = first; i < first + n; i++) {
         double *q = &sums->pending[rows->detector[i]];
-        sums->caught[base + (size_t)rows->detector[i]] += *q;
-        sums->caught_squared[base + (size_t)rows->detector[i]] += *q * *q;
+        sums->caught[base + (size_t)rows->detector[i]] += rays->times * *q;
+        sums->caught_squared[base + (size_t)rows->detector[i]] += rays->times * (*q * *q);
         *q = 0.0;
     }
 }
 
-static void add_end(struct rmap_energy_sums *sums, const struct rmap_portion *portion, size_t ray,
-                    size_t segment_end)
+static void add_end(struct rmap_energy_sums *sums, const struct alike *rays, size_t segment_end)
 {
-    const size_t source = (size_t)portion->ray.source[ray];
-    const double weight = portion->ray.weight[ray];
+    const size_t source = (size_t)rays->portion->ray.source[rays->ray];
     const size_t last = segment_end > 0 ? segment_end - 1 : 0;
-    const size_t at = source * sums->n_end + end_of(sums->scope->scene, portion, ray, last);
-    sums->rays[source] += 1.0;
-    sums->ended[at] += weight;
-    sums->ended_squared[at] += weight * weight;
+    const size_t at =
+        source * sums->n_end + end_of(sums->scope->scene, rays->portion, rays->ray, last);
+    sums->rays[source] += rays->times;
+    sums->ended[at] += rays->times * rays->weight;
+    sums->ended_squared[at] += rays->times * (rays->weight * rays->weight);
 }
 
 /* Light that was absorbed by no object: its medium tells where. */
@@ -155,28 +164,67 @@ static bool needs_media(const struct rmap_matched *rays)
 }
 
 /* The cursor has checked that rows add up and indices exist. */
-static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rmap_matched *rays,
+                                 struct rmap_error *err)
 {
-    struct rmap_energy_sums *sums = state;
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set media = RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
     const struct rmap_portion *portion = rays->portion;
     size_t segment = 0, registration = 0;
-    if (sums->scope->ends && needs_media(rays)) {
-        enum rmap_status st = rmap_fold_fetch(rays, RMAP_ENERGY_DEFERRED, err);
-        if (st != RMAP_OK)
-            return st;
-    }
+    RMAP_TRY(rmap_fold_fetch(rays, rmap_energy_columns(sums->scope) & ~media, err));
+    if (sums->scope->ends && needs_media(rays))
+        RMAP_TRY(rmap_fold_fetch(rays, media, err));
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
         const bool counts = !rays->match || rays->match[i];
+        const struct alike one = {portion, i, portion->ray.weight[i], 1.0};
         if (sums->scope->ends)
             segment += portion->ray.segment_count[i];
         if (counts && sums->scope->ends)
-            add_end(sums, portion, i, segment);
+            add_end(sums, &one, segment);
         if (counts && n > 0)
-            add_registrations(sums, portion, i, registration, n);
+            add_registrations(sums, &one, registration, n);
         registration += n;
     }
-    return RMAP_OK;
+out:
+    return st;
+}
+
+/* Path by path; rays with paths of their own one by one. */
+static enum rmap_status add_paths(struct rmap_energy_sums *sums, const struct rmap_matched *rays,
+                                  const struct rmap_told_paths *told, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_matched own;
+    if (!sums->shares && !(sums->shares = rmap_alloc(1, sizeof *sums->shares)))
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
+    RMAP_TRY(rmap_path_shares_count(sums->shares, rays, told, err));
+    for (size_t k = 0; k < sums->shares->n; k++) {
+        const size_t row = sums->shares->row[k];
+        const size_t n = told->known->ray.registration_count[row];
+        const struct alike some = {told->known, row, 1.0, (double)sums->shares->n_ray[k]};
+        if (sums->scope->ends)
+            add_end(sums, &some, told->first_segment[row] + told->known->ray.segment_count[row]);
+        if (n > 0)
+            add_registrations(sums, &some, told->first_registration[row], n);
+    }
+    RMAP_TRY(rmap_path_shares_own(sums->shares, rays, told, &own, err));
+    if (own.n_match > 0)
+        st = add_rays(sums, &own, err);
+out:
+    return st;
+}
+
+static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_told_paths told = {.known = NULL};
+    if (!rays->view)
+        RMAP_TRY(rmap_fold_tell_paths(rays, &told, err));
+    st = rmap_path_shares_matter(rays, &told) ? add_paths(state, rays, &told, err)
+                                              : add_rays(state, rays, err);
+out:
+    return st;
 }
 
 static enum rmap_status create(const void *context, void **state_ret, struct rmap_error *err)

@@ -26,12 +26,13 @@ struct rmap_energy_sums {
     double *ended_squared; /* [n_source][n_end] sum of w^2 */
     double *caught;        /* [n_source][n_detector] sum of q, w times the ray's registrations */
     double *caught_squared;
-    double *pending; /* [n_detector] q of the ray in hand */
+    double *pending;                 /* [n_detector] q of the ray in hand */
+    struct rmap_path_shares *shares; /* NULL: no portion was told of by its paths */
 };
 
 /* Reads no weight of the ends without them. */
 rmap_column_set rmap_energy_columns(const struct rmap_energy_scope *scope);
-#define RMAP_ENERGY_DEFERRED RMAP_COLUMN_BIT(RMAP_SEGMENT_medium) /* as fold.h has it */
+/* The fold is to defer them all: paths that rays share may make them unnecessary. */
 
 /* The context is a struct rmap_energy_scope. */
 extern const struct rmap_fold_kind rmap_energy_kind;

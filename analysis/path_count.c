@@ -306,15 +306,6 @@ out:
     return st;
 }
 
-/* Whether to go by paths: where deciding which rays match took the columns anyway, and many rays
- * have paths of their own, these are not decoded again. */
-static bool goes_by_paths(const struct rmap_told_paths *told, const struct rmap_matched *rays)
-{
-    enum { MANY_SHARE = 4 };
-    return told->known && (!rays->portion->segment.event ||
-                           told->n_own < rays->portion->n_row[RMAP_TABLE_RAY] / MANY_SHARE);
-}
-
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
     struct rmap_path_counts *self = state;
@@ -325,8 +316,8 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
         return rmap_path_counts_add_view(self, rays, err);
     if (!rays->view && !cells)
         RMAP_TRY(rmap_fold_tell_paths(rays, &told, err));
-    st = goes_by_paths(&told, rays) ? rmap_path_counts_add_told(self, rays, &told, err)
-                                    : rmap_path_counts_add_rays(self, rays, err);
+    st = rmap_path_shares_matter(rays, &told) ? rmap_path_counts_add_told(self, rays, &told, err)
+                                              : rmap_path_counts_add_rays(self, rays, err);
 out:
     return st;
 }

@@ -13,6 +13,13 @@ void rmap_path_shares_fini(struct rmap_path_shares *self)
     *self = (struct rmap_path_shares){0};
 }
 
+bool rmap_path_shares_matter(const struct rmap_matched *rays, const struct rmap_told_paths *told)
+{
+    enum { MANY_SHARE = 4 };
+    return told->known && (!(rays->portion->segment.object || rays->portion->segment.event) ||
+                           told->n_own < rays->portion->n_row[RMAP_TABLE_RAY] / MANY_SHARE);
+}
+
 enum rmap_status rmap_path_shares_reserve(struct rmap_path_shares *self, size_t n,
                                           struct rmap_error *err)
 {

@@ -21,6 +21,10 @@ struct rmap_path_shares {
 };
 void rmap_path_shares_fini(struct rmap_path_shares *shares);
 
+/* Whether to go by paths: the portion is told of so; and where deciding which rays match took the
+ * columns anyway, few rays have paths of their own, which would be decoded again. */
+bool rmap_path_shares_matter(const struct rmap_matched *rays, const struct rmap_told_paths *told);
+
 /* Room for n_ray and first of n paths. */
 enum rmap_status rmap_path_shares_reserve(struct rmap_path_shares *shares, size_t n,
                                           struct rmap_error *err) RMAP_MUST_USE;

@@ -132,7 +132,11 @@ enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *self, struct rmap_to
     if (told.weigh_one && told.ids_run && told.media_told && told.first_ray == info->first_ray &&
         rmap_map_paths_fit(self->map, piece))
         *paths = (struct rmap_told_paths){
-            .known = rmap_path_table_rays(self->paths), .path = told.path, .n_own = told.n_own};
+            .known = rmap_path_table_rays(self->paths),
+            .first_segment = rmap_path_table_first_segments(self->paths),
+            .first_registration = rmap_path_table_first_registrations(self->paths),
+            .path = told.path,
+            .n_own = told.n_own};
 out:
     return st;
 }

@@ -218,8 +218,9 @@ enum rmap_status rmap_cursor_holds(struct rmap_cursor *cursor, enum rmap_column 
 struct rmap_told_paths {
     const struct rmap_portion *known; /* the piece's paths as rays, with those columns; NULL: the
                                          portion is not told of so */
-    const uint32_t *path;             /* [n_ray] 1 + row of `known`; 0: one of its own */
-    size_t n_own;                     /* rays with such */
+    const uint32_t *first_segment, *first_registration; /* [its rays] of each one's rows */
+    const uint32_t *path; /* [n_ray] 1 + row of `known`; 0: one of its own */
+    size_t n_own;         /* rays with such */
 };
 
 /* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one

@@ -31,7 +31,7 @@ enum rmap_status rmap_energy_run(const struct rmap_context *context, const struc
                                    .map = map,
                                    .criterion = criterion,
                                    .columns = rmap_energy_columns(scope),
-                                   .deferred = RMAP_ENERGY_DEFERRED};
+                                   .deferred = rmap_energy_columns(scope)};
     if (criterion || rmap_energy_needs_scan(scope->scene)) {
         void *state = NULL;
         RMAP_TRY(rmap_fold_run(context, &fold, &state, err));

@@ -87,6 +87,10 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory
  * from the table. Values are as untrusted as the rows. */
 const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table);
 
+/* [its rays] the first of each one's rows. */
+const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table);
+const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table);
+
 /* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
  * whole tables. */
 uint64_t rmap_compact_streams(rmap_column_set columns);

@@ -86,13 +86,18 @@ static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_err
     ray->stop = rmap_alloc(table->n + 1, sizeof *ray->stop);
     ray->segment_count = rmap_alloc(table->n + 1, sizeof *ray->segment_count);
     ray->registration_count = rmap_alloc(table->n + 1, sizeof *ray->registration_count);
-    if (!ray->source || !ray->stop || !ray->segment_count || !ray->registration_count)
+    table->first_segment = rmap_alloc(table->n + 1, sizeof *table->first_segment);
+    table->first_registration = rmap_alloc(table->n + 1, sizeof *table->first_registration);
+    if (!table->first_segment || !table->first_registration || !ray->source || !ray->stop ||
+        !ray->segment_count || !ray->registration_count)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
     for (size_t i = 0; i < table->n; i++) {
         ray->source[i] = table->path[i].source;
         ray->stop[i] = table->path[i].stop;
         ray->segment_count[i] = table->path[i].n_segment;
         ray->registration_count[i] = table->path[i].n_registration;
+        table->first_segment[i] = (uint32_t)table->path[i].segment;
+        table->first_registration[i] = (uint32_t)table->path[i].registration;
     }
     rays->segment.object = table->object;
     rays->segment.event = table->event;
@@ -109,6 +114,16 @@ static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_err
 const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table)
 {
     return &table->rays;
+}
+
+const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table)
+{
+    return table->first_segment;
+}
+
+const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table)
+{
+    return table->first_registration;
 }
 
 enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
@@ -148,6 +163,8 @@ void rmap_path_table_destroy(struct rmap_path_table *table)
 {
     if (!table)
         return;
+    rmap_free(table->first_segment);
+    rmap_free(table->first_registration);
     rmap_free(table->rays.ray.source);
     rmap_free(table->rays.ray.stop);
     rmap_free(table->rays.ray.segment_count);
@@ -169,7 +186,8 @@ size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
     size_t crossing = sizeof *table->segment + sizeof *table->detector + sizeof *table->registered;
     const struct rmap_ray_columns *ray = &table->rays.ray;
     size_t head = sizeof *ray->source + sizeof *ray->stop + sizeof *ray->segment_count +
-                  sizeof *ray->registration_count;
+                  sizeof *ray->registration_count + sizeof *table->first_segment +
+                  sizeof *table->first_registration;
     return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count + head) +
            table->n_segment * leg + table->n_registration * crossing;
 }

@@ -103,6 +103,7 @@ struct rmap_path_table {
     int32_t *detector;
     uint8_t *registered;
     struct rmap_portion rays; /* the paths as rays: heads of its own, the other columns are these */
+    uint32_t *first_segment, *first_registration; /* [n] rows of them */
 };
 
 #endif
