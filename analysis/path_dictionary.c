@@ -55,8 +55,7 @@ static enum rmap_status key_paths(const struct rmap_path_keying *keying,
             (struct rmap_path_known){.key = rmap_path_key_at(keyed, k),
                                      .segment = (uint32_t)place.segment,
                                      .registration = (uint32_t)place.registration,
-                                     .n_hit = count_hits(paths, &place, keying->detector),
-                                     .class = RMAP_PATH_CLASS_UNKNOWN};
+                                     .n_hit = count_hits(paths, &place, keying->detector)};
     }
 out:
     return st;

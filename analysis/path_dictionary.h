@@ -15,9 +15,7 @@ struct rmap_path_known {
     struct rmap_key key;            /* high 0: rays that took it have no path */
     uint32_t segment, registration; /* where its rows begin */
     uint32_t n_hit;                 /* registrations that count */
-    uint32_t class;                 /* RMAP_PATH_CLASS_UNKNOWN, or what the user notes */
 };
-#define RMAP_PATH_CLASS_UNKNOWN UINT32_MAX
 
 /* One thread's; all zero at first. */
 struct rmap_path_dictionary {
