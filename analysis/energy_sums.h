@@ -30,9 +30,9 @@ struct rmap_energy_sums {
     struct rmap_path_shares *shares; /* NULL: no portion was told of by its paths */
 };
 
-/* Reads no weight of the ends without them. */
+/* Reads no weight of the ends without them. The fold is to defer them all: paths that rays share
+ * may make them unnecessary. */
 rmap_column_set rmap_energy_columns(const struct rmap_energy_scope *scope);
-/* The fold is to defer them all: paths that rays share may make them unnecessary. */
 
 /* The context is a struct rmap_energy_scope. */
 extern const struct rmap_fold_kind rmap_energy_kind;

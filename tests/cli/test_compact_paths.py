@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The promise: rays that share a path of a compact piece's dictionary are counted together, and what
-`paths` and `query` say is, to the last digit, what they say of the same rays stored as columns: for
-any criterion and view, pieces of either encoding side by side, any number of ranks and threads."""
+`paths`, `query` and `report --energy` say is, to the last digit, what they say of the same rays stored as
+columns: for any criterion and view, pieces of either encoding side by side, any number of ranks and
+threads."""
 import itertools
 import json
 import os
@@ -99,6 +100,10 @@ def check(plain, others, criteria, views):
                 how = (["--threads", str(turn % 3 + 1)], turn // 16 % 3 + 2 if turn % 16 == 0 else 1)
                 got = answer("paths", other, *options, *how[0], ranks=how[1])
                 assert got == want, (other, options, how)
+    for criterion in criteria:
+        want = answer("report", plain, "--energy", "--where", criterion)
+        for other in others:
+            assert answer("report", other, "--energy", "--where", criterion) == want, (other, criterion)
     want = answer("query", plain, *criteria)
     for other in others:
         assert answer("query", other, *criteria) == want, other
