@@ -135,7 +135,8 @@ enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const v
                                            struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(planes_reserve(&encoder->plane, &encoder->plane_cap, n_used * element_nbytes, err));
+    RMAP_TRY(
+        planes_reserve(&encoder->plane, &encoder->plane_cap, n_used * element_nbytes + 1, err));
     rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n_used);
     *size_ret = rmap_encoder_encode_planes(encoder, NULL, encoder->plane, n_used, n_used, n,
                                            element_nbytes, stored);
