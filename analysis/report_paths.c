@@ -61,7 +61,8 @@ enum rmap_status rmap_report_paths_of(const struct rmap_path_report *report,
                                           .share = row->share,
                                           .first_ray = row->first_ray};
         RMAP_TRY(rmap_path_with_source(report->keys, row->source, row->sequence, &path->text, err));
-        path->criterion = rmap_strdup(row->criterion);
+        if (row->criterion && !(path->criterion = rmap_strdup(row->criterion)))
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria of paths"));
         drop_long(path);
     }
     paths->n_class = report->n_class;
