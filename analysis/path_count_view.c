@@ -39,7 +39,7 @@ static bool needs_ids(const struct rmap_path_counts *self, const struct rmap_mat
     const struct rmap_class_sums *classes = &self->tally.classes;
     for (size_t k = 0; !self->is_full && k < dictionary->n; k++) {
         const struct rmap_path_known *path = &dictionary->known[dictionary->row[k]];
-        if (dictionary->n_ray[k] == 0 || path->key.high == 0)
+        if (dictionary->shares.n_ray[k] == 0 || path->key.high == 0)
             continue;
         size_t slot;
         const size_t known =
@@ -57,12 +57,12 @@ static enum rmap_status add_path(struct rmap_path_counts *self, size_t k, struct
     const struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
     const size_t row = dictionary->row[k];
     const struct rmap_path_known *path = &dictionary->known[row];
-    const uint64_t n = dictionary->n_ray[k];
+    const uint64_t n = dictionary->shares.n_ray[k];
     struct rmap_path_added added;
     if (n == 0 || path->key.high == 0)
         return RMAP_OK;
     const struct rmap_class_sum some =
-        sum_of(path, dictionary->paths->ray.segment_count[row], n, dictionary->first[k]);
+        sum_of(path, dictionary->paths->ray.segment_count[row], n, dictionary->shares.first[k]);
     const size_t source = (size_t)rmap_path_source_of(path->key);
     self->total.rays += n;
     self->total.segments += some.more.segments;

@@ -114,16 +114,14 @@ enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *se
     const struct rmap_history_view *view = rays->view;
     RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), err));
     RMAP_TRY(rmap_path_shares_reserve(&self->shares, view->n_path + 1, err));
-    self->n_ray = self->shares.n_ray;
-    self->first = self->shares.first;
     self->row = view->path_row;
     self->n = view->n_path;
     for (size_t k = 0; k < view->n_path; k++) {
-        self->n_ray[k] = rays->match ? 0 : view->path_rays[k];
-        self->first[k] = UINT64_MAX;
+        self->shares.n_ray[k] = rays->match ? 0 : view->path_rays[k];
+        self->shares.first[k] = UINT64_MAX;
     }
     for (size_t i = 0; rays->match && i < view->n_row[RMAP_TABLE_RAY]; i++)
-        self->n_ray[view->path[i]] += rays->match[i];
+        self->shares.n_ray[view->path[i]] += rays->match[i];
 out:
     return st;
 }
@@ -134,8 +132,8 @@ void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
     const uint16_t *path = rays->view->path;
     const uint64_t *id = rays->portion->ray.id;
     for (size_t i = 0; i < rays->view->n_row[RMAP_TABLE_RAY]; i++)
-        if ((!rays->match || rays->match[i]) && id[i] < self->first[path[i]])
-            self->first[path[i]] = id[i];
+        if ((!rays->match || rays->match[i]) && id[i] < self->shares.first[path[i]])
+            self->shares.first[path[i]] = id[i];
 }
 
 enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *self,
@@ -149,8 +147,6 @@ enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *se
     RMAP_TRY(rmap_path_shares_count(&self->shares, rays, told, err));
     self->n = self->shares.n;
     self->row = self->shares.row;
-    self->n_ray = self->shares.n_ray;
-    self->first = self->shares.first;
 out:
     return st;
 }

@@ -25,12 +25,9 @@ struct rmap_path_dictionary {
     /* The portion in hand. */
     const struct rmap_portion *paths; /* of its piece, as rays */
     struct rmap_path_known *known;    /* [of these] */
-    size_t n;                         /* paths that its rays took; of each: */
-    const uint32_t *row;              /* [n] row of the dictionary */
-    uint32_t *n_ray;                  /* [n] matching rays */
-    uint64_t *first;                  /* [n] the smallest id of them; UINT64_MAX: not looked up */
-
-    struct rmap_path_shares shares; /* where these stand */
+    size_t n;                         /* paths that its rays took */
+    const uint32_t *row;              /* [n] of each, its row of the dictionary */
+    struct rmap_path_shares shares;   /* of each, n_ray and first; UINT64_MAX: not looked up */
 };
 void rmap_path_dictionary_fini(struct rmap_path_dictionary *dictionary);
 

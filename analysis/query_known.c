@@ -115,12 +115,12 @@ static enum rmap_status judge_rays(struct rmap_query_known *self, size_t c,
                                 verdict, err);
 }
 
-static bool is_any(const uint8_t *verdict, size_t n, bool decided)
+static size_t count_open(const uint8_t *verdict, size_t n)
 {
     size_t n_open = 0;
     for (size_t i = 0; i < n; i++)
         n_open += verdict[i] == RMAP_VERDICT_OPEN;
-    return decided ? n_open < n : n_open > 0;
+    return n_open;
 }
 
 static enum rmap_status judge_paths(struct rmap_query_known *self, struct decision *decision,
@@ -139,7 +139,7 @@ static enum rmap_status judge_paths(struct rmap_query_known *self, struct decisi
         uint8_t *verdict = decision->verdict + c * (n + 1);
         verdict[0] = RMAP_VERDICT_NO;
         RMAP_TRY(judge_rays(self, c, paths, verdict + 1, err));
-        decision->is_idle[c] = !is_any(verdict + 1, n, true);
+        decision->is_idle[c] = count_open(verdict + 1, n) == n;
     }
 out:
     return st;
@@ -223,12 +223,12 @@ enum rmap_status rmap_query_known_judge(struct rmap_query_known *self, size_t c,
     const uint8_t *known = decision->verdict + c * (decision->n_path + 1);
     for (size_t i = 0; i < self->n_ray; i++)
         verdict[i] = known[self->told.path[i]];
-    if (is_any(verdict, self->n_ray, false))
+    if (count_open(verdict, self->n_ray) > 0)
         goto out;
     if (self->told.n_own > 0) {
         RMAP_TRY(enter_own(self, err));
         RMAP_TRY(judge_rays(self, c, self->own, self->own_verdict, err));
-        if (is_any(self->own_verdict, self->told.n_own, false))
+        if (count_open(self->own_verdict, self->told.n_own) > 0)
             goto out;
         place_own(self, verdict);
     }

@@ -136,7 +136,8 @@ enum rmap_status rmap_row_parts_add(struct rmap_row_parts *parts, const struct r
     uint8_t *to = first_line(kept->block);
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         size_t n = column_nbytes(part, c);
-        copy_away(to, rmap_portion_column(part, (enum rmap_column)c), n);
+        if (n > 0)
+            copy_away(to, rmap_portion_column(part, (enum rmap_column)c), n);
         to += to_line(n);
     }
 #ifdef RMAP_INTRINSICS

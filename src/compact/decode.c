@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "compact/damaged.h"
 #include "compact/decode_paths.h"
 #include "compact/primitives.h"
 #include "compact/settle.h"
@@ -67,11 +68,6 @@ static rmap_column_set with_needs(rmap_column_set columns)
     return columns;
 }
 
-static enum rmap_status damaged(const char *what, struct rmap_error *err)
-{
-    return rmap_error_set(err, RMAP_FORMAT, "damaged portion: %s", what);
-}
-
 /* The streams are there. */
 static enum rmap_status check_streams(const struct rmap_rows *rows, uint64_t streams,
                                       struct rmap_error *err)
@@ -102,8 +98,8 @@ static enum rmap_status fill_primitives(const struct rmap_compact_model *model,
                                      out->segment.primitive);
     correct(lane);
     if (k > n_triangle)
-        return damaged("it has too few triangles", err);
-    return k == n_triangle ? RMAP_OK : damaged("it has too many triangles", err);
+        return rmap_portion_damaged("it has too few triangles", err);
+    return k == n_triangle ? RMAP_OK : rmap_portion_damaged("it has too many triangles", err);
 }
 
 static void fill_ids(struct rmap_lane *lane, uint64_t first, size_t n, uint64_t *out)
@@ -253,9 +249,10 @@ enum rmap_status rmap_compact_decode(struct rmap_compact_decoder *decoder,
                               out->n_channel, decoder->model->n_channel);
     RMAP_TRY(check_streams(rows, rmap_compact_streams(columns), err));
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
-        return damaged("it has not as many rays as the index says", err);
+        return rmap_portion_damaged("it has not as many rays as the index says", err);
     if (rows->n_row[RMAP_COMPACT_CURVE] != n_row[RMAP_TABLE_CURVE])
-        return damaged("it has not as many points of curved legs as the index says", err);
+        return rmap_portion_damaged("it has not as many points of curved legs as the index says",
+                                    err);
     if (!present) {
         const struct rmap_own_paths own = rmap_own_paths(decoder->model, rows);
         RMAP_TRY(rmap_own_paths_check(&own, table, n_row, err));

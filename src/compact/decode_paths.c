@@ -3,14 +3,10 @@
 
 #include <string.h>
 
+#include "compact/damaged.h"
 #include "compact/path_wide.h"
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
-
-static enum rmap_status damaged(const char *what, struct rmap_error *err)
-{
-    return rmap_error_set(err, RMAP_FORMAT, "damaged portion: %s", what);
-}
 
 struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                      const struct rmap_rows *rows)
@@ -47,7 +43,7 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
     for (size_t i = 0; i < n_row[RMAP_TABLE_RAY]; i++) {
         uint32_t path = own->path[i];
         if (path > table->n)
-            return damaged("a ray refers to a path that is not there", err);
+            return rmap_portion_damaged("a ray refers to a path that is not there", err);
         n[0] += table->count[path].n_segment; /* 0 for path 0 */
         n[1] += table->count[path].n_registration;
         n_mine += path == 0;
@@ -57,10 +53,10 @@ enum rmap_status rmap_own_paths_check(const struct rmap_own_paths *own,
         own_n[1] += own->registration_count[k];
     }
     if (n_mine != own->n || own_n[0] != own->n_segment || own_n[1] != own->n_registration)
-        return damaged("its own paths have not as many rows as there are", err);
+        return rmap_portion_damaged("its own paths have not as many rows as there are", err);
     if (n[0] + own_n[0] != n_row[RMAP_TABLE_SEGMENT] ||
         n[1] + own_n[1] != n_row[RMAP_TABLE_REGISTRATION])
-        return damaged("its paths have not as many rows as the index says", err);
+        return rmap_portion_damaged("its paths have not as many rows as the index says", err);
     return RMAP_OK;
 }
 

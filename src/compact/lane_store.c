@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/alloc.h"
+#include "compact/damaged.h"
 #include "compact/lane.h"
 
 /* Bytes that entropy coding per byte plane leaves of numbers of element_nbytes each. */
@@ -160,11 +161,6 @@ void rmap_lane_store_fini(struct rmap_lane_store *store)
 
 /* ---- decoding ---- */
 
-static enum rmap_status damaged(const char *what, struct rmap_error *err)
-{
-    return rmap_error_set(err, RMAP_FORMAT, "damaged portion: %s", what);
-}
-
 /* What has been taken of the store so far. */
 struct taken {
     size_t n16, n32, n64, n_patch, n_header;
@@ -185,7 +181,7 @@ static enum rmap_status load_dense(struct rmap_lane *lane, const struct rmap_lan
         all = store->n32;
     }
     if (lane->n > all - *used)
-        return damaged("a pool has too few rows", err);
+        return rmap_portion_damaged("a pool has too few rows", err);
     lane->dense = pool + *used * lane->element_nbytes;
     lane->next = 0;
     *used += lane->n;
@@ -197,7 +193,7 @@ static enum rmap_status load_patches(struct rmap_lane *lane, const struct rmap_l
 {
     uint64_t n = store->pool64[taken->n_header++], at = 0;
     if (n == 0 || n > store->n_patch - taken->n_patch)
-        return damaged("it has other patches than its header says", err);
+        return rmap_portion_damaged("it has other patches than its header says", err);
     lane->patch_skip = store->skip + taken->n_patch;
     lane->patch_value = store->value + taken->n_patch;
     lane->patches_left = (size_t)n;
@@ -206,7 +202,7 @@ static enum rmap_status load_patches(struct rmap_lane *lane, const struct rmap_l
     for (uint64_t i = 0; i < n; i++, at++) {
         at += lane->patch_skip[i];
         if (at >= lane->n)
-            return damaged("a patch lies beyond its lane", err);
+            return rmap_portion_damaged("a patch lies beyond its lane", err);
     }
     return RMAP_OK;
 }
@@ -218,14 +214,14 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
     enum rmap_status st = RMAP_OK;
     struct taken taken = {.n_header = RMAP_HEADER_COUNT, .n64 = RMAP_HEADER_COUNT};
     if (store->n64 < RMAP_HEADER_COUNT)
-        return damaged("it has no header", err);
+        return rmap_portion_damaged("it has no header", err);
     uint64_t modes = store->pool64[RMAP_HEADER_MODES];
     if (modes >= RMAP_HEADER_ONE_BY_ONE << 1)
-        return damaged("its header has unknown lanes", err);
+        return rmap_portion_damaged("its header has unknown lanes", err);
     for (int i = 0; i < RMAP_LANE_COUNT; i++)
         taken.n64 += (modes >> (2 * i) & 3) == RMAP_LANE_PATCHED;
     if (store->n64 < taken.n64)
-        return damaged("its header is cut off", err);
+        return rmap_portion_damaged("its header is cut off", err);
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         struct rmap_lane *l = &lane[i];
         bool wanted = columns & RMAP_COLUMN_BIT(l->column);
@@ -242,7 +238,7 @@ enum rmap_status rmap_lanes_load(struct rmap_lane *lane, const struct rmap_lane_
     }
     if (taken.n16 != store->n16 || taken.n32 != store->n32 || taken.n64 != store->n64 ||
         taken.n_patch != store->n_patch)
-        return damaged("it has more rows than its header says", err);
+        return rmap_portion_damaged("it has more rows than its header says", err);
 out:
     return st;
 }

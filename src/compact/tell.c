@@ -2,13 +2,9 @@
  *
  * A portion by the paths of its rays.
  */
+#include "compact/damaged.h"
 #include "compact/decode_paths.h"
 #include "compact/lane.h"
-
-static enum rmap_status damaged(const char *what, struct rmap_error *err)
-{
-    return rmap_error_set(err, RMAP_FORMAT, "damaged portion: %s", what);
-}
 
 /* Whether every number of a lane is the one that was predicted. */
 static bool is_predicted(uint64_t modes, enum rmap_lane_id lane)
@@ -21,7 +17,7 @@ enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
 {
     const uint64_t *header = rows->data[RMAP_STREAM_pool64];
     if (rows->n_row[RMAP_COMPACT_POOL64] < RMAP_HEADER_COUNT)
-        return damaged("it has no header", err);
+        return rmap_portion_damaged("it has no header", err);
     const uint64_t modes = header[RMAP_HEADER_MODES];
     *told = (struct rmap_compact_told){.weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
                                        .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
@@ -39,7 +35,7 @@ enum rmap_status rmap_compact_tell(const struct rmap_compact_model *model,
     enum rmap_status st = RMAP_OK;
     const struct rmap_own_paths own = rmap_own_paths(model, rows);
     if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
-        return damaged("it has not as many rays as the index says", err);
+        return rmap_portion_damaged("it has not as many rays as the index says", err);
     RMAP_TRY(rmap_compact_tell_header(rows, told, err));
     told->path = own.path;
     told->n_own = own.n;
