@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/exr.h"
 
+#include <errno.h>
 #include <openexr.h>
 #include <stdbool.h>
 #include <stdio.h>
@@ -13,18 +14,33 @@ struct writer {
     exr_context_t file;
     int part;
     exr_encode_pipeline_t encoder;
-    char reason[200]; /* of the library, for the first thing that failed */
+    FILE *out;
+    int error; /* of the system, for the first write that failed */
 };
 
-static void keep_reason(exr_const_context_t file, exr_result_t code, const char *message)
+/* The library's own writing holds a lock while it reports an error, which a reporter that asks for
+ * its user data waits for. */
+static int64_t write_bytes(exr_const_context_t file, void *user, const void *bytes, uint64_t nbytes,
+                           uint64_t at, exr_stream_error_func_ptr_t report)
 {
-    void *user = NULL;
-    (void)code;
-    if (exr_get_user_data(file, &user) != EXR_ERR_SUCCESS || !user)
-        return;
     struct writer *writer = user;
-    if (!writer->reason[0])
-        (void)snprintf(writer->reason, sizeof writer->reason, "%s", message);
+    (void)file;
+    (void)report;
+    errno = 0;
+    if (fseeko(writer->out, (off_t)at, SEEK_SET) == 0 &&
+        fwrite(bytes, 1, (size_t)nbytes, writer->out) == nbytes)
+        return (int64_t)nbytes;
+    if (writer->error == 0)
+        writer->error = errno ? errno : EIO;
+    return -1;
+}
+
+/* Codes say enough; without a reporter the library prints. */
+static void report_nothing(exr_const_context_t file, exr_result_t code, const char *message)
+{
+    (void)file;
+    (void)code;
+    (void)message;
 }
 
 #define EXR_TRY(call)                                                                              \
@@ -89,7 +105,8 @@ static exr_result_t write_rows(struct writer *writer)
 static exr_result_t write_file(struct writer *writer, const char *path)
 {
     exr_context_initializer_t options = EXR_DEFAULT_CONTEXT_INITIALIZER;
-    options.error_handler_fn = keep_reason;
+    options.error_handler_fn = report_nothing;
+    options.write_fn = write_bytes;
     options.user_data = writer;
     exr_result_t code = exr_start_write(&writer->file, path, EXR_WRITE_FILE_DIRECTLY, &options);
     if (code != EXR_ERR_SUCCESS)
@@ -108,13 +125,15 @@ enum rmap_status rmap_exr_write(const struct rmap_exr *image, const char *path,
     enum rmap_status st = RMAP_OK;
     struct rmap_whole_file whole = {0};
     struct writer writer = {.image = image, .encoder = EXR_ENCODE_PIPELINE_INITIALIZER};
-    RMAP_TRY(rmap_whole_file_name(&whole, path, err));
+    RMAP_TRY(rmap_whole_file_open(&whole, path, err));
+    writer.out = whole.file;
     exr_result_t code = write_file(&writer, whole.temporary);
     if (code == EXR_ERR_SUCCESS)
         st = rmap_whole_file_finish(&whole, err);
     else
         st = rmap_error_set(err, RMAP_SYSTEM, "cannot write '%s': %s", path,
-                            writer.reason[0] ? writer.reason : exr_get_default_error_message(code));
+                            writer.error ? strerror(writer.error)
+                                         : exr_get_default_error_message(code));
 out:
     rmap_whole_file_fini(&whole);
     return st;
