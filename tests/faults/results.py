@@ -68,6 +68,9 @@ class Command:
         other.words = words
         return other
 
+    def __repr__(self):
+        return " ".join(self.words)
+
     def run(self, folder, faults, ranks=0, timeout=60):
         """The process, the bytes of the result or None, what else lies there, blocks not freed."""
         folder = os.path.abspath(f"{self.name}-{folder}")
