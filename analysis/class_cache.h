@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * Classes that a thread meets often, so few that they fit into its first cache: rays of theirs are
+ * Classes that a thread meets often, so few that they fit into its second cache: rays of theirs are
  * counted here, without a branch, and taken to the table of all classes when another class needs
  * the line, or at the end. Their ids ascend, so that the class's first ray is known to the table.
  */
@@ -11,7 +11,7 @@
 
 #include "analysis/class_sums.h"
 
-enum { RMAP_CLASS_CACHE_BITS = 10, RMAP_CLASS_CACHE_LINES = 1 << RMAP_CLASS_CACHE_BITS };
+enum { RMAP_CLASS_CACHE_BITS = 12, RMAP_CLASS_CACHE_LINES = 1 << RMAP_CLASS_CACHE_BITS };
 
 /* All zero is empty. Rays have weight 1, and those of a class are alike. Keys stand by themselves:
  * a ray need not wait for what was written for the one before. */

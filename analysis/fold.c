@@ -15,9 +15,21 @@ struct rmap_fold_scanner {
     struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
     struct rmap_cursor *cursor;       /* NULL: the marker reads */
     struct rmap_overlay_view *view;   /* NULL: no receivers */
+    bool kind_judges;                 /* which rays of plain pieces match */
     uint8_t *match;                   /* [n_match] */
     size_t n_match;
 };
+
+/* Columns that are kept from one question to the next cost the criterion next to nothing. */
+static bool kind_judges(const struct rmap_fold *fold)
+{
+    struct rmap_map_kept kept;
+    if (!fold->criterion || !fold->kind->judges ||
+        !fold->kind->judges(fold->context, fold->criterion))
+        return false;
+    rmap_map_kept(fold->map, &kept);
+    return kept.budget == 0;
+}
 
 /* What the map's index knows of histories leaves the receivers out: rays are judged by columns. */
 static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_error *err)
@@ -52,6 +64,7 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
         else
             st = rmap_cursor_create(fold->map, fold->columns, &self->cursor, err);
         RMAP_TRY(st);
+        self->kind_judges = kind_judges(fold);
     }
     *scanner_ret = self;
     self = NULL;
@@ -105,19 +118,38 @@ out:
     return st;
 }
 
+static bool is_plain(const struct rmap_map *map, size_t portion)
+{
+    const size_t piece = (size_t)rmap_map_portion(map, portion)->piece;
+    return rmap_map_piece(map, piece)->encoding == RMAP_ENCODING_PLAIN;
+}
+
+static enum rmap_status mark(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                             struct rmap_error *err)
+{
+    uint8_t *match = NULL;
+    enum rmap_status st = rmap_query_marker_mark(self->marker, &match, &rays->n_match, err);
+    rays->match = match;
+    return st;
+}
+
 static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint8_t *match = NULL;
     const rmap_column_set columns = self->fold->columns & ~self->fold->deferred;
     if (!self->marker) {
         st = rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err);
         return st == RMAP_OK ? rmap_cursor_fetch(self->cursor, columns, err) : st;
     }
-    RMAP_TRY(rmap_query_marker_mark(self->marker, rays->index, &match, &rays->n_match, err));
-    rays->match = match;
-    rays->view = rays->n_match > 0 ? rmap_query_marker_view(self->marker) : NULL;
+    RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
+    if (rays->n_match == 0)
+        goto out;
+    rays->view = rmap_query_marker_view(self->marker);
+    if (self->kind_judges && !rays->view && is_plain(self->fold->map, rays->index))
+        rays->open = self->fold->criterion;
+    else
+        RMAP_TRY(mark(self, rays, err));
     if (rays->n_match > 0)
         st = rmap_query_marker_know(self->marker, columns, &rays->portion, err);
 out:

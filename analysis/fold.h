@@ -27,6 +27,8 @@ struct rmap_matched {
     size_t space;                         /* colour space: the portion has its channels */
     const struct rmap_history_view *view; /* of the map's index on the portion, or NULL */
     struct rmap_fold_scanner *scanner;    /* that reads the portion; NULL: it has all it may have */
+    const struct rmap_criterion *open;    /* NULL; or the kind judges (see below): of all rays, as
+                                             they are told here, those that fulfil it match */
 };
 
 /* Makes sure that the portion has deferred columns of the fold, too. */
@@ -85,6 +87,9 @@ struct rmap_fold_kind {
                                void **state_ret, struct rmap_error *err);
     /* False: no ray of this portion can count, whatever matches. NULL: any can. */
     bool (*may_count)(const void *context, const struct rmap_portion_info *portion);
+    /* True: where columns alone can tell which rays match, the kind finds out itself, as it reads
+     * the same ones anyway (rays->open). NULL: false. */
+    bool (*judges)(const void *context, const struct rmap_criterion *criterion);
     /* Nothing more is added to the states of a rank: this one, which others are merged into, takes
      * what they share through the context. NULL: they share nothing. */
     enum rmap_status (*settle)(void *state, struct rmap_error *err);

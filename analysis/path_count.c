@@ -72,6 +72,7 @@ static void destroy(void *state)
     if (self->buffers) {
         rmap_path_hasher_fini(&self->buffers->hasher);
         rmap_path_dictionary_fini(&self->buffers->dictionary);
+        rmap_path_judge_fini(&self->buffers->judge);
         rmap_free(self->buffers->left);
         rmap_free(self->buffers->mixed);
         rmap_free(self->buffers->all);
@@ -268,11 +269,35 @@ out:
     return st;
 }
 
+/* Classes of the cache match: where most rays do, those of others alone are judged, after all are
+ * keyed. */
+static bool judges_left(const struct rmap_path_counts *self, const struct rmap_matched *rays,
+                        bool counted, bool plain)
+{
+    return rays->open && counted && plain && self->cache &&
+           rmap_path_judge_expects_most(&self->buffers->judge);
+}
+
+static enum rmap_status judge_left(struct rmap_path_counts *self, struct rmap_matched *rays,
+                                   const struct rmap_sums_facts *facts, struct rmap_error *err)
+{
+    struct rmap_path_buffers *buffers = self->buffers;
+    const enum rmap_status st =
+        rmap_path_judge_left(&buffers->judge, &buffers->hasher, rays, buffers->left, buffers->mixed,
+                             &buffers->n_left, err);
+    if (st != RMAP_OK)
+        return st;
+    rmap_key_slots_expect(&buffers->ahead, buffers->mixed, buffers->n_left);
+    return add_totals(self, rays, facts, err);
+}
+
 enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *self,
-                                           const struct rmap_matched *rays, struct rmap_error *err)
+                                           const struct rmap_matched *entered,
+                                           struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = rays->portion;
+    struct rmap_matched rays = *entered;
+    const struct rmap_portion *portion = rays.portion;
     const size_t n_source = rmap_map_scene(self->context->map)->n_source;
     struct rmap_path_buffers *buffers = self->buffers;
     const struct rmap_fold_told *told = &buffers->told;
@@ -281,29 +306,43 @@ enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *self,
     const bool simple = rmap_path_keys_are_simple(self->context->keys);
     struct rmap_sums_facts facts;
     const bool lean = plain && simple && !cells && n_source <= RMAP_SUMS_SOURCES_MAX;
-    RMAP_TRY(read_rays(self, rays, lean, err));
-    RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, rays, err));
+    RMAP_TRY(read_rays(self, &rays, lean, err));
+    RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, &rays, err));
     RMAP_TRY(rmap_sums_facts(portion, n_source, told->weigh_one, told->source, &facts, err));
     const bool counted = facts.are_counted && simple;
-    if (counted)
-        RMAP_TRY(add_totals(self, rays, &facts, err));
-    RMAP_TRY(rmap_path_hasher_place(&buffers->hasher, rays, err));
+    const bool later = judges_left(self, &rays, counted, plain);
+    if (rays.open && !later)
+        RMAP_TRY(rmap_path_judge_steps(&buffers->judge, &buffers->hasher, &rays, err));
+    if (counted && !later)
+        RMAP_TRY(add_totals(self, &rays, &facts, err));
+    RMAP_TRY(rmap_path_hasher_place(&buffers->hasher, &rays, err));
     if (!counted)
         add_weights(self, portion);
     if (!plain) {
         rmap_path_hasher_key(&buffers->hasher, 0, buffers->hasher.keyed.n, told->source);
-        return rmap_path_counts_add_keyed(self, rays, err);
+        return rmap_path_counts_add_keyed(self, &rays, err);
     }
     const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
     const uint64_t end =
         told->ids_run || n_ray == 0 ? portion->first_ray + n_ray : portion->ray.id[n_ray - 1] + 1;
     RMAP_TRY(rmap_path_counts_ready_cache(self, portion->first_ray, end, err));
-    RMAP_TRY(rmap_path_buffers_list(buffers, counted ? self->cache : NULL, err));
+    RMAP_TRY(rmap_path_buffers_list(buffers, counted ? self->cache : NULL, !later, err));
+    if (later)
+        RMAP_TRY(judge_left(self, &rays, &facts, err));
     if (cells)
         RMAP_TRY(add_cells(self, portion, err));
-    st = rmap_path_counts_add_listed(self, rays, !counted, err);
+    st = rmap_path_counts_add_listed(self, &rays, !counted, err);
 out:
     return st;
+}
+
+/* Rays that are open, of which few are expected to match. */
+static enum rmap_status add_few(struct rmap_path_counts *self, const struct rmap_matched *all,
+                                struct rmap_error *err)
+{
+    struct rmap_matched rays = *all;
+    const enum rmap_status st = rmap_path_judge_columns(&self->buffers->judge, &rays, err);
+    return st == RMAP_OK && rays.n_match > 0 ? rmap_path_counts_add_rays(self, &rays, err) : st;
 }
 
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
@@ -312,6 +351,8 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     const bool cells = self->context->most_cells > 0 && !self->cells_full;
     struct rmap_told_paths told = {.known = NULL};
     enum rmap_status st = RMAP_OK;
+    if (rays->open && rmap_path_judge_expects_few(&self->buffers->judge))
+        return add_few(self, rays, err);
     if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
         return rmap_path_counts_add_view(self, rays, err);
     if (!rays->view && !cells)
@@ -322,9 +363,16 @@ out:
     return st;
 }
 
+static bool judges(const void *context_, const struct rmap_criterion *criterion)
+{
+    const struct rmap_path_counting *context = context_;
+    return rmap_path_judges(context->keys, criterion);
+}
+
 const struct rmap_fold_kind rmap_path_count_kind = {.create = create,
                                                     .destroy = destroy,
                                                     .add = add,
+                                                    .judges = judges,
                                                     .merge = rmap_path_counts_merge,
                                                     .settle = rmap_path_counts_settle,
                                                     .pack = rmap_path_counts_pack,

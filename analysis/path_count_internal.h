@@ -11,6 +11,7 @@
 #include "analysis/class_cache.h"
 #include "analysis/path_count.h"
 #include "analysis/path_dictionary.h"
+#include "analysis/path_judge.h"
 
 /* As many rays ahead as memory takes to answer; as many keys as are expected together; so many keys
  * stand behind a list, which are asked for and not used. */
@@ -19,6 +20,7 @@ enum { RMAP_PATH_AHEAD = 12, RMAP_PATH_TOGETHER = 16, RMAP_PATH_LIST_BEHIND = 32
 struct rmap_path_buffers {
     struct rmap_path_hasher hasher;
     struct rmap_path_dictionary dictionary;
+    struct rmap_path_judge judge;
     struct rmap_fold_told told; /* of the portion in hand */
     /* Rays of it, by their numbers among those that are keyed, that the cache did not count; and
      * their keys, mixed. */
@@ -31,9 +33,9 @@ struct rmap_path_buffers {
 };
 
 /* Keys the rays that the hasher found, and lists those that the cache, if there is one, does not
- * count. RMAP_SYSTEM. */
+ * count. at_once: they are entered next, so that memory is to look for their slots. RMAP_SYSTEM. */
 enum rmap_status rmap_path_buffers_list(struct rmap_path_buffers *buffers,
-                                        struct rmap_class_cache *cache,
+                                        struct rmap_class_cache *cache, bool at_once,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
 /* What became of a class. */

@@ -6,6 +6,7 @@
 
 #include "analysis/path_count_internal.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 static enum rmap_status reserve_list(struct rmap_path_buffers *buffers, size_t n,
                                      struct rmap_error *err)
@@ -26,8 +27,8 @@ static enum rmap_status reserve_list(struct rmap_path_buffers *buffers, size_t n
 
 /* Lists keyed rays [first, last), but for those that the cache counts, if there is one. Slots are
  * asked for ray by ray: many at once have to wait for each other. */
-static void list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache *cache,
-                      size_t first, size_t last)
+RMAP_COPIED void list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache *cache,
+                           bool expects, size_t first, size_t last)
 {
     const struct rmap_path_keyed keyed = buffers->hasher.keyed; /* copies: registers know them */
     const struct rmap_key_slots ahead = buffers->ahead;
@@ -38,7 +39,8 @@ static void list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache
         const struct rmap_key key = rmap_path_key_at(&keyed, k);
         left[n] = (uint32_t)k;
         mixed[n] = rmap_key_mixed(key);
-        rmap_key_slots_expect(&ahead, mixed + n, 1);
+        if (expects)
+            rmap_key_slots_expect(&ahead, mixed + n, 1);
         n += !cache || !rmap_class_cache_count(cache, key, mixed[n]);
     }
     buffers->n_left = n;
@@ -47,7 +49,8 @@ static void list_rays(struct rmap_path_buffers *buffers, struct rmap_class_cache
 /* Some at a time, which stay in the first cache; while the next are keyed, memory looks for the
  * slots of those before. */
 enum rmap_status rmap_path_buffers_list(struct rmap_path_buffers *buffers,
-                                        struct rmap_class_cache *cache, struct rmap_error *err)
+                                        struct rmap_class_cache *cache, bool at_once,
+                                        struct rmap_error *err)
 {
     enum { TOGETHER = 256 };
     enum rmap_status st = RMAP_OK;
@@ -57,7 +60,10 @@ enum rmap_status rmap_path_buffers_list(struct rmap_path_buffers *buffers,
     for (size_t first = 0; first < n; first += TOGETHER) {
         const size_t last = n - first < TOGETHER ? n : first + TOGETHER;
         rmap_path_hasher_key(&buffers->hasher, first, last - first, buffers->told.source);
-        list_rays(buffers, cache, first, last);
+        if (at_once)
+            list_rays(buffers, cache, true, first, last);
+        else
+            list_rays(buffers, cache, false, first, last);
     }
     memset(buffers->mixed + buffers->n_left, 0, RMAP_PATH_LIST_BEHIND * sizeof *buffers->mixed);
 out:

@@ -19,7 +19,7 @@ bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys)
     return !keys->view.collapsed && !keys->view.until_detector;
 }
 
-static bool has_few_places(const struct rmap_path_keys *keys)
+bool rmap_path_keys_are_narrow(const struct rmap_path_keys *keys)
 {
     return 1 + keys->labels.n + keys->scene->n_medium + keys->scene->n_detector <
            (size_t)1 << (16 - RMAP_PATH_LETTER_BITS);
@@ -124,7 +124,7 @@ enum rmap_status rmap_path_hasher_enter(struct rmap_path_hasher *hasher,
     hasher->keys = keys;
     hasher->portion = portion;
     hasher->is_simple = rmap_path_keys_are_simple(keys);
-    hasher->is_narrow = has_few_places(keys);
+    hasher->is_narrow = rmap_path_keys_are_narrow(keys);
     if (!hasher->is_simple) {
         if (keys->reads_media)
             RMAP_TRY(rmap_fold_fetch(rays, RMAP_PATH_HASH_DEFERRED, err));

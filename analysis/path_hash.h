@@ -26,6 +26,9 @@ static inline int32_t rmap_path_source_of(struct rmap_key key)
  * as many of either. */
 bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys);
 
+/* Whether steps have 16 bits. */
+bool rmap_path_keys_are_narrow(const struct rmap_path_keys *keys);
+
 /* Rays of a portion, of fewer than 2^32 rows, that have a path, in their order. */
 struct rmap_path_keyed {
     size_t n, cap;

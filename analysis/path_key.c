@@ -83,7 +83,8 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
         keys->reads_media |= scene->medium[m].absorbing || scene->medium[m].scattering_at_all;
     find_clashes(keys);
     rmap_step_hash_keys_init(&keys->of_hash);
-    if (!view->without_events && has_own_labels(keys))
+    keys->tells_all = !view->without_events && has_own_labels(keys);
+    if (keys->tells_all)
         rmap_step_letters_init(&keys->of_letters, keys->letter, RMAP_PATH_INSIDE);
     *keys_ret = keys;
     keys = NULL;

@@ -8,11 +8,11 @@
 #include <string.h>
 
 #include "analysis/path_label.h"
-#include "analysis/path_regex.h"
+#include "analysis/path_table.h"
 #include "analysis/step_hash.h"
 #include "analysis/step_letters.h"
 
-enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4, RMAP_PATH_EVENT_CODES = 1 << 13 };
+enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4 };
 
 /* In `met`: without an object, the step is another than the table says. */
 #define RMAP_PATH_LOOK_TWICE 0x80000000u
@@ -34,7 +34,8 @@ struct rmap_path_keys {
     struct rmap_path_hit *hit;           /* [n_detector] */
     uint8_t *clashes;                    /* [n_medium] an object or a group has the name, too */
     bool reads_media;                    /* something can happen inside one */
-    struct rmap_step_letters of_letters; /* usable: a place is an object's number, events count */
+    bool tells_all;                      /* a place is an object's number, events count */
+    struct rmap_step_letters of_letters; /* usable where steps tell all */
     struct rmap_step_hash_keys of_hash;
 };
 

@@ -8,6 +8,7 @@
 
 #include "analysis/path_table.h"
 #include "base/alloc.h"
+#include "base/wide.h"
 
 /* Symbols at a time: they stay in the first-level cache. A longer ray goes alone. */
 enum { GROUP_SYMBOLS = 8192, LANES = 4 };
@@ -80,10 +81,16 @@ static void mark_steps(const struct run *run, size_t first, size_t n)
             step[i] = symbol[base_of(table, from->event[first + i], 0)];
 }
 
-static uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
+/* symbol: of each, or NULL: they are symbols themselves. */
+RMAP_COPIED uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, const uint16_t *symbol,
+                                   size_t n)
 {
     for (size_t i = 0; i < n; i += COPY)
-        memcpy(to + i, from + i, COPY * sizeof *to);
+        if (symbol)
+            for (size_t k = 0; k < COPY; k++)
+                to[i + k] = symbol[from[i + k]];
+        else
+            memcpy(to + i, from + i, COPY * sizeof *to);
     return to + n;
 }
 
@@ -96,8 +103,9 @@ static size_t place_of(const struct run *run, size_t i)
 }
 
 /* A ray's steps and, in their places, its registrations. */
-static uint16_t *merge_ray(const struct run *run, const uint16_t *step, size_t n_step,
-                           size_t registration, size_t n_registration, uint16_t *to)
+RMAP_COPIED uint16_t *merge_ray(const struct run *run, const uint16_t *step, const uint16_t *symbol,
+                                size_t n_step, size_t registration, size_t n_registration,
+                                uint16_t *to)
 {
     const struct rmap_path_table *table = run->table;
     const struct rmap_registration_columns *from = &run->portion->registration;
@@ -109,12 +117,12 @@ static uint16_t *merge_ray(const struct run *run, const uint16_t *step, size_t n
         size_t place = place_of(run, i);
         place = place > n_step ? n_step : place;
         if (place > at) {
-            to = copy_symbols(to, step + at, place - at);
+            to = copy_symbols(to, step + at, symbol, place - at);
             at = place;
         }
         *to++ = table->symbol_of_hit[detector];
     }
-    return copy_symbols(to, step + at, n_step - at);
+    return copy_symbols(to, step + at, symbol, n_step - at);
 }
 
 /* True when its first symbol is that of its first step. */
@@ -145,14 +153,15 @@ static bool cannot_match(const struct run *run, const uint16_t *step, uint32_t n
     return (met & run->step_need) != run->step_need;
 }
 
-/* All symbols of a group in order, each ray's last one marked. */
-static void merge_group(struct run *run, const struct group *group)
+/* All symbols of a group in order, each ray's last one marked. step: its first row's. */
+RMAP_COPIED void merge_rows(struct run *run, const struct group *group, const uint16_t *step,
+                            const uint16_t *symbol)
 {
     const uint32_t *n_step = run->portion->ray.segment_count + group->ray;
     const uint32_t *n_registration =
         group->n_registration ? run->portion->ray.registration_count + group->ray : NULL;
+    const uint8_t *skip = run->rows && run->rows->skip ? run->rows->skip + group->ray : NULL;
     uint16_t n_symbol = (uint16_t)run->table->n_symbol;
-    const uint16_t *step = run->step;
     uint16_t *to = run->symbol;
     size_t registration = group->registration;
     for (size_t lane = 0; lane < LANES; lane++) {
@@ -160,12 +169,12 @@ static void merge_group(struct run *run, const struct group *group)
         for (size_t ray = run->lane_ray[lane]; ray < run->lane_ray[lane + 1]; ray++) {
             const uint16_t *begin = to;
             uint32_t n_hit = n_registration ? n_registration[ray] : 0;
-            if (cannot_match(run, step, n_step[ray], registration, n_hit))
+            if ((skip && skip[ray]) || cannot_match(run, step, n_step[ray], registration, n_hit))
                 ;
             else if (n_hit > 0)
-                to = merge_ray(run, step, n_step[ray], registration, n_hit, to);
+                to = merge_ray(run, step, symbol, n_step[ray], registration, n_hit, to);
             else
-                to = copy_symbols(to, step, n_step[ray]);
+                to = copy_symbols(to, step, symbol, n_step[ray]);
             registration += n_hit;
             step += n_step[ray];
             if (to > begin)
@@ -175,6 +184,18 @@ static void merge_group(struct run *run, const struct group *group)
         }
         run->lane_symbol[lane + 1] = (size_t)(to - run->symbol);
     }
+}
+
+/* Where nothing else looks at the steps, they become symbols as they are copied. */
+static void merge_group(struct run *run, const struct group *group)
+{
+    const struct rmap_path_rows *rows = run->rows;
+    if (rows && rows->is_padded && !run->skips) {
+        merge_rows(run, group, rows->row_class + group->segment, rows->symbol);
+        return;
+    }
+    mark_steps(run, group->segment, group->n_segment);
+    merge_rows(run, group, run->step, NULL);
 }
 
 /* One step of one lane: behind a ray's last symbol, the state says whether it matched. */
@@ -295,7 +316,6 @@ enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
             goto out;
         }
         RMAP_TRY(reserve(&run, &group, err));
-        mark_steps(&run, group.segment, group.n_segment);
         merge_group(&run, &group);
         run_lanes(&run, match + group.ray);
         group.ray += group.n_ray;

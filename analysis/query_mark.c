@@ -152,6 +152,14 @@ static enum rmap_status mark_every(struct rmap_picker *self, size_t portion, uin
     return st;
 }
 
+static enum rmap_status mark_matching(struct rmap_picker *self, size_t portion, uint8_t **match_ret,
+                                      struct rmap_error *err)
+{
+    size_t n;
+    enum rmap_status st = rmap_query_marker_enter(self->marker, portion, &n, err);
+    return st == RMAP_OK ? rmap_query_marker_mark(self->marker, match_ret, &n, err) : st;
+}
+
 enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
                                   const uint8_t **match_ret, size_t *n_ret, struct rmap_error *err)
 {
@@ -167,7 +175,7 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
     if (criterion && !self->marker)
         RMAP_TRY(rmap_query_marker_create(self->map, criterion, 0, &self->marker, err));
     if (criterion)
-        RMAP_TRY(rmap_query_marker_mark(self->marker, portion, &match, n_ret, err));
+        RMAP_TRY(mark_matching(self, portion, &match, err));
     else
         RMAP_TRY(mark_every(self, portion, &match, err));
     if (!match)

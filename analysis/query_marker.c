@@ -9,6 +9,7 @@ struct rmap_query_marker {
     const struct rmap_map *map;
     const struct rmap_criterion *criterion;
     struct rmap_query_verdicts *verdicts;
+    size_t n_ray; /* of the portion in hand */
     uint8_t *match;
     size_t cap;
 };
@@ -43,23 +44,31 @@ void rmap_query_marker_destroy(struct rmap_query_marker *self)
     rmap_free(self);
 }
 
-enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, size_t portion,
-                                        uint8_t **match_ret, size_t *n_ret, struct rmap_error *err)
+enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *self, size_t portion,
+                                         size_t *n_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
-    size_t n_ray = (size_t)info->n_row[RMAP_TABLE_RAY], n = 0;
     const bool wanted = true;
-    *match_ret = NULL;
-    *n_ret = 0;
+    *n_ret = self->n_ray = 0;
     if (self->criterion && rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
         return RMAP_OK;
-    /* Entering vouches for the number of rays, before memory is taken for them. */
     RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, &wanted, err));
-    if (!self->criterion) {
-        *n_ret = n_ray;
+    *n_ret = self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t **match_ret,
+                                        size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = self->n_ray; /* entering vouched for it */
+    size_t n = 0;
+    *match_ret = NULL;
+    *n_ret = n_ray;
+    if (!self->criterion || n_ray == 0)
         return RMAP_OK;
-    }
     void *block = self->match;
     st = rmap_reserve(&block, &self->cap, n_ray, 1, err);
     self->match = block;

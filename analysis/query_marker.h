@@ -18,16 +18,19 @@ enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_marker_destroy(struct rmap_query_marker *marker); /* NULL is fine */
 
-/* (*match_ret)[i] = 1 or 0 for row i of /ray, the marker's until the next call; *n_ret: how many
- * are
- * 1. Without a criterion NULL, and all. NULL and 0 of a portion that its summary rules out: it is
- * not read. RMAP_FORMAT when stored rows do not fit together. */
-enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, size_t portion,
-                                        uint8_t **match_ret, size_t *n_ret,
-                                        struct rmap_error *err) RMAP_MUST_USE;
+/* Takes a portion in hand. *n_ret: its rays, or 0 where its summary rules out that one matches: it
+ * is not read. RMAP_FORMAT when stored rows do not fit together. */
+enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *marker, size_t portion,
+                                         size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Columns of the portion that was marked last, where it has a match: what deciding took is not
- * decoded again. Borrowed until the next is marked. */
+/* Of the portion in hand: (*match_ret)[i] = 1 or 0 for row i of /ray, the marker's until the next
+ * call; *n_ret: how many are 1. Without a criterion NULL, and all; NULL and 0 of a portion that was
+ * ruled out. RMAP_FORMAT. */
+enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, uint8_t **match_ret,
+                                        size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Columns of the portion in hand: what deciding took is not decoded again. Borrowed until the next
+ * is entered. */
 enum rmap_status rmap_query_marker_read(struct rmap_query_marker *marker, rmap_column_set columns,
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;

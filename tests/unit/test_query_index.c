@@ -235,8 +235,10 @@ static void compare_marks(struct rmap_criterion *criterion)
     for (int m = 0; m < 2; m++)
         assert_int_equal(rmap_query_marker_create(map[m], criterion, 0, &marker[m], NULL), RMAP_OK);
     for (size_t p = 0; p < N_BLOCK; p++) {
-        for (int m = 0; m < 2; m++)
-            assert_int_equal(rmap_query_marker_mark(marker[m], p, &match[m], &n[m], NULL), RMAP_OK);
+        for (int m = 0; m < 2; m++) {
+            assert_int_equal(rmap_query_marker_enter(marker[m], p, &n[m], NULL), RMAP_OK);
+            assert_int_equal(rmap_query_marker_mark(marker[m], &match[m], &n[m], NULL), RMAP_OK);
+        }
         if (n[0] != n[1] || !match[0] != !match[1] ||
             (match[0] && memcmp(match[0], match[1], BLOCK) != 0))
             fail_msg("%s\ndiffers in portion %zu", rmap_criterion_text(criterion), p);

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: `paths` of a criterion that is one path("...") alone, which it finds out by the steps that it
+keys, says to the last digit what it says where columns decide: the same criterion, and one that holds
+for every ray. Whether every ray, most, some, few or none match; for any view, limit, number of ranks and
+threads."""
+import itertools
+import json
+import os
+import shutil
+import subprocess
+
+PROGRAM = os.environ["RAYMAP"]
+EXAMPLES = os.path.join(os.environ["SOURCE_DIR"], "examples")
+
+# Things that happen inside media, two sources that light other parts, detectors in space and on an object.
+SCENE = """
+raymap: 1
+units: mm
+limits: {steps: 14}
+media:
+  air: {index: 1}
+  milk: {index: 1.3, scattering: 0.05, absorption: 0.01}
+surfaces:
+  bare: {type: fresnel}
+  white: {type: lambert, reflectance: 0.7}
+  gauze: {type: mixture, reflect_specular: 0.3, transmit_specular: 0.3, transmit_diffuse: 0.2}
+geometries:
+  ball: {type: sphere, radius: 8}
+  plate: {type: rectangle, size: [60, 60]}
+objects:
+  - {name: glass, geometry: ball, at: [0, 0, 40], surface: bare, inside: milk, outside: air}
+  - name: end
+    objects:
+      - {name: wall, geometry: plate, at: [0, 0, 70], surface: white, front: air, back: air}
+      - {name: net, geometry: plate, at: [0, 0, 60], surface: gauze, front: air, back: air}
+sources:
+  - {name: lamp, type: point, at: [0, 0, -20], direction: [0, 0, 1], distribution: {cone: 30}, flux: 3 W, medium: air}
+  - {name: torch, type: point, at: [5, 0, 65], direction: [0, 0, 1], distribution: {cone: 40}, flux: 1 W, rays_share: 2, medium: air}
+detectors:
+  - {name: gate, type: plane, at: [0, 0, 25], size: [50, 50], cells: [5, 4], direction: [0, 0, -1]}
+  - {name: eye, type: plane, on: wall, size: [60, 60], cells: [6, 6], at: [0, 0, 70], direction: [0, 0, -1]}
+"""
+ALL = 'path("([TRIDdSFOAXKE]|V)*")'
+VIEWS = [["--no-peaks", "--top", "all"], ["--no-peaks"], ["--top", "7"], ["--no-peaks", "--exact", "40"],
+         ["--no-peaks", "--by", "object"], ["--no-peaks", "--no-events"], ["--no-peaks", "--collapse"],
+         ["--no-peaks", "--sort", "length", "--matrix", "ghosts"]]
+
+
+def run(*arguments, ranks=1):
+    start = ["mpirun", "-np", str(ranks)] if ranks > 1 else []
+    done = subprocess.run([*start, PROGRAM, *arguments], capture_output=True, text=True)
+    assert done.returncode == 0, (arguments, done.returncode, done.stderr)
+    return done.stdout
+
+
+def trace(scene, name, *options):
+    shutil.rmtree(name, ignore_errors=True)
+    run("trace", scene, "-o", name, "--quiet", "--encoding", "plain", *options)
+    return name
+
+
+def paths(name, criterion, *options, ranks=1):
+    document = json.loads(run("paths", name, "--where", criterion, "--json", "--quiet", *options, ranks=ranks))
+    said = json.dumps(document).replace(json.dumps(criterion)[1:-1], "CRITERION")
+    return document["rays"]["matched"], said
+
+
+def check(name, n_ray, criteria):
+    """Returns the shares of rays that matched."""
+    shares = set()
+    turn = itertools.count()
+    for criterion in criteria:
+        for view in VIEWS:
+            k = next(turn)
+            n, want = paths(name, f"{criterion} and ray >= 0", *view)
+            got = paths(name, criterion, *view, "--threads", str(k % 2 + 1), ranks=2 if k % 16 == 5 else 1)
+            assert got == (n, want), (name, criterion, view)
+        shares.add(n / n_ray)
+    return shares
+
+
+def check_odd():
+    with open("odd.yaml", "w") as file:
+        file.write(SCENE)
+    odd = trace("odd.yaml", "odd.raymap", "-n", "60000")
+    shares = check(odd, 60000, [ALL, 'path("(.|V) (.|V)*")', 'path(".* X@glass") == 0',
+                                'path(".* S .*") == 0', 'path("V@gate X") == 0', 'path(".* V@eye .*")',
+                                'path(".* D@wall .*")', 'path("V@gate .*")', 'path(".* S .*")',
+                                'path(".* D .* D .* D .*")', 'path("(.|V@gate)*") == 0'])
+    assert min(shares) == 0 and max(shares) == 1, shares
+    for least, most in ((0, 0.06), (0.06, 0.5), (0.5, 0.75), (0.75, 1)):
+        assert any(least < share < most for share in shares), (least, most, shares)
+
+
+def check_room():
+    room = trace(os.path.join(EXAMPLES, "room", "scene.yaml"), "room.raymap", "-n", "40000")
+    check(room, 40000, [ALL, 'path(".* D@floor .*")', 'path("D@floor .*") == 0'])
+
+
+check_odd()
+check_room()
+print("all as expected")
