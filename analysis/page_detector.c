@@ -86,17 +86,17 @@ static json_t *quoted_name(const struct rmap_detector *detector, struct rmap_err
 static json_t *detector_json(const struct rmap_page *page, const struct rmap_detector *detector,
                              struct rmap_error *err)
 {
-    json_t *image = NULL;
+    const struct rmap_detector_image *image = NULL;
     for (size_t i = 0; i < page->n_image && !image; i++)
         if (page->image[i] && page->image[i]->detector == detector)
-            image = image_json(page->image[i]);
+            image = page->image[i];
     return json_pack("{s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:[f, f], s:b, s:o}", "name",
                      rmap_page_string(detector->name), "word", quoted_name(detector, err), "type",
                      detector->type == RMAP_DETECTOR_INTENSITY ? "intensity" : "plane", "origin",
                      vector(detector->origin), "x", vector(detector->x), "y", vector(detector->y),
                      "axis", vector(detector->axis), "size", detector->size[0], detector->size[1],
                      "after_step", (int)(detector->on_object >= 0 || detector->on_group >= 0),
-                     "image", image ? image : json_null());
+                     "image", image ? image_json(image) : json_null());
 }
 
 json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err)
@@ -104,11 +104,15 @@ json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err
     const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
     struct rmap_colour_map map;
     json_t *list = json_array(), *json = NULL;
-    for (size_t d = 0; d < scene->n_detector; d++)
-        json_array_append_new(list, detector_json(page, &scene->detector[d], err));
+    bool whole = list != NULL;
+    for (size_t d = 0; d < scene->n_detector && whole; d++)
+        whole = json_array_append_new(list, detector_json(page, &scene->detector[d], err)) == 0;
     rmap_colour_map_init(&map);
-    json =
-        json_pack("{s:o, s:o}", "list", list, "scale", rmap_page_bytes(map.rgb[0], sizeof map.rgb));
+    if (whole)
+        json = json_pack("{s:o, s:o}", "list", list, "scale",
+                         rmap_page_bytes(map.rgb[0], sizeof map.rgb));
+    else
+        json_decref(list);
     if (!json)
         (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the detectors of a page");
     return json;
