@@ -98,7 +98,7 @@ function bytesOf(folder) {
 async function prepare(scene, db) {
   const map = path.join(work, `${scene}.raymap`), tables = path.join(work, `${scene}-tables`);
   if (!existsSync(map)) {
-    run("trace", path.join(here, "../../examples", scene, "scene.yaml"), "-o", map, "-n", rays, "--quiet");
+    run("trace", path.join(here, "../../examples", scene, "scene.yaml"), "-o", map, "-n", rays, "--encoding", "plain", "--quiet");
     run("index", map, "--quiet");
   }
   if (!existsSync(tables)) {

@@ -16,9 +16,10 @@ exec "$@"
 SCRIPT
 chmod +x small-disk.sh
 
-expect 5 'piece-00000.*File too large' ./small-disk.sh "$RAYMAP" trace scene.yaml -o one.raymap -n 1500k --quiet
-expect 5 'shard-00001' mpirun -np 1 "$RAYMAP" trace scene.yaml -o two.raymap -n 1500k --quiet : \
-    -np 1 ./small-disk.sh "$RAYMAP" trace scene.yaml -o two.raymap -n 1500k --quiet
+many=(-n 1500k --encoding plain --quiet)
+expect 5 'piece-00000.*File too large' ./small-disk.sh "$RAYMAP" trace scene.yaml -o one.raymap "${many[@]}"
+expect 5 'shard-00001' mpirun -np 1 "$RAYMAP" trace scene.yaml -o two.raymap "${many[@]}" : \
+    -np 1 ./small-disk.sh "$RAYMAP" trace scene.yaml -o two.raymap "${many[@]}"
 n=$(grep -c '^raymap:' stderr.txt)
 [ "$n" -eq 1 ] || { echo "FAILED: told $n times"; cat stderr.txt; failures=1; }
 expect 5 'x.csv' ./small-disk.sh "$RAYMAP" trace scene.yaml -o x.csv/x.raymap -n 10 --quiet

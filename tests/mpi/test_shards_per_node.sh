@@ -36,9 +36,8 @@ ulimit -f 12288
 exec "$@"
 SCRIPT
 chmod +x small-disk.sh
-expect 5 'File too large' mpirun -np 1 ./small-disk.sh "$RAYMAP" trace scene.yaml -o full.raymap -n 3M \
-    --quiet --shards-per-node 1 : -np 3 "$RAYMAP" trace scene.yaml -o full.raymap -n 3M --quiet \
-    --shards-per-node 1
+full=("$RAYMAP" trace scene.yaml -o full.raymap -n 3M --encoding plain --quiet --shards-per-node 1)
+expect 5 'File too large' mpirun -np 1 ./small-disk.sh "${full[@]}" : -np 3 "${full[@]}"
 
 # Memory that the one writer runs out of at any moment ends all ranks, and none waits for ever.
 memory=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD/short.raymap"
