@@ -33,6 +33,12 @@ LANES = (
     ("registration/direction", "f4"), ("registration/optical_path", "f8"),
 )
 
+# Columns whose rays must be traced again, which takes longest by far.
+RETRACED = frozenset((
+    "ray/path_length", "ray/optical_path", "ray/start", "ray/start_normal", "ray/end_direction",
+    "segment/position", "segment/normal", "segment/colour", "registration/cell",
+    "registration/relative", "registration/direction", "registration/optical_path"))
+
 
 # ---- lanes ----
 
@@ -137,8 +143,9 @@ class Decoder:
                       ("path", "path_segment", "path_registration")
                       for name, data in file[table].items()}
 
-    def portion(self, stored_first, stored_rows, n_row):
-        """The columns of a portion, by name."""
+    def portion(self, stored_first, stored_rows, n_row, names):
+        """The columns of a portion, by name: `names`, and others that need no ray traced again."""
+        again = not RETRACED.isdisjoint(names)
         rows = {}
         for k, table in enumerate(TABLES[:len(stored_first)]):  # /curve is there or not
             if not table.startswith("path"):
@@ -150,8 +157,11 @@ class Decoder:
         lanes, seed, first = load_lanes(rows, n_row, self.model.n_channel)
         with np.errstate(all="ignore"):
             self._simple(rows, lanes, first, columns)
-            _Retrace(self.model, rows, lanes, seed, columns).run()
+            if again:
+                _Retrace(self.model, rows, lanes, seed, columns).run()
         for name, lane in lanes.items():
+            if name in RETRACED and not again:
+                continue
             width = lane.n // max(1, len(columns["ray/source"] if name.startswith("ray/") else
                                      columns["segment/object"] if name.startswith("segment/")
                                      else columns["registration/detector"]))

@@ -223,7 +223,7 @@ class Map:
             self._decoders[piece] = compact.Decoder(model, file)
         columns = self._decoders[piece].portion(
             self.portion_table["stored_first"][k], self.portion_table["stored_rows"][k],
-            self.portion_table["n_row"][k])
+            self.portion_table["n_row"][k], names)
         return {name: columns[name] for name in names}
 
     def portions(self, names=None):
