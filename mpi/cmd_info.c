@@ -209,21 +209,12 @@ static const char *unfinished(const char *path, const struct rmap_map *map)
                                   : "NOT complete: tracing was stopped early";
 }
 
-/* How the pieces are stored, to follow their number. */
-static const char *encodings(const struct rmap_map *map)
-{
-    static const char *const words[] = {"", ", plain", ", compact", ", plain and compact"};
-    unsigned met = 0;
-    for (size_t i = 0; i < rmap_map_n_piece(map); i++)
-        met |= rmap_map_piece(map, i)->encoding == RMAP_ENCODING_COMPACT ? 2U : 1U;
-    return words[met];
-}
-
 static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_map_summary *summary,
                        const struct rmap_history_survey *indexed, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
+    const char *encodings = rmap_map_encodings(map);
     char digest[33];
     rmap_digest_text(summary->digest, digest);
     double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];
@@ -241,8 +232,8 @@ static void print_info(const char *path, const struct rmap_map *map,
     fprintf(out, "  %.1f MB", 1e-6 * (double)summary->nbytes);
     if (n_segment > 0)
         fprintf(out, ", %.2f bytes per segment", (double)summary->nbytes / n_segment);
-    fprintf(out, ", %s, %s%s\n", rmap_counted((uint64_t)summary->n_shard, "shard").text,
-            rmap_counted(rmap_map_n_piece(map), "piece").text, encodings(map));
+    fprintf(out, ", %s, %s%s%s\n", rmap_counted((uint64_t)summary->n_shard, "shard").text,
+            rmap_counted(rmap_map_n_piece(map), "piece").text, *encodings ? ", " : "", encodings);
     if (indexed->n_piece > 0)
         fprintf(out, "  history indexes of %s: %.1f MB beside that\n",
                 rmap_counted(indexed->n_piece, "piece").text, 1e-6 * (double)indexed->nbytes);

@@ -11,6 +11,7 @@ struct summary {
     const struct rmap_context *context;
     const struct rmap_trace_report *report;
     struct rmap_map_summary map;
+    const char *encodings; /* of the map; "" of one that holds no rays */
     double segments, mean_path, rate;
     double errors;
     char error_text[RMAP_ERROR_TEXT_LEN];
@@ -33,10 +34,10 @@ static void print_text(const struct summary *summary, FILE *out)
     if (summary->report->map_path) {
         char digest[33];
         rmap_digest_text(summary->map.digest, digest);
-        fprintf(out, "%s: %.1f MB, %.2f bytes per segment, digest %s\n", summary->report->map_path,
-                1e-6 * (double)summary->map.nbytes,
-                summary->segments > 0 ? (double)summary->map.nbytes / summary->segments : 0.0,
-                digest);
+        fprintf(
+            out, "%s: %s%s%.1f MB, %.2f bytes per segment, digest %s\n", summary->report->map_path,
+            summary->encodings, *summary->encodings ? ", " : "", 1e-6 * (double)summary->map.nbytes,
+            summary->segments > 0 ? (double)summary->map.nbytes / summary->segments : 0.0, digest);
     }
     fputs("energy balance\n", out);
     rmap_balance_print(outcome->tally, NULL, out);
@@ -56,6 +57,7 @@ static json_t *to_json(const struct summary *summary)
         outcome->n_ray == outcome->n_wanted, "ranks", summary->context->size, "threads",
         outcome->n_thread, "seed", (json_int_t)summary->report->plan->seed);
     if (summary->report->map_path) {
+        (void)json_object_set_new(document, "encoding", json_string(summary->encodings));
         (void)json_object_set_new(document, "bytes", json_integer((json_int_t)summary->map.nbytes));
         (void)json_object_set_new(
             document, "bytes_per_segment",
@@ -75,8 +77,10 @@ static enum rmap_status read_map(struct summary *summary, struct rmap_error *err
 {
     struct rmap_map *map = NULL;
     enum rmap_status st = rmap_map_open(summary->report->map_path, &map, err);
-    if (st == RMAP_OK)
+    if (st == RMAP_OK) {
         rmap_map_summarise(map, &summary->map);
+        summary->encodings = rmap_map_encodings(map);
+    }
     rmap_map_close(map);
     return st;
 }

@@ -13,6 +13,9 @@ expect 0 '1 piece, plain$' "$RAYMAP" info small.raymap
 
 expect 6 'compact encoding; --encoding plain' "$RAYMAP" trace scene.yaml -o large.raymap -n 10000001 --time-limit 0.3s
 expect 0 ', compact$' "$RAYMAP" info large.raymap
+expect 6 'compact encoding; --encoding plain' "$RAYMAP" trace scene.yaml -o begun.raymap -n 20M --resume --time-limit 0.3s
+expect 6 '"encoding": "compact"' "$RAYMAP" trace scene.yaml -o begun.raymap --resume --json --time-limit 0.3s
+! grep -q 'so many rays' stderr.txt || { echo "FAILED: of a map that stands it is said again"; failures=1; }
 expect 6 '' "$RAYMAP" trace scene.yaml -o most.raymap -n 10000000 --time-limit 0.3s
 expect 0 ', plain$' "$RAYMAP" info most.raymap
 expect 6 '' "$RAYMAP" trace scene.yaml -o said.raymap -n 20M --encoding plain --time-limit 0.3s
@@ -28,7 +31,7 @@ expect 0 '' "$RAYMAP" repair large.raymap
 expect 0 'NOT complete: it holds no rays yet' "$RAYMAP" info large.raymap
 expect 6 '' "$RAYMAP" trace scene.yaml -o large.raymap --resume --time-limit 0.3s
 expect 0 ', compact$' "$RAYMAP" info large.raymap
-expect 6 '' "$RAYMAP" trace scene.yaml -o large.raymap --resume --encoding plain --time-limit 0.3s
+expect 6 '^large.raymap: plain and compact, ' "$RAYMAP" trace scene.yaml -o large.raymap --resume --encoding plain --time-limit 0.3s
 expect 0 ', plain and compact$' "$RAYMAP" info large.raymap
 rm -rf ./*.raymap
 finish
