@@ -3,6 +3,7 @@
 
 #include "analysis/criterion_tree.h"
 #include "analysis/query_verdicts.h"
+#include "compact/compact.h"
 
 /* Bytes of a portion's columns, decoded. */
 static uint64_t decoded_nbytes(const struct rmap_map *map, const struct rmap_portion_info *info,
@@ -47,6 +48,17 @@ static void add_portion(struct rmap_query_plan *plan, const struct rmap_query_ou
     plan->index_nbytes += outlook->view->nbytes;
 }
 
+static void add_columns(struct rmap_query_plan *plan, const struct rmap_map *map,
+                        const struct rmap_portion_info *info, rmap_column_set columns)
+{
+    plan->columns |= columns;
+    plan->decoded_nbytes += decoded_nbytes(map, info, columns);
+    if (columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT) {
+        plan->n_compact++;
+        plan->n_retraced += rmap_compact_retraces(columns);
+    }
+}
+
 enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
                                  bool rays_wanted, struct rmap_query_plan *plan,
                                  struct rmap_error *err)
@@ -66,9 +78,7 @@ enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_c
         RMAP_TRY(rmap_query_verdicts_enter(verdicts, p, &wanted, err));
         rmap_query_verdicts_foresee(verdicts, 0, &outlook);
         add_portion(plan, &outlook);
-        rmap_column_set columns = columns_of(criterion, &outlook, rays_wanted);
-        plan->columns |= columns;
-        plan->decoded_nbytes += decoded_nbytes(map, info, columns);
+        add_columns(plan, map, info, columns_of(criterion, &outlook, rays_wanted));
     }
 out:
     rmap_query_verdicts_destroy(verdicts);

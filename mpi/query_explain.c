@@ -21,7 +21,8 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
             (void)json_array_append_new(names,
                                         json_string(rmap_column_info((enum rmap_column)c)->path));
     return json_pack(
-        "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s}, s:I}",
+        "{s:s, s:o, s:{s:I, s:I, s:I}, s:{s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s}, "
+        "s:{s:I, s:I}, s:I}",
         "criterion", rmap_criterion_text(criterion), "columns", names, "portions", "total",
         (json_int_t)n_portion, "read", (json_int_t)(n_portion - plan->n_skipped), "skipped",
         (json_int_t)plan->n_skipped, "index", "by_paths", (json_int_t)plan->n_by_path, "by_rows",
@@ -29,7 +30,8 @@ static json_t *explain_json(const struct rmap_map *map, const struct rmap_criter
         (json_int_t)plan->n_index_ray, "undecided_rays", (json_int_t)plan->n_open_ray,
         "undecided_portions", (json_int_t)plan->n_open_portion, "bytes",
         (json_int_t)plan->index_nbytes, "unused_pieces", (json_int_t)indexed->n_unused, "why",
-        indexed->why.text, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
+        indexed->why.text, "compact", "portions", (json_int_t)plan->n_compact, "traced_again",
+        (json_int_t)plan->n_retraced, "bytes_decoded", (json_int_t)plan->decoded_nbytes);
 }
 
 static void print_text(const struct rmap_map *map, const struct rmap_criterion *criterion,
@@ -54,6 +56,10 @@ static void print_text(const struct rmap_map *map, const struct rmap_criterion *
     if (indexed->n_unused > 0)
         printf("  index    of %s cannot be used: raymap index makes it again (%s)\n",
                rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
+    if (plan->n_compact > 0)
+        printf("  compact  %s, rays traced again in %s\n",
+               rmap_counted(plan->n_compact, "portion").text,
+               plan->n_retraced > 0 ? rmap_counted(plan->n_retraced, "portion").text : "none");
     printf("  columns ");
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (plan->columns & RMAP_COLUMN_BIT(c))

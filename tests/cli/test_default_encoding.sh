@@ -11,6 +11,9 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o small.raymap -n 2000
 ! cat stdout.txt stderr.txt | grep -q compact || { echo "FAILED: a small map is not compact"; failures=1; }
 expect 0 '1 piece, plain$' "$RAYMAP" info small.raymap
 
+expect 0 '' "$RAYMAP" trace scene.yaml -o told.raymap -n 20000 --encoding compact
+expect 0 '^  compact  5 portions, rays traced again in none$' "$RAYMAP" query told.raymap 'hit(lens)' --explain
+expect 0 '^  compact  5 portions, rays traced again in 5 portions$' "$RAYMAP" query told.raymap 'path_length > 1' --explain
 expect 6 'compact encoding; --encoding plain' "$RAYMAP" trace scene.yaml -o large.raymap -n 10000001 --time-limit 0.3s
 expect 0 ', compact$' "$RAYMAP" info large.raymap
 expect 6 'compact encoding; --encoding plain' "$RAYMAP" trace scene.yaml -o begun.raymap -n 20M --resume --time-limit 0.3s
