@@ -119,6 +119,11 @@ uint64_t rmap_chunk_reader_nbytes_of_rows(const struct rmap_chunk_reader *self)
     return self->nbytes_of_rows;
 }
 
+void rmap_chunk_reader_set_nbytes_of_rows(struct rmap_chunk_reader *self, uint64_t nbytes)
+{
+    self->nbytes_of_rows = nbytes;
+}
+
 static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece, int *fd_ret,
                                    struct rmap_error *err)
 {

@@ -30,5 +30,6 @@ enum rmap_status rmap_chunk_reader_holds(struct rmap_chunk_reader *reader, size_
 /* As rmap_cursor_nbytes and rmap_cursor_nbytes_of_rows. */
 uint64_t rmap_chunk_reader_nbytes(const struct rmap_chunk_reader *reader);
 uint64_t rmap_chunk_reader_nbytes_of_rows(const struct rmap_chunk_reader *reader);
+void rmap_chunk_reader_set_nbytes_of_rows(struct rmap_chunk_reader *reader, uint64_t nbytes);
 
 #endif

@@ -44,6 +44,19 @@ void rmap_cursor_leave_paths(struct rmap_cursor *self, size_t piece)
     self->paths = NULL;
 }
 
+/* The stored bytes of a piece's paths are shared out over its rays. */
+static void count_paths(struct rmap_cursor *self, const struct rmap_portion_info *info)
+{
+    const size_t piece = (size_t)info->piece;
+    const int ray = rmap_map_piece_layout(self->map, piece)->stream[RMAP_STREAM_ray_path].table;
+    const uint64_t n = self->map->content.piece[piece].stored_rows[ray];
+    const uint64_t nbytes = rmap_map_paths_stored_nbytes(self->map, piece);
+    const uint64_t first = info->stored_first[ray], last = first + info->stored_rows[ray];
+    const uint64_t share = n > 0 ? nbytes * last / n - nbytes * first / n : 0;
+    rmap_chunk_reader_set_nbytes_of_rows(self->reader,
+                                         rmap_chunk_reader_nbytes_of_rows(self->reader) + share);
+}
+
 /* What any use of the portion's rows takes. */
 struct compact_rows {
     const struct rmap_compact_model *model;
@@ -65,6 +78,8 @@ static enum rmap_status enter_rows(struct rmap_cursor *self, const struct rmap_p
     if (!self->paths)
         RMAP_TRY(rmap_map_paths(self->map, piece, self->reader, &self->paths, err));
     self->paths_piece = piece;
+    if (!self->streams)
+        count_paths(self, info);
     st = read_rows(self, info, streams, &in_hand->rows, err);
 out:
     return st;

@@ -25,8 +25,9 @@ struct rmap_piece_chunks {
 struct rmap_kept_paths {
     struct rmap_path_table *table; /* NULL: not now */
     size_t n_user, nbytes;
-    uint64_t tick;      /* when it was asked for last */
-    bool names_nothing; /* some value of it is none of the scene's */
+    uint64_t stored_nbytes; /* in the file */
+    uint64_t tick;          /* when it was asked for last */
+    bool names_nothing;     /* some value of it is none of the scene's */
 };
 
 struct rmap_map {

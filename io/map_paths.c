@@ -72,7 +72,10 @@ static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chu
     RMAP_TRY(rmap_map_model(map, (size_t)info->space, &model, err));
     /* The piece's chunks vouch for its rows before memory is taken for them. */
     RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
+    const uint64_t before = rmap_chunk_reader_nbytes_of_rows(reader);
     RMAP_TRY(read_whole(map, piece, reader, &rows, err));
+    map->paths[piece].stored_nbytes = rmap_chunk_reader_nbytes_of_rows(reader) - before;
+    rmap_chunk_reader_set_nbytes_of_rows(reader, before);
     st = rmap_path_table_create(model, &rows, &map->paths[piece].table, err);
     if (st == RMAP_OK)
         map->paths[piece].names_nothing = !is_in_scene(map->scene[0], map->paths[piece].table);
@@ -121,6 +124,11 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
     shrink(self);
     (void)pthread_mutex_unlock(&self->paths_lock);
     return st;
+}
+
+uint64_t rmap_map_paths_stored_nbytes(const struct rmap_map *map, size_t piece)
+{
+    return map->paths[piece].stored_nbytes;
 }
 
 bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece)

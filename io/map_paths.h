@@ -26,6 +26,10 @@ enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
  * map's scene. */
 bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece);
 
+/* Of paths that the caller has: their stored bytes. No reader counts them as bytes of rows: who
+ * reads a piece's paths, and how often, depends on ranks, threads and memory. */
+uint64_t rmap_map_paths_stored_nbytes(const struct rmap_map *map, size_t piece);
+
 void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,
                               const struct rmap_path_table *paths);
 

@@ -59,6 +59,18 @@ for ranks in 1 2 3 4; do
     done
 done
 
+# Paths that many rays of a compact map share are read by every rank, and counted once.
+expect 0 '' "$RAYMAP" convert alone.raymap -o compact.raymap --encoding compact --quiet
+for ranks in 1 2 3; do
+    answer $ranks 2 compact.raymap compact-$ranks
+    for file in compact-1.*; do
+        cmp "$file" "compact-$ranks.${file#compact-1.}" || { echo "FAILED: compact, $ranks ranks"; failures=1; }
+    done
+    for kind in count sums limit csv json sensor.csv where.csv; do
+        cmp "reference.$kind" "compact-$ranks.$kind" || { echo "FAILED: compact, $kind, $ranks ranks"; failures=1; }
+    done
+done
+
 # Another number of rays only adds rays; another seed gives others.
 expect 0 '' "$RAYMAP" trace scene.yaml -o more.raymap -n 70000 --quiet
 expect 0 '' "$RAYMAP" query more.raymap "$criterion and ray < 3000" -o more.json --quiet
