@@ -230,15 +230,16 @@ static void add_weights(struct rmap_path_counts *self, const struct rmap_portion
     }
 }
 
-static enum rmap_status add_cells(struct rmap_path_counts *self, const struct rmap_portion *portion,
+/* Rays that were judged after they were keyed may not match. */
+static enum rmap_status add_cells(struct rmap_path_counts *self, const struct rmap_matched *rays,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
     uint64_t n_hit;
     for (size_t i = 0; i < keyed->n && !self->cells_full; i++)
-        if (keyed->n_hit[i] > 0)
-            RMAP_TRY(rmap_path_counts_add_hits(self, portion, i, &n_hit, err));
+        if (keyed->n_hit[i] > 0 && (!rays->match || rays->match[keyed->ray[i]]))
+            RMAP_TRY(rmap_path_counts_add_hits(self, rays->portion, i, &n_hit, err));
 out:
     return st;
 }
@@ -330,7 +331,7 @@ enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *self,
     if (later)
         RMAP_TRY(judge_left(self, &rays, &facts, err));
     if (cells)
-        RMAP_TRY(add_cells(self, portion, err));
+        RMAP_TRY(add_cells(self, &rays, err));
     st = rmap_path_counts_add_listed(self, &rays, !counted, err);
 out:
     return st;

@@ -42,6 +42,23 @@ detectors:
   - {name: eye, type: plane, on: wall, size: [60, 60], cells: [6, 6], at: [0, 0, 70], direction: [0, 0, -1]}
 """
 ALL = 'path("([TRIDdSFOAXKE]|V)*")'
+# More cells see light than are remembered at once, but not of rays that go on behind the pane.
+GATES = """
+raymap: 1
+units: mm
+media:
+  air: {index: 1}
+surfaces:
+  tinted: {type: mixture, reflect_specular: 0.1, transmit_specular: 0.6, transmit_diffuse: 0.1}
+geometries:
+  plate: {type: rectangle, size: [60, 60]}
+objects:
+  - {name: pane, geometry: plate, at: [0, 0, 40], surface: tinted, front: air, back: air}
+sources:
+  - {name: lamp, type: collimated, shape: {rectangle: [50, 50]}, direction: [0, 0, 1], medium: air}
+detectors:
+""" + "".join(f"  - {{name: gate{z}, type: plane, at: [0, 0, {z}], size: [50, 50], cells: [1000, 1000]}}\n"
+              for z in (10, 15, 20, 25, 30))
 VIEWS = [["--no-peaks", "--top", "all"], ["--no-peaks"], ["--top", "7"], ["--no-peaks", "--exact", "40"],
          ["--no-peaks", "--by", "object"], ["--no-peaks", "--no-events"], ["--no-peaks", "--collapse"],
          ["--no-peaks", "--sort", "length", "--matrix", "ghosts"]]
@@ -98,6 +115,19 @@ def check_room():
     check(room, 40000, [ALL, 'path(".* D@floor .*")', 'path("D@floor .*") == 0'])
 
 
+def check_peaks():
+    """Rays that do not match take no room from cells of those that do."""
+    with open("gates.yaml", "w") as file:
+        file.write(GATES)
+    gates = trace("gates.yaml", "gates.raymap", "-n", "180000")
+    criterion = 'path(".* [RTd] .*")'
+    n, want = paths(gates, f"{criterion} and ray >= 0")
+    assert 0.75 < n / 180000 < 0.85 and want.count('"peak": {') == 3, (n, want)
+    for threads in "1", "2":
+        assert paths(gates, criterion, "--threads", threads) == (n, want), threads
+
+
 check_odd()
 check_room()
+check_peaks()
 print("all as expected")
