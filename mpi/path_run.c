@@ -8,10 +8,6 @@
 #include "mpi/agree.h"
 #include "mpi/fold_run.h"
 
-/* Cells that the first pass takes along: more cost more time than another pass for the classes that
- * are shown. */
-enum { CELLS_FIRST = 3 << 13 };
-
 /* Threads whose states fit into a GiB. */
 enum { THREADS_MOST = 6 };
 
@@ -249,8 +245,6 @@ enum rmap_status rmap_path_run(const struct rmap_context *context,
     rmap_map_summarise(request->map, &summary);
     if (run.counting.most_classes > summary.n_row[RMAP_TABLE_RAY])
         run.counting.most_classes = (size_t)summary.n_row[RMAP_TABLE_RAY];
-    if (request->most_cells < run.counting.most_cells)
-        run.counting.most_cells = (size_t)request->most_cells;
     if (run.context.n_thread > THREADS_MOST)
         run.context.n_thread = THREADS_MOST;
     if (rmap_map_scene(request->map)->n_source > RMAP_PATH_SOURCES_MAX)
