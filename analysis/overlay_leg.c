@@ -71,6 +71,8 @@ static const struct rmap_gradient *gradient_of(const struct rmap_overlay_ray *ra
     const struct rmap_portion *portion = ray->portion;
     const size_t row = ray->segment + leg;
     const int32_t medium = portion->segment.medium[row];
+    if (scene->n_gradient == 0) /* what only a damaged map says; where legs start was not read */
+        return NULL;
     const int32_t beside[2] = {portion->segment.object[row],
                                leg > 0 ? portion->segment.object[row - 1]
                                        : portion->ray.start_object[ray->row]};
