@@ -31,7 +31,7 @@ COMMANDS = [
     ["info", "--json"],
     ["stats", "--of", "path_length"], ["stats", "--of", "segments", "--by", "source"],
     ["stats", "--of", "x(sensor)", "--by", "detector"], ["stats", "--of", "flux", "--of", "wavelength"],
-    ["paths"], ["paths", "--matrix", "all"], ["paths", "-d", "sensor"],
+    ["paths"], ["paths", "--where", 'path(".*")'], ["paths", "--matrix", "all"], ["paths", "-d", "sensor"],
     ["query", "source(lamp) and hit(lens.*, reflect)", "registered(sensor)", "--count"],
     ["query", "not source(second)", "--limit", "3"], ["query", "all", "-o", "out.vtp", "--force"],
     ["draw", "-o", "out.svg", "--force"], ["draw", "-o", "out.html", "--force", "--by", "surface"],
