@@ -4,6 +4,7 @@
 #include "analysis/query_marker.h"
 #include "analysis/query_sums.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 
 /* For these an index is read where no criterion asks for it. */
 static const rmap_column_set columns_by_index = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
@@ -99,9 +100,7 @@ static enum rmap_status judge(struct rmap_fold_scanner *self, struct rmap_matche
     RMAP_TRY(rmap_criterion_evaluate(fold->criterion, rays->portion,
                                      rmap_map_flux_per_weight(fold->map), self->match, err));
     rays->match = self->match;
-    rays->n_match = 0;
-    for (size_t i = 0; i < n; i++)
-        rays->n_match += self->match[i];
+    rays->n_match = rmap_pick_count(self->match, n);
 out:
     return st;
 }

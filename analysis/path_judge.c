@@ -5,6 +5,7 @@
 
 #include "analysis/path_key_internal.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 #include "base/wide.h"
 
 enum { N_STEP = 1 << 16 };
@@ -56,7 +57,8 @@ static enum rmap_status make_symbols(struct rmap_path_judge *judge,
     if (!judge->symbol)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the symbols of paths");
     (void)find_events(keys, node->path.table, of_letter);
-    for (uint32_t step = 0; step < N_STEP; step++) {
+    const size_t n_place = 1 + keys->labels.n + keys->scene->n_medium; /* that legs have */
+    for (uint32_t step = 0; step < n_place << RMAP_PATH_LETTER_BITS; step++) {
         const size_t place = step >> RMAP_PATH_LETTER_BITS;
         const bool is_object = place > 0 && place <= keys->labels.n;
         judge->symbol[step] = rmap_path_symbol(node, is_object ? (int32_t)place - 1 : -1,
@@ -73,20 +75,6 @@ static enum rmap_status reserve(uint8_t **bytes, size_t *cap, size_t n, struct r
     return st;
 }
 
-RMAP_WIDE static size_t count_ones(const uint8_t *flag, size_t n)
-{
-    enum { TOGETHER = 128 }; /* whose sum a byte holds */
-    size_t sum = 0;
-    for (size_t first = 0; first < n; first += TOGETHER) {
-        const size_t end = n - first < TOGETHER ? n : first + TOGETHER;
-        uint8_t some = 0;
-        for (size_t i = first; i < end; i++)
-            some = (uint8_t)(some + flag[i]);
-        sum += some;
-    }
-    return sum;
-}
-
 RMAP_WIDE static void set_where(uint8_t *restrict match, const uint8_t *restrict skip, size_t n)
 {
     for (size_t i = 0; i < n; i++)
@@ -97,7 +85,7 @@ RMAP_WIDE static void set_where(uint8_t *restrict match, const uint8_t *restrict
 static void settle(struct rmap_path_judge *judge, struct rmap_matched *rays)
 {
     judge->n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    judge->n_match = count_ones(judge->match, judge->n_ray);
+    judge->n_match = rmap_pick_count(judge->match, judge->n_ray);
     rays->match = judge->match;
     rays->n_match = judge->n_match;
     rays->open = NULL;

@@ -6,6 +6,7 @@
 #include "analysis/criterion_tree.h"
 #include "analysis/query_marker.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 
 struct rmap_picker {
     const struct rmap_map *map;
@@ -182,9 +183,7 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
         goto out;
     if (self->pick.id)
         RMAP_TRY(keep_listed(self, portion, match, err));
-    *n_ret = 0;
-    for (size_t i = 0; i < n; i++)
-        *n_ret += match[i];
+    *n_ret = rmap_pick_count(match, n);
     if (*n_ret > 0)
         *match_ret = match;
 out:

@@ -4,6 +4,7 @@
 #include "analysis/criterion_tree.h"
 #include "analysis/query_verdicts.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 
 struct rmap_query_marker {
     const struct rmap_map *map;
@@ -64,7 +65,6 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t 
 {
     enum rmap_status st = RMAP_OK;
     const size_t n_ray = self->n_ray; /* entering vouched for it */
-    size_t n = 0;
     *match_ret = NULL;
     *n_ret = n_ray;
     if (!self->criterion || n_ray == 0)
@@ -74,10 +74,8 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t 
     self->match = block;
     RMAP_TRY(st);
     RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
-    for (size_t i = 0; i < n_ray; i++)
-        n += self->match[i];
     *match_ret = self->match;
-    *n_ret = n;
+    *n_ret = rmap_pick_count(self->match, n_ray);
 out:
     return st;
 }

@@ -9,6 +9,7 @@
 #include "analysis/query_collect.h"
 #include "analysis/query_verdicts.h"
 #include "base/alloc.h"
+#include "base/pick.h"
 
 struct place {
     int32_t piece;
@@ -32,14 +33,12 @@ static enum rmap_status collect(struct rmap_query_scanner *self, size_t index,
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n_ray = (size_t)rmap_map_portion(self->map, index)->n_row[RMAP_TABLE_RAY], n = 0;
+    size_t n_ray = (size_t)rmap_map_portion(self->map, index)->n_row[RMAP_TABLE_RAY];
     void *block = self->match;
     RMAP_TRY(rmap_reserve(&block, &self->match_cap, n_ray, 1, err));
     self->match = block;
     RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
-    for (size_t i = 0; i < n_ray; i++)
-        n += self->match[i];
-    if (n > 0)
+    if (rmap_pick_count(self->match, n_ray) > 0)
         st = rmap_collector_add(&self->collector, index, self->match, err);
 out:
     return st;

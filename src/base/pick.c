@@ -5,6 +5,21 @@
 #include <string.h>
 
 #include "base/intrinsics.h"
+#include "base/wide.h"
+
+RMAP_WIDE size_t rmap_pick_count(const uint8_t *match, size_t n)
+{
+    enum { TOGETHER = 128 }; /* whose sum a byte holds */
+    size_t sum = 0;
+    for (size_t first = 0; first < n; first += TOGETHER) {
+        const size_t end = n - first < TOGETHER ? n : first + TOGETHER;
+        uint8_t some = 0;
+        for (size_t i = first; i < end; i++)
+            some = (uint8_t)(some + match[i]);
+        sum += some;
+    }
+    return sum;
+}
 
 #ifdef RMAP_INTRINSICS
 enum { WIDTH = 4 };

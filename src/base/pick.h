@@ -11,6 +11,9 @@
 /* `to` has room for this many more than are picked: what then stands there is undefined. */
 enum { RMAP_PICK_MORE = 4 };
 
+/* How many of match[k] are 1, not 0. */
+size_t rmap_pick_count(const uint8_t *match, size_t n);
+
 /* Those with match[k] 1, not 0; returns how many. */
 size_t rmap_pick_matching(const double *value, const uint8_t *match, size_t n, double *to);
 

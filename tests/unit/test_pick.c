@@ -38,6 +38,7 @@ static void test_pick(void **state)
             wanted[n_wanted] = value[k];
             n_wanted += match[k];
         }
+        assert_int_equal(rmap_pick_count(match, n), n_wanted);
         assert_int_equal(rmap_pick_matching(value, match, n, to), n_wanted);
         assert_memory_equal(to, wanted, n_wanted * sizeof *to);
         memset(to, 0, sizeof to);
