@@ -33,18 +33,6 @@ static void tell_unrecorded(const struct rmap_context *context, const struct rma
                 session->scene->simulation.name);
 }
 
-/* Who reads columns by other tools should know before the rays are traced; a map that is gone on
- * with was begun with this said. */
-static void tell_encoding(const struct rmap_context *context,
-                          const struct rmap_trace_session *session)
-{
-    const struct rmap_trace_request *request = &session->request;
-    if (context->rank == 0 && !context->quiet && request->map_path && !request->has_encoding &&
-        !session->goal.map && request->encoding == RMAP_ENCODING_COMPACT)
-        fprintf(stderr, "raymap: so many rays are stored in the compact encoding; --encoding plain "
-                        "keeps columns that h5py reads, in more bytes\n");
-}
-
 static enum rmap_status run_trace(const struct rmap_context *context,
                                   const struct rmap_arguments *given, struct rmap_error *err)
 {
@@ -57,7 +45,6 @@ static enum rmap_status run_trace(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     tell_unrecorded(context, given, &session);
     RMAP_TRY(rmap_trace_session_begin(&session, err));
-    tell_encoding(context, &session);
     RMAP_TRY(rmap_trace_session_run(&session, err));
     RMAP_TRY(rmap_trace_session_conclude(&session, err));
     if (rmap_argument(given, "index") && session.request.map_path)

@@ -103,40 +103,31 @@ enum rmap_status rmap_trace_goal_begin(const struct rmap_trace_request *request,
     return add_phases(goal, err);
 }
 
-/* How many rays a map was asked for. */
-static enum rmap_status count_wanted(const struct rmap_map *map, uint64_t *total,
-                                     struct rmap_error *err)
-{
-    struct rmap_ray_set wanted = {0};
-    enum rmap_status st = rmap_rays_wanted(map, &wanted, err);
-    *total = rmap_ray_set_count(&wanted);
-    rmap_ray_set_fini(&wanted);
-    return st;
-}
-
-/* A map's own seed and encoding are taken over unless others were asked for. One that died before
- * it had a piece is stored as its number of rays says. */
+/* A map's own seed and encoding are taken over unless others were asked for. */
 static void adopt(struct rmap_trace_request *request, struct rmap_run *run,
-                  const struct rmap_map *map, uint64_t total)
+                  const struct rmap_map *map)
 {
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
     if (!request->has_seed)
         request->seed = summary.seed;
-    if (!request->has_encoding)
-        request->encoding = rmap_map_n_piece(map) > 0
-                                ? (enum rmap_encoding)rmap_map_piece(map, 0)->encoding
-                                : rmap_trace_encoding(total);
+    if (!request->has_encoding && rmap_map_n_piece(map) > 0)
+        request->encoding = (enum rmap_encoding)rmap_map_piece(map, 0)->encoding;
     run->seed = request->seed;
     run->encoding = request->encoding;
 }
 
 /* What the command line says again must be what the map was asked for. */
 static enum rmap_status check_resumed(const struct rmap_trace_request *request,
-                                      const struct rmap_map *map, uint64_t total,
-                                      struct rmap_error *err)
+                                      const struct rmap_map *map, struct rmap_error *err)
 {
+    struct rmap_ray_set wanted = {0};
     size_t n = rmap_map_n_run(map);
+    enum rmap_status st = rmap_rays_wanted(map, &wanted, err);
+    const uint64_t total = rmap_ray_set_count(&wanted);
+    rmap_ray_set_fini(&wanted);
+    if (st != RMAP_OK)
+        return st;
     bool known = !request->has_n_ray, begins = !request->has_first_ray;
     for (size_t i = 0; i < n; i++) {
         const struct rmap_run_row *row = rmap_map_run(map, i);
@@ -203,14 +194,12 @@ enum rmap_status rmap_trace_goal_admit(struct rmap_trace_request *request, struc
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = goal->map;
-    uint64_t total;
-    RMAP_TRY(count_wanted(map, &total, err));
-    adopt(request, run, map, total);
+    adopt(request, run, map);
     RMAP_TRY(rmap_map_admit(map, run, &goal->space, err));
     if (request->mode == RMAP_TRACE_APPEND) {
         RMAP_TRY(make_row(request, goal, err));
     } else {
-        RMAP_TRY(check_resumed(request, map, total, err));
+        RMAP_TRY(check_resumed(request, map, err));
         if ((size_t)goal->space >= rmap_map_n_space(map))
             st = rmap_error_set(err, RMAP_INPUT,
                                 "%s has no rays in this colour space (--color, spectrum); "

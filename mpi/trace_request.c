@@ -17,7 +17,7 @@ const struct rmap_option rmap_trace_options[] = {
     {"index", 0, NULL, "prepare the map for fast questions at the end, as raymap index does"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
     {"encoding", 0, "NAME",
-     "plain or compact: how the map is stored (default: plain; compact beyond 10M rays)"},
+     "compact or plain: how the map is stored (default compact; plain has columns for h5py)"},
     {"piece-size", 0, "BYTES",
      "close a file of the map that has so much to compress (default 512Mi)"},
     {"flush", 0, "TIME", "what was traced longer ago is safe from any crash (default 10s)"},
@@ -97,14 +97,15 @@ static enum rmap_status read_encoding(const struct rmap_arguments *given,
         request->has_encoding = true;
         return RMAP_OK;
     }
-    return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'", text);
+    return rmap_error_set(err, RMAP_USAGE, "--encoding is 'compact' or 'plain', not '%s'", text);
 }
 
 enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
                                          struct rmap_trace_request *request, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *request = (struct rmap_trace_request){.scene_path = given->operand[0], .seed = 1};
+    *request = (struct rmap_trace_request){
+        .scene_path = given->operand[0], .seed = 1, .encoding = RMAP_ENCODING_COMPACT};
     request->map_path = rmap_argument(given, "output");
     request->shard_dir = rmap_argument(given, "shard-dir");
     request->force = rmap_argument(given, "force") != NULL;
@@ -129,12 +130,6 @@ out:
     return st;
 }
 
-enum rmap_encoding rmap_trace_encoding(uint64_t n_ray)
-{
-    const uint64_t most_plain = 10000000;
-    return n_ray > most_plain ? RMAP_ENCODING_COMPACT : RMAP_ENCODING_PLAIN;
-}
-
 enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
                                              const struct rmap_scene *scene,
                                              struct rmap_trace_request *request,
@@ -146,8 +141,6 @@ enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
                   (request->mode != RMAP_TRACE_NEW || simulation->record || !simulation->name);
     if (!request->has_n_ray)
         request->n_ray = simulation->rays ? simulation->rays : default_rays;
-    if (!request->has_encoding)
-        request->encoding = rmap_trace_encoding(request->n_ray);
     if (request->time_limit_s <= 0.0)
         request->time_limit_s = simulation->time_limit_s;
     if (request->n_ray > RMAP_RAY_END - request->first_ray)

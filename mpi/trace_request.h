@@ -20,7 +20,7 @@ struct rmap_trace_request {
     bool has_n_ray, has_first_ray, has_seed, force;
     uint64_t seed, piece_nbytes;
     double time_limit_s;
-    enum rmap_encoding encoding; /* if not given, that of rmap_trace_encoding */
+    enum rmap_encoding encoding; /* if not given, the map's own, or compact */
     bool has_encoding;
     double flush_s;           /* 0: the writer's default */
     uint64_t flush_portions;  /* 0: by time alone */
@@ -34,10 +34,6 @@ struct rmap_trace_request {
 enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,
                                          struct rmap_trace_request *request,
                                          struct rmap_error *err) RMAP_MUST_USE;
-
-/* How a map of so many rays is stored if nobody says it: columns that any HDF5 tool reads, while
- * they fit in a workstation's memory; beyond that bytes are what matters. */
-enum rmap_encoding rmap_trace_encoding(uint64_t n_ray);
 
 /* What the command line leaves open, the chosen simulation of the scene says. */
 enum rmap_status rmap_trace_request_complete(const struct rmap_arguments *given,
