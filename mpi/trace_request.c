@@ -17,7 +17,7 @@ const struct rmap_option rmap_trace_options[] = {
     {"index", 0, NULL, "prepare the map for fast questions at the end, as raymap index does"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
     {"encoding", 0, "NAME",
-     "compact or plain: how the map is stored (default compact; plain has columns for h5py)"},
+     "plain or compact: how the map is stored (default compact; plain has columns for h5py)"},
     {"piece-size", 0, "BYTES",
      "close a file of the map that has so much to compress (default 512Mi)"},
     {"flush", 0, "TIME", "what was traced longer ago is safe from any crash (default 10s)"},
@@ -97,7 +97,7 @@ static enum rmap_status read_encoding(const struct rmap_arguments *given,
         request->has_encoding = true;
         return RMAP_OK;
     }
-    return rmap_error_set(err, RMAP_USAGE, "--encoding is 'compact' or 'plain', not '%s'", text);
+    return rmap_error_set(err, RMAP_USAGE, "--encoding is 'plain' or 'compact', not '%s'", text);
 }
 
 enum rmap_status rmap_trace_request_read(const struct rmap_arguments *given,

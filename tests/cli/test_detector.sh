@@ -7,7 +7,7 @@
 . "$(dirname "$0")/expect.bash"
 rm -rf ./*
 write_scene scene.yaml
-expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 20000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 20000 --encoding plain --quiet
 
 expect 0 '^flux ' "$RAYMAP" detector a.raymap sensor -o all.csv
 cp stdout.txt all.txt

@@ -118,7 +118,7 @@ expect 0 'nothing is wrong' "$RAYMAP" repair a.raymap --dry-run
 touch there.csv
 expect 2 'exists' "$RAYMAP" query a.raymap all -o there.csv
 echo old >there.csv
-cp -r a.raymap bad.raymap && piece=bad.raymap/shard-00000/piece-00000.h5
+"$RAYMAP" convert a.raymap -o bad.raymap --encoding plain --quiet && piece=bad.raymap/shard-00000/piece-00000.h5
 for share in 2 3 4 5 6 7 8; do
     printf 'damaged' | dd of=$piece bs=1 conv=notrunc status=none \
         seek=$(($(stat -c %s $piece) * share / 10))

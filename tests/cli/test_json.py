@@ -30,7 +30,8 @@ checked = run("check", SCENE)
 assert checked["errors"] == 0 and checked["diagnostics"] == [], checked
 assert "star" in checked["scene"]["sources"] and checked["scene"]["units"] == "mm"
 
-traced = run("trace", SCENE, "-o", "a.raymap", "-n", "20001", "--seed", "12345678901234567")
+traced = run("trace", SCENE, "-o", "a.raymap", "-n", "20001", "--seed", "12345678901234567",
+             "--encoding", "plain")
 assert traced["rays"] == 20001 and traced["complete"] is True
 for source in traced["sources"]:
     absorbed = sum(source["absorbed"]["objects"].values()) + sum(source["absorbed"]["media"].values())

@@ -194,7 +194,7 @@ class Verdicts:
 
 def judge_scene_in(name, scene, n_ray, k):
     """All maps of a scene against the judge; what the program does not know yet."""
-    plain = trace(scene, f"{name}.raymap", n_ray)
+    plain = trace(scene, f"{name}.raymap", n_ray, "--encoding", "plain")
     pieces = trace(scene, f"{name}-pieces.raymap", n_ray, "--piece-size", "1Mi", "--encoding",
                    ("plain", "compact")[k % 2], ranks=2 + (k + 1) % 2)
     compact = trace(scene, f"{name}-compact.raymap", n_ray, "--encoding", "compact")

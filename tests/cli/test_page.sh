@@ -8,7 +8,7 @@
 rm -rf ./*
 write_scene scene.yaml
 sed -i 's|name: sensor|name: "</script><b>ü \\\\u003c-->"|' scene.yaml
-expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o a.raymap -n 5000 --encoding plain --quiet
 expect 0 '2000 of 5000 matching' "$RAYMAP" draw a.raymap -o all.html
 expect 0 '60 of [0-9]+ matching' "$RAYMAP" draw a.raymap --where 'hit(lens.2, reflect_specular)' --where 'segments in 4..5' --by object --limit 60 -o some.html
 expect 0 '0 of 0 matching' "$RAYMAP" draw a.raymap --where 'segments > 1000' -o none.html

@@ -139,9 +139,9 @@ def check_pip():
 
 
 examples = SOURCE / "examples"
-LENS = trace(examples / "double-gauss" / "scene.yaml", "lens.raymap", 3000)
+LENS = trace(examples / "double-gauss" / "scene.yaml", "lens.raymap", 3000, "--encoding", "plain")
 OTHER = trace(examples / "double-gauss" / "scene.yaml", "other.raymap", 3000, "--seed", 2)
-ROOM = trace(examples / "room" / "scene.yaml", "room.raymap", 2000, "--encoding", "compact")
+ROOM = trace(examples / "room" / "scene.yaml", "room.raymap", 2000)
 check_reading(LENS)
 check_asking(LENS)
 check_scripts(LENS, OTHER, ROOM)

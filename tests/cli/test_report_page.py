@@ -170,7 +170,7 @@ for words in ("<script>alert(1)</script>", "lamp & co", "eye <1>", "glass & <b>"
     assert words in odd.text, words
 
 run("trace", os.path.join(SOURCE, "examples", "double-gauss", "scene.yaml"), "-o", "lens.raymap",
-    "-n", 5000, "--quiet")
+    "-n", 5000, "--encoding", "plain", "--quiet")
 check("lens.raymap")
 
 # Paths from the first rays alone: each source's flux is spread over those of its rays.

@@ -65,7 +65,7 @@ ALIKE = [("hit(barrel)", "not hit(*, reflect_specular)"),
 
 def test_second_reads_nothing():
     """Nothing of the map is left on disk but its index when the second question of a kind comes."""
-    for name, options in (("plain", []), ("compact", ["--encoding", "compact"])):
+    for name, options in (("plain", ["--encoding", "plain"]), ("compact", [])):
         for indexed in (False, True):
             path = f"hot-{name}-{indexed}.raymap"
             shutil.rmtree(path, ignore_errors=True)

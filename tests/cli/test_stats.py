@@ -469,7 +469,8 @@ def check_seeds():
 def main():
     with open("scene.yaml", "w", encoding="utf8") as file:
         file.write(SCENE)
-    run("trace", "scene.yaml", "-o", "a.raymap", "-n", RAYS, "--force", "--quiet")
+    run("trace", "scene.yaml", "-o", "a.raymap", "-n", RAYS, "--encoding", "plain", "--force",
+        "--quiet")
     m = Map("a.raymap")
     check_numbers(m, "a.raymap")
     check_wavelengths(m, "a.raymap")

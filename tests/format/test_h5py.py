@@ -153,7 +153,8 @@ def check_chunks(path):
             check((info.byte_offset, info.size) == (offset, nbytes), f"chunk of {dataset.name}")
 
 
-run(RAYMAP, "trace", SCENE, "-o", "map.raymap", "-n", str(RAYS), "--force", "--quiet")
+run(RAYMAP, "trace", SCENE, "-o", "map.raymap", "-n", str(RAYS), "--encoding", "plain", "--force",
+    "--quiet")
 with h5py.File("map.raymap/map.h5", "r") as index_file:
     check_root(index_file, "raymap map")
     check_described(index_file)
@@ -175,7 +176,7 @@ for piece_path in paths:
     text = run("h5dump", "-d", "/segment/event", "-c", "5", piece_path)
     check("DATASET" in text and "(0)" in text, "h5dump of a piece")
 check("DATASET" in run("h5dump", "-d", "/ray/stop", "-c", "5", "map.raymap/map.h5"), "h5dump")
-run(RAYMAP, "trace", SCENE, "-o", "few.raymap", "-n", "500", "--force", "--quiet", "--encoding", "compact")
+run(RAYMAP, "trace", SCENE, "-o", "few.raymap", "-n", "500", "--force", "--quiet")
 with h5py.File("few.raymap/map.h5", "r") as index_file:
     view = index_file.attrs["view"].decode()
     check(view.startswith("none: ") and "raymap convert MAP -o MAP2 --encoding plain" in view,

@@ -54,7 +54,7 @@ for radius in ("4", "0.7", "0.1"):
         file.write(FOG % radius)
 for scene, detector, n in ((ROOM, "floor_map", 5000), ("ball-4.yaml", "sensor", 20001),
                            ("ball-0.7.yaml", "sensor", 20001), ("ball-0.1.yaml", "sensor", 60001)):
-    run("trace", scene, "-n", n, "-o", "plain.raymap", "--force", "--quiet")
+    run("trace", scene, "-n", n, "-o", "plain.raymap", "--encoding", "plain", "--force", "--quiet")
     want, want_image = told("plain.raymap"), image("plain.raymap", detector)
     for ranks, threads in ((1, 1), (1, 2), (3, 1)):
         run("trace", scene, "-n", n, "-o", "compact.raymap", "--encoding", "compact", "--threads",
@@ -65,6 +65,6 @@ for scene, detector, n in ((ROOM, "floor_map", 5000), ("ball-4.yaml", "sensor", 
 
 # Ids end where 64 bits do.
 LAST = ("ball-0.7.yaml", "--first-ray", 2**64 - 616, "-n", 600, "--force", "--quiet")
-run("trace", *LAST, "-o", "plain.raymap")
+run("trace", *LAST, "-o", "plain.raymap", "--encoding", "plain")
 run("trace", *LAST, "-o", "compact.raymap", "--encoding", "compact")
 assert told("compact.raymap") == told("plain.raymap")

@@ -56,7 +56,7 @@ digest() {
     "$RAYMAP" info "$1" --json | sed -n 's/.*"digest": "\([0-9a-f]\{32\}\)".*/\1/p'
 }
 
-trace 1 1 alone.raymap
+trace 1 1 alone.raymap --encoding plain
 want=$(digest alone.raymap)
 [ ${#want} -eq 32 ] || { echo "FAILED: no digest"; failures=1; }
 /usr/bin/python3 - stdout.txt <<'END' || { echo "FAILED: energy balance"; failures=1; }

@@ -26,7 +26,7 @@ same() { # MAP WHAT
     expect 0 ' 0 findings' "$RAYMAP" verify "$1"
 }
 
-expect 0 '' "$RAYMAP" trace scene.yaml -o want.raymap -n $rays --threads 1 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o want.raymap -n $rays --threads 1 --encoding plain --quiet
 facts want.raymap >want.txt
 read -r _ _ legs _ points _ <want.txt
 [ "$points" -gt $rays ] || { echo "FAILED: $points points of $legs legs"; failures=$((failures + 1)); }
@@ -53,14 +53,14 @@ for encoding in plain compact; do
 done
 
 # Appended, converted there and back, merged of parts.
-expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 20000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o grown.raymap -n 20000 --encoding plain --quiet
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o grown.raymap --append -n $((rays - 20000)) --encoding compact --quiet
 same grown.raymap appending
 expect 0 '' mpirun -np 2 "$RAYMAP" convert grown.raymap -o small.raymap --encoding compact
 same small.raymap converting
 expect 0 '' "$RAYMAP" convert small.raymap -o plain.raymap --encoding plain
 same plain.raymap 'converting back'
-expect 0 '' "$RAYMAP" trace scene.yaml -o late.raymap --first-ray 20480 -n $((rays - 20480)) --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o late.raymap --first-ray 20480 -n $((rays - 20480)) --encoding plain --quiet
 expect 0 '' "$RAYMAP" trace scene.yaml -o early.raymap -n 20480 --encoding compact --quiet
 expect 0 '' "$RAYMAP" merge early.raymap late.raymap -o merged.raymap
 same merged.raymap merging

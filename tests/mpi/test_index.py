@@ -65,6 +65,7 @@ def flip(name, at):
 def test_sizes_and_same_bytes():
     for scene, name, rays in ((LENS, "lens.raymap", 60000), (ROOM, "room.raymap", 30000)):
         run("trace", scene, "-o", name, "-n", rays, "--force", "--quiet", "--piece-size", "4Mi",
+            "--encoding", "plain",
             ranks=2)
         n = len(pieces(name))
         assert n > 2 and indexes(name) == []
@@ -108,12 +109,14 @@ def test_none_beyond_a_tenth():
 
 
 def test_a_trace_may_make_them():
-    done = run("trace", LENS, "-o", "t.raymap", "-n", 5000, "--index", "--force")
+    done = run("trace", LENS, "-o", "t.raymap", "-n", 5000, "--index", "--force",
+               "--encoding", "plain")
     assert "history indexes" in done[1] and len(indexes("t.raymap")) == len(pieces("t.raymap"))
     run("trace", LENS, "-o", "t.raymap", "-n", 5000, "--append", "--index", "--quiet")
     assert len(indexes("t.raymap")) == len(pieces("t.raymap")) > 1
     assert told("verify", "t.raymap", ranks=2)["ok"]
-    run("trace", LENS, "-o", "t.raymap", "-n", 100, "--force", "--quiet")
+    run("trace", LENS, "-o", "t.raymap", "-n", 100, "--force", "--quiet",
+        "--encoding", "plain")
     assert indexes("t.raymap") == []
 
 
@@ -191,11 +194,13 @@ def test_convert_and_merge():
     assert answers("c.raymap") == before and told("verify", "c.raymap")["ok"]
     for k in range(2):
         run("trace", LENS, "-o", f"m{k}.raymap", "-n", 9000, "--first-ray", 9000 * k, "--quiet",
+            "--encoding", "plain",
             "--force", *(["--index"] if k == 0 else []))
     told("merge", "m0.raymap", "m1.raymap", "-o", "m.raymap", "--force")
     assert len(indexes("m.raymap")) == len(pieces("m.raymap")) - 1
     assert told("verify", "m.raymap")["ok"]
-    run("trace", LENS, "-o", "whole.raymap", "-n", 18000, "--quiet", "--force")
+    run("trace", LENS, "-o", "whole.raymap", "-n", 18000, "--quiet", "--force",
+        "--encoding", "plain")
     assert answers("m.raymap") == answers("whole.raymap")
     assert told("index", "m.raymap")["made"] == 1 and answers("m.raymap") == answers("whole.raymap")
 

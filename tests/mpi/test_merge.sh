@@ -23,7 +23,7 @@ same() { # MAP: as all.raymap
 "$RAYMAP" detector all.raymap sensor -o want.csv --quiet
 "$RAYMAP" query all.raymap 'registered(sensor)' 'ended(left)' --quiet >want.txt
 mpirun -np 2 "$RAYMAP" trace scene.yaml -o a.raymap -n 20480 --quiet
-"$RAYMAP" trace scene.yaml -o b.raymap --first-ray 20480 -n 9520 --quiet --piece-size 1Mi
+"$RAYMAP" trace scene.yaml -o b.raymap --first-ray 20480 -n 9520 --encoding plain --quiet --piece-size 1Mi
 "$RAYMAP" trace scene.yaml -o c.raymap --first-ray 30000 -n 20000 --quiet
 expect 0 '50,000 rays' "$RAYMAP" merge a.raymap b.raymap c.raymap -o merged.raymap
 same merged.raymap
@@ -37,7 +37,7 @@ rm -rf ca.raymap
 same nested.raymap # hard links need nothing of what they were made from
 
 # Another colour space of the same scene joins; its rays are not those of the first.
-"$RAYMAP" trace scene.yaml -o rgb.raymap --color rgb --first-ray 60000 -n 5000 --quiet
+"$RAYMAP" trace scene.yaml -o rgb.raymap --color rgb --first-ray 60000 -n 5000 --encoding plain --quiet
 expect 0 '55,000 rays' "$RAYMAP" merge all.raymap rgb.raymap -o colours.raymap
 expect 0 ' 0 findings' "$RAYMAP" verify colours.raymap
 expect 0 '55,000 rays' "$RAYMAP" convert colours.raymap -o again.raymap

@@ -6,7 +6,7 @@
 . "$(dirname "$0")/../cli/expect.bash"
 command -v mpirun >/dev/null || { echo "no mpirun here"; exit 77; }
 rm -rf ./*
-expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/room/scene.yaml" -o room.raymap -n 30000 --quiet
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/room/scene.yaml" -o room.raymap -n 30000 --encoding plain --quiet
 
 answer() { # RANKS THREADS PREFIX
     local run=(mpirun -np "$1" "$RAYMAP" paths room.raymap --threads "$2" --quiet)
@@ -31,7 +31,7 @@ for way in '1 2' '2 1' '3 2' '4 1' '2 3'; do
 done
 
 # An index tells the same paths.
-expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/double-gauss/scene.yaml" -o lens.raymap -n 20000 --quiet
+expect 0 '' "$RAYMAP" trace "$SOURCE_DIR/examples/double-gauss/scene.yaml" -o lens.raymap -n 20000 --encoding plain --quiet
 lens() { # PREFIX COMMAND...
     local prefix=$1
     shift

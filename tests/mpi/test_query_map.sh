@@ -18,7 +18,7 @@ rays() { # MAP FILE: all its rays, as JSON
 }
 
 # Two colour spaces, several shards.
-mpirun -np 2 "$RAYMAP" trace scene.yaml -o a.raymap -n 40001 --threads 2 --piece-size 2Mi --quiet
+mpirun -np 2 "$RAYMAP" trace scene.yaml -o a.raymap -n 40001 --threads 2 --piece-size 2Mi --encoding plain --quiet
 mpirun -np 3 "$RAYMAP" trace scene.yaml -o a.raymap -n 13000 --color rgb --append --threads 1 --quiet
 total=53001
 criterion='hit(screen, reflect_diffuse) and not ray in 9000..9100'

@@ -34,12 +34,18 @@ def measure(name, *arguments):
     assert len(answers) == 1, (name, answers)
 
 
-run("trace", SCENE, "-o", MAP, "-n", "70000")
-for index in (False, True):
-    if index:
-        run("index", MAP)
-    measure("count", "hit('*_wall')", "--count", "--json")
-    measure("numbers", "path_length < 8 m and angle(floor_map) < 30 deg", "--count", "--json")
-    measure("rays", "hit(*)", "-o", "rays.vtp", "--force")
-measure("sample", "hit(*)", "--sample", "20000", "-o", "some.csv", "--force")
-measure("map", "hit(*)", "-o", "rays.raymap", "--force")
+def measure_all():
+    """Every kind of question; of an index, too."""
+    for index in (False, True):
+        if index:
+            run("index", MAP, "--large")
+        measure("count", "hit('*_wall')", "--count", "--json")
+        measure("numbers", "path_length < 8 m and angle(floor_map) < 30 deg", "--count", "--json")
+        measure("rays", "hit(*)", "-o", "rays.vtp", "--force")
+    measure("sample", "hit(*)", "--sample", "20000", "-o", "some.csv", "--force")
+    measure("map", "hit(*)", "-o", "rays.raymap", "--force")
+
+
+for encoding in ("plain", "compact"):
+    run("trace", SCENE, "-o", MAP, "-n", "70000", "--encoding", encoding, "--force")
+    measure_all()

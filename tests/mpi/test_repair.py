@@ -91,7 +91,8 @@ def heal(what, lost=None, ranks=1, arguments=()):
 
 for leftover in glob.glob("*.raymap"):
     shutil.rmtree(leftover)
-run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", "3Mi", "--quiet", ranks=2)
+run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", "3Mi",
+    "--encoding", "plain", "--quiet", ranks=2)
 pieces = sorted(os.path.relpath(p, "a.raymap") for p in glob.glob("a.raymap/shard-*/piece-*.h5"))
 piece, other = pieces[0], pieces[-1]
 WANT = info("a.raymap")

@@ -99,13 +99,13 @@ expect 6 'resume' mpirun -np 2 "${stop[@]}" -o time.raymap --piece-size 4Mi
 expect 6 '' mpirun -np 3 "${stop[@]}" -o time.raymap --resume
 expect 0 'held already' mpirun -np 4 "$RAYMAP" trace scene.yaml -o time.raymap --resume -n $rays --shards-per-node 1
 same time.raymap 'two stops'
-expect 6 '' mpirun -np 2 "${stop[@]}" -o mixed.raymap
+expect 6 '' mpirun -np 2 "${stop[@]}" -o mixed.raymap --encoding plain
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o mixed.raymap --resume --encoding compact --quiet
 same mixed.raymap 'another encoding'
 expect 0 'is complete' mpirun -np 2 "$RAYMAP" trace scene.yaml -o time.raymap --resume
 
 # Damaged pieces and journals are told, left out, and their rays traced again.
-begin hurt.raymap 2 9 --piece-size 8Mi
+begin hurt.raymap 2 9 --piece-size 8Mi --encoding plain
 disturb all-ranks hurt.raymap
 piece=$(find hurt.raymap -name 'piece-*.h5' | sort | head -1)
 journal=$(find hurt.raymap -name '*.journal' | sort | head -1)

@@ -1,13 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# The promise: raymap stats says the same, byte for byte, for 1 to 4 ranks and any threads, with the
-# values in memory and without.
+# The promise: raymap stats says the same, byte for byte, for 1 to 4 ranks, any threads and either
+# encoding, with the values in memory and without.
 . "$(dirname "$0")/../cli/expect.bash"
 rm -rf ./*
 write_scene scene.yaml
-expect 0 '' "$RAYMAP" trace scene.yaml -o m.raymap -n 30000 --quiet
+expect 0 '' "$RAYMAP" trace scene.yaml -o plain.raymap -n 30000 --encoding plain --quiet
+expect 0 '' "$RAYMAP" convert plain.raymap -o compact.raymap --encoding compact --quiet
 for np in 1 2 3 4; do
+    rm -f m.raymap
+    ln -s "$([ $((np % 2)) -eq 1 ] && echo plain || echo compact).raymap" m.raymap
     run=(mpirun -np $np "$RAYMAP" stats m.raymap --json --threads $((5 - np)))
     expect 0 '"kurtosis"' "${run[@]}" --of path_length --by source
     cp stdout.txt path$np.json

@@ -46,11 +46,11 @@ def report(name, text, ray=0):
 
 
 def trace(name, text, rays, seed=1, options=()):
-    """Traces a scene into a new map and returns its path."""
+    """Traces a scene into a new map of columns and returns its path."""
     target = name + ".raymap"
     shutil.rmtree(target, ignore_errors=True)
     run("trace", write_scene(name, text), "-o", target, "-n", rays, "--seed", seed, "--quiet",
-        *options)
+        "--encoding", "plain", *options)
     return target
 
 
