@@ -13,8 +13,8 @@ import raymap
 
 def by_hand(map_path):
     """Flux-weighted mean of the stored path lengths of all rays, in numpy."""
-    rays = raymap.open(map_path)
-    columns = rays.columns("ray/source", "ray/weight", "ray/path_length")
+    with raymap.plain(map_path) as rays:
+        columns = rays.columns("ray/source", "ray/weight", "ray/path_length")
     flux = rays.flux(columns["ray/source"], columns["ray/weight"])
     return np.average(columns["ray/path_length"], weights=flux)
 

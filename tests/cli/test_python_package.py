@@ -111,6 +111,19 @@ def check_scripts(lens, other, room):
     check("ray 5 of" in script("raymap_reader.py", lens, 5), "one ray")
 
 
+def check_plain(target):
+    """Columns of a compact map are those that its rays are traced to, and the copy goes."""
+    want = raymap.open(target).columns("segment/position")["segment/position"]
+    with raymap.plain(target) as copy:
+        where = copy.path
+        check(copy.digest == raymap.open(target).digest and
+              copy.columns("segment/position")["segment/position"].tobytes() == want.tobytes(),
+              "columns of a compact map")
+        with raymap.plain(where) as same:
+            check(same.path == where, "a map of columns is taken as it is")
+    check(where != target and not os.path.exists(where), "the copy is gone")
+
+
 def check_pip():
     """Into an environment of its own, from a copy: the source tree stays as it is."""
     shutil.rmtree("venv", ignore_errors=True)
@@ -145,6 +158,7 @@ ROOM = trace(examples / "room" / "scene.yaml", "room.raymap", 2000)
 check_reading(LENS)
 check_asking(LENS)
 check_scripts(LENS, OTHER, ROOM)
+check_plain(ROOM)
 check_pip()
 print(f"{failures} failures")
 sys.exit(failures > 0)

@@ -5,6 +5,7 @@
     lens = raymap.open("lens.raymap")          # names, seed, columns, rays
     lens.columns("ray/weight", "ray/stop")     # numpy arrays of all rays
     for ray in lens.rays(): ...                # one ray after the other
+    with raymap.plain("lens.raymap") as lens:  # all columns of millions of rays, compact or not
     raymap.frame(lens, "ray")                  # a pandas DataFrame, where pandas is installed
 
     raymap.query("lens.raymap", "hit(lens.*, reflect) >= 2")   # counts, as the program prints them
@@ -17,12 +18,13 @@ found as $RAYMAP, else on the PATH, or told: raymap.Program("build/release/rayma
 from .program import (Program, RaymapError, compare, detector, energy, info, paths, query, report,
                       stats)
 from .image import Image, image
+from .plain import plain
 from .reader import EVENTS, STOPS, Map, MapError, Portion, Ray, event_words
 from .tables import frame, records
 
 __all__ = ["EVENTS", "STOPS", "Image", "Map", "MapError", "Portion", "Program", "Ray",
            "RaymapError", "compare", "detector", "energy", "event_words", "frame", "image", "info",
-           "open", "paths", "query", "records", "report", "stats"]
+           "open", "paths", "plain", "query", "records", "report", "stats"]
 
 
 def open(path) -> Map:  # noqa: A001 - as gzip.open and h5py.File do
