@@ -176,7 +176,8 @@ out:
 
 bool rmap_compact_in_parts(const struct rmap_compact_model *model)
 {
-    return model->foretells;
+    /* Curves are kept whole, and who gave parts up would trace their rays twice: seconds each. */
+    return model->foretells && !rmap_scene_is_curved(model->scene);
 }
 
 void rmap_compact_encode_begin(struct rmap_compact_encoder *encoder, uint64_t seed,

@@ -153,6 +153,26 @@ static void test_strays(void **state)
     }
 }
 
+/* Parts that hold a curve would be given up and traced again: such scenes do without. */
+static void test_curved(void **state)
+{
+    (void)state;
+    struct rmap_error err = {0};
+    struct rig rig;
+    struct sheaf sheaf;
+    bool whole = false;
+    rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/selfoc/scene.yaml");
+    assert_false(rmap_compact_in_parts(rig.model));
+    sheaf_open(&sheaf, &rig);
+    sheaf_trace(&sheaf, &rig, 0, 100);
+    assert_true(sheaf.portion->n_row[RMAP_TABLE_CURVE] > 0);
+    rmap_compact_encode_begin(rig.encoder, RIG_SEED, 0);
+    rig_ok(rmap_compact_encode_part(rig.encoder, sheaf.portion, &whole, &err), &err);
+    assert_true(whole);
+    sheaf_close(&sheaf);
+    rig_close(&rig);
+}
+
 /* Who says nothing of strays, or of those of another seed, has his portion encoded in one. */
 static void test_unknown_strays(void **state)
 {
@@ -202,8 +222,9 @@ static void test_broken_promise(void **state)
 
 int main(void)
 {
-    const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_same_rows), cmocka_unit_test(test_strays),
-        cmocka_unit_test(test_unknown_strays), cmocka_unit_test(test_broken_promise)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_same_rows),
+                                       cmocka_unit_test(test_strays), cmocka_unit_test(test_curved),
+                                       cmocka_unit_test(test_unknown_strays),
+                                       cmocka_unit_test(test_broken_promise)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
