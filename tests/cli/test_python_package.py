@@ -2,9 +2,10 @@
 # SPDX-License-Identifier: MIT
 """The promise: examples/python is a package that pip installs without a network; it opens maps, makes
 flat columns, hands on what the program says and how it fails; every example script runs on the
-maps of the examples, without matplotlib."""
+maps of the examples, without matplotlib; what docs/map.md shows in Python runs as it stands there."""
 import os
 import pathlib
+import re
 import shutil
 import subprocess
 import sys
@@ -151,6 +152,22 @@ def check_pip():
     check("venv" in done.stdout and "3000" in done.stdout, "installed: " + done.stdout + done.stderr)
 
 
+def check_document(columns, lens):
+    """NAME.raymap there has columns, lens.raymap is what `raymap trace` makes."""
+    shutil.rmtree("document", ignore_errors=True)
+    os.mkdir("document")
+    os.symlink(os.path.abspath(columns), "document/NAME.raymap")
+    os.symlink(os.path.abspath(lens), "document/lens.raymap")
+    text = (SOURCE / "docs" / "map.md").read_text(encoding="utf-8")
+    shown = re.findall("```python\n(.*?)```", text, re.DOTALL)
+    check(len(shown) == 2, f"docs/map.md shows Python {len(shown)} times, not twice")
+    for code in shown:
+        done = subprocess.run([sys.executable, "-B", "-c", code], cwd="document", text=True,
+                              capture_output=True, check=False,
+                              env={**os.environ, "PYTHONPATH": str(PACKAGE)})
+        check(done.returncode == 0, "docs/map.md: " + done.stderr)
+
+
 examples = SOURCE / "examples"
 LENS = trace(examples / "double-gauss" / "scene.yaml", "lens.raymap", 3000, "--encoding", "plain")
 OTHER = trace(examples / "double-gauss" / "scene.yaml", "other.raymap", 3000, "--seed", 2)
@@ -159,6 +176,7 @@ check_reading(LENS)
 check_asking(LENS)
 check_scripts(LENS, OTHER, ROOM)
 check_plain(ROOM)
+check_document(LENS, OTHER)
 check_pip()
 print(f"{failures} failures")
 sys.exit(failures > 0)
