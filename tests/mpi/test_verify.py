@@ -25,6 +25,10 @@ SCENE = os.path.join(os.environ["SOURCE_DIR"], "examples", "double-gauss", "scen
 RANDOM = random.Random(20260721)
 RAYS = 60000
 INDEX = "map.h5"
+TABLES = {  # stored tables of a piece, in order, and how small pieces are to be here
+    "plain": (["ray", "segment", "registration"], "3Mi"),
+    "compact": (["ray", "own", "own_segment", "own_registration", "path", "path_segment",
+                 "path_registration", "triangle", "patch", "pool16", "pool32", "pool64"], "80k")}
 
 
 def run(*arguments, ranks=1, status=0):
@@ -58,12 +62,12 @@ def flip(name, at, nbytes=1):
 
 
 def portions(name):
-    """(first ray, rays, rows of the three tables from .. to) of a piece, by first ray."""
+    """(first ray, rays, rows of the stored tables from .. to) of a piece, by first ray."""
     with h5py.File(os.path.join("a.raymap", name), "r") as file:
-        first, rows = file["portion/first_ray"][:], file["portion/n_row"][:]
-        start = file["portion/stored_first"][:]
-    return sorted((int(f), int(n[0]), [(int(s[t]), int(s[t] + n[t])) for t in range(3)])
-                  for f, n, s in zip(first, rows, start))
+        rays = file["portion/first_ray"][:], file["portion/n_row"][:, 0]
+        start, rows = file["portion/stored_first"][:], file["portion/stored_rows"][:]
+    return sorted((int(f), int(n), [(int(s), int(s + k)) for s, k in zip(starts, ks)])
+                  for f, n, starts, ks in zip(*rays, start, rows))
 
 
 def rays_of(ranges):
@@ -91,114 +95,119 @@ def one(document, name, dataset=None, chunk=None):
 
 for leftover in glob.glob("*.raymap"):
     shutil.rmtree(leftover)
-run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", "3Mi",
-    "--encoding", "plain", "--quiet", ranks=2)
-pieces = sorted(os.path.relpath(p, "a.raymap") for p in glob.glob("a.raymap/shard-*/piece-*.h5"))
-assert len(pieces) >= 4 and {p[:11] for p in pieces} == {"shard-00000", "shard-00001"}, pieces
 
-# Whole: nothing is found, and all of it was looked at.
-info = json.loads(run("info", "a.raymap", "--json"))
-for ranks in (1, 2, 3):
-    whole = verify("a.raymap", ranks, ok=True)
-    checked = whole["checked"]
-    assert checked["rays"] == RAYS and checked["segments"] == info["segments"], checked
-    assert checked["pieces"] == len(pieces) and whole["complete"] is True
+for encoding in TABLES:
+    run("trace", SCENE, "-o", "a.raymap", "-n", RAYS, "--piece-size", TABLES[encoding][1],
+        "--encoding", encoding, "--force", "--quiet", ranks=2)
+    pieces = sorted(os.path.relpath(p, "a.raymap") for p in glob.glob("a.raymap/shard-*/piece-*.h5"))
+    assert len(pieces) >= 4 and {p[:11] for p in pieces} == {"shard-00000", "shard-00001"}, pieces
 
-# One byte of a stored chunk, in every dataset of a piece.
-piece = pieces[1]
-datasets = []
-with h5py.File(os.path.join("a.raymap", piece), "r") as file:
-    for table, group in enumerate(("ray", "segment", "registration")):
-        for name, dataset in file[group].items():
-            if dataset.id.get_num_chunks() > 0:
-                k = RANDOM.randrange(dataset.id.get_num_chunks())
-                place = dataset.id.get_chunk_info(k)
-                datasets.append((table, f"/{group}/{name}", place.chunk_offset[0] // 65536,
-                                 place.byte_offset, place.size))
-assert len(datasets) > 20
-for table, name, chunk, offset, size in datasets:
+    # Whole: nothing is found, and all of it was looked at.
+    info = json.loads(run("info", "a.raymap", "--json"))
+    for ranks in (1, 2, 3):
+        whole = verify("a.raymap", ranks, ok=True)
+        checked = whole["checked"]
+        assert checked["rays"] == RAYS and checked["segments"] == info["segments"], checked
+        assert checked["pieces"] == len(pieces) and whole["complete"] is True
+
+    # One byte of a stored chunk, in every dataset of a piece.
+    piece = pieces[1]
+    datasets = []
+    with h5py.File(os.path.join("a.raymap", piece), "r") as file:
+        for table, group in enumerate(TABLES[encoding][0]):
+            for name, dataset in file[group].items():
+                if dataset.id.get_num_chunks() > 0:
+                    k = RANDOM.randrange(dataset.id.get_num_chunks())
+                    place = dataset.id.get_chunk_info(k)
+                    datasets.append((table, f"/{group}/{name}", place.chunk_offset[0] // 65536,
+                                     place.byte_offset, place.size))
+    assert len(datasets) > 20
+    for table, name, chunk, offset, size in datasets:
+        again()
+        flip(piece, offset + RANDOM.randrange(size))
+        found = one(verify(), piece, name, chunk)
+        first, end = chunk * 65536, chunk * 65536 + 65536
+        shared = name.startswith("/path")  # the dictionary is every ray's
+        hit = [(f, n) for f, n, rows in portions(piece)
+               if shared or (rows[table][0] < end and rows[table][1] > first)]
+        assert found["ray_ranges"] == merged(hit), (found, hit)
+        assert found["ray_count"] == sum(n for _, n in hit) and found["rows"][0] == first
+        assert found["rays"] == [found["ray_ranges"][0][0], found["ray_ranges"][-1][1]]
+
+    # A byte of the piece that is in no chunk: HDF5's own, tables, seal.
+    in_chunks = sorted((offset, offset + size) for _, _, _, offset, size in datasets)
+    size = os.path.getsize(os.path.join("a.raymap", piece))
+    for at in (0, 9, 100, size - 1, size - 20, size - 100):
+        again()
+        flip(piece, at)
+        found = one(verify(), piece)
+        assert found["ray_ranges"] == merged((f, n) for f, n, _ in portions(piece)), found
+
+    # A byte of the index.
+    spots = 12 if encoding == "plain" else 2
+    size = os.path.getsize(os.path.join("a.raymap", INDEX))
+    for at in [0, 5, size - 1, size - 30] + [RANDOM.randrange(size) for _ in range(spots)]:
+        again()
+        flip(INDEX, at)
+        one(verify(), INDEX)
+
+    # Files that were cut off.
+    for name in (piece, INDEX):
+        size = os.path.getsize(os.path.join("a.raymap", name))
+        for length in (0, 1, 100, size // 2, size - 40, size - 1):
+            again()
+            os.truncate(os.path.join("b.raymap", name), length)
+            one(verify(), name)
+
+    # Missing, extra, renamed, exchanged.
     again()
-    flip(piece, offset + RANDOM.randrange(size))
-    found = one(verify(), piece, name, chunk)
-    first, end = chunk * 65536, chunk * 65536 + 65536
-    hit = [(f, n) for f, n, rows in portions(piece) if rows[table][0] < end and rows[table][1] > first]
-    assert found["ray_ranges"] == merged(hit), (found, hit)
-    assert found["ray_count"] == sum(n for _, n in hit) and found["rows"][0] == first
-    assert found["rays"] == [found["ray_ranges"][0][0], found["ray_ranges"][-1][1]]
-
-# A byte of the piece that is in no chunk: HDF5's own, tables, seal.
-in_chunks = sorted((offset, offset + size) for _, _, _, offset, size in datasets)
-size = os.path.getsize(os.path.join("a.raymap", piece))
-for at in (0, 9, 100, size - 1, size - 20, size - 100):
-    again()
-    flip(piece, at)
+    os.remove(os.path.join("b.raymap", piece))
     found = one(verify(), piece)
-    assert found["ray_ranges"] == merged((f, n) for f, n, _ in portions(piece)), found
-
-# A byte of the index.
-size = os.path.getsize(os.path.join("a.raymap", INDEX))
-for at in [0, 5, size - 1, size - 30] + [RANDOM.randrange(size) for _ in range(12)]:
+    assert "missing" in found["text"] and found["ray_ranges"] == merged((f, n) for f, n, _ in portions(piece))
     again()
-    flip(INDEX, at)
+    shutil.rmtree("b.raymap/shard-00001")
+    found = one(verify(), "shard-00001")
+    assert "missing" in found["text"]
+    assert found["ray_count"] == sum(n for p in pieces if "shard-00001" in p for _, n, _ in portions(p))
+    again()
+    shutil.copy(os.path.join("b.raymap", piece), "b.raymap/shard-00001/piece-00777.h5")
+    assert "extra" in one(verify(), "shard-00001/piece-00777.h5")["text"]
+    again()
+    shutil.copytree("b.raymap/shard-00001", "b.raymap/shard-00009")
+    findings = verify()["findings"]
+    assert [f["file"] for f in findings] == [p.replace("00001/", "00009/") for p in pieces if "00001/" in p]
+    again()
+    os.rename(os.path.join("b.raymap", piece), "b.raymap/shard-00000/piece-00778.h5")
+    assert [f["file"] for f in verify()["findings"]] == sorted([piece, "shard-00000/piece-00778.h5"])
+    for other in (pieces[0], pieces[-1]):
+        again()
+        a, b = os.path.join("b.raymap", piece), os.path.join("b.raymap", other)
+        os.rename(a, "swap.h5")
+        os.rename(b, a)
+        os.rename("swap.h5", b)
+        findings = verify()["findings"]
+        assert [f["file"] for f in findings] == sorted([piece, other]), findings
+        assert all("under another name" in f["text"] for f in findings), findings
+    again()
+    os.remove("b.raymap/map.h5")
     one(verify(), INDEX)
 
-# Files that were cut off.
-for name in (piece, INDEX):
-    size = os.path.getsize(os.path.join("a.raymap", name))
-    for length in (0, 1, 100, size // 2, size - 40, size - 1):
-        again()
-        os.truncate(os.path.join("b.raymap", name), length)
-        one(verify(), name)
-
-# Missing, extra, renamed, exchanged.
-again()
-os.remove(os.path.join("b.raymap", piece))
-found = one(verify(), piece)
-assert "missing" in found["text"] and found["ray_ranges"] == merged((f, n) for f, n, _ in portions(piece))
-again()
-shutil.rmtree("b.raymap/shard-00001")
-found = one(verify(), "shard-00001")
-assert "missing" in found["text"]
-assert found["ray_count"] == sum(n for p in pieces if "shard-00001" in p for _, n, _ in portions(p))
-again()
-shutil.copy(os.path.join("b.raymap", piece), "b.raymap/shard-00001/piece-00777.h5")
-assert "extra" in one(verify(), "shard-00001/piece-00777.h5")["text"]
-again()
-shutil.copytree("b.raymap/shard-00001", "b.raymap/shard-00009")
-findings = verify()["findings"]
-assert [f["file"] for f in findings] == [p.replace("00001/", "00009/") for p in pieces if "00001/" in p]
-again()
-os.rename(os.path.join("b.raymap", piece), "b.raymap/shard-00000/piece-00778.h5")
-assert [f["file"] for f in verify()["findings"]] == sorted([piece, "shard-00000/piece-00778.h5"])
-for other in (pieces[0], pieces[-1]):
+    # Much at once, whoever looks.
     again()
-    a, b = os.path.join("b.raymap", piece), os.path.join("b.raymap", other)
-    os.rename(a, "swap.h5")
-    os.rename(b, a)
-    os.rename("swap.h5", b)
-    findings = verify()["findings"]
-    assert [f["file"] for f in findings] == sorted([piece, other]), findings
-    assert all("under another name" in f["text"] for f in findings), findings
-again()
-os.remove("b.raymap/map.h5")
-one(verify(), INDEX)
-
-# Much at once, whoever looks.
-again()
-for table, name, chunk, offset, size in datasets[::3]:
-    flip(piece, offset + RANDOM.randrange(size))
-flip(pieces[0], 50)
-os.remove(os.path.join("b.raymap", pieces[-1]))
-want = verify()
-assert len(want["findings"]) == len(datasets[::3]) + 2
-for ranks in (2, 3):
-    assert verify(ranks=ranks) == want
-text = run("verify", "b.raymap", status=4)
-assert run("verify", "b.raymap", ranks=3, status=4) == text and "/segment/" in text
-flip(INDEX, 3000)  # the index gone as well: what pieces hold is still looked at
-want = verify()
-assert len(want["findings"]) == len(datasets[::3]) + 2, want["findings"]
-assert verify(ranks=3) == want
+    for table, name, chunk, offset, size in datasets[::3]:
+        flip(piece, offset + RANDOM.randrange(size))
+    flip(pieces[0], 50)
+    os.remove(os.path.join("b.raymap", pieces[-1]))
+    want = verify()
+    assert len(want["findings"]) == len(datasets[::3]) + 2
+    for ranks in (2, 3):
+        assert verify(ranks=ranks) == want
+    text = run("verify", "b.raymap", status=4)
+    assert run("verify", "b.raymap", ranks=3, status=4) == text and datasets[0][1] in text
+    flip(INDEX, 3000)  # the index gone as well: what pieces hold is still looked at
+    want = verify()
+    assert len(want["findings"]) == len(datasets[::3]) + 2, want["findings"]
+    assert verify(ranks=3) == want
 
 # A map that was stopped early has nothing wrong with it.
 run("trace", SCENE, "-o", "early.raymap", "-n", "100G", "--time-limit", "0.5s", "--quiet", status=6)
