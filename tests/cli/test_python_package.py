@@ -52,6 +52,11 @@ def check_reading(lens):
     check((np.bincount(flat["ray_id"].astype(int), minlength=3000) ==
            columns["ray/segment_count"]).all(), "rays of segments")
     check(len(raymap.records(rays)["id"]) == 3000, "rays")
+    raymap.Program().run("query", lens, "bounces > 1000", "-o", "none.raymap", "--force", "--quiet")
+    none = raymap.open("none.raymap").columns()
+    check({name: (column.dtype, column.shape[1:]) for name, column in none.items()} ==
+          {name: (column.dtype, column.shape[1:]) for name, column in rays.columns().items()} and
+          all(len(column) == 0 for column in none.values()), "columns of no rays")
     try:
         raymap.records(rays, "legs")
         check(False, "a table that there is not")
