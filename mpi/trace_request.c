@@ -15,8 +15,8 @@ const struct rmap_option rmap_trace_options[] = {
     {"no-record", 0, NULL, "trace and sum up only; makes no map"},
     {"resume", 0, NULL, "trace what a map still lacks; begin it where there is none"},
     {"index", 0, NULL,
-     "prepare the map for fast questions at the end, as raymap index does without --large: of "
-     "compact maps only tiny ones"},
+     "prepare the map for fast questions at the end, as raymap index does (compact maps: later, by "
+     "raymap index --large)"},
     {"append", 0, NULL, "add -n more rays to a map; what it still lacks comes first"},
     {"encoding", 0, "NAME",
      "plain or compact: how the map is stored (default compact; plain has columns for h5py)"},
