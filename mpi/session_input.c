@@ -7,13 +7,14 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "base/alloc.h"
 
 enum { HISTORY_LINES = 1000, PATH_NBYTES = 4096 };
 
 struct rmap_session_input {
-    FILE *in;
+    FILE *in, *out; /* out: for what steers the terminal; NULL: a pipe */
     const char *const *word;
     size_t n_word;
     EditLine *terminal; /* NULL: a pipe */
@@ -116,7 +117,11 @@ static void find_history(char path[PATH_NBYTES])
 static enum rmap_status open_terminal(struct rmap_session_input *self, struct rmap_error *err)
 {
     HistEvent event;
-    self->terminal = el_init("raymap", self->in, stdout, stderr);
+    const int fd = dup(STDOUT_FILENO);
+    self->out = fd >= 0 ? fdopen(fd, "w") : NULL;
+    if (!self->out && fd >= 0)
+        (void)close(fd);
+    self->terminal = self->out ? el_init("raymap", self->in, self->out, self->out) : NULL;
     self->history = history_init();
     if (!self->terminal || !self->history)
         return rmap_error_set(err, RMAP_SYSTEM, "the terminal cannot be used for editing lines");
@@ -167,6 +172,8 @@ void rmap_session_input_destroy(struct rmap_session_input *self)
         history_end(self->history);
     if (self->terminal)
         el_end(self->terminal);
+    if (self->out)
+        (void)fclose(self->out);
     free(self->line); /* getline's */
     rmap_free(self);
 }
