@@ -47,89 +47,12 @@ enum rmap_status rmap_shard_next_piece(const char *shard_path, int *number_ret,
     return rmap_directory_visit(shard_path, take_highest, number_ret, err);
 }
 
-struct piece_list {
-    const char *map_path;
-    int (*number_of)(const char *name); /* -1: not of this kind */
-    int shard;
-    struct rmap_piece_name *name;
-    size_t n, cap;
-};
-
-static enum rmap_status list_piece(void *context, const char *name, struct rmap_error *err)
-{
-    struct piece_list *list = context;
-    int number = list->number_of(name);
-    if (number < 0)
-        return RMAP_OK;
-    void *block = list->name;
-    enum rmap_status st = rmap_reserve(&block, &list->cap, list->n + 1, sizeof *list->name, err);
-    list->name = block;
-    if (st == RMAP_OK)
-        list->name[list->n++] = (struct rmap_piece_name){list->shard, number};
-    return st;
-}
-
-static enum rmap_status list_shard(void *context, const char *name, struct rmap_error *err)
-{
-    struct piece_list *list = context;
-    list->shard = shard_number(name);
-    if (list->shard < 0)
-        return RMAP_OK;
-    char *path = rmap_path_format("%s/%s", list->map_path, name);
-    enum rmap_status st = path ? rmap_directory_visit(path, list_piece, list, err)
-                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    rmap_free(path);
-    return st;
-}
-
-static int by_place(const void *a, const void *b)
-{
-    const struct rmap_piece_name *x = a, *y = b;
-    if (x->shard != y->shard)
-        return x->shard < y->shard ? -1 : 1;
-    return (x->number > y->number) - (x->number < y->number);
-}
-
-static enum rmap_status list_files(const char *map_path, int (*number_of)(const char *name),
-                                   struct rmap_piece_name **name_ret, size_t *n_ret,
-                                   struct rmap_error *err)
-{
-    struct piece_list list = {.map_path = map_path, .number_of = number_of};
-    enum rmap_status st = rmap_directory_visit(map_path, list_shard, &list, err);
-    if (st != RMAP_OK) {
-        rmap_free(list.name);
-        return st;
-    }
-    if (list.n > 0)
-        qsort(list.name, list.n, sizeof *list.name, by_place);
-    *name_ret = list.name;
-    *n_ret = list.n;
-    return RMAP_OK;
-}
-
-enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
-                                      size_t *n_ret, struct rmap_error *err)
-{
-    return list_files(map_path, piece_number, name_ret, n_ret, err);
-}
-
-enum rmap_status rmap_map_list_histories(const char *map_path, struct rmap_piece_name **name_ret,
-                                         size_t *n_ret, struct rmap_error *err)
-{
-    return list_files(map_path, history_number, name_ret, n_ret, err);
-}
-
 /* ---- making the directory, over an old map if told to ---- */
-
-static bool is_half_index(const char *name)
-{
-    return strncmp(name, ".map.h5.", 8) == 0 && strlen(name) > strlen(".part") &&
-           strcmp(name + strlen(name) - strlen(".part"), ".part") == 0;
-}
 
 static bool is_temporary(const char *name)
 {
-    return rmap_leftover_is_part(name) || rmap_leftover_is_journal(name) || is_half_index(name);
+    return rmap_leftover_is_part(name) || rmap_leftover_is_journal(name) ||
+           rmap_leftover_is_half_index(name);
 }
 
 struct clearing {
@@ -206,8 +129,9 @@ static enum rmap_status clear_map(const char *path, struct rmap_error *err)
 static enum rmap_status remove_half_index(void *context, const char *name, struct rmap_error *err)
 {
     const char *map_path = context;
-    return is_half_index(name) ? remove_path(rmap_path_format("%s/%s", map_path, name), unlink, err)
-                               : RMAP_OK;
+    return rmap_leftover_is_half_index(name)
+               ? remove_path(rmap_path_format("%s/%s", map_path, name), unlink, err)
+               : RMAP_OK;
 }
 
 enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_error *err)
@@ -234,7 +158,9 @@ enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode))
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is no directory, so no ray map: it is left as it is", path);
-    enum rmap_status st = rmap_map_await_writers(path, err);
+    struct rmap_map_listing found;
+    enum rmap_status st = rmap_map_await_writers(path, &found, err);
+    rmap_map_listing_fini(&found);
     return st == RMAP_OK ? clear_map(path, err) : st;
 }
 

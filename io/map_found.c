@@ -13,6 +13,7 @@
 #include "io/map_internal.h"
 #include "io/piece_file.h"
 #include "io/publish.h"
+#include "io/salvage.h"
 
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err)
@@ -131,28 +132,68 @@ static enum rmap_status drop_overlaps(struct rmap_map *map, struct rmap_error *e
     return RMAP_OK;
 }
 
-/* Journals are read before pieces are listed: one that is finished meanwhile is found as a piece,
- * at worst as both. */
-enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err)
+static enum rmap_status add_leftovers(struct rmap_map *map, const struct rmap_map_listing *found,
+                                      struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_piece_name *name = NULL;
-    struct rmap_leftover *leftover = NULL;
-    size_t n = 0, n_leftover = 0, n_piece = map->content.n_piece, n_dropped = 0;
-    RMAP_TRY(rmap_map_list_leftovers(map->path, &leftover, &n_leftover, err));
-    for (size_t i = 0; i < n_leftover; i++)
-        RMAP_TRY(add_leftover(map, &leftover[i], err));
-    RMAP_TRY(rmap_map_list_pieces(map->path, &name, &n, err));
-    for (size_t i = 0; i < n; i++)
-        if (!is_listed(&map->content, n_piece, &name[i]))
-            RMAP_TRY(add_piece(map, &name[i], err));
+    for (size_t i = 0; i < found->n_leftover && st == RMAP_OK; i++)
+        st = add_leftover(map, &found->leftover[i], err);
+    return st;
+}
+
+static enum rmap_status add_pieces(struct rmap_map *map, const struct rmap_map_listing *found,
+                                   size_t n_listed, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < found->pieces.n && st == RMAP_OK; i++)
+        if (!is_listed(&map->content, n_listed, &found->pieces.name[i]))
+            st = add_piece(map, &found->pieces.name[i], err);
+    return st;
+}
+
+/* Without a listing somebody may be writing: pieces are listed after journals were read, so that
+ * one that is finished meanwhile is found as a piece, at worst as both. */
+enum rmap_status rmap_map_add_found(struct rmap_map *map, const struct rmap_map_listing *given,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_listing found = {0};
+    size_t n_listed = map->content.n_piece, n_dropped = 0;
+    if (!given)
+        RMAP_TRY(rmap_map_list(map->path, &found, err));
+    RMAP_TRY(add_leftovers(map, given ? given : &found, err));
+    if (!given) {
+        rmap_map_listing_fini(&found);
+        RMAP_TRY(rmap_map_list(map->path, &found, err));
+    }
+    RMAP_TRY(add_pieces(map, given ? given : &found, n_listed, err));
     RMAP_TRY(rmap_map_content_sort(&map->content, err));
     rmap_map_content_drop_covered(&map->content, &n_dropped);
     RMAP_TRY(drop_overlaps(map, err));
     RMAP_TRY(rmap_map_content_check(&map->content, map->path, err));
 out:
-    rmap_free(leftover);
-    rmap_free(name);
+    rmap_map_listing_fini(&found);
+    return st;
+}
+
+enum rmap_status rmap_map_add_salvaged(struct rmap_map *map,
+                                       const struct rmap_map_content *salvaged,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_content *content = &map->content;
+    size_t n_dropped = 0;
+    rmap_map_forget(map);
+    RMAP_TRY(rmap_map_content_drop_open(content, err));
+    const size_t n_before = content->n_portion;
+    RMAP_TRY(rmap_map_content_add(content, salvaged, err));
+    for (size_t i = n_before; i < content->n_portion; i++)
+        content->portion[i].is_added = 1;
+    RMAP_TRY(rmap_map_content_sort(content, err));
+    rmap_map_content_drop_covered(content, &n_dropped);
+    RMAP_TRY(rmap_map_content_check(content, map->path, err));
+    RMAP_TRY(rmap_map_sum_up(map, err));
+out:
     return st;
 }
 

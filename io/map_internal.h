@@ -11,6 +11,7 @@
 #include "compact/compact.h"
 #include "io/column_store.h"
 #include "io/kept_views.h"
+#include "io/map_directory.h"
 #include "io/map_scan.h"
 #include "io/selection.h"
 
@@ -77,9 +78,14 @@ size_t rmap_map_n_run_after(const struct rmap_map *map, const struct rmap_map *l
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* Adds to the content of an incomplete map what stands beside its index. Nothing of that is fatal
- * but RMAP_SYSTEM; of blocks that share some rays one is left out. */
-enum rmap_status rmap_map_add_found(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;
+/* Adds to the content of an incomplete map what stands beside its index: what a listing says that
+ * is as good as new, as no writer is at work; NULL: what is found now. Nothing of that is fatal but
+ * RMAP_SYSTEM; of blocks that share some rays one is left out. */
+enum rmap_status rmap_map_add_found(struct rmap_map *map, const struct rmap_map_listing *given,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Lets go what was read of the content, which is about to change. */
+void rmap_map_forget(struct rmap_map *map);
 
 /* Sums over the content, once it is whole; flux per weight, from the tally. */
 enum rmap_status rmap_map_sum_up(struct rmap_map *map, struct rmap_error *err) RMAP_MUST_USE;

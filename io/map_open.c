@@ -217,7 +217,8 @@ enum scope {
 };
 
 static enum rmap_status open_index(const char *path, const char *name, enum scope scope,
-                                   struct rmap_map **map_ret, struct rmap_error *err)
+                                   const struct rmap_map_listing *found, struct rmap_map **map_ret,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
@@ -238,7 +239,7 @@ static enum rmap_status open_index(const char *path, const char *name, enum scop
     RMAP_TRY(rmap_h5_open(&h5, index, err));
     RMAP_TRY(read_index(map, &h5, scope == SCOPE_BARE, err));
     if (scope == SCOPE_FOUND && !map->summary.complete)
-        RMAP_TRY(rmap_map_add_found(map, err));
+        RMAP_TRY(rmap_map_add_found(map, found, err));
     map->flux_per_weight = rmap_alloc(map->scene[0]->n_source, sizeof *map->flux_per_weight);
     if (!map->flux_per_weight) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map's tables");
@@ -258,19 +259,36 @@ out:
 enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
                                          struct rmap_error *err)
 {
-    return open_index(path, "map.h5", SCOPE_FOUND, map_ret, err);
+    return open_index(path, "map.h5", SCOPE_FOUND, NULL, map_ret, err);
+}
+
+enum rmap_status rmap_map_open_found(const char *path, const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret, struct rmap_error *err)
+{
+    return open_index(path, "map.h5", SCOPE_FOUND, found, map_ret, err);
 }
 
 enum rmap_status rmap_map_open_bare(const char *path, const char *name, struct rmap_map **map_ret,
                                     struct rmap_error *err)
 {
-    return open_index(path, name, SCOPE_BARE, map_ret, err);
+    return open_index(path, name, SCOPE_BARE, NULL, map_ret, err);
 }
 
 enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
                                       struct rmap_error *err)
 {
-    return open_index(path, "map.h5", SCOPE_LISTED, map_ret, err);
+    return open_index(path, "map.h5", SCOPE_LISTED, NULL, map_ret, err);
+}
+
+void rmap_map_forget(struct rmap_map *map)
+{
+    rmap_histories_destroy(map->histories);
+    map->histories = NULL;
+    for (size_t i = 0; map->paths && i < map->content.n_piece; i++)
+        rmap_path_table_destroy(map->paths[i].table);
+    rmap_free(map->paths);
+    map->paths = NULL;
+    map->paths_nbytes = 0;
 }
 
 void rmap_map_close(struct rmap_map *map)
@@ -283,11 +301,8 @@ void rmap_map_close(struct rmap_map *map)
     rmap_column_store_destroy(map->store);
     rmap_kept_views_destroy(map->views);
     rmap_keeper_destroy(map->keeper);
-    rmap_histories_destroy(map->histories);
+    rmap_map_forget(map);
     (void)pthread_mutex_destroy(&map->paths_lock);
-    for (size_t i = 0; map->paths && i < map->content.n_piece; i++)
-        rmap_path_table_destroy(map->paths[i].table);
-    rmap_free(map->paths);
     for (size_t i = 0; map->model && i < map->spaces.n; i++)
         rmap_compact_model_destroy(map->model[i]);
     rmap_free(map->model);

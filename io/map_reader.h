@@ -17,6 +17,7 @@
 struct rmap_map;
 struct rmap_selection;   /* io/selection.h */
 struct rmap_map_content; /* io/map_content.h */
+struct rmap_map_listing; /* io/map_directory.h */
 
 struct rmap_portion_info {
     int32_t shard, piece; /* piece: index in rmap_map_piece */
@@ -70,6 +71,10 @@ enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
                                struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
+/* The same for who writes to the map, alone: what stands beside the index was found already. */
+enum rmap_status rmap_map_open_found(const char *path, const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
 /* What the index lists and nothing beside it, complete or not. */
 enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
                                       struct rmap_error *err) RMAP_MUST_USE;

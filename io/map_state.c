@@ -86,10 +86,9 @@ enum rmap_status rmap_map_state_take(struct rmap_map *map, const uint8_t *blob, 
     const size_t values = map->tally->n_value * sizeof *map->tally->value;
     RMAP_TRY(rmap_map_content_unpack(blob + sizeof head + values, nbytes - sizeof head - values,
                                      &content, err));
+    rmap_map_forget(map);
     rmap_map_content_fini(&map->content);
     map->content = content;
-    rmap_free(map->paths); /* of other pieces; nothing was read yet */
-    map->paths = NULL;
     memcpy(map->tally->value, blob + sizeof head, values);
     map->tally->first_error_ray = head.first_error_ray;
     map->index_nbytes = head.index_nbytes;

@@ -13,8 +13,8 @@
 enum rmap_status rmap_map_state_pack(const struct rmap_map *map, uint8_t **blob_ret,
                                      size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Puts a map that was opened just now into that state. RMAP_SYSTEM when it is of another map by now
- * (its index was replaced); only to be closed then. */
+/* Puts a map into that state. RMAP_SYSTEM when the index that it was opened from is of another map
+ * (it was replaced); only to be closed then. */
 enum rmap_status rmap_map_state_take(struct rmap_map *map, const uint8_t *blob, size_t nbytes,
                                      struct rmap_error *err) RMAP_MUST_USE;
 

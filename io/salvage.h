@@ -29,4 +29,10 @@ enum rmap_status rmap_salvage(const struct rmap_map *map, const struct rmap_left
                               struct rmap_map_content *content, struct rmap_salvaged *salvaged,
                               struct rmap_error *err) RMAP_MUST_USE;
 
+/* Puts what was salvaged, by all processes, into the map's content, in place of its unfinished
+ * pieces. RMAP_FORMAT, RMAP_SYSTEM: the map is only to be closed then. */
+enum rmap_status rmap_map_add_salvaged(struct rmap_map *map,
+                                       const struct rmap_map_content *salvaged,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -123,9 +123,8 @@ out:
     return st;
 }
 
-/* Collective. All maps become as rank 0's. */
-static enum rmap_status share_state(const struct rmap_context *context, struct rmap_map *map,
-                                    struct rmap_error *err)
+enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_map *map,
+                                struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     uint8_t *blob = NULL;
@@ -168,24 +167,48 @@ out:
     return st;
 }
 
+/* Collective. Rank 0 has opened the map, or failed; the others read its index and nothing else, and
+ * what is beside that comes from rank 0: ranks that all look for themselves are too many for a file
+ * system, and of a map that is being traced each would see another. */
+static enum rmap_status join_map(const struct rmap_context *context, const char *path,
+                                 enum rmap_status st, struct rmap_map **map, struct rmap_error *err)
+{
+    bool same = false;
+    if (context->rank != 0)
+        st = rmap_map_open_listed(path, map, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(same_on_all(context, *map, &same, err));
+    if (!same)
+        RMAP_TRY(rmap_share_map(context, *map, err));
+out:
+    if (st != RMAP_OK) {
+        rmap_map_close(*map);
+        *map = NULL;
+    }
+    return st;
+}
+
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_map *map = NULL;
-    bool same = false;
-    st =
-        context->rank == 0 ? rmap_map_open(path, &map, err) : rmap_map_open_listed(path, &map, err);
-    RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(same_on_all(context, map, &same, err));
-    if (!same)
-        RMAP_TRY(share_state(context, map, err));
+    enum rmap_status st = context->rank == 0 ? rmap_map_open(path, &map, err) : RMAP_OK;
+    st = join_map(context, path, st, &map, err);
+    if (st != RMAP_OK)
+        return st;
     remark_incomplete(context, path, map);
     *map_ret = map;
-    map = NULL;
-out:
-    rmap_map_close(map);
-    return st;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_load_map_found(const struct rmap_context *context, const char *path,
+                                     const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret, struct rmap_error *err)
+{
+    *map_ret = NULL;
+    enum rmap_status st =
+        context->rank == 0 ? rmap_map_open_found(path, found, map_ret, err) : RMAP_OK;
+    return join_map(context, path, st, map_ret, err);
 }
 
 void rmap_discard_map(const char *path, struct rmap_error *err)

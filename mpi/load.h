@@ -42,6 +42,17 @@ enum rmap_status rmap_load_accel(const struct rmap_context *context, const struc
 enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
                                struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same for a command that writes to the map, without sums over what stands beside its index
+ * (rmap_map_open_found). found: rank 0's. */
+enum rmap_status rmap_load_map_found(const struct rmap_context *context, const char *path,
+                                     const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. The content of an open map becomes as rank 0's. */
+enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_map *map,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
 /* Takes away what a command that failed has made of a map; err says so where that fails, too. */
 void rmap_discard_map(const char *path, struct rmap_error *err);
 

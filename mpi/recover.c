@@ -8,6 +8,8 @@
 #include "io/map_directory.h"
 #include "io/salvage.h"
 #include "mpi/agree.h"
+#include "mpi/gather_content.h"
+#include "mpi/load.h"
 #include "mpi/progress.h"
 
 /* What one rank did, as it is sent to rank 0. */
@@ -23,12 +25,25 @@ static void note(struct result *result, const char *text)
 }
 
 enum rmap_status rmap_recover_wait(const struct rmap_context *context, const char *map_path,
-                                   struct rmap_error *err)
+                                   struct rmap_map_listing *found, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    *found = (struct rmap_map_listing){0};
     if (context->rank == 0)
-        st = rmap_map_await_writers(map_path, err);
+        st = rmap_map_await_writers(map_path, found, err);
     return rmap_agree_patiently(context, st, err);
+}
+
+/* Collective. Rank 0's list, on every rank. */
+static enum rmap_status share_list(const struct rmap_context *context, struct rmap_leftover **list,
+                                   size_t *n, struct rmap_error *err)
+{
+    uint8_t *blob = (uint8_t *)*list;
+    size_t nbytes = *n * sizeof **list;
+    enum rmap_status st = rmap_broadcast_blob(context, &blob, &nbytes, err);
+    *list = (struct rmap_leftover *)(void *)blob;
+    *n = st == RMAP_OK ? nbytes / sizeof **list : 0;
+    return st;
 }
 
 enum rmap_status rmap_recover_list(const struct rmap_context *context, const char *map_path,
@@ -36,46 +51,27 @@ enum rmap_status rmap_recover_list(const struct rmap_context *context, const cha
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    uint8_t *blob = NULL;
-    size_t nbytes = 0;
     *list_ret = NULL;
     *n_ret = 0;
     if (context->rank == 0)
         st = rmap_map_list_leftovers(map_path, list_ret, n_ret, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    blob = (uint8_t *)*list_ret;
-    nbytes = *n_ret * sizeof **list_ret;
-    *list_ret = NULL;
-    RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
-    *list_ret = (struct rmap_leftover *)(void *)blob;
-    *n_ret = nbytes / sizeof **list_ret;
-    blob = NULL;
+    RMAP_TRY(share_list(context, list_ret, n_ret, err));
 out:
-    rmap_free(blob);
     return st;
-}
-
-/* Collective. */
-static enum rmap_status clear_half_indexes(const struct rmap_context *context, const char *map_path,
-                                           struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    if (context->rank == 0)
-        st = rmap_map_remove_half_indexes(map_path, err);
-    return rmap_agree(context, st, err);
 }
 
 /* This rank's share. What is damaged stays where it is, and its rays are traced again. */
 static enum rmap_status recover_some(const struct rmap_context *context, const struct rmap_map *map,
                                      const struct rmap_leftover *list, size_t n,
-                                     struct result *result, struct rmap_error *err)
+                                     struct rmap_map_content *content, struct result *result,
+                                     struct rmap_error *err)
 {
-    struct rmap_map_content content = {0};
     enum rmap_status st = RMAP_OK;
     for (size_t i = (size_t)context->rank; st == RMAP_OK && i < n; i += (size_t)context->size) {
         struct rmap_salvaged salvaged = {0};
         struct rmap_error why = {0};
-        enum rmap_status done = rmap_salvage(map, &list[i], &content, &salvaged, &why);
+        enum rmap_status done = rmap_salvage(map, &list[i], content, &salvaged, &why);
         result->n_ray += salvaged.n_ray;
         result->n_ray_lost += salvaged.n_ray_lost;
         result->n_damaged += done == RMAP_FORMAT;
@@ -83,7 +79,6 @@ static enum rmap_status recover_some(const struct rmap_context *context, const s
         if (done != RMAP_OK && done != RMAP_FORMAT)
             st = rmap_error_set(err, done, "%s", why.text);
     }
-    rmap_map_content_fini(&content);
     return st;
 }
 
@@ -108,31 +103,52 @@ static void tell(const struct rmap_context *context, const struct result *result
                 rmap_counted(all.n_damaged, "unfinished piece").text, all.text);
 }
 
-enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,
-                              const struct rmap_map *map, size_t *n_ret, struct rmap_error *err)
+/* Collective. The finished pieces take the places of the unfinished ones. */
+static enum rmap_status take_in(const struct rmap_context *context, struct rmap_map *map,
+                                const struct rmap_map_content *mine, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_leftover *list = NULL;
-    struct result mine = {0}, *all = NULL;
-    size_t n = 0;
-    *n_ret = 0;
-    RMAP_TRY(rmap_recover_wait(context, map_path, err));
-    RMAP_TRY(clear_half_indexes(context, map_path, err));
-    RMAP_TRY(rmap_recover_list(context, map_path, &list, &n, err));
-    *n_ret = n;
+    struct rmap_map_content all = {0};
+    RMAP_TRY(rmap_gather_content(context, mine, &all, err));
+    if (context->rank == 0)
+        st = rmap_map_add_salvaged(map, &all, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_share_map(context, map, err));
+out:
+    rmap_map_content_fini(&all);
+    return st;
+}
+
+enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,
+                              struct rmap_map *map, struct rmap_map_listing *found,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_leftover *list = found->leftover;
+    struct rmap_map_content mine = {0};
+    struct result result = {0}, *all = NULL;
+    size_t n = found->n_leftover;
+    found->leftover = NULL;
+    found->n_leftover = 0;
+    if (found->has_half_index)
+        st = rmap_map_remove_half_indexes(map_path, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(share_list(context, &list, &n, err));
     if (n == 0)
         goto out;
     all = rmap_alloc((size_t)context->size, sizeof *all);
     if (!all)
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %d ranks", context->size);
     else
-        st = recover_some(context, map, list, n, &mine, err);
+        st = recover_some(context, map, list, n, &mine, &result, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
-    RMAP_TRY(RMAP_MPI(
-        MPI_Gather(&mine, sizeof mine, MPI_BYTE, all, sizeof mine, MPI_BYTE, 0, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Gather(&result, sizeof result, MPI_BYTE, all, sizeof result, MPI_BYTE, 0,
+                                 context->comm)));
     if (context->rank == 0)
         tell(context, all);
+    RMAP_TRY(take_in(context, map, &mine, err));
 out:
+    rmap_map_content_fini(&mine);
     rmap_free(all);
     rmap_free(list);
     return st;

@@ -307,11 +307,12 @@ enum rmap_status rmap_repair_run(const struct rmap_context *context, const char 
 {
     enum rmap_status st = RMAP_OK;
     struct repair self = {.context = context, .path = path, .scene = scene, .result = result};
+    struct rmap_map_listing found = {0};
     enum step step = STEP_NONE;
     double begun = rmap_clock_seconds();
     /* What a writer at work has in hand is no leftover: it must be gone before anybody looks. */
     if (mode == RMAP_REPAIR_DO)
-        RMAP_TRY(rmap_recover_wait(context, path, err));
+        RMAP_TRY(rmap_recover_wait(context, path, &found, err));
     for (int round = 0; round < ROUNDS_MAX; round++) {
         RMAP_TRY(look(&self, &step, err));
         if (round == 0 && context->rank == 0)
@@ -330,5 +331,6 @@ out:
     rmap_findings_fini(&self.before);
     rmap_ray_set_fini(&self.had);
     rmap_free(self.leftover);
+    rmap_map_listing_fini(&found);
     return st;
 }

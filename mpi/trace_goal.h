@@ -33,10 +33,10 @@ enum rmap_status rmap_trace_goal_begin(const struct rmap_trace_request *request,
                                        struct rmap_trace_goal *goal,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* A map that stands: goal->map, opened with rmap_map_open_untallied. Whether the trace may go on
- * with it. RMAP_INPUT: another scene, seed or instruction set; RMAP_USAGE: numbers that do not fit
- * the map. request->seed and ->encoding become the map's where the command line gave none;
- * run->seed and ->encoding with them. */
+/* A map that stands: goal->map, opened without sums over what stands beside its index. Whether the
+ * trace may go on with it. RMAP_INPUT: another scene, seed or instruction set; RMAP_USAGE: numbers
+ * that do not fit the map. request->seed and ->encoding become the map's where the command line
+ * gave none; run->seed and ->encoding with them. */
 enum rmap_status rmap_trace_goal_admit(struct rmap_trace_request *request, struct rmap_run *run,
                                        struct rmap_trace_goal *goal,
                                        struct rmap_error *err) RMAP_MUST_USE;

@@ -80,9 +80,9 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
     RMAP_TRY(rmap_agree(context, st, err));
     if (!stands)
         goto out;
-    RMAP_TRY(rmap_recover_wait(context, path, err));
-    st = rmap_map_open_untallied(path, &self->goal.map, err);
-    if (st == RMAP_OK && rmap_map_selection(self->goal.map))
+    RMAP_TRY(rmap_recover_wait(context, path, &self->found, err));
+    RMAP_TRY(rmap_load_map_found(context, path, &self->found, &self->goal.map, err));
+    if (rmap_map_selection(self->goal.map))
         st = rmap_error_set(err, RMAP_INPUT,
                             "%s holds rays that a query picked (raymap info says which): nothing "
                             "can be traced into it; go on with the map that was asked",
@@ -116,31 +116,22 @@ static void tell_trouble(const struct rmap_trace_session *self)
                 rmap_map_trouble(self->goal.map, i));
 }
 
-/* Collective. What killed writers left becomes finished pieces, and the map is opened anew. */
+/* Collective. What killed writers left becomes finished pieces. */
 static enum rmap_status recover_map(struct rmap_trace_session *self, struct rmap_error *err)
 {
+    const char *path = self->request.map_path;
     enum rmap_status st = RMAP_OK;
     struct rmap_map_summary summary;
-    size_t n = 0;
     rmap_map_summarise(self->goal.map, &summary);
-    if (summary.complete) {
-        if (self->context->rank == 0)
-            st = rmap_map_remove_spent_journals(self->request.map_path, err);
-        return rmap_agree(self->context, st, err);
-    }
-    RMAP_TRY(rmap_recover(self->context, self->request.map_path, self->goal.map, &n, err));
-    if (n == 0)
-        goto out;
-    rmap_map_close(self->goal.map);
-    self->goal.map = NULL;
-    st = rmap_map_open_untallied(self->request.map_path, &self->goal.map, err);
-    RMAP_TRY(rmap_agree(self->context, st, err));
-out:
-    return st;
+    if (!summary.complete)
+        return rmap_recover(self->context, path, self->goal.map, &self->found, err);
+    if (self->context->rank == 0)
+        st = rmap_map_remove_spent_journals(path, &self->found, err);
+    return rmap_agree(self->context, st, err);
 }
 
-/* Collective. Ranks open the map one after the other; of one that changes meanwhile each would make
- * a plan of its own, and rays would be traced twice or never. */
+/* Collective. Ranks read the index one after the other; of one that changes meanwhile each would
+ * make a plan of its own, and rays would be traced twice or never. */
 static enum rmap_status agree_on_plan(const struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -377,6 +368,7 @@ void rmap_trace_session_fini(struct rmap_trace_session *self)
     rmap_tally_destroy(self->outcome.tally);
     rmap_map_content_fini(&self->content);
     rmap_trace_goal_fini(&self->goal);
+    rmap_map_listing_fini(&self->found);
     rmap_accel_destroy(self->accel);
     rmap_scene_destroy(self->scene);
     rmap_bundle_destroy(self->bundle);

@@ -73,10 +73,11 @@ static json_t *to_json(const struct summary *summary)
     return document;
 }
 
+/* All of the map is in the index that was written just now. */
 static enum rmap_status read_map(struct summary *summary, struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_map_open(summary->report->map_path, &map, err);
+    enum rmap_status st = rmap_map_open_listed(summary->report->map_path, &map, err);
     if (st == RMAP_OK) {
         rmap_map_summarise(map, &summary->map);
         summary->encodings = rmap_map_encodings(map);
