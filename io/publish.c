@@ -47,12 +47,15 @@ static enum rmap_status system_error(struct rmap_error *err, const char *path, c
     return rmap_error_set(err, RMAP_SYSTEM, "%s: %s: %s", path, what, strerror(errno));
 }
 
-static enum rmap_status sync_path(const char *path, int flags, struct rmap_error *err)
+/* replaced: a file whose mode this one takes over; or NULL. */
+static enum rmap_status sync_path(const char *path, int flags, const struct stat *replaced,
+                                  struct rmap_error *err)
 {
     int fd = open(path, flags | O_CLOEXEC);
     if (fd < 0)
         return system_error(err, path, "cannot open for syncing");
-    int failed = fsync(fd);
+    int failed = replaced ? fchmod(fd, replaced->st_mode & 0777) : 0;
+    failed = failed || fsync(fd);
     int reason = errno;
     if (close(fd) != 0 && !failed)
         return system_error(err, path, "closing");
@@ -86,7 +89,7 @@ static int link_new(const char *temporary, const char *final)
 
 enum rmap_status rmap_sync_directory(const char *directory, struct rmap_error *err)
 {
-    return sync_path(directory, O_RDONLY | O_DIRECTORY, err);
+    return sync_path(directory, O_RDONLY | O_DIRECTORY, NULL, err);
 }
 
 enum rmap_status rmap_sync_parent(const char *path, struct rmap_error *err)
@@ -109,7 +112,7 @@ enum rmap_status rmap_publish_new(const char *directory, const char *temporary, 
                                   bool *taken_ret, struct rmap_error *err)
 {
     *taken_ret = false;
-    enum rmap_status st = sync_path(temporary, O_RDWR, err);
+    enum rmap_status st = sync_path(temporary, O_RDWR | O_NOFOLLOW, NULL, err);
     if (st != RMAP_OK)
         return st;
     if (link_new(temporary, final) != 0) {
@@ -125,7 +128,9 @@ enum rmap_status rmap_publish_new(const char *directory, const char *temporary, 
 enum rmap_status rmap_publish_over(const char *directory, const char *temporary, const char *final,
                                    struct rmap_error *err)
 {
-    enum rmap_status st = sync_path(temporary, O_RDWR, err);
+    struct stat old;
+    const bool replaces = lstat(final, &old) == 0 && S_ISREG(old.st_mode);
+    enum rmap_status st = sync_path(temporary, O_RDWR | O_NOFOLLOW, replaces ? &old : NULL, err);
     if (st == RMAP_OK && rename(temporary, final) != 0)
         st = system_error(err, final, "cannot be published");
     if (st == RMAP_OK)

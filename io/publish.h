@@ -22,7 +22,8 @@ char *rmap_temporary_path(const char *directory, const char *name);
 enum rmap_status rmap_publish_new(const char *directory, const char *temporary, const char *final,
                                   bool *taken_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same in place of what has the name. The temporary file is gone in any case. */
+/* The same in place of what has the name: a file, whose mode the new one takes over, or a link,
+ * which is not followed. The temporary file is gone in any case. */
 enum rmap_status rmap_publish_over(const char *directory, const char *temporary, const char *final,
                                    struct rmap_error *err) RMAP_MUST_USE;
 

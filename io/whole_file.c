@@ -2,7 +2,12 @@
 #include "io/whole_file.h"
 
 #include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
 #include <string.h>
+#include <sys/random.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/publish.h"
@@ -16,12 +21,17 @@ enum rmap_status rmap_whole_file_name(struct rmap_whole_file *self, const char *
                                       struct rmap_error *err)
 {
     const char *slash = strrchr(path, '/');
+    uint64_t word; /* nobody can lay a file in wait at a name that cannot be foretold */
     *self = (struct rmap_whole_file){.path = path};
+    if (getrandom(&word, sizeof word, 0) != (ssize_t)sizeof word)
+        return cannot_write(self, err);
     self->directory = !slash          ? rmap_strdup(".")
                       : slash == path ? rmap_strdup("/")
                                       : rmap_path_format("%.*s", (int)(slash - path), path);
-    self->temporary =
-        self->directory ? rmap_temporary_path(self->directory, slash ? slash + 1 : path) : NULL;
+    self->temporary = self->directory
+                          ? rmap_path_format("%s/.%s.%016" PRIx64 ".part", self->directory,
+                                             slash ? slash + 1 : path, word)
+                          : NULL;
     return self->temporary ? RMAP_OK
                            : rmap_error_set(err, RMAP_SYSTEM, "out of memory for '%s'", path);
 }
@@ -32,8 +42,16 @@ enum rmap_status rmap_whole_file_open(struct rmap_whole_file *self, const char *
     enum rmap_status st = rmap_whole_file_name(self, path, err);
     if (st != RMAP_OK)
         return st;
-    self->file = fopen(self->temporary, "wb");
-    return self->file ? RMAP_OK : cannot_write(self, err);
+    struct stat old; /* what replaces a file is for no more readers while it grows */
+    const mode_t mode = lstat(path, &old) == 0 && S_ISREG(old.st_mode) ? 0600 : 0666;
+    int fd = open(self->temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, mode);
+    self->file = fd >= 0 ? fdopen(fd, "wb") : NULL;
+    if (self->file)
+        return RMAP_OK;
+    st = cannot_write(self, err);
+    if (fd >= 0)
+        (void)close(fd);
+    return st;
 }
 
 enum rmap_status rmap_whole_file_finish(struct rmap_whole_file *self, struct rmap_error *err)

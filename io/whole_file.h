@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * A file for a result that appears whole or not at all: written under a temporary name beside its
- * own, and what had the name keeps it until then.
+ * own that nobody can foretell, and what had the name keeps it until then.
  */
 #ifndef RMAP_WHOLE_FILE_H
 #define RMAP_WHOLE_FILE_H
@@ -16,8 +16,8 @@ struct rmap_whole_file {
     FILE *file;                  /* to write to; its errors are found at the end */
 };
 
-/* For who writes a file by its name, whole->temporary, and closes it; `file` stays NULL.
- * RMAP_SYSTEM. */
+/* For who makes a file by its name, whole->temporary, where none may be, and closes it; `file`
+ * stays NULL. RMAP_SYSTEM. */
 enum rmap_status rmap_whole_file_name(struct rmap_whole_file *whole, const char *path,
                                       struct rmap_error *err) RMAP_MUST_USE;
 

@@ -15,9 +15,9 @@ bool rmap_output_is(const char *path, const char *suffix)
 enum rmap_status rmap_output_free(const char *path, bool force, struct rmap_error *err)
 {
     struct stat status;
-    if (stat(path, &status) != 0)
+    if (lstat(path, &status) != 0) /* a link that leads nowhere stands there all the same */
         return RMAP_OK;
-    if (S_ISDIR(status.st_mode))
+    if (stat(path, &status) == 0 && S_ISDIR(status.st_mode))
         return rmap_error_set(err, RMAP_USAGE, "'%s' is a directory; give the name of a file",
                               path);
     return force ? RMAP_OK

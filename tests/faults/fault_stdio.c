@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * fopen: the C library's streams make their system calls inside it, where no preloaded function
- * sees them. Streams to write to are therefore made anew over the calls that are seen.
+ * fopen and fdopen: the C library's streams make their system calls inside it, where no preloaded
+ * function sees them. Streams to write to are therefore made anew over the calls that are seen.
  */
 #include <dlfcn.h>
 #include <errno.h>
@@ -42,6 +42,12 @@ static int end(void *cookie)
     return close(fd_of(cookie));
 }
 
+static FILE *stream_over(int fd, const char *mode)
+{
+    static const cookie_io_functions_t calls = {.write = put, .seek = seek, .close = end};
+    return fopencookie((void *)(intptr_t)(fd + 1), mode, calls);
+}
+
 FILE *fopen(const char *path, const char *mode)
 {
     static FILE *(*real)(const char *, const char *);
@@ -52,8 +58,16 @@ FILE *fopen(const char *path, const char *mode)
     if (!fault_watches(path) || mode[0] != 'w' || strchr(mode, '+'))
         return real(path, mode);
     int fd = open(path, O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (fd < 0)
-        return NULL;
-    static const cookie_io_functions_t calls = {.write = put, .seek = seek, .close = end};
-    return fopencookie((void *)(intptr_t)(fd + 1), mode, calls);
+    return fd < 0 ? NULL : stream_over(fd, mode);
+}
+
+FILE *fdopen(int fd, const char *mode)
+{
+    static FILE *(*real)(int, const char *);
+    if (!real) {
+        void *found = dlsym(RTLD_NEXT, "fdopen");
+        memcpy(&real, &found, sizeof found);
+    }
+    char path[FAULT_PATH_CAP];
+    return mode[0] == 'w' && fault_watches_file(fd, path) ? stream_over(fd, mode) : real(fd, mode);
 }
