@@ -15,14 +15,6 @@
 
 /* ---- grids ---- */
 
-static struct rmap_grid *bundled_grid(const struct rmap_bundle *bundle, const char *path)
-{
-    for (size_t i = 0; i < bundle->n_grid; i++)
-        if (strcmp(bundle->grid[i].field, path) == 0)
-            return bundle->grid[i].grid;
-    return NULL;
-}
-
 /* Three numbers, or NaN where the scene is silent. */
 static bool read_triple(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         const char *key, double value[3])
@@ -95,7 +87,8 @@ static enum rmap_status find_grid(struct rmap_reader *reader, const struct rmap_
     struct rmap_grid *loaded = NULL;
     const char *name = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
     bool good = describe_grid(reader, node, &file);
-    *grid_ret = bundled_grid(reader->bundle, path);
+    const struct rmap_name *bundled = rmap_names_find(&reader->grids, path);
+    *grid_ret = bundled ? reader->bundle->grid[bundled->index].grid : NULL;
     if (!name || !good || *grid_ret)
         goto out;
     if (reader->bundle->meshes_complete) {

@@ -222,21 +222,14 @@ static enum rmap_status load_mesh(struct rmap_reader *reader, const char *name,
     return st;
 }
 
-static const struct rmap_mesh *bundled_mesh(const struct rmap_bundle *bundle, const char *name)
-{
-    for (size_t i = 0; i < bundle->n_mesh; i++)
-        if (strcmp(bundle->mesh[i].geometry, name) == 0)
-            return bundle->mesh[i].mesh;
-    return NULL;
-}
-
 static enum rmap_status read_mesh(struct rmap_reader *reader, const char *name,
                                   const struct rmap_yaml_node *node,
                                   struct rmap_geometry_entry *entry)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh *loaded = NULL;
-    const struct rmap_mesh *mesh = bundled_mesh(reader->bundle, name);
+    const struct rmap_name *bundled = rmap_names_find(&reader->meshes, name);
+    const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
     const char *file = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
     double scale = mesh_scale(reader, node);
     if (!file || !(scale > 0))

@@ -73,6 +73,8 @@ static void fini(struct rmap_reader *reader)
     rmap_names_fini(&reader->surfaces);
     rmap_names_fini(&reader->geometries);
     rmap_names_fini(&reader->members);
+    rmap_names_fini(&reader->meshes);
+    rmap_names_fini(&reader->grids);
     rmap_free(reader->entry);
     rmap_free(reader->group_to_world);
     rmap_free(reader->frame);
@@ -93,6 +95,19 @@ static enum rmap_status verdict(struct rmap_reader *reader)
                           path);
 }
 
+/* A scene from a map may have a hundred thousand meshes. */
+static enum rmap_status name_bundled(struct rmap_reader *reader)
+{
+    const struct rmap_bundle *bundle = reader->bundle;
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; st == RMAP_OK && i < bundle->n_mesh; i++)
+        st = rmap_names_add(&reader->meshes, bundle->mesh[i].geometry, 0, (int32_t)i, 0,
+                            reader->err);
+    for (size_t i = 0; st == RMAP_OK && i < bundle->n_grid; i++)
+        st = rmap_names_add(&reader->grids, bundle->grid[i].field, 0, (int32_t)i, 0, reader->err);
+    return st;
+}
+
 /* What only the whole scene shows goes to the diagnostics as well. */
 static enum rmap_status finish(struct rmap_reader *reader)
 {
@@ -109,6 +124,7 @@ static enum rmap_status read_scene(struct rmap_reader *reader)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_scene_create(&reader->scene, reader->err));
+    RMAP_TRY(name_bundled(reader));
     RMAP_TRY(parse(reader));
     if (reader->root)
         RMAP_TRY(read_sections(reader));

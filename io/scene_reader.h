@@ -93,6 +93,7 @@ struct rmap_reader {
     size_t cap_medium, cap_surface, cap_geometry, cap_object, cap_group, cap_source, cap_detector,
         cap_camera;
     struct rmap_names media, surfaces, geometries, members;
+    struct rmap_names meshes, grids; /* of the bundle, as it was given */
     struct rmap_geometry_entry *entry;
     size_t n_entry, cap_entry;
     struct rmap_affine *group_to_world; /* [n_group] */

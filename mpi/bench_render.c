@@ -167,8 +167,7 @@ static enum rmap_status watch(const struct rmap_bench_scene *scene,
     }
     if (watched->failed)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for what is to be replayed");
-    rmap_accel_prepare(scene->accel, watched->query, watched->n);
-    return RMAP_OK;
+    return rmap_accel_prepare(scene->accel, watched->query, watched->n, err);
 }
 
 /* Each evaluation waits for the one before it, as the stages of a step do: `nothing` is 0. */

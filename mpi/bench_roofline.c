@@ -82,7 +82,7 @@ enum rmap_status rmap_bench_roofline(struct rmap_bench *bench, const struct rmap
         rmap_trace_ray(&tracer, ray, &recorder.base);
     if (recorder.status != RMAP_OK)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the legs to replay"));
-    rmap_accel_prepare(scene->accel, recorder.leg, recorder.n);
+    RMAP_TRY(rmap_accel_prepare(scene->accel, recorder.leg, recorder.n, err));
     for (int i = 0; i < bench->n_repeat; i++) {
         double begun = rmap_clock_seconds(), cpu = rmap_bench_cpu();
         for (uint64_t ray = 0; ray < n_ray; ray++)

@@ -102,16 +102,17 @@ void rmap_contact_turn(struct rmap_contact *contact, const struct rmap_hit *hit)
 
 /* For measurements: the same queries replayed through rtcIntersect1 alone, nothing refined
  * beyond what Embree's callbacks do. Returns how many rays hit something. rmap_accel_prepare
- * works out beforehand what Embree's float ray needs; rays without it are worked out on the
- * way. */
+ * comes first: it works out what Embree's float rays need and builds a structure of all surfaces,
+ * which tracing does without. */
 struct rmap_replay_ray {
     struct rmap_ray ray;
-    double length;         /* asked for; 0: all the way */
-    bool prepared, misses; /* the rest is set by rmap_accel_prepare */
+    double length; /* asked for; 0: all the way */
+    bool misses;   /* this and the rest is set by rmap_accel_prepare */
     float origin[3], direction[3];
     double shift;
 };
-void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray);
+enum rmap_status rmap_accel_prepare(struct rmap_accel *accel, struct rmap_replay_ray *ray,
+                                    size_t n_ray, struct rmap_error *err) RMAP_MUST_USE;
 size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
                          size_t n_ray);
 

@@ -155,11 +155,10 @@ static enum rmap_status set_world(struct rmap_accel *accel, struct rmap_error *e
     return RMAP_OK;
 }
 
-static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
+static void part_bounds(const struct rmap_accel_parts *parts, size_t index, struct RTCBounds *box)
 {
-    const struct rmap_accel_parts *parts = args->geometryUserPtr;
     const struct rmap_accel *accel = parts->accel;
-    const struct rmap_accel_part *part = &parts->part[args->primID];
+    const struct rmap_accel_part *part = &parts->part[index];
     const struct rmap_accel_object *object = &accel->object[part->object];
     struct rmap_vec3 lower = object->world_lower, upper = object->world_upper;
     if (object->shape) {
@@ -169,12 +168,17 @@ static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
     double pad = BOX_ERRORS * accel->error + object->tolerance;
     lower = rmap_sub(lower, accel->centre);
     upper = rmap_sub(upper, accel->centre);
-    args->bounds_o->lower_x = (float)(lower.x - pad);
-    args->bounds_o->lower_y = (float)(lower.y - pad);
-    args->bounds_o->lower_z = (float)(lower.z - pad);
-    args->bounds_o->upper_x = (float)(upper.x + pad);
-    args->bounds_o->upper_y = (float)(upper.y + pad);
-    args->bounds_o->upper_z = (float)(upper.z + pad);
+    box->lower_x = (float)(lower.x - pad);
+    box->lower_y = (float)(lower.y - pad);
+    box->lower_z = (float)(lower.z - pad);
+    box->upper_x = (float)(upper.x + pad);
+    box->upper_y = (float)(upper.y + pad);
+    box->upper_z = (float)(upper.z + pad);
+}
+
+static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
+{
+    part_bounds(args->geometryUserPtr, args->primID, args->bounds_o);
 }
 
 static void add_parts(struct rmap_accel_parts *parts, const struct rmap_accel_object *object,
@@ -186,7 +190,7 @@ static void add_parts(struct rmap_accel_parts *parts, const struct rmap_accel_ob
 }
 
 static void attach_callbacks(struct rmap_accel *accel, struct rmap_accel_parts *parts,
-                             RTCScene first, RTCScene second)
+                             RTCScene scene)
 {
     if (parts->n == 0)
         return;
@@ -196,9 +200,7 @@ static void attach_callbacks(struct rmap_accel *accel, struct rmap_accel_parts *
     rtcSetGeometryBoundsFunction(user, bounds_callback, NULL);
     rtcSetGeometryIntersectFunction(user, rmap_accel_callback);
     rtcCommitGeometry(user);
-    rtcAttachGeometry(first, user);
-    if (second)
-        rtcAttachGeometry(second, user);
+    rtcAttachGeometry(scene, user);
     rtcReleaseGeometry(user);
 }
 
@@ -252,24 +254,49 @@ static bool shapes_surround(const struct rmap_accel *accel, const struct RTCBoun
            high.y <= upper.y + slack && lower.z - slack <= low.z && high.z <= upper.z + slack;
 }
 
+/* Of the box and all shapes. */
+static double volume_with_shapes(const struct rmap_accel *accel, struct RTCBounds box)
+{
+    for (size_t i = 0; i < accel->shapes.n; i++) {
+        struct RTCBounds part;
+        part_bounds(&accel->shapes, i, &part);
+        box.lower_x = fminf(box.lower_x, part.lower_x);
+        box.lower_y = fminf(box.lower_y, part.lower_y);
+        box.lower_z = fminf(box.lower_z, part.lower_z);
+        box.upper_x = fmaxf(box.upper_x, part.upper_x);
+        box.upper_y = fmaxf(box.upper_y, part.upper_y);
+        box.upper_z = fmaxf(box.upper_z, part.upper_z);
+    }
+    return volume_of(&box);
+}
+
 /* Bounds are worth a look where there is much room beside them. */
 static void set_rest_bounds(struct rmap_accel *accel)
 {
     const double roundings = 64;
     float pad = (float)(roundings * RMAP_FLOAT_EPS * 2 * (accel->radius + accel->reach));
-    struct RTCBounds all, rest;
+    struct RTCBounds rest;
     if (!accel->rest)
         return;
-    rtcGetSceneBounds(accel->top, &all);
     rtcGetSceneBounds(accel->rest, &rest);
     const float lower[3] = {rest.lower_x, rest.lower_y, rest.lower_z};
     const float upper[3] = {rest.upper_x, rest.upper_y, rest.upper_z};
-    accel->rest_apart = volume_of(&rest) < 0.5 * volume_of(&all);
+    accel->rest_apart = volume_of(&rest) < 0.5 * volume_with_shapes(accel, rest);
     accel->rest_inside = shapes_surround(accel, &rest);
     for (int k = 0; k < 3; k++) {
         accel->rest_lower[k] = lower[k] - pad;
         accel->rest_upper[k] = upper[k] + pad;
     }
+}
+
+static RTCScene build_scene(struct rmap_accel *accel, bool with_shapes)
+{
+    RTCScene scene = new_scene(accel);
+    attach_callbacks(accel, &accel->meshes, scene);
+    if (with_shapes)
+        attach_callbacks(accel, &accel->shapes, scene);
+    rtcCommitScene(scene);
+    return scene;
 }
 
 /* A few shapes are found faster through the sieve than by Embree, which then holds the meshes
@@ -280,19 +307,13 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
     size_t n_shape = 0;
     RMAP_TRY(reserve_parts(accel, &n_shape, err));
     bool sieved = n_shape > 0 && n_shape <= RMAP_SIEVE_MAX && rmap_accel_is_wide(accel);
-    accel->top = new_scene(accel);
-    if (sieved && n_shape < accel->n_object)
-        accel->rest = new_scene(accel);
     for (size_t i = 0; i < accel->n_object; i++) {
         const struct rmap_accel_object *object = &accel->object[i];
         if (object->shape || object->mesh->n_triangle > 0)
             add_parts(object->mesh ? &accel->meshes : &accel->shapes, object, i);
     }
-    attach_callbacks(accel, &accel->meshes, accel->top, accel->rest);
-    attach_callbacks(accel, &accel->shapes, accel->top, NULL);
-    rtcCommitScene(accel->top);
-    if (accel->rest)
-        rtcCommitScene(accel->rest);
+    if (!sieved || n_shape < accel->n_object)
+        accel->rest = build_scene(accel, !sieved);
     if (sieved) {
         set_rest_bounds(accel);
         if (accel->rest_inside)
@@ -300,12 +321,19 @@ static enum rmap_status build_top(struct rmap_accel *accel, struct rmap_error *e
         rmap_balls_build(accel);
         rmap_sieve_build(accel);
     } else {
-        accel->rest = accel->top;
-        rtcRetainScene(accel->rest);
+        accel->whole = accel->rest;
+        rtcRetainScene(accel->whole);
     }
     RMAP_TRY(rmap_accel_failed(accel, "building the scene", err));
 out:
     return st;
+}
+
+enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel, struct rmap_error *err)
+{
+    if (!accel->whole)
+        accel->whole = build_scene(accel, true);
+    return rmap_accel_failed(accel, "building the scene", err);
 }
 
 /* Triangles are widened by the float error and the rounding of the widened corners. */

@@ -113,8 +113,8 @@ void rmap_accel_destroy(struct rmap_accel *accel)
 {
     if (!accel)
         return;
-    if (accel->top)
-        rtcReleaseScene(accel->top);
+    if (accel->whole)
+        rtcReleaseScene(accel->whole);
     if (accel->rest)
         rtcReleaseScene(accel->rest);
     for (size_t i = 0; i < accel->n_bottom; i++) {

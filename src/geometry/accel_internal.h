@@ -142,8 +142,8 @@ struct rmap_accel_failure {
 
 struct rmap_accel {
     RTCDevice device;
-    RTCScene top;                       /* everything */
     RTCScene rest;                      /* what the sieve does not hold; NULL: nothing */
+    RTCScene whole;                     /* everything, for replays; NULL: not built */
     float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
     bool rest_apart;                    /* most of the scene is outside them */
     bool rest_inside;                   /* they lie within those of the sieve's shapes */
@@ -239,6 +239,9 @@ struct rmap_traversal {
 /* accel_build.c */
 enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
                                   struct rmap_error *err) RMAP_MUST_USE;
+/* `whole`, unless it is there. */
+enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel,
+                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* accel_build.c: bounds in the world. */
 void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,

@@ -265,14 +265,15 @@ void rmap_accel_watch(struct rmap_accel *accel,
     accel->watcher = context;
 }
 
-void rmap_accel_prepare(const struct rmap_accel *accel, struct rmap_replay_ray *ray, size_t n_ray)
+enum rmap_status rmap_accel_prepare(struct rmap_accel *accel, struct rmap_replay_ray *ray,
+                                    size_t n_ray, struct rmap_error *err)
 {
     for (size_t i = 0; i < n_ray; i++) {
         struct rmap_query query;
         query_init(&query, accel, &ray[i].ray, ray[i].length > 0 ? ray[i].length : HUGE_VAL);
         ray[i].misses = !enter_scene(&query, ray[i].origin, ray[i].direction, &ray[i].shift);
-        ray[i].prepared = true;
     }
+    return rmap_accel_build_whole(accel, err);
 }
 
 size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
@@ -280,15 +281,13 @@ size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_repla
 {
     size_t n_hit = 0;
     for (size_t i = 0; i < n_ray; i++) {
-        struct rmap_replay_ray now = ray[i];
-        if (!now.prepared)
-            rmap_accel_prepare(accel, &now, 1);
-        if (now.misses)
-            continue;
+        const struct rmap_replay_ray *now = &ray[i];
         struct rmap_query query;
-        query_init(&query, accel, &ray[i].ray, ray[i].length > 0 ? ray[i].length : HUGE_VAL);
+        if (now->misses)
+            continue;
+        query_init(&query, accel, &now->ray, now->length > 0 ? now->length : HUGE_VAL);
         look_around(&query);
-        traverse(&query, accel->top, now.origin, now.direction, now.shift);
+        traverse(&query, accel->whole, now->origin, now->direction, now->shift);
         n_hit += query.n_candidate > 0;
     }
     return n_hit;
