@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
- * Walking through a directory whose files have numbered names.
+ * Walking through a directory whose files have numbered names; and the folder of a shard, which is
+ * one in the map's directory: what stands there as a link may lead into another map, and nothing is
+ * listed, written or removed through it.
  */
 #ifndef RMAP_DIRECTORY_H
 #define RMAP_DIRECTORY_H
@@ -13,10 +15,24 @@
 /* The number in "prefixNNNNNsuffix", or -1. */
 int rmap_directory_number(const char *name, const char *prefix, const char *suffix);
 
+/* directory: that of the entry, for *at functions. */
+typedef enum rmap_status rmap_directory_visitor(void *context, int directory, const char *name,
+                                                struct rmap_error *err);
+
 /* Calls visit for every entry but . and .. until it fails. RMAP_SYSTEM, or what visit says. */
-enum rmap_status rmap_directory_visit(const char *path,
-                                      enum rmap_status (*visit)(void *context, const char *name,
-                                                                struct rmap_error *err),
+enum rmap_status rmap_directory_visit(const char *path, rmap_directory_visitor *visit,
                                       void *context, struct rmap_error *err) RMAP_MUST_USE;
+
+/* A descriptor of a shard's folder, for the caller to close: the last part of `path` in the
+ * directory `map`, or all of it where that is AT_FDCWD. RMAP_USAGE: no folder, or a link. */
+enum rmap_status rmap_shard_open(int map, const char *path, int *fd_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same as rmap_directory_visit in a shard's folder, found as above. */
+enum rmap_status rmap_shard_visit(int map, const char *path, rmap_directory_visitor *visit,
+                                  void *context, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Removes ".../shard-NNNNN/NAME". 0, or -1 with errno. */
+int rmap_shard_unlink(const char *path) RMAP_MUST_USE;
 
 #endif

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/directory.h"
 #include "io/map_format.h"
 #include "io/provenance.h"
 #include "io/publish.h"
@@ -108,6 +109,7 @@ enum rmap_status rmap_history_file_write(const char *map_path, const struct rmap
     enum rmap_status st = RMAP_OK;
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
     struct stat file;
+    int folder = -1;
     char *final = rmap_history_path(map_path, piece);
     char *directory = rmap_path_format("%s/shard-%05d", map_path, (int)piece->shard);
     char *temporary =
@@ -116,7 +118,8 @@ enum rmap_status rmap_history_file_write(const char *map_path, const struct rmap
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
         goto out;
     }
-    (void)unlink(temporary); /* of a process that had this one's number */
+    RMAP_TRY(rmap_shard_open(AT_FDCWD, directory, &folder, err));
+    (void)unlinkat(folder, strrchr(temporary, '/') + 1, 0); /* its process had our number */
     RMAP_TRY(write_file(&h5, temporary, piece, bytes, err));
     if (stat(temporary, &file) != 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", temporary, strerror(errno));
@@ -125,8 +128,11 @@ enum rmap_status rmap_history_file_write(const char *map_path, const struct rmap
     *nbytes_ret = (uint64_t)file.st_size;
     RMAP_TRY(rmap_publish_over(directory, temporary, final, err));
 out:
-    if (st != RMAP_OK && temporary)
-        (void)unlink(temporary);
+    if (folder >= 0) {
+        if (st != RMAP_OK)
+            (void)unlinkat(folder, strrchr(temporary, '/') + 1, 0);
+        (void)close(folder);
+    }
     rmap_h5_drop(&h5);
     rmap_free(temporary);
     rmap_free(directory);

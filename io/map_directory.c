@@ -2,6 +2,7 @@
 #include "io/map_directory.h"
 
 #include <errno.h>
+#include <fcntl.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,10 +32,11 @@ static int history_number(const char *name)
     return rmap_directory_number(name, "piece-", RMAP_HISTORY_SUFFIX);
 }
 
-static enum rmap_status take_highest(void *context, const char *name, struct rmap_error *err)
+static enum rmap_status take_highest(void *context, int directory, const char *name,
+                                     struct rmap_error *err)
 {
     int *next = context;
-    (void)err;
+    (void)directory, (void)err;
     if (piece_number(name) >= *next)
         *next = piece_number(name) + 1;
     return RMAP_OK;
@@ -44,7 +46,7 @@ enum rmap_status rmap_shard_next_piece(const char *shard_path, int *number_ret,
                                        struct rmap_error *err)
 {
     *number_ret = 0;
-    return rmap_directory_visit(shard_path, take_highest, number_ret, err);
+    return rmap_shard_visit(AT_FDCWD, shard_path, take_highest, number_ret, err);
 }
 
 /* ---- making the directory, over an old map if told to ---- */
@@ -70,51 +72,48 @@ static enum rmap_status foreign(const char *path, const char *name, struct rmap_
         path, name);
 }
 
-static enum rmap_status remove_path(char *path, int (*how)(const char *), struct rmap_error *err)
+/* flags: AT_REMOVEDIR for folders; path: for messages. */
+static enum rmap_status remove_at(int directory, const char *path, const char *name, int flags,
+                                  struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    if (!path)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (how(path) != 0)
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
-    rmap_free(path);
-    return st;
+    return unlinkat(directory, name, flags) == 0
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_SYSTEM, "%s/%s: cannot be removed: %s", path, name,
+                                strerror(errno));
 }
 
-static enum rmap_status clear_piece(void *context, const char *name, struct rmap_error *err)
+static enum rmap_status clear_piece(void *context, int directory, const char *name,
+                                    struct rmap_error *err)
 {
     const struct clearing *clearing = context;
     if (piece_number(name) < 0 && history_number(name) < 0 && !is_temporary(name))
         return foreign(clearing->shard, name, err);
-    if (!clearing->remove)
-        return RMAP_OK;
-    return remove_path(rmap_path_format("%s/%s", clearing->shard, name), unlink, err);
+    return clearing->remove ? remove_at(directory, clearing->shard, name, 0, err) : RMAP_OK;
 }
 
-static enum rmap_status clear_shard(struct clearing *clearing, const char *name,
+static enum rmap_status clear_shard(struct clearing *clearing, int directory, const char *name,
                                     struct rmap_error *err)
 {
     char *path = rmap_path_format("%s/%s", clearing->map_path, name);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     clearing->shard = path;
-    enum rmap_status st = rmap_directory_visit(path, clear_piece, clearing, err);
+    enum rmap_status st = rmap_shard_visit(directory, path, clear_piece, clearing, err);
     if (st == RMAP_OK && clearing->remove)
-        return remove_path(path, rmdir, err);
+        st = remove_at(directory, clearing->map_path, name, AT_REMOVEDIR, err);
     rmap_free(path);
     return st;
 }
 
-static enum rmap_status clear_entry(void *context, const char *name, struct rmap_error *err)
+static enum rmap_status clear_entry(void *context, int directory, const char *name,
+                                    struct rmap_error *err)
 {
     struct clearing *clearing = context;
     if (shard_number(name) >= 0)
-        return clear_shard(clearing, name, err);
+        return clear_shard(clearing, directory, name, err);
     if (strcmp(name, "map.h5") != 0 && strcmp(name, RMAP_INDEX_START) != 0 && !is_temporary(name))
         return foreign(clearing->map_path, name, err);
-    if (!clearing->remove)
-        return RMAP_OK;
-    return remove_path(rmap_path_format("%s/%s", clearing->map_path, name), unlink, err);
+    return clearing->remove ? remove_at(directory, clearing->map_path, name, 0, err) : RMAP_OK;
 }
 
 /* Looks first, then removes: a directory with foreign files is left whole. */
@@ -126,21 +125,17 @@ static enum rmap_status clear_map(const char *path, struct rmap_error *err)
     return st == RMAP_OK ? rmap_directory_visit(path, clear_entry, &clearing, err) : st;
 }
 
-static enum rmap_status remove_half_index(void *context, const char *name, struct rmap_error *err)
+static enum rmap_status remove_half_index(void *context, int directory, const char *name,
+                                          struct rmap_error *err)
 {
-    const char *map_path = context;
-    return rmap_leftover_is_half_index(name)
-               ? remove_path(rmap_path_format("%s/%s", map_path, name), unlink, err)
-               : RMAP_OK;
+    const char *map_path = *(const char **)context;
+    return rmap_leftover_is_half_index(name) ? remove_at(directory, map_path, name, 0, err)
+                                             : RMAP_OK;
 }
 
 enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_error *err)
 {
-    char *path = rmap_strdup(map_path);
-    enum rmap_status st = path ? rmap_directory_visit(path, remove_half_index, path, err)
-                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    rmap_free(path);
-    return st;
+    return rmap_directory_visit(map_path, remove_half_index, &map_path, err);
 }
 
 enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error *err)
@@ -167,5 +162,7 @@ enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error
 enum rmap_status rmap_map_remove(const char *path, struct rmap_error *err)
 {
     enum rmap_status st = clear_map(path, err);
-    return st == RMAP_OK ? remove_path(rmap_strdup(path), rmdir, err) : st;
+    if (st == RMAP_OK && rmdir(path) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
+    return st;
 }

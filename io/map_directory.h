@@ -37,7 +37,8 @@ struct rmap_map_listing {
     struct rmap_piece_list pieces, histories; /* published; history indexes by their pieces */
     struct rmap_leftover *leftover;           /* by name */
     size_t n_leftover, cap_leftover;
-    bool has_half_index; /* what a killed run left of an index that it was writing */
+    bool has_half_index;    /* what a killed run left of an index that it was writing */
+    struct rmap_error link; /* where a shard's folder is a link: that it was passed over; or "" */
 };
 
 /* RMAP_SYSTEM: a folder cannot be listed; the listing is empty then. */
@@ -82,9 +83,9 @@ bool rmap_leftover_is_half_index(const char *name);
 bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover);
 bool rmap_map_is_live(const char *map_path);
 
-/* RMAP_USAGE when a writer of the map is still at work after a moment: those that are being killed
- * are given time to go. What stood there then is in *found, which is empty where there is no
- * directory, and after an error. */
+/* RMAP_USAGE when a shard's folder is a link, or when a writer of the map is still at work after a
+ * moment: those that are being killed are given time to go. What stood there then is in *found,
+ * which is empty where there is no directory, and after an error. */
 enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_listing *found,
                                         struct rmap_error *err) RMAP_MUST_USE;
 

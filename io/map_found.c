@@ -161,6 +161,9 @@ enum rmap_status rmap_map_add_found(struct rmap_map *map, const struct rmap_map_
     size_t n_listed = map->content.n_piece, n_dropped = 0;
     if (!given)
         RMAP_TRY(rmap_map_list(map->path, &found, err));
+    const char *link = given ? given->link.text : found.link.text;
+    if (link[0])
+        RMAP_TRY(rmap_map_note_trouble(map, link, err));
     RMAP_TRY(add_leftovers(map, given ? given : &found, err));
     if (!given) {
         rmap_map_listing_fini(&found);

@@ -82,7 +82,7 @@ enum rmap_status rmap_map_remove_spent_journals(const char *map_path,
         if (!journal)
             st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
         else
-            (void)unlink(journal);
+            (void)!rmap_shard_unlink(journal); /* harmless where it cannot be removed */
         rmap_free(journal);
         rmap_free(part);
     }
@@ -132,6 +132,10 @@ enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_li
         rmap_map_listing_fini(found);
         st = find_writer(map_path, found, err);
         idle = st == RMAP_OK ? idle + 1 : 0;
+    }
+    if (st == RMAP_OK && found->link.text[0]) {
+        st = rmap_error_set(err, RMAP_USAGE, "%s", found->link.text);
+        rmap_map_listing_fini(found);
     }
     return st;
 }

@@ -49,8 +49,10 @@ static enum rmap_status add_leftover(const struct walk *walk, const char *name,
     return st;
 }
 
-static enum rmap_status list_in_shard(void *context, const char *name, struct rmap_error *err)
+static enum rmap_status list_in_shard(void *context, int directory, const char *name,
+                                      struct rmap_error *err)
 {
+    (void)directory;
     const struct walk *walk = context;
     int piece = rmap_directory_number(name, "piece-", ".h5");
     int history = rmap_directory_number(name, "piece-", RMAP_HISTORY_SUFFIX);
@@ -61,8 +63,11 @@ static enum rmap_status list_in_shard(void *context, const char *name, struct rm
     return add_leftover(walk, name, err);
 }
 
-static enum rmap_status list_in_map(void *context, const char *name, struct rmap_error *err)
+/* What stands there as a link is none of the map's: it is told, and left to itself. */
+static enum rmap_status list_in_map(void *context, int directory, const char *name,
+                                    struct rmap_error *err)
 {
+    struct rmap_error why = {0};
     struct walk *walk = context;
     walk->listing->has_half_index |= rmap_leftover_is_half_index(name);
     walk->shard = rmap_directory_number(name, "shard-", "");
@@ -70,10 +75,14 @@ static enum rmap_status list_in_map(void *context, const char *name, struct rmap
     if (walk->shard < 0)
         return RMAP_OK;
     char *path = rmap_path_format("%s/%s", walk->map_path, name);
-    enum rmap_status st = path ? rmap_directory_visit(path, list_in_shard, walk, err)
-                               : rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    enum rmap_status st = path ? rmap_shard_visit(directory, path, list_in_shard, walk, &why)
+                               : rmap_error_set(&why, RMAP_SYSTEM, "out of memory");
     rmap_free(path);
-    return st;
+    if (st == RMAP_USAGE)
+        walk->listing->link = why;
+    else if (st != RMAP_OK && err)
+        *err = why;
+    return st == RMAP_USAGE ? RMAP_OK : st;
 }
 
 static int by_place(const void *a, const void *b)

@@ -7,9 +7,9 @@
 #include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
+#include "io/directory.h"
 #include "io/history_file.h"
 #include "io/journal.h"
 #include "io/map_directory.h"
@@ -83,7 +83,7 @@ static enum rmap_status remove_piece(const struct removal *removal,
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     const char *why = why_remove(removal, name, info.name, path);
-    if (why && unlink(path) != 0)
+    if (why && rmap_shard_unlink(path) != 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
     if (why && st == RMAP_OK)
         st = rmap_findings_note(removal->done, info.name, why, err);
@@ -109,7 +109,7 @@ static enum rmap_status remove_history(const struct removal *removal, const stru
     char *path = rmap_history_path(removal->self->path, &info);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (unlink(path) != 0)
+    if (rmap_shard_unlink(path) != 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
     else
         st = rmap_findings_note(removal->done, path + strlen(removal->self->path) + 1,
@@ -168,7 +168,8 @@ enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
     enum rmap_status read = rmap_journal_read(journal_path, &journal, NULL);
     if (read == RMAP_SYSTEM || journal.other_version || (read == RMAP_OK && journal.n_portion > 0))
         goto out; /* nobody knows, or another raymap does, or of another scene: not ours */
-    if ((unlink(journal_path) != 0 && errno != ENOENT) || (unlink(part) != 0 && errno != ENOENT)) {
+    if ((rmap_shard_unlink(journal_path) != 0 && errno != ENOENT) ||
+        (rmap_shard_unlink(part) != 0 && errno != ENOENT)) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", part, strerror(errno));
         goto out;
     }

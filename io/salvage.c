@@ -13,6 +13,7 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/directory.h"
 #include "io/journal.h"
 #include "io/map_format.h"
 #include "io/map_internal.h"
@@ -288,7 +289,7 @@ out:
 
 static enum rmap_status remove_file(const char *path, struct rmap_error *err)
 {
-    if (unlink(path) != 0 && errno != ENOENT)
+    if (rmap_shard_unlink(path) != 0 && errno != ENOENT)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
     return RMAP_OK;
 }

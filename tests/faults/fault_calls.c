@@ -213,3 +213,15 @@ int mkdir(const char *path, mode_t mode)
     fault_record_end();
     return st;
 }
+
+/* As a call by the whole path, which the plan and the record know. */
+int unlinkat(int directory, const char *name, int flags)
+{
+    REAL(unlinkat)
+    char path[FAULT_PATH_CAP];
+    if (!fault_watches_file(directory, path))
+        return real(directory, name, flags);
+    size_t n = strlen(path);
+    (void)snprintf(path + n, sizeof path - n, "/%s", name);
+    return flags & AT_REMOVEDIR ? rmdir(path) : unlink(path);
+}
