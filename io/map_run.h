@@ -20,4 +20,9 @@ enum rmap_status rmap_map_run_init(const struct rmap_map *map, size_t space,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_run_fini(struct rmap_map_run *self); /* zeroed: fine */
 
+/* That the scene inside is, in every colour space, the one that the digests name. RMAP_FORMAT says
+ * which is not; RMAP_SYSTEM. */
+enum rmap_status rmap_map_check_scene(const struct rmap_map *map,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -108,11 +108,16 @@ out:
     return st;
 }
 
-/* NULL: it cannot be read. */
+/* NULL: it cannot be read, or its scene is another than the one that was traced. */
 static struct rmap_map *open_bare(const char *path, const char *name)
 {
     struct rmap_map *map = NULL;
-    return rmap_map_open_bare(path, name, &map, NULL) == RMAP_OK ? map : NULL;
+    if (rmap_map_open_bare(path, name, &map, NULL) != RMAP_OK)
+        return NULL;
+    if (rmap_map_check_scene(map, NULL) == RMAP_OK)
+        return map;
+    rmap_map_close(map);
+    return NULL;
 }
 
 enum rmap_status rmap_repair_index(const char *path, const struct rmap_run *scene,

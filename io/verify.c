@@ -13,6 +13,7 @@
 #include "base/grouped.h"
 #include "io/map_directory.h"
 #include "io/map_internal.h"
+#include "io/map_run.h"
 #include "io/map_scan.h"
 #include "io/portion_rows.h"
 #include "io/provenance.h"
@@ -157,6 +158,22 @@ static enum rmap_status read_disk(struct rmap_verification *self,
 
 /* ---- opening ---- */
 
+/* Names, sums and pieces may all fit a scene that was put in the place of the one that was traced.
+ */
+static enum rmap_status check_scene(const struct rmap_map *map, const char *file,
+                                    struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    struct rmap_finding finding;
+    enum rmap_status st = rmap_map_check_scene(map, &why);
+    if (st == RMAP_OK)
+        return st;
+    if (st != RMAP_FORMAT)
+        return rmap_error_set(err, st, "%s", why.text);
+    rmap_finding_set(&finding, file, "/scene/bundle", "%s", why.text);
+    return rmap_findings_add(findings, &finding, err);
+}
+
 static enum rmap_status open_map(struct rmap_verification *self, const char *path,
                                  struct rmap_findings *findings, struct rmap_error *err)
 {
@@ -165,7 +182,7 @@ static enum rmap_status open_map(struct rmap_verification *self, const char *pat
     struct stat info;
     enum rmap_status st = rmap_map_open_untallied(path, &self->map, &why);
     if (st == RMAP_OK)
-        return RMAP_OK;
+        return check_scene(self->map, "map.h5", findings, err);
     char *index = rmap_path_format("%s/map.h5", path);
     char *first = rmap_path_format("%s/shard-00000", path);
     if (!index || !first) {
@@ -225,7 +242,9 @@ static enum rmap_status check_start(const struct rmap_verification *self,
     } else if (st != RMAP_OK && err) {
         *err = why;
     } else if (map) {
-        st = check_age(self, map, findings, err);
+        st = check_scene(map, RMAP_INDEX_START, findings, err);
+        if (st == RMAP_OK)
+            st = check_age(self, map, findings, err);
     }
     rmap_map_close(map);
     rmap_free(start);

@@ -30,22 +30,38 @@ def change_text(file):
         text.attrs.modify("checksum", np.uint64(checksum(now.tobytes())))
 
 
+def change_scene(file):
+    """Another scene, in which all that the index says of it and of the rays is as true."""
+    change_text(file)
+    bundle = file["scene/bundle"]
+    now = bundle[()].tobytes().replace(b"size: [40, 40]", b"size: [40, 41]")
+    assert now != bundle[()].tobytes()
+    put(bundle, None, np.frombuffer(now, dtype=np.uint8))
+
+
 subprocess.run(["bash", "-c", '. "$0"; write_scene scene.yaml', f"{HERE}/../cli/expect.bash"],
                check=True)
 shutil.rmtree("a.raymap", ignore_errors=True)
 run("trace", "scene.yaml", "-o", "a.raymap", "-n", "20000")
-for dataset, change, lost in (
-        ("/run/n_ray", lambda file: put(file["run/n_ray"], 0, 25000), [20000, 24999]),
-        ("/scene/text", change_text, None)):
+run("trace", "scene.yaml", "-o", "a.raymap", "-n", "5000", "--append", "--color", "rgb")
+run("verify", "a.raymap")
+for name, dataset, change, lost in (
+        ("map.h5", "/run/n_ray", lambda file: put(file["run/n_ray"], 1, 9000), [25000, 28999]),
+        ("map.h5", "/scene/text", change_text, None),
+        ("map-start.h5", "/scene/bundle", change_scene, None),
+        ("map.h5", "/scene/bundle", change_scene, None)):
     shutil.rmtree("forged.raymap", ignore_errors=True)
     shutil.copytree("a.raymap", "forged.raymap")
-    edit("forged.raymap/map.h5", change)
+    edit(f"forged.raymap/{name}", change)
     found = json.loads(run("verify", "forged.raymap", "--json", status=4))["findings"]
-    assert [(one["file"], one["dataset"]) for one in found] == [("map.h5", dataset)], found
+    assert [(one["file"], one["dataset"]) for one in found] == [(name, dataset)], found
     assert found[0]["ray_ranges"] == ([lost] if lost else []), found
     run("repair", "forged.raymap")
     run("verify", "forged.raymap")
     assert json.loads(run("info", "forged.raymap", "--json"))["complete"] is (lost is None)
 with h5py.File("forged.raymap/map.h5") as file:
     assert b"size: [40, 40]" in file["scene/text"][0]
+for name in ("map.h5", "map-start.h5"):
+    edit(f"forged.raymap/{name}", change_scene)
+run("repair", "forged.raymap", status=3)  # nobody knows the scene
 print("all as expected")
