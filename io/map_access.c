@@ -151,15 +151,6 @@ void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *sum
     *summary = map->summary;
 }
 
-const char *rmap_map_encodings(const struct rmap_map *map)
-{
-    static const char *const words[] = {"", "plain", "compact", "plain and compact"};
-    unsigned met = 0;
-    for (size_t i = 0; i < map->content.n_piece; i++)
-        met |= map->content.piece[i].encoding == RMAP_ENCODING_COMPACT ? 2U : 1U;
-    return words[met];
-}
-
 const double *rmap_map_flux_per_weight(const struct rmap_map *map)
 {
     return map->flux_per_weight;

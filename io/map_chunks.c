@@ -51,6 +51,8 @@ static enum rmap_status check_file(const struct rmap_map *map, const char *path,
 enum rmap_status rmap_map_check_pieces(const struct rmap_map *map, struct rmap_error *err)
 {
     for (size_t i = 0; i < map->content.n_piece; i++) {
+        if (map->content.piece[i].is_open) /* was examined when it was found */
+            continue;
         char *path = rmap_map_piece_path(map, i);
         if (!path)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory");

@@ -312,3 +312,23 @@ void rmap_piece_name_set(struct rmap_piece_info *piece)
     (void)snprintf(piece->name, sizeof piece->name, "shard-%05d/piece-%05d.h5", (int)piece->shard,
                    (int)piece->number);
 }
+
+int rmap_map_content_next_number(const struct rmap_map_content *content, int shard)
+{
+    int next = 0;
+    for (size_t i = 0; i < content->n_piece; i++) {
+        const struct rmap_piece_info *piece = &content->piece[i];
+        if (piece->shard == shard && !piece->is_open && piece->number >= next)
+            next = piece->number + 1;
+    }
+    return next;
+}
+
+const char *rmap_map_content_encodings(const struct rmap_map_content *content)
+{
+    static const char *const words[] = {"", "plain", "compact", "plain and compact"};
+    unsigned met = 0;
+    for (size_t i = 0; i < content->n_piece; i++)
+        met |= content->piece[i].encoding == RMAP_ENCODING_COMPACT ? 2U : 1U;
+    return words[met];
+}

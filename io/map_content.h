@@ -118,6 +118,12 @@ struct rmap_piece_origin {
 const struct rmap_layout *rmap_piece_layout(const struct rmap_piece_info *piece,
                                             enum rmap_colour_mode mode);
 
+/* How its pieces are stored: "plain", "compact", "plain and compact"; "" without pieces. Static. */
+const char *rmap_map_content_encodings(const struct rmap_map_content *content);
+
+/* The number behind those of a shard's finished pieces; 0: it has none. */
+int rmap_map_content_next_number(const struct rmap_map_content *content, int shard);
+
 /* Makes piece->name of its shard and number, both in [0, 99999]. */
 void rmap_piece_name_set(struct rmap_piece_info *piece);
 

@@ -7,7 +7,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -119,10 +118,6 @@ enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_li
 {
     const struct timespec nap = {.tv_nsec = 100000000};
     const int naps_max = 50;
-    struct stat info;
-    *found = (struct rmap_map_listing){0};
-    if (stat(map_path, &info) != 0 || !S_ISDIR(info.st_mode))
-        return RMAP_OK;
     enum rmap_status st = find_writer(map_path, found, err);
     int idle = st == RMAP_OK ? 2 : 0;
     for (int naps = 0; idle < 2 && naps < naps_max; naps++) {

@@ -2,7 +2,6 @@
 #include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/map_directory.h"
@@ -15,9 +14,10 @@
 #include "io/publish.h"
 #include "io/scene_numbers.h"
 
-/* RMAP_INPUT, RMAP_FORMAT or RMAP_SYSTEM with a remedy before HDF5 sees anything. */
-static enum rmap_status check_path(const char *path, const char *index, struct rmap_map *map,
-                                   struct rmap_error *err)
+/* Why an index could not be opened: RMAP_INPUT, RMAP_FORMAT or RMAP_SYSTEM with a remedy, instead
+ * of what opening it said. */
+static enum rmap_status explain(const char *path, const char *index, enum rmap_status st,
+                                struct rmap_error *err)
 {
     struct stat info;
     if (stat(path, &info) != 0) {
@@ -28,17 +28,24 @@ static enum rmap_status check_path(const char *path, const char *index, struct r
     if (!S_ISDIR(info.st_mode))
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s is a file, but a ray map is a directory (NAME.raymap)", path);
-    if (stat(index, &info) != 0 && errno == ENOENT) {
-        enum rmap_status st = rmap_map_check_indexless(path, err);
-        return st == RMAP_OK
-                   ? rmap_error_set(err, RMAP_FORMAT, "%s has no map.h5: it is no ray map", path)
-                   : st;
-    }
-    if (access(index, R_OK) != 0)
-        return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be read: %s", index, strerror(errno));
-    if (!S_ISREG(info.st_mode))
-        return rmap_error_set(err, RMAP_FORMAT, "%s is not a regular file", index);
-    map->index_nbytes = (uint64_t)info.st_size;
+    if (stat(index, &info) == 0 || errno != ENOENT)
+        return st;
+    st = rmap_map_check_indexless(path, err);
+    return st == RMAP_OK
+               ? rmap_error_set(err, RMAP_FORMAT, "%s has no map.h5: it is no ray map", path)
+               : st;
+}
+
+static enum rmap_status open_file(const char *path, const char *index, struct rmap_h5 *h5,
+                                  struct rmap_map *map, struct rmap_error *err)
+{
+    hsize_t nbytes = 0;
+    enum rmap_status st = rmap_h5_open(h5, index, err);
+    if (st != RMAP_OK)
+        return explain(path, index, st, err);
+    if (H5Fget_filesize(h5->file, &nbytes) < 0)
+        return rmap_h5_fail(h5, "its size", err);
+    map->index_nbytes = nbytes;
     return RMAP_OK;
 }
 
@@ -235,8 +242,7 @@ static enum rmap_status open_index(const char *path, const char *name, enum scop
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the map");
         goto out;
     }
-    RMAP_TRY(check_path(path, index, map, err));
-    RMAP_TRY(rmap_h5_open(&h5, index, err));
+    RMAP_TRY(open_file(path, index, &h5, map, err));
     RMAP_TRY(read_index(map, &h5, scope == SCOPE_BARE, err));
     if (scope == SCOPE_FOUND && !map->summary.complete)
         RMAP_TRY(rmap_map_add_found(map, found, err));

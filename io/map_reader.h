@@ -130,10 +130,7 @@ struct rmap_map_summary {
 };
 void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary);
 
-/* How its pieces are stored: "plain", "compact", "plain and compact"; "" without pieces. Static. */
-const char *rmap_map_encodings(const struct rmap_map *map);
-
-/* That every piece is there with the size that the index states; opens none of them. */
+/* That every finished piece is there with the size that the index states; opens none of them. */
 enum rmap_status rmap_map_check_pieces(const struct rmap_map *map,
                                        struct rmap_error *err) RMAP_MUST_USE;
 

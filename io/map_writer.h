@@ -55,6 +55,9 @@ struct rmap_shard_options {
     uint64_t flush_portions;
     /* Where the pieces belong, borrowed for the call; NULL: found from the run. */
     const struct rmap_piece_origin *origin;
+    /* Number of the first piece, where others of the shard are known; 0: behind those that its
+     * folder has. One that is taken after all is passed over. */
+    int first_piece;
 };
 
 /* directory: the map's, or another that exists, say on a disk of the node; shard-RRRRR is made in

@@ -23,7 +23,7 @@ struct rmap_piece_writer {
     size_t n_entry, cap_entry;
     size_t n_safe;                       /* entries that the journal has */
     size_t resting_nbytes;               /* stored since writing was last begun */
-    int fd;                              /* of the file, for its lock and syncing alone */
+    int fd;                              /* of the file, for its lock, syncing and seal */
     struct rmap_journal_writer *journal; /* NULL before the first flush */
 };
 

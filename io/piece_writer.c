@@ -120,7 +120,7 @@ static enum rmap_status seal(struct rmap_piece_writer *self, struct rmap_error *
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the seal of a piece");
     for (size_t i = 0; i < self->n_entry; i++)
         range[i] = (struct rmap_range){self->entry[i].offset, self->entry[i].nbytes};
-    enum rmap_status st = rmap_seal_write(self->temporary, range, self->n_entry, err);
+    enum rmap_status st = rmap_seal_append(self->fd, self->temporary, range, self->n_entry, err);
     rmap_free(range);
     return st;
 }
@@ -166,7 +166,7 @@ static enum rmap_status close_file(struct rmap_piece_writer *self, uint64_t *nby
     RMAP_TRY(rmap_h5_close(&self->h5, err));
     rmap_file_lock(self->fd); /* if HDF5's own lock came first, it is gone now */
     RMAP_TRY(seal(self, err));
-    if (stat(self->temporary, &file) != 0) {
+    if (fstat(self->fd, &file) != 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
         goto out;
     }

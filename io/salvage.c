@@ -198,14 +198,13 @@ static enum rmap_status copy_piece(struct salvage *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_layout *layout = rmap_map_piece_layout(self->map, self->piece);
-    int number = 0;
+    const int number = rmap_map_content_next_number(&self->map->content, self->leftover->shard);
     self->fd = open(self->part_path, O_RDONLY | O_CLOEXEC);
     if (self->fd < 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->part_path, strerror(errno));
         goto out;
     }
     RMAP_TRY(rmap_encoder_create(&self->encoder, err));
-    RMAP_TRY(rmap_shard_next_piece(self->shard_path, &number, err));
     RMAP_TRY(rmap_piece_writer_create(self->shard_path, self->leftover->shard, number, &self->run,
                                       &self->origin, &self->writer, err));
     RMAP_TRY(copy_chunks(self, err));

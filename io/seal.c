@@ -107,29 +107,32 @@ static int by_offset(const void *a, const void *b)
     return (x->offset > y->offset) - (x->offset < y->offset);
 }
 
-enum rmap_status rmap_seal_write(const char *path, struct rmap_range *range, size_t n,
-                                 struct rmap_error *err)
+enum rmap_status rmap_seal_append(int fd, const char *path, struct rmap_range *range, size_t n,
+                                  struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
     struct stat info;
     struct footer footer = {.n = n};
     memcpy(footer.magic, magic, sizeof magic);
     if (n > 0)
         qsort(range, n, sizeof *range, by_offset);
-    int fd = open(path, O_RDWR | O_CLOEXEC);
-    if (fd < 0)
-        return failed(path, "cannot be opened for its seal", err);
     if (fstat(fd, &info) != 0 ||
-        hash_rest(fd, (uint64_t)info.st_size, range, n, &footer.rest_hash) != 0) {
-        st = failed(path, "cannot be read for its seal", err);
-        goto out;
-    }
+        hash_rest(fd, (uint64_t)info.st_size, range, n, &footer.rest_hash) != 0)
+        return failed(path, "cannot be read for its seal", err);
     footer.own_hash = hash_own(range, &footer);
     uint64_t end = (uint64_t)info.st_size, ranges_nbytes = n * sizeof *range;
     if ((n > 0 && write_all(fd, range, ranges_nbytes, end) != 0) ||
         write_all(fd, &footer, sizeof footer, end + ranges_nbytes) != 0)
-        st = failed(path, "writing its seal", err);
-out:
+        return failed(path, "writing its seal", err);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_seal_write(const char *path, struct rmap_range *range, size_t n,
+                                 struct rmap_error *err)
+{
+    int fd = open(path, O_RDWR | O_CLOEXEC);
+    if (fd < 0)
+        return failed(path, "cannot be opened for its seal", err);
+    enum rmap_status st = rmap_seal_append(fd, path, range, n, err);
     if (close(fd) != 0 && st == RMAP_OK)
         st = failed(path, "closing", err);
     return st;

@@ -23,6 +23,9 @@ struct rmap_range {
 /* Appends the seal to a closed file. Sorts the ranges by offset. RMAP_SYSTEM. */
 enum rmap_status rmap_seal_write(const char *path, struct rmap_range *range, size_t n,
                                  struct rmap_error *err) RMAP_MUST_USE;
+/* The same, through a descriptor that reads and writes. */
+enum rmap_status rmap_seal_append(int fd, const char *path, struct rmap_range *range, size_t n,
+                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* RMAP_FORMAT when there is no seal (cut off, or no file of a map) or it does not hold. */
 enum rmap_status rmap_seal_check(const char *path, struct rmap_error *err) RMAP_MUST_USE;

@@ -31,6 +31,23 @@ static void piece_destroy(struct rmap_shard_piece *piece)
     rmap_free(piece);
 }
 
+/* A folder in which a piece is known was synced before it. */
+static enum rmap_status open_folder(struct rmap_shard_writer *self, const char *directory,
+                                    struct rmap_error *err)
+{
+    const bool made = mkdir(self->path, 0777) == 0;
+    if (!made && errno != EEXIST)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", self->path,
+                              strerror(errno));
+    self->next_number = made ? 0 : self->options.first_piece;
+    if (self->next_number > 0)
+        return RMAP_OK;
+    enum rmap_status st = rmap_sync_directory(directory, err);
+    if (st == RMAP_OK && !made)
+        st = rmap_shard_next_piece(self->path, &self->next_number, err);
+    return st;
+}
+
 enum rmap_status rmap_shard_writer_create(const char *directory, int shard,
                                           const struct rmap_run *run,
                                           const struct rmap_shard_options *options,
@@ -55,17 +72,11 @@ enum rmap_status rmap_shard_writer_create(const char *directory, int shard,
         goto out;
     }
     RMAP_TRY(rmap_row_pool_create(run, &self->rows, err));
-    if (mkdir(self->path, 0777) != 0 && errno != EEXIST) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", self->path,
-                            strerror(errno));
-        goto out;
-    }
-    RMAP_TRY(rmap_sync_directory(directory, err));
+    RMAP_TRY(open_folder(self, directory, err));
     if (self->options.origin)
         self->origin = *self->options.origin;
     else
         RMAP_TRY(rmap_piece_origin_of(run, &self->origin, err));
-    RMAP_TRY(rmap_shard_next_piece(self->path, &self->next_number, err));
     rmap_shard_flush_schedule(self);
     *writer_ret = self;
     self = NULL;

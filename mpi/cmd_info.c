@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_content.h"
 #include "io/map_directory.h"
 #include "io/map_history.h"
 #include "io/selection.h"
@@ -214,7 +215,7 @@ static void print_info(const char *path, const struct rmap_map *map,
                        const struct rmap_history_survey *indexed, bool damaged, FILE *out)
 {
     const struct rmap_scene *scene = rmap_map_scene(map);
-    const char *encodings = rmap_map_encodings(map);
+    const char *encodings = rmap_map_content_encodings(rmap_map_contents(map));
     char digest[33];
     rmap_digest_text(summary->digest, digest);
     double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];

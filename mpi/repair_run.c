@@ -6,6 +6,7 @@
 #include "mpi/repair_run.h"
 
 #include <string.h>
+#include <sys/stat.h>
 
 #include "base/alloc.h"
 #include "base/grouped.h"
@@ -301,18 +302,33 @@ static enum rmap_status mend(struct repair *self, enum step step, struct rmap_er
                                  : mend_leftovers(self, err);
 }
 
+/* Collective. What a writer at work has in hand is no leftover: it must be gone before anybody
+ * looks. Of what is no directory, looking says more. */
+static enum rmap_status await_writers(const struct rmap_context *context, const char *path,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_listing found = {0};
+    struct stat info;
+    int is_directory = context->rank == 0 && stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+    RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_directory, 1, MPI_INT, 0, context->comm)));
+    if (is_directory)
+        st = rmap_recover_wait(context, path, &found, err);
+    rmap_map_listing_fini(&found);
+out:
+    return st;
+}
+
 enum rmap_status rmap_repair_run(const struct rmap_context *context, const char *path,
                                  const struct rmap_run *scene, enum rmap_repair_mode mode,
                                  struct rmap_repair_result *result, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct repair self = {.context = context, .path = path, .scene = scene, .result = result};
-    struct rmap_map_listing found = {0};
     enum step step = STEP_NONE;
     double begun = rmap_clock_seconds();
-    /* What a writer at work has in hand is no leftover: it must be gone before anybody looks. */
     if (mode == RMAP_REPAIR_DO)
-        RMAP_TRY(rmap_recover_wait(context, path, &found, err));
+        RMAP_TRY(await_writers(context, path, err));
     for (int round = 0; round < ROUNDS_MAX; round++) {
         RMAP_TRY(look(&self, &step, err));
         if (round == 0 && context->rank == 0)
@@ -331,6 +347,5 @@ out:
     rmap_findings_fini(&self.before);
     rmap_ray_set_fini(&self.had);
     rmap_free(self.leftover);
-    rmap_map_listing_fini(&found);
     return st;
 }

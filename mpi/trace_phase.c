@@ -53,7 +53,10 @@ static enum rmap_status open_shard(const struct rmap_trace_session *self, struct
                                    struct rmap_error *err)
 {
     const struct rmap_trace_request *request = &self->request;
+    const int shard = first_shard(self) + self->context->rank;
+    const struct rmap_map *map = self->goal.map;
     const struct rmap_shard_options options = {
+        .first_piece = map ? rmap_map_content_next_number(rmap_map_contents(map), shard) : 0,
         .piece_nbytes = request->piece_nbytes,
         .flush_seconds = request->flush_s > 0.0 ? request->flush_s : RMAP_FLUSH_SECONDS,
         .flush_portions = request->flush_portions};
@@ -61,8 +64,7 @@ static enum rmap_status open_shard(const struct rmap_trace_session *self, struct
     enum rmap_status st =
         rmap_forward_create(self->context, request->shards_per_node, &tools->forward, err);
     if (st == RMAP_OK && rmap_forward_writes(tools->forward))
-        st = rmap_shard_writer_create(directory, first_shard(self) + self->context->rank,
-                                      &tools->run, &options, &tools->writer, err);
+        st = rmap_shard_writer_create(directory, shard, &tools->run, &options, &tools->writer, err);
     return rmap_agree(self->context, st, err);
 }
 

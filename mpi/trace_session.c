@@ -324,25 +324,56 @@ static enum rmap_status write_index(struct rmap_trace_session *self, struct rmap
     return st == RMAP_OK ? rmap_index_write_content(self->request.map_path, &index, err) : st;
 }
 
+/* Rank 0. What the index that was written just now lists, and how large all of it is. */
+static enum rmap_status sum_up(struct rmap_trace_session *self, struct rmap_trace_report *report,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct stat index;
+    char *path = rmap_path_format("%s/map.h5", self->request.map_path);
+    if (!path || stat(path, &index) != 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: map.h5 cannot be examined: %s",
+                            self->request.map_path, strerror(errno));
+        goto out;
+    }
+    report->content = &self->content;
+    report->map_nbytes = (uint64_t)index.st_size;
+    RMAP_TRY(rmap_map_content_drop_open(&self->content, err));
+    RMAP_TRY(rmap_map_content_sort(&self->content, err));
+    RMAP_TRY(rmap_map_content_check(&self->content, path, err));
+    for (size_t i = 0; i < self->content.n_piece; i++)
+        report->map_nbytes += self->content.piece[i].nbytes;
+out:
+    rmap_free(path);
+    return st;
+}
+
 /* Rank 0. */
 static enum rmap_status finish(struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_trace_plan plan = {
         .scene = self->scene, .accel = self->accel, .seed = self->run.seed};
-    const struct rmap_trace_report report = {.plan = &plan,
-                                             .outcome = &self->outcome,
-                                             .map_path = self->request.map_path,
-                                             .n_held = self->goal.n_held,
-                                             .until_tracing = self->until_tracing};
+    struct rmap_map_summary summary = {0};
+    struct rmap_trace_report report = {.plan = &plan,
+                                       .outcome = &self->outcome,
+                                       .map_path = self->request.map_path,
+                                       .n_held = self->goal.n_held,
+                                       .until_tracing = self->until_tracing};
     if (self->goal.map)
         rmap_tally_merge(self->outcome.tally, rmap_map_tally(self->goal.map));
     RMAP_TRY(rmap_balance_check(self->outcome.tally, err));
-    if (is_idle(&self->goal) && !self->context->quiet)
-        fprintf(stderr, "raymap: %s is complete: nothing was left to trace\n",
-                self->request.map_path);
-    else if (self->request.map_path && !is_idle(&self->goal))
+    if (is_idle(&self->goal)) {
+        rmap_map_summarise(self->goal.map, &summary);
+        report.content = rmap_map_contents(self->goal.map);
+        report.map_nbytes = summary.nbytes;
+        if (!self->context->quiet)
+            fprintf(stderr, "raymap: %s is complete: nothing was left to trace\n",
+                    self->request.map_path);
+    } else if (self->request.map_path) {
         RMAP_TRY(write_index(self, err));
+        RMAP_TRY(sum_up(self, &report, err));
+    }
     RMAP_TRY(rmap_trace_summarise(self->context, &report, err));
 out:
     return st;

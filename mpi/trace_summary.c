@@ -10,8 +10,6 @@
 struct summary {
     const struct rmap_context *context;
     const struct rmap_trace_report *report;
-    struct rmap_map_summary map;
-    const char *encodings; /* of the map; "" of one that holds no rays */
     double segments, mean_path, rate;
     double errors;
     char error_text[RMAP_ERROR_TEXT_LEN];
@@ -32,12 +30,13 @@ static void print_text(const struct summary *summary, FILE *out)
     fprintf(out, "%s, %.2f per ray\n", rmap_counted((uint64_t)summary->segments, "segment").text,
             summary->mean_path);
     if (summary->report->map_path) {
+        const char *encodings = rmap_map_content_encodings(summary->report->content);
+        const double nbytes = (double)summary->report->map_nbytes;
         char digest[33];
-        rmap_digest_text(summary->map.digest, digest);
-        fprintf(
-            out, "%s: %s%s%.1f MB, %.2f bytes per segment, digest %s\n", summary->report->map_path,
-            summary->encodings, *summary->encodings ? ", " : "", 1e-6 * (double)summary->map.nbytes,
-            summary->segments > 0 ? (double)summary->map.nbytes / summary->segments : 0.0, digest);
+        rmap_digest_text(summary->report->content->digest, digest);
+        fprintf(out, "%s: %s%s%.1f MB, %.2f bytes per segment, digest %s\n",
+                summary->report->map_path, encodings, *encodings ? ", " : "", 1e-6 * nbytes,
+                summary->segments > 0 ? nbytes / summary->segments : 0.0, digest);
     }
     fputs("energy balance\n", out);
     rmap_balance_print(outcome->tally, NULL, out);
@@ -46,8 +45,6 @@ static void print_text(const struct summary *summary, FILE *out)
 static json_t *to_json(const struct summary *summary)
 {
     const struct rmap_trace_outcome *outcome = summary->report->outcome;
-    char digest[33];
-    rmap_digest_text(summary->map.digest, digest);
     json_t *document = json_pack(
         "{s:s?, s:I, s:I, s:I, s:f, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map",
         summary->report->map_path, "rays", (json_int_t)(summary->report->n_held + outcome->n_ray),
@@ -57,11 +54,15 @@ static json_t *to_json(const struct summary *summary)
         outcome->n_ray == outcome->n_wanted, "ranks", summary->context->size, "threads",
         outcome->n_thread, "seed", (json_int_t)summary->report->plan->seed);
     if (summary->report->map_path) {
-        (void)json_object_set_new(document, "encoding", json_string(summary->encodings));
-        (void)json_object_set_new(document, "bytes", json_integer((json_int_t)summary->map.nbytes));
-        (void)json_object_set_new(
-            document, "bytes_per_segment",
-            rmap_json_number((double)summary->map.nbytes / summary->segments));
+        const struct rmap_map_content *content = summary->report->content;
+        const uint64_t nbytes = summary->report->map_nbytes;
+        char digest[33];
+        rmap_digest_text(content->digest, digest);
+        (void)json_object_set_new(document, "encoding",
+                                  json_string(rmap_map_content_encodings(content)));
+        (void)json_object_set_new(document, "bytes", json_integer((json_int_t)nbytes));
+        (void)json_object_set_new(document, "bytes_per_segment",
+                                  rmap_json_number((double)nbytes / summary->segments));
         (void)json_object_set_new(document, "digest", json_string(digest));
     }
     (void)json_object_set_new(document, "sources", rmap_balance_json(outcome->tally, NULL));
@@ -71,19 +72,6 @@ static json_t *to_json(const struct summary *summary)
                                             (json_int_t)outcome->tally->first_error_ray, "text",
                                             summary->error_text));
     return document;
-}
-
-/* All of the map is in the index that was written just now. */
-static enum rmap_status read_map(struct summary *summary, struct rmap_error *err)
-{
-    struct rmap_map *map = NULL;
-    enum rmap_status st = rmap_map_open_listed(summary->report->map_path, &map, err);
-    if (st == RMAP_OK) {
-        rmap_map_summarise(map, &summary->map);
-        summary->encodings = rmap_map_encodings(map);
-    }
-    rmap_map_close(map);
-    return st;
 }
 
 static void find_errors(struct summary *summary)
@@ -113,9 +101,6 @@ enum rmap_status rmap_trace_summarise(const struct rmap_context *context,
     double in_map = (double)(report->n_held + outcome->n_ray);
     summary.mean_path = in_map > 0.0 ? summary.segments / in_map : 0.0;
     summary.rate = outcome->seconds > 0 ? (double)outcome->n_ray / outcome->seconds : 0.0;
-    enum rmap_status st = report->map_path ? read_map(&summary, err) : RMAP_OK;
-    if (st != RMAP_OK)
-        return st;
     find_errors(&summary);
     if (context->json)
         return rmap_json_print(to_json(&summary), stdout, err);

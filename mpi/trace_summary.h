@@ -5,13 +5,15 @@
 #ifndef RMAP_TRACE_SUMMARY_H
 #define RMAP_TRACE_SUMMARY_H
 
-#include "io/map_reader.h"
+#include "io/map_content.h"
 #include "mpi/trace_run.h"
 
 struct rmap_trace_report {
     const struct rmap_trace_plan *plan; /* scene, structure and seed of rays that went wrong */
     const struct rmap_trace_outcome *outcome; /* its tally is of the whole map */
-    const char *map_path;                     /* NULL: nothing was recorded */
+    const char *map_path;                     /* NULL: nothing was recorded; else: */
+    const struct rmap_map_content *content;   /* of the map, summed up */
+    uint64_t map_nbytes;                      /* with the index */
     uint64_t n_held;                          /* rays that the map held before */
     double until_tracing;                     /* seconds to read and prepare everything */
 };
