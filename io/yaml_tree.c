@@ -10,6 +10,7 @@
 #include <yaml.h>
 
 #include "base/alloc.h"
+#include "io/scene_reader.h"
 
 struct anchor {
     char *name;
@@ -24,6 +25,7 @@ struct builder {
     size_t n_node, n_copied;
     struct anchor *anchor;
     size_t n_anchor, cap_anchor;
+    struct rmap_names names; /* of anchors; of those with one name the last one counts */
 };
 
 static enum rmap_status no_memory(struct rmap_error *err)
@@ -147,10 +149,10 @@ out:
 static enum rmap_status expand_alias(struct builder *b, const yaml_event_t *event, int depth,
                                      struct rmap_yaml_node **node_ret)
 {
-    const char *name = (const char *)event->data.alias.anchor;
-    for (size_t i = b->n_anchor; i-- > 0;)
-        if (strcmp(b->anchor[i].name, name) == 0)
-            return copy_node(b, b->anchor[i].node, event->start_mark, depth, node_ret);
+    const struct rmap_name *name =
+        rmap_names_find(&b->names, (const char *)event->data.alias.anchor);
+    if (name)
+        return copy_node(b, b->anchor[name->index].node, event->start_mark, depth, node_ret);
     return give_up(b, event->start_mark, "an alias refers to nothing that is complete before it");
 }
 
@@ -166,7 +168,7 @@ static enum rmap_status remember_anchor(struct builder *b, const char *name,
     if (!copy)
         return no_memory(b->err);
     b->anchor[b->n_anchor++] = (struct anchor){copy, node};
-    return RMAP_OK;
+    return rmap_names_add(&b->names, copy, 0, (int32_t)(b->n_anchor - 1), 0, b->err);
 }
 
 struct key_place {
@@ -363,6 +365,7 @@ enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_ya
     for (size_t i = 0; i < b.n_anchor; i++)
         rmap_free(b.anchor[i].name);
     rmap_free(b.anchor);
+    rmap_names_fini(&b.names);
     yaml_parser_delete(&b.parser);
     return st;
 }

@@ -64,9 +64,9 @@ static struct rmap_bundle *bundle_of(size_t n)
     }
     PUT("objects:\n");
     for (size_t i = 0; i < n; i++)
-        PUT("  - {name: o%zu, geometry: tile%zu, at: [%zu, 0, 0], surface: black, front: air, "
-            "back: air}\n",
-            i, i, 2 * i);
+        PUT("  - {name: o%zu, geometry: tile%zu, at: &at%zu [%zu, 0, 0], rotate: *at0, surface: "
+            "black, front: air, back: air}\n",
+            i, i, i, 2 * i);
     PUT("sources:\n  - {name: lamp, type: point, at: [0, 0, 9], direction: [0, 0, -1], "
         "distribution: {cone: 15}, flux: 1 W, medium: air}\n");
 #undef PUT
