@@ -31,17 +31,17 @@ static void piece_destroy(struct rmap_shard_piece *piece)
     rmap_free(piece);
 }
 
-/* A folder in which a piece is known was synced before it. */
+/* A folder in which a piece is known stands, and was synced before it. */
 static enum rmap_status open_folder(struct rmap_shard_writer *self, const char *directory,
                                     struct rmap_error *err)
 {
+    self->next_number = self->options.first_piece;
+    if (self->next_number > 0)
+        return RMAP_OK;
     const bool made = mkdir(self->path, 0777) == 0;
     if (!made && errno != EEXIST)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", self->path,
                               strerror(errno));
-    self->next_number = made ? 0 : self->options.first_piece;
-    if (self->next_number > 0)
-        return RMAP_OK;
     enum rmap_status st = rmap_sync_directory(directory, err);
     if (st == RMAP_OK && !made)
         st = rmap_shard_next_piece(self->path, &self->next_number, err);
