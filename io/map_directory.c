@@ -49,6 +49,35 @@ enum rmap_status rmap_shard_next_piece(const char *shard_path, int *number_ret,
     return rmap_shard_visit(AT_FDCWD, shard_path, take_highest, number_ret, err);
 }
 
+static enum rmap_status refuse_entry(void *context, int directory, const char *name,
+                                     struct rmap_error *err)
+{
+    const char *shard_path = *(const char **)context;
+    (void)directory;
+    return rmap_error_set(err, RMAP_USAGE,
+                          "%s holds '%s' of another map: move the folder into the directory of "
+                          "that map, or write the shards elsewhere",
+                          shard_path, name);
+}
+
+enum rmap_status rmap_shard_check_free(const char *directory, int shard, struct rmap_error *err)
+{
+    struct stat info;
+    const char *path = NULL;
+    char *own = rmap_path_format("%s/shard-%05d", directory, shard);
+    enum rmap_status st = RMAP_OK;
+    if (!own)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    path = own;
+    if (stat(directory, &info) != 0 || !S_ISDIR(info.st_mode))
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s is no directory: shards cannot be written there",
+                            directory);
+    else if (lstat(own, &info) == 0)
+        st = rmap_shard_visit(AT_FDCWD, own, refuse_entry, &path, err);
+    rmap_free(own);
+    return st;
+}
+
 /* ---- making the directory, over an old map if told to ---- */
 
 static bool is_temporary(const char *name)

@@ -270,6 +270,9 @@ enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struc
                                   .embree_version = rmap_accel_embree_version()};
     RMAP_TRY(find_goal(self, err));
     self->goal.row.n_rank = context->size;
+    if (self->request.map_path && self->request.shard_dir && !self->goal.map)
+        st = rmap_shard_check_free(self->request.shard_dir, context->rank, err);
+    RMAP_TRY(rmap_agree(context, st, err));
     if (self->request.map_path && context->rank == 0 && self->goal.has_row)
         st = announce(self, err);
     RMAP_TRY(rmap_agree(context, st, err));

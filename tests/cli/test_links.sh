@@ -68,9 +68,18 @@ mkdir disk
 ln -s ../other.raymap/shard-00000 disk
 expect 2 'disk/shard-00000 is a link' "$RAYMAP" trace scene.yaml -o apart.raymap -n 100 --shard-dir disk
 [ "$(sums other.raymap)" = "$others" ] || wrong 'another map was touched by --shard-dir'
-rm -r disk/shard-00000 apart.raymap
+[ ! -e apart.raymap ] || wrong 'a map that was refused is there'
+rm disk/shard-00000
 trace -o apart.raymap -n 100 --shard-dir disk
-mv disk/shard-00000 apart.raymap
+once=$(sums disk)
+expect 2 'disk/shard-00000 holds .piece-00000.h5. of another map' "$RAYMAP" trace scene.yaml -o apart2.raymap -n 100 --shard-dir disk
+expect 2 'holds' "$RAYMAP" trace scene.yaml -o part.raymap -n 100 --shard-dir disk --force
+expect 0 ' 500 rays' "$RAYMAP" info part.raymap
+expect 5 'nowhere is no directory' "$RAYMAP" trace scene.yaml -o apart2.raymap -n 100 --shard-dir nowhere
+[ "$(sums disk)" = "$once" ] && [ ! -e apart2.raymap ] || wrong 'two maps in one folder'
+trace -o apart.raymap -n 100 --append --shard-dir disk
+[ -e disk/shard-00001 ] || wrong 'no shard of its own was added'
+mv disk/shard-* apart.raymap
 trace -o apart.raymap -n 100 --append
 expect 0 '' "$RAYMAP" verify apart.raymap
 expect 0 '' "$RAYMAP" repair apart.raymap
