@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/directory.h"
@@ -155,6 +156,7 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
                                           struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    int folder = -1;
     struct rmap_piece_writer *self = rmap_alloc(1, sizeof *self);
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
@@ -176,9 +178,11 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
         goto out;
     }
     RMAP_TRY(rmap_piece_check_number(number, err));
+    RMAP_TRY(rmap_shard_open(AT_FDCWD, shard_path, &folder, err));
     RMAP_TRY(choose_names(self, err));
     RMAP_TRY(create_file(self, err));
-    self->fd = open(self->temporary, O_RDWR | O_CLOEXEC);
+    /* By way of the folder: had a link taken its place meanwhile, the file would not be in it. */
+    self->fd = openat(folder, strrchr(self->temporary, '/') + 1, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
     if (self->fd < 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
         goto out;
@@ -187,6 +191,8 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
     *writer_ret = self;
     self = NULL;
 out:
+    if (folder >= 0)
+        (void)close(folder);
     rmap_piece_writer_destroy(self);
     return st;
 }
