@@ -17,12 +17,15 @@
 #include "base/status.h"
 #include "mpi/arguments.h"
 
+struct rmap_watchdog;
+
 struct rmap_context {
     MPI_Comm comm; /* the program's own duplicate of the world */
     int rank, size;
-    int n_thread; /* worker threads of this rank, >= 1 */
-    bool json;    /* --json: exactly one JSON document on stdout */
-    bool quiet;   /* --quiet: no talk but errors */
+    int n_thread;                   /* worker threads of this rank, >= 1 */
+    bool json;                      /* --json: exactly one JSON document on stdout */
+    bool quiet;                     /* --quiet: no talk but errors */
+    struct rmap_watchdog *watchdog; /* tells of ranks that do not answer; NULL: nobody does */
 };
 
 struct rmap_command {

@@ -22,6 +22,7 @@
 #include "mpi/terminal.h"
 #include "mpi/threads.h"
 #include "mpi/version_text.h"
+#include "mpi/watchdog.h"
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -144,14 +145,17 @@ static void watch_signals(const char *word)
             rmap_interrupt_watch();
 }
 
+static bool is_alone(void)
+{
+    return !getenv("OMPI_COMM_WORLD_SIZE") && !getenv("PMIX_RANK") && !getenv("PMI_RANK");
+}
+
 /* Started without mpirun. Open MPI would start a daemon beside the one process, for half a second
  * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
  * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. Only `bench` needs both, to start
  * a second rank, and TCP between the two. */
 static void prepare_alone(const char *word)
 {
-    if (getenv("OMPI_COMM_WORLD_SIZE") || getenv("PMIX_RANK") || getenv("PMI_RANK"))
-        return;
     if (strcmp(word, rmap_command_bench.name) == 0) {
         (void)unsetenv("OMPI_MCA_btl");
         return;
@@ -193,13 +197,19 @@ int main(int argc, char **argv)
     struct rmap_context context = {.comm = MPI_COMM_NULL, .size = 1, .n_thread = 1};
     struct rmap_error error = {0}, *err = &error;
     enum rmap_status st = RMAP_OK;
-    int provided = MPI_THREAD_SINGLE;
+    int provided = MPI_THREAD_SINGLE, wanted = MPI_THREAD_FUNNELED;
     rmap_terminal_guard();
     watch_signals(argc > 1 ? argv[1] : "");
     keep_pages();
-    prepare_alone(argc > 1 ? argv[1] : "");
+    /* Open MPI's handlers of SIGABRT and the like allocate: after a broken heap they wait for ever
+     * for its lock, and a crash does not end. */
+    (void)setenv("OMPI_MCA_opal_signal", "", 0);
+    if (is_alone())
+        prepare_alone(argc > 1 ? argv[1] : "");
+    else
+        wanted = MPI_THREAD_MULTIPLE; /* of the watchdog */
     rmap_json_memory_watch();
-    if (MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided) != MPI_SUCCESS) {
+    if (MPI_Init_thread(&argc, &argv, wanted, &provided) != MPI_SUCCESS) {
         fputs("raymap: MPI cannot be started\n", stderr);
         return RMAP_SYSTEM;
     }
@@ -207,6 +217,8 @@ int main(int argc, char **argv)
     RMAP_TRY(RMAP_MPI(MPI_Comm_set_errhandler(context.comm, MPI_ERRORS_RETURN)));
     RMAP_TRY(RMAP_MPI(MPI_Comm_rank(context.comm, &context.rank)));
     RMAP_TRY(RMAP_MPI(MPI_Comm_size(context.comm, &context.size)));
+    if (context.size > 1 && provided == MPI_THREAD_MULTIPLE)
+        RMAP_TRY(rmap_watchdog_start(&context, &context.watchdog, err));
     if (provided < MPI_THREAD_FUNNELED)
         st = rmap_error_set(err, RMAP_SYSTEM, "this MPI does not allow threads beside it");
     else
@@ -215,6 +227,7 @@ int main(int argc, char **argv)
 out:
     if (st != RMAP_OK && context.rank == 0 && error.text[0])
         fprintf(stderr, "raymap: %s\n", error.text);
+    rmap_watchdog_end(context.watchdog);
     if (context.comm != MPI_COMM_NULL)
         (void)MPI_Comm_free(&context.comm);
     (void)MPI_Finalize();

@@ -114,6 +114,9 @@ enum rmap_status rmap_trace_phase_run(struct rmap_trace_session *self,
         .deadline = request->time_limit_s > 0.0 ? self->begun + request->time_limit_s : 0.0,
         .writer = tools.writer,
         .forward = tools.forward,
+        .map_path = request->map_path,
+        .n_held = self->goal.n_held,
+        .n_missing = self->goal.n_missing,
     };
     if (recounts && self->goal.n_recount > 0)
         plan.recount = (struct rmap_trace_recount){

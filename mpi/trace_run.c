@@ -1,10 +1,52 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/trace_run.h"
 
+#include <stdio.h>
+
+#include "base/grouped.h"
 #include "mpi/agree.h"
 #include "mpi/interrupt.h"
 #include "mpi/tally_reduce.h"
 #include "mpi/trace_serve.h"
+#include "mpi/watchdog.h"
+
+/* Rank 0. Past the time limit, all ranks but silent ones have closed their pieces: the index of the
+ * start counts them, and the silent rank's by its journal. Whatever is collective would wait for
+ * ever. */
+static void end_without(const struct rmap_trace_serve *run, int missing, const char *host)
+{
+    const struct rmap_trace_plan *plan = run->plan;
+    struct rmap_error error = {0};
+    struct rmap_map *map = NULL;
+    struct rmap_map_summary summary = {0};
+    char traced[RMAP_GROUPED_LEN];
+    if (!plan->map_path)
+        fprintf(stderr, "raymap: stopped early by the time limit");
+    else if (rmap_map_open_untallied(plan->map_path, &map, &error) != RMAP_OK)
+        fprintf(stderr, "raymap: stopped early by the time limit; %s", error.text);
+    else {
+        rmap_map_summarise(map, &summary);
+        fprintf(stderr,
+                "raymap: stopped early by the time limit: %s of %s traced; the map holds them, and "
+                "--resume traces the rest",
+                rmap_grouped(summary.n_row[RMAP_TABLE_RAY] - plan->n_held, traced),
+                rmap_counted(plan->n_missing, "ray").text);
+    }
+    fprintf(stderr, "; rank %d on %s did not answer\n", missing, host);
+    rmap_map_close(map);
+    (void)MPI_Abort(run->context->comm, RMAP_STOPPED);
+}
+
+static void end_if_deserted(const struct rmap_trace_serve *run)
+{
+    const char *host = "";
+    double deadline = run->plan->deadline;
+    if (deadline <= 0.0 || rmap_clock_seconds() < deadline + rmap_watchdog_grace_s())
+        return;
+    int missing = rmap_watchdog_missing(run->context->watchdog, &host);
+    if (missing > 0)
+        end_without(run, missing, host);
+}
 
 /* Collective. Waits for all ranks without taking a core from those that still work. */
 static enum rmap_status wait_for_all(struct rmap_trace_serve *run, struct rmap_error *err)
@@ -12,15 +54,18 @@ static enum rmap_status wait_for_all(struct rmap_trace_serve *run, struct rmap_e
     enum rmap_status st = RMAP_OK;
     MPI_Request request;
     int done = 0;
+    rmap_watchdog_set_done(run->context->watchdog, true);
     RMAP_TRY(RMAP_MPI(MPI_Ibarrier(run->context->comm, &request)));
     for (;;) {
         RMAP_TRY(RMAP_MPI(MPI_Test(&request, &done, MPI_STATUS_IGNORE)));
         if (done)
             break;
         RMAP_TRY(rmap_trace_serve_poll(run, err));
+        end_if_deserted(run);
         rmap_trace_nap();
     }
 out:
+    rmap_watchdog_set_done(run->context->watchdog, false);
     return st;
 }
 

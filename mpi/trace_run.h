@@ -30,6 +30,8 @@ struct rmap_trace_plan {
     struct rmap_shard_writer *writer;  /* this rank's; NULL: nothing is recorded, or others write */
     struct rmap_forward *forward;      /* NULL: every rank writes for itself */
     struct rmap_trace_recount recount; /* the same on every rank */
+    const char *map_path;              /* NULL: nothing is recorded */
+    uint64_t n_held, n_missing;        /* rays of the map before, and those that all calls trace */
 };
 
 struct rmap_trace_outcome {
@@ -43,7 +45,8 @@ struct rmap_trace_outcome {
 };
 
 /* Collective. RMAP_SYSTEM when memory or a disk fails on any rank; rays that were stopped by a
- * signal or the deadline are no error. The caller destroys the tally. */
+ * signal or the deadline are no error. The caller destroys the tally. Does not return, but ends all
+ * ranks with RMAP_STOPPED, when a rank does not answer long after the deadline. */
 enum rmap_status rmap_trace_run(const struct rmap_context *context,
                                 const struct rmap_trace_plan *plan,
                                 struct rmap_trace_outcome *outcome,
