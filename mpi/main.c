@@ -152,8 +152,9 @@ static bool is_alone(void)
 
 /* Started without mpirun. Open MPI would start a daemon beside the one process, for half a second
  * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
- * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. Only `bench` needs both, to start
- * a second rank, and TCP between the two. */
+ * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. It would also load the drivers of
+ * all network cards, some of which measure a clock for 0.2 s. Only `bench` needs these, to start a
+ * second rank, and TCP between the two. */
 static void prepare_alone(const char *word)
 {
     if (strcmp(word, rmap_command_bench.name) == 0) {
@@ -162,6 +163,7 @@ static void prepare_alone(const char *word)
     }
     (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
     (void)setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+    (void)setenv("OMPI_MCA_pml", "ob1", 0);
 }
 
 #if defined(__GLIBC__)
