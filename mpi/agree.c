@@ -2,9 +2,10 @@
 #include "mpi/agree.h"
 
 #include <stdio.h>
-#include <time.h>
+#include <string.h>
 
 #include "base/alloc.h"
+#include "mpi/nap.h"
 
 enum rmap_status rmap_mpi_check(int code, const char *call, struct rmap_error *err)
 {
@@ -14,7 +15,12 @@ enum rmap_status rmap_mpi_check(int code, const char *call, struct rmap_error *e
     int len = 0;
     if (MPI_Error_string(code, text, &len) != MPI_SUCCESS)
         (void)snprintf(text, sizeof text, "MPI error %d", code);
-    return rmap_error_set(err, RMAP_SYSTEM, "%s: %s", call, text);
+    return rmap_error_set(
+        err, RMAP_SYSTEM,
+        "the ranks cannot reach each other: %.*s failed (%s). Look at what mpirun "
+        "says, and whether the hosts share a network that both sides use (mpirun "
+        "--mca btl_tcp_if_include NAME); a trace goes on with --resume",
+        (int)strcspn(call, "("), call, text);
 }
 
 /* MPI itself failing has no agreement left to make: each rank says what it saw. */
@@ -38,7 +44,6 @@ out:
 enum rmap_status rmap_agree_patiently(const struct rmap_context *context, enum rmap_status mine,
                                       struct rmap_error *err)
 {
-    const struct timespec millisecond = {.tv_nsec = 1000000};
     enum rmap_status st = RMAP_OK;
     struct rmap_error mpi_error = {0};
     MPI_Request request;
@@ -47,7 +52,7 @@ enum rmap_status rmap_agree_patiently(const struct rmap_context *context, enum r
     while (st == RMAP_OK && !done) {
         st = rmap_mpi_check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test", &mpi_error);
         if (!done)
-            (void)nanosleep(&millisecond, NULL);
+            rmap_nap();
     }
     if (st == RMAP_OK)
         return rmap_agree(context, mine, err);

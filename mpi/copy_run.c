@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/copy_run.h"
 
-#include <time.h>
-
 #include "base/alloc.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/gather_content.h"
+#include "mpi/nap.h"
 #include "mpi/parts.h"
 #include "mpi/progress.h"
 
@@ -40,7 +39,6 @@ static double work_of(void *context, size_t item)
 
 static enum rmap_status encode_chunks(struct copy *copy, struct rmap_error *err)
 {
-    const struct timespec nap = {.tv_nsec = 1000000};
     struct rmap_shard_writer *writer = copy->writer;
     size_t most = backlog_nbytes * (size_t)copy->context->n_thread;
     enum rmap_status st = RMAP_OK;
@@ -48,7 +46,7 @@ static enum rmap_status encode_chunks(struct copy *copy, struct rmap_error *err)
         st = rmap_shard_writer_encode(writer, &did, err);
     while (st == RMAP_OK && !atomic_load(&copy->parts.abandoned) &&
            rmap_shard_writer_backlog(writer) > most)
-        (void)nanosleep(&nap, NULL);
+        rmap_nap();
     return st;
 }
 

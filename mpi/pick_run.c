@@ -7,13 +7,13 @@
 #include "mpi/pick_run.h"
 
 #include <pthread.h>
-#include <time.h>
 
 #include "base/alloc.h"
 #include "io/map_memory.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/gather_content.h"
+#include "mpi/nap.h"
 #include "mpi/parts.h"
 #include "mpi/progress.h"
 #include "mpi/tally_reduce.h"
@@ -64,12 +64,11 @@ static size_t backlog(const struct picking *self)
 static enum rmap_status encode_chunks(struct picking *self, struct rmap_shard_writer *writer,
                                       struct rmap_error *err)
 {
-    const struct timespec nap = {.tv_nsec = 1000000};
     enum rmap_status st = RMAP_OK;
     for (bool did = true; did && st == RMAP_OK;)
         st = rmap_shard_writer_encode(writer, &did, err);
     while (st == RMAP_OK && !atomic_load(&self->parts.abandoned) && backlog(self) > backlog_nbytes)
-        (void)nanosleep(&nap, NULL);
+        rmap_nap();
     return st;
 }
 

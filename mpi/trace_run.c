@@ -48,23 +48,18 @@ static void end_if_deserted(const struct rmap_trace_serve *run)
         end_without(run, missing, host);
 }
 
-/* Collective. Waits for all ranks without taking a core from those that still work. */
+static enum rmap_status poll_run(void *run, struct rmap_error *err)
+{
+    end_if_deserted(run);
+    return rmap_trace_serve_poll(run, err);
+}
+
+/* Collective. */
 static enum rmap_status wait_for_all(struct rmap_trace_serve *run, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    MPI_Request request;
-    int done = 0;
+    struct rmap_blocks *const blocks[] = {run->blocks, run->recounts};
     rmap_watchdog_set_done(run->context->watchdog, true);
-    RMAP_TRY(RMAP_MPI(MPI_Ibarrier(run->context->comm, &request)));
-    for (;;) {
-        RMAP_TRY(RMAP_MPI(MPI_Test(&request, &done, MPI_STATUS_IGNORE)));
-        if (done)
-            break;
-        RMAP_TRY(rmap_trace_serve_poll(run, err));
-        end_if_deserted(run);
-        rmap_trace_nap();
-    }
-out:
+    enum rmap_status st = rmap_blocks_wait_for_all(run->context, blocks, 2, poll_run, run, err);
     rmap_watchdog_set_done(run->context->watchdog, false);
     return st;
 }
@@ -132,7 +127,6 @@ static enum rmap_status create_counters(struct rmap_trace_serve *run, struct rma
     enum rmap_status st = rmap_ray_plan_init(&run->rays, run->plan->rays, err);
     RMAP_TRY(rmap_agree(context, st, err));
     run->n_recount = (run->plan->recount.n + RMAP_PART_PORTIONS - 1) / RMAP_PART_PORTIONS;
-    run->recounts_ended = run->n_recount == 0;
     RMAP_TRY(rmap_blocks_create(context, run->rays.n_block, &run->blocks, err));
     RMAP_TRY(rmap_blocks_create(context, run->n_recount, &run->recounts, err));
 out:

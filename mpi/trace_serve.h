@@ -20,9 +20,9 @@ struct rmap_trace_serve {
     struct rmap_block_queue queue;
     struct rmap_trace_workers *workers;
     struct rmap_progress progress;
-    bool blocks_ended, recounts_ended, closed, turn;
-    bool asked_to_stop;         /* by a signal, the time limit, a failure, or another rank */
-    double asked_at, looked_at; /* seconds: when; when the other ranks were last looked to */
+    bool closed, turn;
+    bool asked_to_stop; /* by a signal, the time limit, a failure, or another rank */
+    double asked_at;    /* seconds: when */
 };
 
 /* Until the workers are done. On failure they are told to stop, and no rank gets more work. */
@@ -34,8 +34,8 @@ enum rmap_status rmap_trace_serve(struct rmap_trace_serve *self,
 enum rmap_status rmap_trace_serve_drain(struct rmap_trace_serve *self,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* Often: asks all ranks to stop when this one was asked; rank 0 answers the others' fetches and
- * shows progress. */
+/* Often, while nothing is wanted: asks all ranks to stop when this one was asked; rank 0 answers
+ * the others and shows progress. */
 enum rmap_status rmap_trace_serve_poll(struct rmap_trace_serve *self,
                                        struct rmap_error *err) RMAP_MUST_USE;
 

@@ -2,10 +2,10 @@
 #include "mpi/trace_workers.h"
 
 #include <stdatomic.h>
-#include <time.h>
 
 #include "base/alloc.h"
 #include "base/workers.h"
+#include "mpi/nap.h"
 #include "mpi/progress.h"
 #include "trace/portion_recorder.h"
 #include "trace/tracer.h"
@@ -20,7 +20,7 @@ struct worker {
     struct rmap_tally *tally;
     struct rmap_cursor *cursor; /* of the map whose portions are summed up again */
     struct rmap_error error;
-    uint64_t n_ray;
+    _Atomic uint64_t n_ray; /* traced */
 };
 
 struct rmap_trace_workers {
@@ -34,12 +34,6 @@ struct rmap_trace_workers {
     _Atomic uint64_t block_ns;
 };
 
-void rmap_trace_nap(void)
-{
-    const struct timespec millisecond = {.tv_nsec = 1000000};
-    (void)nanosleep(&millisecond, NULL);
-}
-
 /* A block goes to this rank's shard, or to the rank that writes for this one. */
 static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker *self)
 {
@@ -48,7 +42,7 @@ static enum rmap_status keep_block(struct rmap_trace_workers *all, struct worker
         return rmap_shard_writer_append(all->plan->writer, self->portion, &self->error);
     enum rmap_status st = rmap_parcel_pack(self->portion, &parcel, &self->error);
     while (st == RMAP_OK && rmap_forward_full(all->plan->forward) && !atomic_load(&all->abandoned))
-        rmap_trace_nap();
+        rmap_nap();
     return st == RMAP_OK ? rmap_forward_put(all->plan->forward, parcel, &self->error) : st;
 }
 
@@ -59,6 +53,7 @@ struct block {
     struct rmap_tracer tracer;
     struct rmap_ray_range rays;
     uint64_t end;                         /* the first ray that is not traced yet */
+    uint64_t n_before;                    /* rays that this worker traced in other blocks */
     struct rmap_portion_recorder history; /* where anything is recorded */
     struct rmap_tally_recorder recorder;  /* of the sums, and by `history` */
 };
@@ -72,6 +67,7 @@ static void begin_block(struct block *block, struct rmap_trace_workers *all, str
     block->tracer = (struct rmap_tracer){plan->scene, plan->accel, plan->seed};
     block->rays = rays;
     block->end = rays.first;
+    block->n_before = atomic_load(&self->n_ray);
     if (self->portion) {
         rmap_portion_recorder_init(&block->history, self->portion);
         rmap_portion_recorder_restart(&block->history, rays.first);
@@ -84,9 +80,11 @@ static void begin_block(struct block *block, struct rmap_trace_workers *all, str
 static void trace_up_to(struct block *block, uint64_t end)
 {
     const struct rmap_trace_workers *all = block->all;
-    for (; block->end < end && !atomic_load_explicit(&all->left, memory_order_relaxed);
-         block->end++)
-        rmap_trace_ray(&block->tracer, block->end, &block->recorder.base);
+    while (block->end < end && !atomic_load_explicit(&all->left, memory_order_relaxed)) {
+        rmap_trace_ray(&block->tracer, block->end++, &block->recorder.base);
+        atomic_store_explicit(&block->self->n_ray, block->n_before + block->end - block->rays.first,
+                              memory_order_relaxed);
+    }
 }
 
 static enum rmap_status check_history(struct block *block, uint64_t first)
@@ -151,7 +149,6 @@ static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worke
         RMAP_TRY(keep_block(all, self));
     }
 out:
-    self->n_ray += block.end - rays.first;
     if (self->portion)
         self->portion->strays = NULL;
     return st;
@@ -197,7 +194,7 @@ static enum rmap_status encode_chunks(struct rmap_trace_workers *all, struct wor
         st = rmap_shard_writer_encode(writer, &did, &self->error);
     while (writer && st == RMAP_OK && !atomic_load(&all->abandoned) &&
            rmap_shard_writer_backlog(writer) > backlog_nbytes * (size_t)all->n_thread)
-        rmap_trace_nap();
+        rmap_nap();
     return st;
 }
 
@@ -291,6 +288,14 @@ void rmap_trace_workers_leave(struct rmap_trace_workers *workers)
     atomic_store(&workers->left, true);
 }
 
+uint64_t rmap_trace_workers_traced(const struct rmap_trace_workers *workers)
+{
+    uint64_t n = 0;
+    for (int i = 0; i < workers->n_thread; i++)
+        n += atomic_load_explicit(&workers->worker[i].n_ray, memory_order_relaxed);
+    return n;
+}
+
 double rmap_trace_workers_pace(const struct rmap_trace_workers *workers)
 {
     return 1e-9 * (double)atomic_load(&workers->block_ns);
@@ -302,14 +307,13 @@ enum rmap_status rmap_trace_workers_join(struct rmap_trace_workers *workers,
 {
     rmap_workers_join(workers->threads);
     workers->threads = NULL;
-    *n_ray_ret = 0;
+    *n_ray_ret = rmap_trace_workers_traced(workers);
     for (int i = 0; i < workers->n_thread; i++) {
         struct worker *worker = &workers->worker[i];
         if (worker->error.status != RMAP_OK) {
             *err = worker->error;
             return err->status;
         }
-        *n_ray_ret += worker->n_ray;
         if (i > 0)
             rmap_tally_merge(workers->worker[0].tally, worker->tally);
     }

@@ -10,8 +10,6 @@
 
 struct rmap_trace_workers;
 
-void rmap_trace_nap(void); /* a millisecond */
-
 /* Starts n_thread workers that take blocks of `rays` from the queue until it is closed and empty.
  * Plan, rays and queue are borrowed. */
 enum rmap_status rmap_trace_workers_start(const struct rmap_trace_plan *plan,
@@ -29,6 +27,9 @@ void rmap_trace_workers_abandon(struct rmap_trace_workers *workers);
 /* Ends every block after the ray in hand: the rays until there are kept, the others are not traced,
  * nor those of blocks that wait. Other work is finished. */
 void rmap_trace_workers_leave(struct rmap_trace_workers *workers);
+
+/* Rays traced so far. */
+uint64_t rmap_trace_workers_traced(const struct rmap_trace_workers *workers);
 
 /* Seconds that a block took of late; 0 before the first. */
 double rmap_trace_workers_pace(const struct rmap_trace_workers *workers);
