@@ -4,9 +4,9 @@
 
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <unistd.h>
 
-#include "base/alloc.h"
 #include "base/visible_text.h"
 
 #if defined(__GLIBC__)
@@ -43,10 +43,10 @@ static ssize_t write_visible(void *cookie, const char *bytes, size_t nbytes)
 static void guard(FILE **stream, int fd, int buffering)
 {
     const cookie_io_functions_t calls = {.write = write_visible};
-    struct guarded *guarded = rmap_alloc(1, sizeof *guarded);
+    struct guarded *guarded = calloc(1, sizeof *guarded); /* the stream's, to the process's end */
     FILE *shown = guarded ? fopencookie(guarded, "w", calls) : NULL;
     if (!shown) {
-        rmap_free(guarded);
+        free(guarded);
         return;
     }
     guarded->fd = fd;
