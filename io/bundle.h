@@ -6,6 +6,7 @@
 #ifndef RMAP_BUNDLE_H
 #define RMAP_BUNDLE_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -23,6 +24,8 @@ struct rmap_scene_options {
     char **without; /* names */
     char **set;     /* "key.path=value" */
     size_t n_only, n_without, n_set;
+    bool allows_plugins; /* of any path; a map does not keep this, nor the next */
+    char *allowing;      /* the command line that would allow them, for messages; NULL: unknown */
 };
 void rmap_scene_options_fini(struct rmap_scene_options *options);
 

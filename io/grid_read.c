@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "io/bundle.h"
+#include "io/input_file.h"
 #include "io/scene_reader.h"
 
 /* An open file and dataset; what goes wrong is told with both. */
@@ -236,6 +237,10 @@ static enum rmap_status read_numbers(const struct source *from, const struct fra
 
 static enum rmap_status open_dataset(struct source *from)
 {
+    const char *trouble = rmap_input_file_trouble(from->file->path);
+    if (trouble)
+        return rmap_error_set(from->err, RMAP_INPUT, "%s cannot be opened as an HDF5 file: %s",
+                              from->file->path, trouble);
     from->h5 = H5Fopen(from->file->path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (from->h5 < 0)
         return rmap_error_set(from->err, RMAP_INPUT,

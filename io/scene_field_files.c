@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "gradient/field_grid.h"
 #include "gradient/field_plugin.h"
+#include "io/input_file.h"
 #include "io/scene_field.h"
 
 /* ---- grids ---- */
@@ -158,10 +159,22 @@ static enum rmap_status check_plugin(struct rmap_reader *reader, const struct rm
 {
     struct rmap_bundle *bundle = reader->bundle;
     uint64_t xxh3 = 0;
-    *good = checksum_file(path, &xxh3);
+    const char *trouble = rmap_input_file_trouble(path);
+    *good = !trouble && checksum_file(path, &xxh3);
     if (!*good) {
-        rmap_reader_error(reader, at, "plug-in '%s' cannot be read: check its name, or build it",
-                          path);
+        rmap_reader_error(reader, at,
+                          "plug-in '%s' cannot be read: check its name, or build it (%s)", path,
+                          trouble ? trouble : "reading failed");
+        return RMAP_OK;
+    }
+    *good = bundle->options.allows_plugins || rmap_plugin_is_allowed(path);
+    if (!*good) {
+        const char *allowing = bundle->options.allowing;
+        rmap_reader_error(reader, at,
+                          "plug-in '%s' is code, which would run with your rights: it is loaded "
+                          "only when you allow it%s%s, or with RAYMAP_ALLOW_PLUGINS=%s in the "
+                          "environment",
+                          path, allowing ? ": " : "", allowing ? allowing : "", path);
         return RMAP_OK;
     }
     for (size_t i = 0; i < bundle->n_plugin; i++) {

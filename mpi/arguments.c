@@ -3,6 +3,7 @@
 
 #include <getopt.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
@@ -212,6 +213,43 @@ void rmap_arguments_fini(struct rmap_arguments *arguments)
 {
     rmap_free(arguments->value);
     *arguments = (struct rmap_arguments){0};
+}
+
+/* A word in quotes, where the shell wants any. */
+static void put_word(FILE *line, const char *word)
+{
+    static const char plain[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                                "_-./=,:+@%";
+    if (*word && !word[strspn(word, plain)]) {
+        fprintf(line, " %s", word);
+        return;
+    }
+    fputs(" '", line);
+    for (; *word; word++)
+        fputs(*word == '\'' ? "'\\''" : (const char[]){*word, 0}, line);
+    fputs("'", line);
+}
+
+char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *option)
+{
+    char *text = NULL, *copy = NULL;
+    size_t nbytes = 0;
+    FILE *line = open_memstream(&text, &nbytes);
+    if (!line)
+        return NULL;
+    fprintf(line, "raymap %s", arguments->command->name);
+    for (int i = 0; i < arguments->n_operand; i++)
+        put_word(line, arguments->operand[i]);
+    for (size_t i = 0; i < arguments->n_value; i++) {
+        fprintf(line, " --%s", arguments->value[i].option->name);
+        if (arguments->value[i].option->argument)
+            put_word(line, arguments->value[i].text);
+    }
+    fprintf(line, " --%s", option);
+    if (fclose(line) == 0)
+        copy = rmap_strdup(text);
+    free(text);
+    return copy;
 }
 
 const char *rmap_argument(const struct rmap_arguments *arguments, const char *name)

@@ -46,6 +46,10 @@ void rmap_arguments_fini(struct rmap_arguments *arguments);
 /* The last value given for an option ("" if it takes none); NULL when it was not given. */
 const char *rmap_argument(const struct rmap_arguments *arguments, const char *name);
 
+/* The command line as a shell takes it, with one more option; rmap_free. NULL when memory is short.
+ */
+char *rmap_arguments_again(const struct rmap_arguments *arguments, const char *option);
+
 /* Every value given for an option, split at commas, as owned strings; *list_ret: rmap_free each
  * and the list. NULL and 0 when there is none. */
 enum rmap_status rmap_argument_list(const struct rmap_arguments *arguments, const char *name,

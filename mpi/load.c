@@ -25,6 +25,8 @@ enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
     if ((simulation && !options->simulation) || (color && !options->color))
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the command line");
     RMAP_TRY(st);
+    options->allows_plugins = rmap_argument(given, "allow-plugins") != NULL;
+    options->allowing = rmap_arguments_again(given, "allow-plugins");
     RMAP_TRY(rmap_argument_list(given, "only", &options->only, &options->n_only, err));
     RMAP_TRY(rmap_argument_list(given, "without", &options->without, &options->n_without, err));
     RMAP_TRY(rmap_argument_each(given, "set", &options->set, &options->n_set, err));
@@ -64,7 +66,8 @@ static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
     rmap_diagnostics_init(&diagnostics, "scene");
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle, err));
-    (*bundle)->loads_plugins = 1; /* rank 0 had it from the scene file, not from a map */
+    (*bundle)->loads_plugins = 1; /* rank 0 had it from the scene file, not from a map, */
+    (*bundle)->options.allows_plugins = true; /* and was allowed to load them */
     RMAP_TRY(rmap_scene_read(*bundle, scene, &diagnostics, err));
 out:
     rmap_diagnostics_fini(&diagnostics);

@@ -10,12 +10,14 @@
 #include "io/map_reader.h"
 #include "mpi/command.h"
 
-/* What `--simulation --only --without --set --color` are in an option table, and what they say. */
+/* What `--simulation --only --without --set --allow-plugins --color` are in an option table, and
+ * what they say. */
 #define RMAP_SCENE_OPTIONS                                                                         \
     {"simulation", 0, "NAME", "one of the scene's named simulations"},                             \
         {"only", 0, "NAMES", "objects, groups, sources or detectors that alone take part"},        \
         {"without", 0, "NAMES", "objects, groups, sources or detectors to leave out"},             \
         {"set", 0, "KEY=VALUE", "another value for a key of the scene, as limits.steps=100"},      \
+        {"allow-plugins", 0, NULL, "run the code of plug-ins that the scene names"},               \
     {                                                                                              \
         "color", 0, "MODE", "spectral or rgb: how light is described"                              \
     }

@@ -17,6 +17,7 @@ except ImportError:
     sys.exit(77)
 
 PROGRAM, PLUGINS = os.environ["RAYMAP"], os.environ["PLUGIN_DIR"]
+os.environ["RAYMAP_ALLOW_PLUGINS"] = os.getcwd()
 SCENE = """raymap: 1
 units: mm
 media:

@@ -43,6 +43,7 @@ def check_formula():
 
 
 def check_plugin():
+    os.environ["RAYMAP_ALLOW_PLUGINS"] = os.getcwd()
     shutil.copy(os.path.join(os.environ["PLUGIN_DIR"], "rod.so"), "rod.so")
     with open(EXAMPLE, encoding="utf-8") as file:
         plugin = file.read()

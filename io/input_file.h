@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Files that a scene names: a stranger's scene may name anything.
+ */
+#ifndef RMAP_INPUT_FILE_H
+#define RMAP_INPUT_FILE_H
+
+#include <stdbool.h>
+
+/* NULL where the path is a regular file that can be opened; else why it is not read. Never waits,
+ * as opening a pipe without a writer would. The text is valid until the next call of the thread. */
+const char *rmap_input_file_trouble(const char *path);
+
+/* Whether the environment allows the plug-in at `path`: RAYMAP_ALLOW_PLUGINS names its file, or a
+ * folder that holds it, perhaps further down, as one of several paths with ':' between them. Links
+ * are resolved on both sides. */
+bool rmap_plugin_is_allowed(const char *path);
+
+#endif
