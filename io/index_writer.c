@@ -224,7 +224,6 @@ static enum rmap_status publish(struct index *self, const char *map_path, bool c
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the index");
         goto out;
     }
-    (void)unlink(temporary);
     st = write_file(self, temporary, complete, err);
     if (st == RMAP_OK)
         st = rmap_publish_over(map_path, temporary, final, err);

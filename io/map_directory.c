@@ -14,6 +14,7 @@
 #include "io/directory.h"
 #include "io/history_file.h"
 #include "io/map_format.h"
+#include "io/map_lock.h"
 #include "io/map_writer.h"
 #include "io/publish.h"
 
@@ -90,6 +91,7 @@ struct clearing {
     const char *map_path;
     const char *shard; /* being visited, or NULL */
     bool remove;       /* false: look only */
+    bool keeps_lock;   /* whoever clears has it */
 };
 
 static enum rmap_status foreign(const char *path, const char *name, struct rmap_error *err)
@@ -138,17 +140,20 @@ static enum rmap_status clear_entry(void *context, int directory, const char *na
                                     struct rmap_error *err)
 {
     struct clearing *clearing = context;
+    if (strcmp(name, RMAP_MAP_LOCK_NAME) == 0 && clearing->keeps_lock)
+        return RMAP_OK;
     if (shard_number(name) >= 0)
         return clear_shard(clearing, directory, name, err);
-    if (strcmp(name, "map.h5") != 0 && strcmp(name, RMAP_INDEX_START) != 0 && !is_temporary(name))
+    if (strcmp(name, "map.h5") != 0 && strcmp(name, RMAP_INDEX_START) != 0 &&
+        strcmp(name, RMAP_MAP_LOCK_NAME) != 0 && !is_temporary(name))
         return foreign(clearing->map_path, name, err);
     return clearing->remove ? remove_at(directory, clearing->map_path, name, 0, err) : RMAP_OK;
 }
 
 /* Looks first, then removes: a directory with foreign files is left whole. */
-static enum rmap_status clear_map(const char *path, struct rmap_error *err)
+static enum rmap_status clear_map(const char *path, bool keeps_lock, struct rmap_error *err)
 {
-    struct clearing clearing = {.map_path = path};
+    struct clearing clearing = {.map_path = path, .keeps_lock = keeps_lock};
     enum rmap_status st = rmap_directory_visit(path, clear_entry, &clearing, err);
     clearing.remove = true;
     return st == RMAP_OK ? rmap_directory_visit(path, clear_entry, &clearing, err) : st;
@@ -167,11 +172,14 @@ enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_
     return rmap_directory_visit(map_path, remove_half_index, &map_path, err);
 }
 
-enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error *err)
+enum rmap_status rmap_map_create(const char *path, bool force, const char *command,
+                                 struct rmap_map_lock *lock, struct rmap_error *err)
 {
     struct stat info;
-    if (mkdir(path, 0777) == 0)
-        return rmap_sync_parent(path, err);
+    if (mkdir(path, 0777) == 0) {
+        enum rmap_status made = rmap_map_lock_take(path, command, lock, err);
+        return made == RMAP_OK ? rmap_sync_parent(path, err) : made;
+    }
     int reason = errno;
     if (reason != EEXIST)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", path,
@@ -183,14 +191,17 @@ enum rmap_status rmap_map_create(const char *path, bool force, struct rmap_error
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is no directory, so no ray map: it is left as it is", path);
     struct rmap_map_listing found;
-    enum rmap_status st = rmap_map_await_writers(path, &found, err);
+    enum rmap_status st = rmap_map_lock_take(path, command, lock, err);
+    if (st != RMAP_OK)
+        return st;
+    st = rmap_map_await_writers(path, &found, err);
     rmap_map_listing_fini(&found);
-    return st == RMAP_OK ? clear_map(path, err) : st;
+    return st == RMAP_OK ? clear_map(path, lock != NULL, err) : st;
 }
 
 enum rmap_status rmap_map_remove(const char *path, struct rmap_error *err)
 {
-    enum rmap_status st = clear_map(path, err);
+    enum rmap_status st = clear_map(path, false, err);
     if (st == RMAP_OK && rmdir(path) != 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
     return st;

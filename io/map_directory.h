@@ -90,7 +90,8 @@ bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *lef
 bool rmap_map_is_live(const char *map_path);
 
 /* RMAP_USAGE when a shard's folder is a link, or when a writer of the map is still at work after a
- * moment: those that are being killed are given time to go. What stood there then is in *found,
+ * moment: those that are being killed are given time to go. What they left of an index is removed,
+ * for the caller has the map's lock. What else stood there then is in *found,
  * which is empty after an error. */
 enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_listing *found,
                                         struct rmap_error *err) RMAP_MUST_USE;

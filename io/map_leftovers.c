@@ -14,6 +14,7 @@
 #include "io/directory.h"
 #include "io/file_lock.h"
 #include "io/map_directory.h"
+#include "io/map_lock.h"
 #include "io/publish.h"
 
 static bool ends_with(const char *name, const char *suffix)
@@ -34,7 +35,8 @@ bool rmap_leftover_is_journal(const char *name)
 
 bool rmap_leftover_is_half_index(const char *name)
 {
-    return strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part");
+    return strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part") &&
+           strcmp(name, RMAP_MAP_LOCK_NAME) != 0;
 }
 
 bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover)
@@ -128,9 +130,11 @@ enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_li
         st = find_writer(map_path, found, err);
         idle = st == RMAP_OK ? idle + 1 : 0;
     }
-    if (st == RMAP_OK && found->link.text[0]) {
+    if (st == RMAP_OK && found->link.text[0])
         st = rmap_error_set(err, RMAP_USAGE, "%s", found->link.text);
+    if (st == RMAP_OK && found->has_half_index)
+        st = rmap_map_remove_half_indexes(map_path, err);
+    if (st != RMAP_OK)
         rmap_map_listing_fini(found);
-    }
     return st;
 }

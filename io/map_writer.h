@@ -19,6 +19,8 @@
 #include "trace/portion.h"
 #include "trace/tally.h"
 
+struct rmap_map_lock;
+
 /* What every file of a map says about the run. Borrowed by the writers. */
 struct rmap_run {
     const struct rmap_bundle *bundle;
@@ -33,9 +35,11 @@ struct rmap_run {
 };
 
 /* Makes the directory NAME.raymap. RMAP_USAGE when it exists (and force is false; force removes a
- * ray map that stands there, and nothing else), RMAP_SYSTEM when it cannot be made. */
-enum rmap_status rmap_map_create(const char *path, bool force,
-                                 struct rmap_error *err) RMAP_MUST_USE;
+ * ray map that stands there, and nothing else), RMAP_SYSTEM when it cannot be made. The caller
+ * has the lock from here on, if not before, and releases it; `command` as in io/map_lock.h. NULL:
+ * for whoever has the map to himself. */
+enum rmap_status rmap_map_create(const char *path, bool force, const char *command,
+                                 struct rmap_map_lock *lock, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Takes a map away again whose making failed; what is no part of a map stays, and is an error. */
 enum rmap_status rmap_map_remove(const char *path, struct rmap_error *err) RMAP_MUST_USE;

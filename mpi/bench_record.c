@@ -29,7 +29,7 @@ static enum rmap_status start_map(const struct rmap_context *context, const stru
     if (!store->never_flush)
         options.flush_portions = store->flush_portions;
     if (context->rank == 0)
-        st = rmap_map_create(store->path, true, err);
+        st = rmap_map_create(store->path, true, NULL, NULL, err);
     RMAP_TRY(rmap_agree(context, st, err));
     st = rmap_shard_writer_create(store->path, context->rank, run, &options, writer, err);
     RMAP_TRY(rmap_agree(context, st, err));

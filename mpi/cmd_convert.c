@@ -6,6 +6,7 @@
 
 #include "base/grouped.h"
 #include "io/map_history.h"
+#include "io/map_lock.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/copy_run.h"
@@ -53,6 +54,7 @@ out:
 }
 
 struct conversion {
+    struct rmap_map_lock lock; /* rank 0: of the new map */
     struct rmap_map *map;
     struct rmap_map_summary before, after;
     enum rmap_encoding encoding;
@@ -91,7 +93,7 @@ static enum rmap_status prepare(const struct rmap_context *context, const struct
     if (context->rank != 0)
         return rmap_agree(context, RMAP_OK, err);
     RMAP_TRY(rmap_map_run_init(map, 0, self->encoding, &self->run, err));
-    RMAP_TRY(rmap_map_create(request->to, request->force, err));
+    RMAP_TRY(rmap_map_create(request->to, request->force, "convert", &self->lock, err));
     self->begins = true;
     RMAP_TRY(write_index(request, self, NULL, NULL, false, err));
 out:
@@ -196,6 +198,7 @@ static enum rmap_status run_convert(const struct rmap_context *context,
 out:
     if (st != RMAP_OK && self.begins)
         rmap_discard_map(request.to, err);
+    rmap_map_lock_release(&self.lock);
     rmap_map_run_fini(&self.run);
     rmap_map_content_fini(&self.content);
     rmap_map_close(self.map);

@@ -3,6 +3,8 @@
  * raymap index: what the rays of a map met, in a form that questions are answered from at once.
  */
 #include "base/grouped.h"
+#include "io/map_directory.h"
+#include "io/map_lock.h"
 #include "mpi/agree.h"
 #include "mpi/index_run.h"
 #include "mpi/json_out.h"
@@ -43,10 +45,20 @@ static enum rmap_status run_index(const struct rmap_context *context,
     struct rmap_index_result result;
     int flags = (rmap_argument(given, "force") ? RMAP_INDEX_REMAKE : 0) |
                 (rmap_argument(given, "large") ? RMAP_INDEX_LARGE : 0);
-    enum rmap_status st = rmap_index_run(context, given->operand[0], flags, &result, err);
-    if (st == RMAP_OK && context->rank == 0)
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_lock lock = {0};
+    if (context->rank == 0)
+        st = rmap_map_lock_take(given->operand[0], "index", &lock, err);
+    if (st == RMAP_OK && lock.path)
+        st = rmap_map_remove_half_indexes(given->operand[0], err);
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
+    RMAP_TRY(rmap_index_run(context, given->operand[0], flags, &result, err));
+    if (context->rank == 0)
         st = tell(context, given->operand[0], &result, err);
-    return rmap_agree(context, st, err);
+    st = rmap_agree(context, st, err);
+out:
+    rmap_map_lock_release(&lock);
+    return st;
 }
 
 const struct rmap_command rmap_command_index = {

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_lock.h"
 #include "io/map_writer.h"
 #include "io/merge.h"
 #include "mpi/agree.h"
@@ -91,6 +92,7 @@ static enum rmap_status merge(const struct rmap_context *context,
                               const struct rmap_arguments *given, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_map_lock lock = {0};
     struct rmap_merge_source *source = NULL;
     const char *to = rmap_argument(given, "output");
     size_t n = (size_t)given->n_operand, n_symbolic = 0;
@@ -99,7 +101,7 @@ static enum rmap_status merge(const struct rmap_context *context,
     RMAP_TRY(check_request(given, to, err));
     RMAP_TRY(open_all(given, &source, err));
     RMAP_TRY(rmap_merge_check(source, n, err));
-    RMAP_TRY(rmap_map_create(to, rmap_argument(given, "force") != NULL, err));
+    RMAP_TRY(rmap_map_create(to, rmap_argument(given, "force") != NULL, "merge", &lock, err));
     begins = true;
     RMAP_TRY(rmap_merge(source, n, to, &n_symbolic, err));
     begins = false;
@@ -107,6 +109,7 @@ static enum rmap_status merge(const struct rmap_context *context,
 out:
     if (st != RMAP_OK && begins)
         rmap_discard_map(to, err);
+    rmap_map_lock_release(&lock);
     for (size_t i = 0; source && i < n; i++)
         rmap_map_close(source[i].map);
     rmap_free(source);

@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_lock.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
@@ -16,6 +17,7 @@
 #include "mpi/query_rays_out.h"
 
 struct writing {
+    struct rmap_map_lock lock; /* rank 0: of the new map */
     const struct rmap_map_answer *answer;
     enum rmap_encoding encoding;
     struct rmap_selection *selection;
@@ -108,7 +110,7 @@ static enum rmap_status prepare(const struct rmap_context *context, struct writi
         goto out;
     RMAP_TRY(rmap_map_run_init(map, 0, self->encoding, &self->run, err));
     self->run.run.selection = self->selection;
-    RMAP_TRY(rmap_map_create(answer->to, answer->force, err));
+    RMAP_TRY(rmap_map_create(answer->to, answer->force, "query", &self->lock, err));
     self->made = true;
     RMAP_TRY(write_index(self, NULL, NULL, false, err));
 out:
@@ -169,6 +171,7 @@ enum rmap_status rmap_map_answer_write(const struct rmap_context *context,
 out:
     if (st != RMAP_OK && self.made)
         rmap_discard_map(answer->to, err);
+    rmap_map_lock_release(&self.lock);
     rmap_map_run_fini(&self.run);
     rmap_map_content_fini(&self.content);
     rmap_tally_destroy(self.tally);

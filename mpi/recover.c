@@ -119,9 +119,8 @@ out:
     return st;
 }
 
-enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,
-                              struct rmap_map *map, struct rmap_map_listing *found,
-                              struct rmap_error *err)
+enum rmap_status rmap_recover(const struct rmap_context *context, struct rmap_map *map,
+                              struct rmap_map_listing *found, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_leftover *list = found->leftover;
@@ -130,9 +129,6 @@ enum rmap_status rmap_recover(const struct rmap_context *context, const char *ma
     size_t n = found->n_leftover;
     found->leftover = NULL;
     found->n_leftover = 0;
-    if (found->has_half_index)
-        st = rmap_map_remove_half_indexes(map_path, err);
-    RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(share_list(context, &list, &n, err));
     if (n == 0)
         goto out;

@@ -24,8 +24,7 @@ enum rmap_status rmap_recover_list(const struct rmap_context *context, const cha
 /* Collective. Each unfinished piece that rank 0 found, and that the map has as such, is made a
  * finished one by one of the ranks, which takes its place in the map. Rank 0 tells what was
  * recovered and what was damaged. RMAP_SYSTEM: memory, disk. */
-enum rmap_status rmap_recover(const struct rmap_context *context, const char *map_path,
-                              struct rmap_map *map, struct rmap_map_listing *found,
-                              struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_recover(const struct rmap_context *context, struct rmap_map *map,
+                              struct rmap_map_listing *found, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -11,6 +11,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/map_directory.h"
+#include "io/map_lock.h"
 #include "io/map_rays.h"
 #include "io/repair.h"
 #include "io/salvage.h"
@@ -305,13 +306,16 @@ static enum rmap_status mend(struct repair *self, enum step step, struct rmap_er
 /* Collective. What a writer at work has in hand is no leftover: it must be gone before anybody
  * looks. Of what is no directory, looking says more. */
 static enum rmap_status await_writers(const struct rmap_context *context, const char *path,
-                                      struct rmap_error *err)
+                                      struct rmap_map_lock *lock, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_listing found = {0};
     struct stat info;
     int is_directory = context->rank == 0 && stat(path, &info) == 0 && S_ISDIR(info.st_mode);
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_directory, 1, MPI_INT, 0, context->comm)));
+    if (is_directory && context->rank == 0)
+        st = rmap_map_lock_take(path, "repair", lock, err);
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
     if (is_directory)
         st = rmap_recover_wait(context, path, &found, err);
     rmap_map_listing_fini(&found);
@@ -324,11 +328,12 @@ enum rmap_status rmap_repair_run(const struct rmap_context *context, const char 
                                  struct rmap_repair_result *result, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_map_lock lock = {0};
     struct repair self = {.context = context, .path = path, .scene = scene, .result = result};
     enum step step = STEP_NONE;
     double begun = rmap_clock_seconds();
     if (mode == RMAP_REPAIR_DO)
-        RMAP_TRY(await_writers(context, path, err));
+        RMAP_TRY(await_writers(context, path, &lock, err));
     for (int round = 0; round < ROUNDS_MAX; round++) {
         RMAP_TRY(look(&self, &step, err));
         if (round == 0 && context->rank == 0)
@@ -343,6 +348,7 @@ enum rmap_status rmap_repair_run(const struct rmap_context *context, const char 
     RMAP_TRY(rmap_agree_patiently(context, st, err));
     result->seconds = rmap_clock_seconds() - begun;
 out:
+    rmap_map_lock_release(&lock);
     rmap_verify_result_fini(&self.round);
     rmap_findings_fini(&self.before);
     rmap_ray_set_fini(&self.had);

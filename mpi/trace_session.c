@@ -63,6 +63,14 @@ static enum rmap_status check_light(const struct rmap_map *map, const char *path
                           path);
 }
 
+/* As others are told of it. */
+static const char *command_of(const struct rmap_trace_request *request)
+{
+    return request->mode == RMAP_TRACE_APPEND   ? "trace --append"
+           : request->mode == RMAP_TRACE_RESUME ? "trace --resume"
+                                                : "trace";
+}
+
 /* Collective. Opens the map that is gone on with, if one stands. */
 static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_error *err)
 {
@@ -71,8 +79,10 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
     enum rmap_status st = RMAP_OK;
     int stands = 0;
     if (context->rank == 0)
+        st = rmap_map_lock_take(path, command_of(&self->request), &self->lock, err);
+    if (context->rank == 0 && st == RMAP_OK)
         st = look_for_map(path, &stands, err);
-    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_agree_patiently(context, st, err));
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&stands, 1, MPI_INT, 0, context->comm)));
     if (!stands && self->request.mode == RMAP_TRACE_APPEND)
         st = rmap_error_set(err, RMAP_INPUT, "%s: there is no map to add to; leave out --append",
@@ -124,7 +134,7 @@ static enum rmap_status recover_map(struct rmap_trace_session *self, struct rmap
     struct rmap_map_summary summary;
     rmap_map_summarise(self->goal.map, &summary);
     if (!summary.complete)
-        return rmap_recover(self->context, path, self->goal.map, &self->found, err);
+        return rmap_recover(self->context, self->goal.map, &self->found, err);
     if (self->context->rank == 0)
         st = rmap_map_remove_spent_journals(path, &self->found, err);
     return rmap_agree(self->context, st, err);
@@ -216,18 +226,33 @@ out:
     return st;
 }
 
-/* Rank 0. What a job left that died before it had an index is in the way of no resume. */
-static enum rmap_status create_map(const struct rmap_trace_session *self, struct rmap_error *err)
+/* Rank 0. What a job left that died before it had an index is in the way of no resume; what came
+ * since this one looked is another's. */
+static enum rmap_status create_map(struct rmap_trace_session *self, struct rmap_error *err)
 {
     const char *path = self->request.map_path;
-    bool may_replace = self->request.force || self->request.mode == RMAP_TRACE_RESUME;
-    enum rmap_status st = rmap_map_create(path, may_replace, err);
+    bool may_replace =
+        self->request.force || (self->request.mode == RMAP_TRACE_RESUME && self->lock.path);
+    enum rmap_status st =
+        rmap_map_create(path, may_replace, command_of(&self->request), &self->lock, err);
     if (st != RMAP_USAGE || may_replace)
         return st;
     return rmap_error_set(err, st,
                           "%s exists already: --resume or --append goes on with it, --force "
                           "replaces it, or use another name",
                           path);
+}
+
+/* Rank 0. Before a map is made or an old one replaced for a run that cannot begin. */
+static enum rmap_status check_shard_dir(const struct rmap_trace_request *request,
+                                        struct rmap_error *err)
+{
+    struct stat info;
+    if (!request->shard_dir || (stat(request->shard_dir, &info) == 0 && S_ISDIR(info.st_mode)))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM,
+                          "%s: there is no such directory; --shard-dir names one that stands",
+                          request->shard_dir);
 }
 
 /* Rank 0. An index at the start: what a killed trace leaves says what was asked for. */
@@ -273,8 +298,11 @@ enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struc
     if (self->request.map_path && self->request.shard_dir && !self->goal.map)
         st = rmap_shard_check_free(self->request.shard_dir, context->rank, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (self->request.map_path && context->rank == 0 && self->goal.has_row)
-        st = announce(self, err);
+    if (self->request.map_path && context->rank == 0) {
+        st = check_shard_dir(&self->request, err);
+        if (st == RMAP_OK && self->goal.has_row)
+            st = announce(self, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;
@@ -403,6 +431,7 @@ void rmap_trace_session_fini(struct rmap_trace_session *self)
     rmap_map_content_fini(&self->content);
     rmap_trace_goal_fini(&self->goal);
     rmap_map_listing_fini(&self->found);
+    rmap_map_lock_release(&self->lock);
     rmap_accel_destroy(self->accel);
     rmap_scene_destroy(self->scene);
     rmap_bundle_destroy(self->bundle);

@@ -8,6 +8,7 @@
 
 #include "io/map_content.h"
 #include "io/map_directory.h"
+#include "io/map_lock.h"
 #include "mpi/trace_goal.h"
 #include "mpi/trace_run.h"
 
@@ -21,6 +22,7 @@ struct rmap_trace_session {
     struct rmap_accel *accel;
     struct rmap_run run;
     struct rmap_trace_goal goal;
+    struct rmap_map_lock lock;         /* rank 0: nobody else writes to the map */
     struct rmap_map_listing found;     /* rank 0: what stood in the map before it was opened */
     struct rmap_map_content content;   /* rank 0: pieces of the map to be */
     struct rmap_trace_outcome outcome; /* of all requests so far; its tally on rank 0 alone */

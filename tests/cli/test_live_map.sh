@@ -38,7 +38,7 @@ refused() { # WHAT COMMAND...
     shift
     "$RAYMAP" "$@" --quiet >/dev/null 2>refused.txt || status=$?
     [ $status -eq 2 ] || fail "$what a live map ended with $status: $(cat refused.txt)"
-    grep -q "being traced by another" refused.txt || fail "it does not say why: $(cat refused.txt)"
+    grep -q "being written to by another raymap (raymap trace, process" refused.txt || fail "it does not say why: $(cat refused.txt)"
     kill -0 $writer || fail "the writer did not survive $what"
 }
 refused 'a second trace of' trace "$scene" -o live.raymap --resume

@@ -28,7 +28,7 @@ static inline void begin_map(struct fixture *f, enum rmap_encoding encoding)
     const struct rmap_index index = {.run = &f->run};
     fixture_init(f);
     f->run.encoding = encoding;
-    fixture_must(rmap_map_create(f->map, false, &err), &err);
+    fixture_must(rmap_map_create(f->map, false, NULL, NULL, &err), &err);
     fixture_must(rmap_index_write_content(f->map, &index, &err), &err);
 }
 

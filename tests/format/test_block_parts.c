@@ -36,7 +36,7 @@ static void write_piece(struct fixture *f, uint64_t n, uint64_t n_most, const ch
     struct rmap_shard_writer *writer = NULL;
     struct rmap_shard_block *block = NULL;
     char command[256];
-    fixture_must(rmap_map_create(f->map, true, &err), &err);
+    fixture_must(rmap_map_create(f->map, true, NULL, NULL, &err), &err);
     fixture_must(rmap_shard_writer_create(f->map, 0, &f->run, NULL, &writer, &err), &err);
     fixture_must(rmap_shard_block_create(writer, &block, &err), &err);
     assert_non_null(block);
@@ -99,7 +99,7 @@ static void test_short_of_memory(void **state)
         bool whole = false;
         for (uint64_t i = 0; i < 2; i++)
             part[i] = fixture_portion(&f, 100 * i, 100, NULL);
-        fixture_must(rmap_map_create(f.map, true, &err), &err);
+        fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err);
         fixture_must(rmap_shard_writer_create(f.map, 0, &f.run, NULL, &writer, &err), &err);
         fixture_must(rmap_shard_block_create(writer, &block, &err), &err);
         rmap_alloc_fail_at(++fail_at);

@@ -16,7 +16,7 @@ static void write_portion(struct fixture *f, enum rmap_encoding encoding,
     struct rmap_error err = {0};
     struct rmap_shard_writer *writer = NULL;
     f->run.encoding = encoding;
-    fixture_must(rmap_map_create(f->map, true, &err), &err);
+    fixture_must(rmap_map_create(f->map, true, NULL, NULL, &err), &err);
     fixture_must(rmap_shard_writer_create(f->map, 0, &f->run, 0, &writer, &err), &err);
     fixture_must(rmap_shard_writer_append(writer, portion, &err), &err);
     fixture_must(rmap_shard_writer_finish(writer, &err), &err);

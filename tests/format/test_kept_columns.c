@@ -17,7 +17,7 @@ static void make(struct kept *k, enum rmap_encoding encoding, size_t budget)
     struct rmap_error err = {0};
     fixture_init(&k->f);
     k->f.run.encoding = encoding;
-    fixture_must(rmap_map_create(k->f.map, false, &err), &err);
+    fixture_must(rmap_map_create(k->f.map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(&k->f, 0, 0, N_BLOCK, BLOCK, 0, &err), &err);
     fixture_must(rmap_index_write(k->f.map, &k->f.run, k->f.tally, true, &err), &err);
     fixture_must(rmap_map_open(k->f.map, &k->map, &err), &err);

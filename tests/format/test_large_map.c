@@ -21,7 +21,7 @@ static void write_map(struct fixture *f, enum rmap_encoding encoding, uint64_t f
     struct rmap_shard_writer *writer = NULL;
     fixture_init(f);
     f->run.encoding = encoding;
-    fixture_must(rmap_map_create(f->map, false, &err), &err);
+    fixture_must(rmap_map_create(f->map, false, NULL, NULL, &err), &err);
     fixture_must(rmap_shard_writer_create(f->map, 0, &f->run, 0, &writer, &err), &err);
     for (uint64_t block = 0; block < N_BLOCK; block++) {
         struct rmap_portion *portion =

@@ -25,7 +25,7 @@ static void begin_map(struct fixture *f)
     struct rmap_error err = {0};
     const struct rmap_run_row row = {.n_ray = N_BLOCK * BLOCK, .seed = 42, .n_rank = 1};
     const struct rmap_index index = {.run = &f->run, .row = &row};
-    fixture_must(rmap_map_create(f->map, true, &err), &err);
+    fixture_must(rmap_map_create(f->map, true, NULL, NULL, &err), &err);
     fixture_must(rmap_index_write_content(f->map, &index, &err), &err);
 }
 
@@ -237,7 +237,7 @@ static void test_two_spaces(void **state)
     fixture_init(&f);
     spectral_fixture(&f, &other);
     assert_true(other.scene->channels.n > f.scene->channels.n);
-    fixture_must(rmap_map_create(f.map, true, &err), &err);
+    fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err);
     write_blocks(&f, 0, 0, 8);
     fixture_must(rmap_index_write(f.map, &f.run, f.tally, true, &err), &err);
     struct rmap_map *before = open_map(&f);

@@ -27,7 +27,7 @@ static void write_map(struct fixture *f, size_t piece_nbytes)
 {
     struct rmap_error err = {0};
     fixture_init(f);
-    fixture_must(rmap_map_create(f->map, false, &err), &err);
+    fixture_must(rmap_map_create(f->map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(f, 0, 0, N_BLOCK, BLOCK, piece_nbytes, &err), &err);
     fixture_must(rmap_index_write(f->map, &f->run, f->tally, true, &err), &err);
 }
@@ -269,17 +269,18 @@ static void test_create_over(void **state)
     struct rmap_error err = {0};
     char command[200];
     write_map(&f, 0);
-    assert_int_equal(rmap_map_create(f.map, false, &err), RMAP_USAGE);
+    assert_int_equal(rmap_map_create(f.map, false, NULL, NULL, &err), RMAP_USAGE);
     expect(&f, RMAP_OK, NULL);
     (void)snprintf(command, sizeof command, "echo mine > %s/shard-00000/notes.txt", f.map);
     assert_int_equal(system(command), 0);
-    assert_int_equal(rmap_map_create(f.map, true, &err), RMAP_USAGE);
+    assert_int_equal(rmap_map_create(f.map, true, NULL, NULL, &err), RMAP_USAGE);
     assert_non_null(strstr(err.text, "notes.txt"));
     expect(&f, RMAP_OK, NULL); /* nothing was removed */
     assert_int_equal(unlink(map_file(&f, "shard-00000/notes.txt")), 0);
-    fixture_must(rmap_map_create(f.map, true, &err), &err);
+    fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err);
     expect(&f, RMAP_FORMAT, "no map.h5");
-    assert_int_equal(rmap_map_create("no-such-folder/x.raymap", false, &err), RMAP_SYSTEM);
+    assert_int_equal(rmap_map_create("no-such-folder/x.raymap", false, NULL, NULL, &err),
+                     RMAP_SYSTEM);
     fixture_fini(&f);
 }
 
@@ -329,7 +330,7 @@ static void test_out_of_memory(void **state)
     int harmless = 0;
     for (int64_t k = 1; harmless < HARMLESS_MAX; k++) {
         struct rmap_shard_writer *writer = NULL;
-        fixture_must(rmap_map_create(f.map, true, &err), &err);
+        fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err);
         rmap_alloc_fail_at(k);
         enum rmap_status st = rmap_shard_writer_create(f.map, 0, &f.run, 0, &writer, &err);
         if (st == RMAP_OK)

@@ -70,7 +70,7 @@ static void test_same_digest(void **state)
         struct rmap_error err = {0};
         fixture_init(&f);
         f.run.encoding = (enum rmap_encoding)e;
-        fixture_must(rmap_map_create(f.map, false, &err), &err);
+        fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
         fixture_must(fixture_write_shard(&f, 0, 0, N_BLOCK / 2, BLOCK, 2 << 20, &err), &err);
         fixture_must(fixture_write_shard(&f, 1, N_BLOCK / 2, N_BLOCK, BLOCK, 0, &err), &err);
         struct rmap_map *map = index_and_open(&f);
@@ -94,7 +94,7 @@ static void test_mixed_and_single_columns(void **state)
     struct fixture f;
     struct rmap_error err = {0};
     fixture_init(&f);
-    fixture_must(rmap_map_create(f.map, false, &err), &err);
+    fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
     for (uint64_t block = 0; block < N_BLOCK; block += 5) {
         f.run.encoding = block % 2 ? RMAP_ENCODING_COMPACT : RMAP_ENCODING_PLAIN;
         fixture_must(

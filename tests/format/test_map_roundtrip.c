@@ -68,7 +68,7 @@ static void test_one_shard_many_pieces(void **state)
         struct fixture f;
         struct rmap_error err = {0};
         fixture_init(&f);
-        fixture_must(rmap_map_create(f.map, false, &err), &err);
+        fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
         fixture_must(fixture_write_shard(&f, 0, 0, N_BLOCK, BLOCK, piece_nbytes[k], &err), &err);
         struct rmap_map *map = index_and_open(&f);
         assert_true(k == 0 ? rmap_map_n_piece(map) == 1 : rmap_map_n_piece(map) > 2);
@@ -86,7 +86,7 @@ static void test_shards_and_columns(void **state)
     struct fixture f;
     struct rmap_error err = {0};
     fixture_init(&f);
-    fixture_must(rmap_map_create(f.map, false, &err), &err);
+    fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
     for (uint64_t block = 0; block < N_BLOCK; block += 10)
         fixture_must(
             fixture_write_shard(&f, (int)(block / 10 % 3), block, block + 10, BLOCK, 0, &err),
@@ -140,7 +140,7 @@ static void test_many_threads(void **state)
     struct rmap_error err = {0};
     struct rmap_workers *workers = NULL;
     fixture_init(&f);
-    fixture_must(rmap_map_create(f.map, false, &err), &err);
+    fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
     struct crowd crowd = {.f = &f};
     fixture_must(rmap_shard_writer_create(f.map, 0, &f.run,
                                           &(struct rmap_shard_options){.piece_nbytes = 4 << 20},
@@ -171,7 +171,7 @@ static void test_same_work_same_bytes(void **state)
     char command[256];
     for (int k = 0; k < 2; k++) {
         fixture_init(&f[k]);
-        fixture_must(rmap_map_create(f[k].map, false, &err), &err);
+        fixture_must(rmap_map_create(f[k].map, false, NULL, NULL, &err), &err);
         fixture_must(fixture_write_shard(&f[k], 0, 0, 30, BLOCK, 4 << 20, &err), &err);
         fixture_must(rmap_index_write(f[k].map, &f[k].run, f[k].tally, true, &err), &err);
     }
@@ -187,7 +187,7 @@ static void test_tally_and_tables(void **state)
     struct fixture f;
     struct rmap_error err = {0};
     fixture_init(&f);
-    fixture_must(rmap_map_create(f.map, false, &err), &err);
+    fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(&f, 7, 0, N_BLOCK, BLOCK, 0, &err), &err);
     struct rmap_map *map = index_and_open(&f);
     const struct rmap_tally *tally = rmap_map_tally(map);
@@ -217,7 +217,7 @@ static void test_empty_map(void **state)
     struct fixture f;
     struct rmap_error err = {0};
     fixture_init(&f);
-    fixture_must(rmap_map_create(f.map, false, &err), &err);
+    fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(&f, 0, 0, 0, BLOCK, 0, &err), &err);
     struct rmap_map *map = index_and_open(&f);
     assert_int_equal(rmap_map_n_portion(map), 0);

@@ -76,7 +76,7 @@ static void test_portions(void **state)
     rmap_shard_writer_destroy(writer);
     assert_int_equal(n_leftover(&f), 1);
     assert_int_equal(read_back(&f), 8 * BLOCK);
-    fixture_must(rmap_map_create(f.map, true, &err), &err); /* as --force does */
+    fixture_must(rmap_map_create(f.map, true, NULL, NULL, &err), &err); /* as --force does */
     assert_int_equal(n_leftover(&f), 0);
     fixture_fini(&f);
 }

@@ -18,7 +18,7 @@ static void write_map(struct fixture *f)
 {
     struct rmap_error err = {0};
     fixture_init(f);
-    fixture_must(rmap_map_create(f->map, false, &err), &err);
+    fixture_must(rmap_map_create(f->map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(f, 0, 0, N_BLOCK / 2, BLOCK, 0, &err), &err);
     fixture_must(fixture_write_shard(f, 1, N_BLOCK / 2, N_BLOCK, BLOCK, 0, &err), &err);
     fixture_must(rmap_index_write(f->map, &f->run, f->tally, true, &err), &err);

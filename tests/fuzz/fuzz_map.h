@@ -29,7 +29,7 @@ static inline const struct rmap_map *fuzz_map(void)
         return fuzz_map_open;
     (void)setenv("FIXTURE", "curved", 1);
     fixture_init(f);
-    fixture_must(rmap_map_create(f->map, false, &err), &err);
+    fixture_must(rmap_map_create(f->map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(f, 0, 0, 1, 40, 0, &err), &err);
     fixture_must(rmap_index_write(f->map, &f->run, f->tally, true, &err), &err);
     fixture_must(rmap_map_open(f->map, &fuzz_map_open, &err), &err);

@@ -47,7 +47,7 @@ static void make_map(enum rmap_encoding encoding, struct map_image *made)
     struct rmap_error err = {0};
     fixture_init(&f);
     f.run.encoding = encoding;
-    fixture_must(rmap_map_create(f.map, false, &err), &err);
+    fixture_must(rmap_map_create(f.map, false, NULL, NULL, &err), &err);
     for (int k = 0; k < N_BLOCK; k++)
         fixture_must(fixture_write_shard(&f, k, (uint64_t)k, (uint64_t)k + 1, BLOCK, 0, &err),
                      &err);

@@ -64,7 +64,7 @@ static int make_map(void **state)
     (void)state;
     struct rmap_error err = {0};
     fixture_init(&fixture);
-    fixture_must(rmap_map_create(fixture.map, false, &err), &err);
+    fixture_must(rmap_map_create(fixture.map, false, NULL, NULL, &err), &err);
     for (int shard = 0; shard < 2; shard++)
         fixture_must(fixture_write_blocks(&fixture, shard, (uint64_t)shard * N_BLOCK / 2,
                                           (uint64_t)(shard + 1) * N_BLOCK / 2, 1 << 20, make_block,

@@ -18,7 +18,7 @@ static int make_map(void **state)
     (void)state;
     struct rmap_error err = {0};
     fixture_init(&fixture);
-    fixture_must(rmap_map_create(fixture.map, false, &err), &err);
+    fixture_must(rmap_map_create(fixture.map, false, NULL, NULL, &err), &err);
     fixture_must(fixture_write_shard(&fixture, 0, 0, 25, BLOCK, 1 << 20, &err), &err);
     fixture_must(fixture_write_shard(&fixture, 1, 25, N_BLOCK, BLOCK, 1 << 20, &err), &err);
     fixture_must(rmap_index_write(fixture.map, &fixture.run, fixture.tally, true, &err), &err);

@@ -1,0 +1,96 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: one command at a time writes to a map. Of two, one waits or ends with status 2 and says who is at work;
+no ray of a run that ended well is lost, and what killed writers left keeps nobody from anything."""
+import json
+import os
+import shutil
+import signal
+import subprocess
+import time
+
+PROGRAM = os.environ["RAYMAP"]
+HERE = os.path.dirname(os.path.abspath(__file__))
+LOCK = ".map.h5.writer.part"
+TRACE = ["trace", "scene.yaml", "--quiet", "--threads", "1"]
+
+
+def start(*words):
+    return subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def run(*words, status=0):
+    job = start(*words)
+    said = job.communicate(timeout=60)[1]
+    assert job.returncode == status, (words, job.returncode, said)
+    return said
+
+
+def held(path):
+    """What the holder of a map's lock says of itself, once it does."""
+    until = time.time() + 30
+    while time.time() < until:
+        try:
+            with open(f"{path}/{LOCK}", encoding="utf-8") as file:
+                text = file.read()
+            if text:
+                return text.strip()
+        except FileNotFoundError:
+            pass
+        time.sleep(0.01)
+    raise AssertionError(f"{path} is not locked")
+
+
+def rays(path):
+    run("verify", path, "--quiet")
+    assert LOCK not in os.listdir(path)
+    return json.loads(subprocess.check_output([PROGRAM, "info", path, "--json"]))["rays"]
+
+
+subprocess.run(["bash", "-c", '. "$0"; write_scene scene.yaml', f"{HERE}/../cli/expect.bash"], check=True)
+for name in ("m.raymap", "old.raymap"):
+    shutil.rmtree(name, ignore_errors=True)
+run(*TRACE, "-o", "old.raymap", "-n", "1000")
+
+# Every other writer is refused while one is at work; readers are not. All at once, for each waits some seconds.
+first = start(*TRACE, "-o", "m.raymap", "-n", "1G", "--flush", "1h")
+told = held("m.raymap")
+assert str(first.pid) in told and os.uname().nodename in told and "raymap trace" in told, told
+first.send_signal(signal.SIGSTOP)  # at work for as long as it takes, and before any piece may be locked
+others = [start(*words) for words in (
+    [*TRACE, "-o", "m.raymap", "-n", "1000", "--append"], [*TRACE, "-o", "m.raymap", "--resume"],
+    [*TRACE, "-o", "m.raymap", "-n", "1000", "--force"], ["convert", "old.raymap", "-o", "m.raymap", "--force"],
+    ["query", "old.raymap", "registered(sensor)", "-o", "m.raymap", "--force"],
+    ["merge", "old.raymap", "-o", "m.raymap", "--force"], ["index", "m.raymap"], ["repair", "m.raymap"])]
+for other in others:
+    said = other.communicate(timeout=60)[1]
+    assert other.returncode == 2 and told in said, (other.args, other.returncode, said)
+first.send_signal(signal.SIGCONT)
+first.send_signal(signal.SIGKILL)
+first.communicate()
+
+# The lock of one that was killed is gone with it; so is half an index, with the next writer.
+for words in ([*TRACE, "-o", "m.raymap", "--resume", "--time-limit", "0.2s"], ["repair", "m.raymap"], ["index", "m.raymap"]):
+    open("m.raymap/.map.h5.0.0.host.1.part", "wb").close()
+    run(*words, status=6 if "--resume" in words else 0)
+    assert not [name for name in os.listdir("m.raymap") if name.startswith(".map.h5")], words
+
+# Started at one moment, to a map that stands and to one that does not.
+for _ in range(3):
+    n = rays("old.raymap")
+    pair = [start(*TRACE, "-o", "old.raymap", "-n", "3000", "--append") for _ in range(2)]
+    said = [job.communicate(timeout=60)[1] for job in pair]
+    wins = [job.returncode for job in pair].count(0)
+    assert wins >= 1 and all(job.returncode in (0, 2) for job in pair), said
+    assert rays("old.raymap") == n + 3000 * wins, said
+    shutil.rmtree("m.raymap")
+    pair = [start(*TRACE, "-o", "m.raymap", "-n", "3000", mode) for mode in ("--resume", "--force")]
+    said = [job.communicate(timeout=60)[1] for job in pair]
+    assert 0 in [job.returncode for job in pair] and all(job.returncode in (0, 2) for job in pair), said
+    assert rays("m.raymap") == 3000, said
+
+# A run that cannot begin makes no map and takes none away.
+before = rays("old.raymap")
+for words in (["-o", "none.raymap"], ["-o", "old.raymap", "--force"]):
+    run(*TRACE, *words, "-n", "10", "--shard-dir", "nowhere", status=5)
+assert not os.path.exists("none.raymap") and rays("old.raymap") == before
