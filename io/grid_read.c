@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "io/bundle.h"
+#include "io/h5_inside.h"
 #include "io/input_file.h"
 #include "io/scene_reader.h"
 
@@ -241,18 +242,19 @@ static enum rmap_status open_dataset(struct source *from)
     if (trouble)
         return rmap_error_set(from->err, RMAP_INPUT, "%s cannot be opened as an HDF5 file: %s",
                               from->file->path, trouble);
+    (void)H5PLset_loading_state(0); /* no filter from a library that a file asks for */
     from->h5 = H5Fopen(from->file->path, H5F_ACC_RDONLY, H5P_DEFAULT);
     if (from->h5 < 0)
         return rmap_error_set(from->err, RMAP_INPUT,
                               "%s cannot be opened as an HDF5 file: check its name and that it is "
                               "one",
                               from->file->path);
-    if (H5Lexists(from->h5, from->dataset, H5P_DEFAULT) > 0)
-        from->set = H5Dopen2(from->h5, from->dataset, H5P_DEFAULT);
+    from->set = rmap_h5_dataset(from->h5, from->dataset);
     if (from->set < 0)
         return rmap_error_set(from->err, RMAP_INPUT,
-                              "%s has no dataset '%s': name it with 'dataset:'", from->file->path,
-                              from->dataset);
+                              "%s has no dataset '%s' of its own (links to other files are not "
+                              "followed): name it with 'dataset:'",
+                              from->file->path, from->dataset);
     return RMAP_OK;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "io/codec.h"
+#include "io/h5_inside.h"
 #include "io/seal.h"
 
 static pthread_once_t started = PTHREAD_ONCE_INIT;
@@ -14,6 +15,7 @@ static pthread_once_t started = PTHREAD_ONCE_INIT;
 static void start(void)
 {
     (void)H5dont_atexit();
+    (void)H5PLset_loading_state(0); /* no filter from a library that a file asks for */
 }
 
 /* Before any call of a thread: our exit rules, and no printing. The error stack is per thread. */
@@ -143,6 +145,10 @@ enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_
     if (access < 0 || H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
         (h5->file = H5Fopen(path, H5F_ACC_RDONLY, access)) < 0)
         st = rmap_h5_fail(h5, "opening it as an HDF5 file", err);
+    else if (!rmap_h5_links_inside(h5->file))
+        st = rmap_error_set(
+            err, RMAP_FORMAT,
+            "%s has links that lead out of it, which no ray map has: it is not read", path);
 out:
     if (access >= 0)
         (void)H5Pclose(access);

@@ -9,6 +9,7 @@
 #include "io/codec.h"
 #include "io/h5.h"
 #include "io/h5_deflate.h"
+#include "io/h5_inside.h"
 
 bool rmap_h5_has(struct rmap_h5 *h5, const char *path)
 {
@@ -134,7 +135,7 @@ enum rmap_status rmap_h5_read(struct rmap_h5 *h5, const char *path, enum rmap_el
 {
     enum rmap_status st = RMAP_OK;
     hid_t type = rmap_h5_type(element);
-    hid_t set = H5Dopen2(h5->file, path, H5P_DEFAULT);
+    hid_t set = rmap_h5_dataset(h5->file, path);
     hid_t have = set < 0 ? H5I_INVALID_HID : H5Dget_type(set);
     if (have < 0 || H5Tequal(have, type) <= 0)
         st = rmap_h5_fail(h5, path, err);
@@ -197,7 +198,7 @@ enum rmap_status rmap_h5_read_names(struct rmap_h5 *h5, const char *path, char *
     enum rmap_status st = RMAP_OK;
     void *data = NULL;
     hsize_t n = 0;
-    hid_t set = H5Dopen2(h5->file, path, H5P_DEFAULT);
+    hid_t set = rmap_h5_dataset(h5->file, path);
     hid_t type = set < 0 ? H5I_INVALID_HID : H5Dget_type(set);
     size_t width = type < 0 ? 0 : H5Tget_size(type);
     if (width == 0 || H5Tget_class(type) != H5T_STRING || H5Tis_variable_str(type))

@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "io/directory.h"
+#include "io/h5_inside.h"
 #include "io/map_format.h"
 #include "io/provenance.h"
 #include "io/publish.h"
@@ -68,7 +69,7 @@ static enum rmap_status write_body(struct rmap_h5 *h5, const struct rmap_history
 static enum rmap_status find_bytes(struct rmap_h5 *h5, const char *path, uint64_t *offset_ret,
                                    struct rmap_error *err)
 {
-    hid_t set = H5Dopen2(h5->file, path, H5P_DEFAULT);
+    hid_t set = rmap_h5_dataset(h5->file, path);
     if (set < 0)
         return rmap_h5_fail(h5, path, err);
     haddr_t offset = H5Dget_offset(set);
@@ -180,7 +181,7 @@ static enum rmap_status find_body(struct rmap_h5 *h5, struct body *body, uint64_
     enum rmap_status st = find_bytes(h5, body_path, &body->offset, err);
     if (st != RMAP_OK)
         return st;
-    hid_t set = H5Dopen2(h5->file, body_path, H5P_DEFAULT);
+    hid_t set = rmap_h5_dataset(h5->file, body_path);
     hid_t space = set < 0 ? H5I_INVALID_HID : H5Dget_space(set);
     bool good = space >= 0 && H5Sget_simple_extent_ndims(space) == 1 &&
                 H5Sget_simple_extent_dims(space, &n, NULL) == 1;

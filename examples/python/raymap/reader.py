@@ -16,7 +16,7 @@ Plain pieces hold the columns as they are. Of compact ones compact.py and optics
 make them: the formulas of docs/encoding.md, in doubles and in the order given
 there, so that the same bits come out as from the program. Nothing here traces a ray to find out where it goes, and
 nothing here selects rays: that is what the program is for. No checksum is verified and no index
-beyond numpy's own: `raymap verify` does that; a map from a stranger is not for this reader.
+beyond numpy's own: `raymap verify` does that; of a stranger's map it is only certain that no other file is opened.
 
 As a program it prints one ray:  python3 -m raymap.reader MAP RAY
 """
@@ -122,12 +122,30 @@ class Portion:
         return (Ray(self, row) for row in range(len(self)))
 
 
+def open_file(path, has_view=False):
+    """A file whose parts all lie in it: HDF5 would open any file that it refers to. Where it has the
+    view of docs/map.md, its columns are others'; nothing here reads them."""
+    if not os.path.isfile(path):
+        raise MapError(f"{path}: no such file")
+    file = h5py.File(path, "r")
+    outside = file.id.links.visit(
+        lambda name, link: None if link.type == h5py.h5l.TYPE_HARD else name.decode(), info=True)
+    if outside is None:
+        outside = file.visititems(lambda name, item: name if isinstance(item, h5py.Dataset) and (
+            item.external or item.is_virtual and not (
+                has_view and name.split("/")[0] in TABLES)) else None)
+    if outside is not None:
+        file.close()
+        raise MapError(f"{path}: '{outside}' lies in another file, which is not opened")
+    return file
+
+
 class Map:
     """A map's directory. What is in map.h5 is read at once, pieces when their rays are asked for."""
 
     def __init__(self, path):
         self.path = os.fspath(path)
-        with h5py.File(os.path.join(path, "map.h5"), "r") as index:
+        with open_file(os.path.join(path, "map.h5"), has_view=True) as index:
             self._read_index(index)
         self._pieces = {}   # the last PIECES_OPEN that were asked for, the latest behind
         self._decoders = {}  # of those that are compact
@@ -191,7 +209,7 @@ class Map:
             path = os.path.join(self.path, name)
             if os.path.getsize(path) != self.piece_table["nbytes"][piece]:
                 raise MapError(f"{path} has not the size that map.h5 states")
-            self._pieces[piece] = h5py.File(path, "r")
+            self._pieces[piece] = open_file(path)
         return self._pieces[piece]
 
     def portion(self, k, names=None):
@@ -218,7 +236,7 @@ class Map:
     def _compact(self, file, piece, k, names):
         from . import compact
         if piece not in self._decoders:
-            with h5py.File(os.path.join(self.path, "map.h5"), "r") as index:
+            with open_file(os.path.join(self.path, "map.h5"), has_view=True) as index:
                 model = compact.Model(index, int(self.portion_table["space"][k]))
             self._decoders[piece] = compact.Decoder(model, file)
         columns = self._decoders[piece].portion(
