@@ -11,7 +11,7 @@ foreach(file IN ITEMS ${PAGE_THREE} ${PAGE_ORBIT})
 endforeach()
 
 enable_language(ASM)
-set(PAGE_DIR ${CMAKE_SOURCE_DIR}/analysis/page)
+set(PAGE_DIR ${PROJECT_SOURCE_DIR}/analysis/page)
 # Later files use earlier ones.
 set(page_scripts data camera stage scene rays marker pick report classes objects detector play main)
 set(PAGE_SCRIPTS "")
@@ -21,8 +21,8 @@ foreach(script IN LISTS page_scripts)
   string(APPEND PAGE_SCRIPTS "    .incbin \"${PAGE_DIR}/${script}.js\"\n")
   list(APPEND page_files ${PAGE_DIR}/${script}.js)
 endforeach()
-configure_file(${CMAKE_SOURCE_DIR}/cmake/page_assets.S.in ${CMAKE_BINARY_DIR}/generated/page_assets.S @ONLY)
-set_source_files_properties(${CMAKE_BINARY_DIR}/generated/page_assets.S PROPERTIES
+configure_file(${PROJECT_SOURCE_DIR}/cmake/page_assets.S.in ${PROJECT_BINARY_DIR}/generated/page_assets.S @ONLY)
+set_source_files_properties(${PROJECT_BINARY_DIR}/generated/page_assets.S PROPERTIES
                             OBJECT_DEPENDS "${page_files}")
-add_library(rmap_page_assets STATIC ${CMAKE_BINARY_DIR}/generated/page_assets.S)
+add_library(rmap_page_assets STATIC ${PROJECT_BINARY_DIR}/generated/page_assets.S)
 set_target_properties(rmap_page_assets PROPERTIES LINKER_LANGUAGE C)
