@@ -11,9 +11,9 @@ enum { DICTIONARY_NBYTES_MAX = 32 << 20 };
 
 static void forget_pieces(struct rmap_path_dictionary *self)
 {
-    for (size_t p = 0; p < self->n_piece; p++) {
-        rmap_free(self->piece[p]);
-        self->piece[p] = NULL;
+    for (size_t i = 0; i < self->n_slot; i++) {
+        rmap_free(self->slot[i]);
+        self->slot[i] = NULL;
     }
     self->nbytes = 0;
 }
@@ -21,7 +21,7 @@ static void forget_pieces(struct rmap_path_dictionary *self)
 void rmap_path_dictionary_fini(struct rmap_path_dictionary *self)
 {
     forget_pieces(self);
-    rmap_free(self->piece);
+    rmap_free(self->slot);
     rmap_path_shares_fini(&self->shares);
     *self = (struct rmap_path_dictionary){0};
 }
@@ -62,7 +62,7 @@ out:
 }
 
 static enum rmap_status key_piece(struct rmap_path_dictionary *self,
-                                  const struct rmap_path_keying *keying, size_t piece,
+                                  const struct rmap_path_keying *keying, size_t slot,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -73,7 +73,7 @@ static enum rmap_status key_piece(struct rmap_path_dictionary *self,
     if (!known)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
     RMAP_TRY(key_paths(keying, self->paths, known, err));
-    self->piece[piece] = known;
+    self->slot[slot] = known;
     self->nbytes += nbytes;
     known = NULL;
 out:
@@ -84,23 +84,25 @@ out:
 static enum rmap_status enter_piece(struct rmap_path_dictionary *self,
                                     const struct rmap_path_keying *keying,
                                     const struct rmap_matched *rays,
-                                    const struct rmap_portion *paths, struct rmap_error *err)
+                                    const struct rmap_portion *paths, bool by_itself,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const size_t piece = (size_t)rmap_map_portion(keying->map, rays->index)->piece;
+    const size_t slot = 2 * piece + by_itself;
     self->paths = paths;
     self->n = 0;
-    if (!self->piece) {
-        self->n_piece = rmap_map_n_piece(keying->map);
-        self->piece = rmap_alloc(self->n_piece, sizeof(void *));
-        if (!self->piece) {
-            self->n_piece = 0;
+    if (!self->slot) {
+        self->n_slot = 2 * rmap_map_n_piece(keying->map);
+        self->slot = rmap_alloc(self->n_slot, sizeof(void *));
+        if (!self->slot) {
+            self->n_slot = 0;
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
         }
     }
-    if (!self->piece[piece])
-        RMAP_TRY(key_piece(self, keying, piece, err));
-    self->known = self->piece[piece];
+    if (!self->slot[slot])
+        RMAP_TRY(key_piece(self, keying, slot, err));
+    self->known = self->slot[slot];
 out:
     return st;
 }
@@ -112,7 +114,7 @@ enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *se
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_history_view *view = rays->view;
-    RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), err));
+    RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), false, err));
     RMAP_TRY(rmap_path_shares_reserve(&self->shares, view->n_path + 1, err));
     self->row = view->path_row;
     self->n = view->n_path;
@@ -143,7 +145,7 @@ enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *se
                                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    RMAP_TRY(enter_piece(self, keying, rays, told->known, err));
+    RMAP_TRY(enter_piece(self, keying, rays, told->known, true, err));
     RMAP_TRY(rmap_path_shares_count(&self->shares, rays, told, err));
     self->n = self->shares.n;
     self->row = self->shares.row;

@@ -19,8 +19,11 @@ struct rmap_path_known {
 
 /* One thread's; all zero at first. */
 struct rmap_path_dictionary {
-    struct rmap_path_known **piece; /* [n_piece] of the map: its paths; NULL: not keyed */
-    size_t n_piece, nbytes;
+    /* [n_slot]: two for each piece of the map, its paths by its index and by itself, which are
+     * others in another order; NULL: not keyed. A portion that its index lost is read by its piece.
+     */
+    struct rmap_path_known **slot;
+    size_t n_slot, nbytes;
 
     /* The portion in hand. */
     const struct rmap_portion *paths; /* of its piece, as rays */

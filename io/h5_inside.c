@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#include "base/alloc.h"
-
 static herr_t stop_outside(hid_t group, const char *name, const H5L_info_t *link, void *unused)
 {
     (void)group;
@@ -22,9 +20,11 @@ bool rmap_h5_links_inside(hid_t file)
 static bool leads_inside(hid_t file, const char *path)
 {
     H5L_info_t link;
-    char *part = rmap_strdup(path);
-    bool inside = part != NULL;
-    for (char *at = part; inside && at && *at;) {
+    char part[1024]; /* no memory is asked for, which might be short */
+    bool inside = strlen(path) < sizeof part;
+    if (inside)
+        memcpy(part, path, strlen(path) + 1);
+    for (char *at = part; inside && *at;) {
         at += strspn(at, "/");
         at += strcspn(at, "/");
         const char rest = *at;
@@ -32,7 +32,6 @@ static bool leads_inside(hid_t file, const char *path)
         inside = H5Lget_info(file, part, &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD;
         *at = rest;
     }
-    rmap_free(part);
     return inside;
 }
 
