@@ -138,6 +138,7 @@ enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_
 {
     enum rmap_status st = RMAP_OK;
     hid_t access = H5I_INVALID_HID;
+    int inside = 0;
     begin();
     RMAP_TRY(set_path(h5, path, RMAP_FORMAT, err));
     RMAP_TRY(rmap_seal_check(path, err));
@@ -145,7 +146,11 @@ enum rmap_status rmap_h5_open(struct rmap_h5 *h5, const char *path, struct rmap_
     if (access < 0 || H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) < 0 ||
         (h5->file = H5Fopen(path, H5F_ACC_RDONLY, access)) < 0)
         st = rmap_h5_fail(h5, "opening it as an HDF5 file", err);
-    else if (!rmap_h5_links_inside(h5->file))
+    RMAP_TRY(st);
+    inside = rmap_h5_links_inside(h5->file);
+    if (inside < 0)
+        st = rmap_h5_fail(h5, "looking at its links", err);
+    else if (inside == 0)
         st = rmap_error_set(
             err, RMAP_FORMAT,
             "%s has links that lead out of it, which no ray map has: it is not read", path);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/h5_inside.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 static herr_t stop_outside(hid_t group, const char *name, const H5L_info_t *link, void *unused)
@@ -11,9 +12,10 @@ static herr_t stop_outside(hid_t group, const char *name, const H5L_info_t *link
     return link->type == H5L_TYPE_HARD ? 0 : 1;
 }
 
-bool rmap_h5_links_inside(hid_t file)
+int rmap_h5_links_inside(hid_t file)
 {
-    return H5Lvisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, stop_outside, NULL) == 0;
+    const herr_t outside = H5Lvisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, stop_outside, NULL);
+    return outside < 0 ? -1 : outside == 0;
 }
 
 /* Component by component, so that none is followed before it was looked at. */

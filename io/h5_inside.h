@@ -7,11 +7,10 @@
 #define RMAP_H5_INSIDE_H
 
 #include <hdf5.h>
-#include <stdbool.h>
 
-/* Whether every link of a file leads to an object within it; soft links, which may lead to others,
- * count as leading out. */
-bool rmap_h5_links_inside(hid_t file);
+/* 1 where every link of a file leads to an object within it, 0 where not, negative where HDF5
+ * fails. Soft links, which may lead to others, count as leading out. */
+int rmap_h5_links_inside(hid_t file);
 
 /* Opens the dataset "/group/name", unless the way to it or its data leave the file: negative then,
  * as where there is none. */

@@ -108,24 +108,30 @@ out:
     return st;
 }
 
-/* NULL: it cannot be read, or its scene is another than the one that was traced. */
-static struct rmap_map *open_bare(const char *path, const char *name)
+/* *map_ret NULL: it is not there or damaged, or its scene is another than the one that was traced.
+ * RMAP_SYSTEM, where that cannot be told. */
+static enum rmap_status open_bare(const char *path, const char *name, struct rmap_map **map_ret,
+                                  struct rmap_error *err)
 {
     struct rmap_map *map = NULL;
-    if (rmap_map_open_bare(path, name, &map, NULL) != RMAP_OK)
-        return NULL;
-    if (rmap_map_check_scene(map, NULL) == RMAP_OK)
-        return map;
-    rmap_map_close(map);
-    return NULL;
+    enum rmap_status st = rmap_map_open_bare(path, name, &map, err);
+    if (st == RMAP_OK)
+        st = rmap_map_check_scene(map, err);
+    if (st != RMAP_OK)
+        rmap_map_close(map);
+    else
+        *map_ret = map;
+    return st == RMAP_SYSTEM ? st : RMAP_OK;
 }
 
 enum rmap_status rmap_repair_index(const char *path, const struct rmap_run *scene,
                                    struct rmap_findings *done, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_map *index = open_bare(path, "map.h5"), *start = open_bare(path, RMAP_INDEX_START);
-    bool itself = index && (!start || rmap_map_n_run_after(index, start) == 0);
+    struct rmap_map *index = NULL, *start = NULL;
+    RMAP_TRY(open_bare(path, "map.h5", &index, err));
+    RMAP_TRY(open_bare(path, RMAP_INDEX_START, &start, err));
+    const bool itself = index && (!start || rmap_map_n_run_after(index, start) == 0);
     if (index || start) {
         RMAP_TRY(write_bare(path, itself ? index : start, err));
         RMAP_TRY(rmap_findings_note(

@@ -61,9 +61,17 @@ static size_t piece_of(const struct rmap_verification *self, size_t chunk)
                                                                              : content->n_piece;
 }
 
-/* NULL, or what is wrong with the bytes. */
-static const char *check_bytes(struct rmap_chunk_verifier *self,
-                               const struct rmap_chunk_entry *entry)
+static enum rmap_status unreadable(const struct rmap_piece_info *info, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_SYSTEM, "%s cannot be read: %s", info->name, strerror(errno));
+}
+
+/* *wrong_ret: what is wrong with the bytes, or NULL. RMAP_SYSTEM, where they cannot be had: that
+ * says nothing about them, and repair must not take them for lost. */
+static enum rmap_status check_bytes(struct rmap_chunk_verifier *self,
+                                    const struct rmap_piece_info *info,
+                                    const struct rmap_chunk_entry *entry, const char **wrong_ret,
+                                    struct rmap_error *err)
 {
     size_t done = 0;
     while (done < entry->nbytes) {
@@ -72,37 +80,47 @@ static const char *check_bytes(struct rmap_chunk_verifier *self,
         if (got < 0 && errno == EINTR)
             continue;
         if (got < 0)
-            return strerror(errno);
-        if (got == 0)
-            return "the file ends before the chunk does";
+            return unreadable(info, err);
+        if (got == 0) {
+            *wrong_ret = "the file ends before the chunk does";
+            return RMAP_OK;
+        }
         done += (size_t)got;
     }
-    if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
-        return "its checksum does not match: the data are damaged";
     uint32_t sum = rmap_fletcher32(self->stored, entry->nbytes - sizeof sum), found;
     memcpy(&found, self->stored + entry->nbytes - sizeof found, sizeof found);
-    return sum == found ? NULL : "its fletcher32 does not match: HDF5 will not read it";
+    if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
+        *wrong_ret = "its checksum does not match: the data are damaged";
+    else if (sum != found)
+        *wrong_ret = "its fletcher32 does not match: HDF5 will not read it";
+    return RMAP_OK;
 }
 
-/* Room and a file; NULL, or why the chunk cannot be read. */
-static const char *prepare(struct rmap_chunk_verifier *self, size_t piece,
-                           const struct rmap_chunk_entry *entry)
+/* Room and a file; *wrong_ret and status as above. */
+static enum rmap_status prepare(struct rmap_chunk_verifier *self, size_t piece,
+                                const struct rmap_chunk_entry *entry, const char **wrong_ret,
+                                struct rmap_error *err)
 {
     const struct rmap_piece_info *info = &self->verification->content->piece[piece];
     void *block = self->stored;
+    *wrong_ret = NULL;
     if (entry->nbytes < sizeof(uint32_t) || entry->offset > info->nbytes ||
-        entry->nbytes > info->nbytes - entry->offset)
-        return "it lies outside its file";
-    if (rmap_reserve(&block, &self->cap, entry->nbytes, 1, NULL) != RMAP_OK)
-        return "no memory to read it";
+        entry->nbytes > info->nbytes - entry->offset) {
+        *wrong_ret = "it lies outside its file";
+        return RMAP_OK;
+    }
+    enum rmap_status st = rmap_reserve(&block, &self->cap, entry->nbytes, 1, err);
     self->stored = block;
-    if (self->fd >= 0 && self->piece == piece)
-        return NULL;
+    if (st != RMAP_OK || (self->fd >= 0 && self->piece == piece))
+        return st;
     if (self->fd >= 0)
         (void)close(self->fd);
     self->fd = rmap_piece_file_open(self->verification->path, info);
     self->piece = piece;
-    return self->fd >= 0 ? NULL : strerror(errno);
+    if (self->fd < 0 && errno != ENOENT && errno != ENOTDIR)
+        return unreadable(info, err);
+    *wrong_ret = self->fd < 0 ? strerror(errno) : NULL;
+    return RMAP_OK;
 }
 
 /* Portions that have rows in the chunk are lost, and their rays are the finding's. */
@@ -143,17 +161,18 @@ enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chun
         return RMAP_OK;
     const struct rmap_layout *layout =
         rmap_piece_layout(info, (enum rmap_colour_mode)verification->mode[piece]);
+    enum rmap_status st = RMAP_OK;
     const char *wrong = NULL;
     if (!layout || entry->stream >= layout->n_stream) {
         rmap_finding_set(&finding, "map.h5", "/chunk/stream", "%s: chunk %zu is of no dataset",
                          info->name, chunk);
         return rmap_findings_add(findings, &finding, err);
     }
-    wrong = prepare(self, piece, entry);
-    if (!wrong)
-        wrong = check_bytes(self, entry);
-    if (!wrong)
-        return RMAP_OK;
+    st = prepare(self, piece, entry, &wrong, err);
+    if (st == RMAP_OK && !wrong)
+        st = check_bytes(self, info, entry, &wrong, err);
+    if (st != RMAP_OK || !wrong)
+        return st;
     rmap_finding_set(&finding, info->name, layout->stream[entry->stream].path, "%s", wrong);
     add_portions(verification, piece, layout, entry, &finding);
     return rmap_findings_add(findings, &finding, err);

@@ -4,7 +4,6 @@
 
 #include <stdbool.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <unistd.h>
 
 #include "base/visible_text.h"
@@ -40,24 +39,21 @@ static ssize_t write_visible(void *cookie, const char *bytes, size_t nbytes)
     return (ssize_t)nbytes;
 }
 
-static void guard(FILE **stream, int fd, int buffering)
+static void guard(FILE **stream, struct guarded *guarded, int buffering)
 {
     const cookie_io_functions_t calls = {.write = write_visible};
-    struct guarded *guarded = calloc(1, sizeof *guarded); /* the stream's, to the process's end */
-    FILE *shown = guarded ? fopencookie(guarded, "w", calls) : NULL;
-    if (!shown) {
-        free(guarded);
+    FILE *shown = fopencookie(guarded, "w", calls);
+    if (!shown)
         return;
-    }
-    guarded->fd = fd;
     (void)setvbuf(shown, NULL, buffering, BUFSIZ);
     *stream = shown;
 }
 
 void rmap_terminal_guard(void)
 {
-    guard(&stdout, STDOUT_FILENO, isatty(STDOUT_FILENO) == 1 ? _IOLBF : _IOFBF);
-    guard(&stderr, STDERR_FILENO, _IONBF);
+    static struct guarded out = {.fd = STDOUT_FILENO}, err = {.fd = STDERR_FILENO};
+    guard(&stdout, &out, isatty(STDOUT_FILENO) == 1 ? _IOLBF : _IOFBF);
+    guard(&stderr, &err, _IONBF);
 }
 #else
 void rmap_terminal_guard(void)
