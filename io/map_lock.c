@@ -58,7 +58,7 @@ static enum state try_once(const char *path, int *fd_ret)
 }
 
 /* What the holder wrote is a stranger's data, of which one line is shown. */
-static enum rmap_status busy(const char *map_path, const char *path, int fd, enum state state,
+static enum rmap_status busy(const char *map_path, int fd, enum state state,
                              struct rmap_error *err)
 {
     char text[256] = "";
@@ -73,8 +73,9 @@ static enum rmap_status busy(const char *map_path, const char *path, int fd, enu
                               map_path, shown);
     return rmap_error_set(err, RMAP_USAGE,
                           "%s is or was being written to by another raymap (%s), and its file "
-                          "system keeps no locks: if that has ended, remove %s",
-                          map_path, shown, path);
+                          "system keeps no locks: if that has ended, raymap repair %s "
+                          "--break-lock",
+                          map_path, shown, map_path);
 }
 
 static void introduce(int fd, const char *command)
@@ -101,7 +102,7 @@ static enum rmap_status refuse(const char *map_path, const char *path, int fd, e
 {
     int reason = errno;
     if (state == STATE_BUSY || state == STATE_NO_LOCKS)
-        return busy(map_path, path, fd, state, err);
+        return busy(map_path, fd, state, err);
     if (state == STATE_FAILED && needs_no_lock(map_path, reason))
         return RMAP_OK;
     return rmap_error_set(err, RMAP_SYSTEM, "%s: the map cannot be locked for writing: %s", path,
@@ -134,6 +135,21 @@ enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
         return RMAP_OK;
     }
     enum rmap_status st = refuse(map_path, path, fd, state, err);
+    if (fd >= 0)
+        (void)close(fd);
+    rmap_free(path);
+    return st;
+}
+
+enum rmap_status rmap_map_lock_break(const char *map_path, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    int fd = -1;
+    char *path = rmap_path_format("%s/%s", map_path, RMAP_MAP_LOCK_NAME);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    if (try_once(path, &fd) != STATE_BUSY && unlink(path) != 0 && errno != ENOENT)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
     if (fd >= 0)
         (void)close(fd);
     rmap_free(path);

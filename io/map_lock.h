@@ -25,6 +25,9 @@ struct rmap_map_lock { /* zeroed: not held */
 enum rmap_status rmap_map_lock_take(const char *map_path, const char *command,
                                     struct rmap_map_lock *self,
                                     struct rmap_error *err) RMAP_MUST_USE;
+/* Removes what a writer left where the file system keeps no locks, so that the next one can begin.
+ * Only for one that has ended, which nobody but the user can know; a lock that is held is left. */
+enum rmap_status rmap_map_lock_break(const char *map_path, struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_lock_release(struct rmap_map_lock *self);
 
 #endif

@@ -4,6 +4,7 @@
  */
 #include "base/grouped.h"
 #include "geometry/accel.h"
+#include "io/map_lock.h"
 #include "io/repair.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
@@ -14,6 +15,7 @@
 static const struct rmap_option options[] = {
     {"dry-run", 'n', NULL, "say what is wrong; change nothing"},
     {"scene", 0, "FILE", "the scene that was traced, for a map whose index is gone"},
+    {"break-lock", 0, NULL, "remove an ended writer's lock (file systems without locks)"},
     RMAP_SCENE_OPTIONS,
     {NULL}};
 
@@ -134,6 +136,9 @@ static enum rmap_status run_repair(const struct rmap_context *context,
     RMAP_TRY(load_scene(context, given, &bundle, &scene, err));
     const struct rmap_run run = {
         .bundle = bundle, .scene = scene, .embree_version = rmap_accel_embree_version()};
+    if (context->rank == 0 && rmap_argument(given, "break-lock"))
+        st = rmap_map_lock_break(path, err);
+    RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_repair_run(context, path, scene ? &run : NULL, mode, &result, err));
     if (context->rank == 0)
         st = tell(context, path, &result, mode, err);

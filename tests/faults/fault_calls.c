@@ -8,6 +8,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/types.h>
 #include <unistd.h>
@@ -130,6 +131,16 @@ int fdatasync(int fd)
 {
     REAL(fdatasync)
     return sync_file(real, "fdatasync", fd);
+}
+
+/* Changes nothing, so it is counted only where it is asked for by name. */
+int flock(int fd, int operation)
+{
+    char path[FAULT_PATH_CAP];
+    REAL(flock)
+    if (fault_watches_file(fd, path) && fault_judge("lock:flock", path) != FAULT_NONE)
+        return -1;
+    return real(fd, operation);
 }
 
 /* A failed close of a file has closed it all the same. */

@@ -51,6 +51,7 @@ static const struct {
     {"EINTR", ACTION_ERROR, EINTR},
     {"EACCES", ACTION_ERROR, EACCES},
     {"EMFILE", ACTION_ERROR, EMFILE},
+    {"ENOLCK", ACTION_ERROR, ENOLCK},
     {"kill", ACTION_KILL, 0},
     {"tear", ACTION_TEAR, 0},
     {"exit", ACTION_EXIT, 0},

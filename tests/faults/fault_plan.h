@@ -14,7 +14,7 @@
  *   FAULTS_PATH    shell pattern that the path must match too (default "*")
  *   FAULTS_RANK    only in this rank of MPI (default: in each, and each counts for itself)
  *   FAULTS_AT      number of the call (default 0: count only)
- *   FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE: the call fails so;
+ *   FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE, ENOLCK: the call fails so;
  *                  kill: SIGKILL before the call; tear: SIGKILL after half of what it writes;
  *                  exit: _exit before the call; short: half is written, and said so;
  *                  stop: SIGSTOP before the call, which is made once somebody sends SIGCONT;

@@ -15,12 +15,18 @@ LOCK = ".map.h5.writer.part"
 TRACE = ["trace", "scene.yaml", "--quiet", "--threads", "1"]
 
 
-def start(*words):
-    return subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+def faults(calls, action, **more):
+    """The environment of a program that suffers this on the files of locks (tests/faults/fault_plan.h)."""
+    return {**os.environ, "LD_PRELOAD": os.environ["FAULTS"], "FAULTS_DIR": os.getcwd(), "FAULTS_CALLS": calls,
+            "FAULTS_PATH": f"*/{LOCK}", "FAULTS_AT": "1", "FAULTS_ACTION": action, **more}
 
 
-def run(*words, status=0):
-    job = start(*words)
+def start(*words, env=None):
+    return subprocess.Popen([PROGRAM, *words], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, env=env)
+
+
+def run(*words, status=0, env=None):
+    job = start(*words, env=env)
     said = job.communicate(timeout=60)[1]
     assert job.returncode == status, (words, job.returncode, said)
     return said
@@ -48,23 +54,45 @@ def rays(path):
 
 
 subprocess.run(["bash", "-c", '. "$0"; write_scene scene.yaml', f"{HERE}/../cli/expect.bash"], check=True)
-for name in ("m.raymap", "old.raymap"):
+for name in ("m.raymap", "old.raymap", "bare.raymap"):
     shutil.rmtree(name, ignore_errors=True)
 run(*TRACE, "-o", "old.raymap", "-n", "1000")
 
-# Every other writer is refused while one is at work; readers are not. All at once, for each waits some seconds.
+def writers(path):
+    """Every command that writes to a map that stands."""
+    return ([*TRACE, "-o", path, "-n", "1000", "--append"], [*TRACE, "-o", path, "-n", "1000", "--resume"],
+            [*TRACE, "-o", path, "-n", "1000", "--force"], ["convert", "old.raymap", "-o", path, "--force"],
+            ["query", "old.raymap", "registered(sensor)", "-o", path, "--force"],
+            ["merge", "old.raymap", "-o", path, "--force"], ["index", path], ["repair", path])
+
+
+# Every pair of them: each writer stops itself before it lets go, the others come by. Four maps at a time, for each waits.
+KINDS = len(writers(""))
+for i in range(KINDS):
+    shutil.rmtree(f"{i}.raymap", ignore_errors=True)
+    shutil.copytree("old.raymap", f"{i}.raymap")
+for batch in range(0, KINDS, 4):
+    some = range(batch, batch + 4)
+    first = {i: start(*writers(f"{i}.raymap")[i], env=faults("unlink", "stop")) for i in some}
+    told = {i: held(f"{i}.raymap") for i in some}
+    pairs = [(i, start(*words)) for i in some for words in writers(f"{i}.raymap")]
+    for i, other in pairs:
+        said = other.communicate(timeout=60)[1]
+        assert other.returncode == 2 and told[i] in said, (first[i].args, other.args, other.returncode, said)
+    for i, job in first.items():
+        while job.poll() is None:  # one that is not yet at its end when it is told to go on stops later
+            job.send_signal(signal.SIGCONT)
+            time.sleep(0.02)
+        assert job.returncode == 0, (job.args, job.returncode, job.stderr.read())
+        rays(f"{i}.raymap")
+        shutil.rmtree(f"{i}.raymap")
+
+# While a run goes on, before any piece of it may be locked; readers are not refused.
 first = start(*TRACE, "-o", "m.raymap", "-n", "1G", "--flush", "1h")
 told = held("m.raymap")
 assert str(first.pid) in told and os.uname().nodename in told and "raymap trace" in told, told
-first.send_signal(signal.SIGSTOP)  # at work for as long as it takes, and before any piece may be locked
-others = [start(*words) for words in (
-    [*TRACE, "-o", "m.raymap", "-n", "1000", "--append"], [*TRACE, "-o", "m.raymap", "--resume"],
-    [*TRACE, "-o", "m.raymap", "-n", "1000", "--force"], ["convert", "old.raymap", "-o", "m.raymap", "--force"],
-    ["query", "old.raymap", "registered(sensor)", "-o", "m.raymap", "--force"],
-    ["merge", "old.raymap", "-o", "m.raymap", "--force"], ["index", "m.raymap"], ["repair", "m.raymap"])]
-for other in others:
-    said = other.communicate(timeout=60)[1]
-    assert other.returncode == 2 and told in said, (other.args, other.returncode, said)
+first.send_signal(signal.SIGSTOP)
+assert told in run("index", "m.raymap", status=2)
 first.send_signal(signal.SIGCONT)
 first.send_signal(signal.SIGKILL)
 first.communicate()
@@ -74,6 +102,21 @@ for words in ([*TRACE, "-o", "m.raymap", "--resume", "--time-limit", "0.2s"], ["
     open("m.raymap/.map.h5.0.0.host.1.part", "wb").close()
     run(*words, status=6 if "--resume" in words else 0)
     assert not [name for name in os.listdir("m.raymap") if name.startswith(".map.h5")], words
+
+# Where the file system keeps no locks, what a killed writer left is removed by an explicit option alone.
+env = faults("lock:flock", "ENOLCK", FAULTS_STICKY="1")
+shutil.copytree("old.raymap", "bare.raymap")
+first = start(*TRACE, "-o", "bare.raymap", "-n", "1G", "--flush", "1h", "--append", env=env)
+told = held("bare.raymap")
+first.kill()
+first.communicate()
+for words in ([*TRACE, "-o", "bare.raymap", "--resume"], ["repair", "bare.raymap"]):
+    said = run(*words, status=2, env=env)
+    assert told in said and "raymap repair bare.raymap --break-lock" in said, said
+run("repair", "bare.raymap", "--break-lock", env=env)
+run("index", "bare.raymap", env=env)
+rays("bare.raymap")
+shutil.rmtree("bare.raymap")
 
 # Started at one moment, to a map that stands and to one that does not.
 for _ in range(3):
