@@ -58,8 +58,7 @@ static enum state try_once(const char *path, int *fd_ret)
 }
 
 /* What the holder wrote is a stranger's data, of which one line is shown. */
-static enum rmap_status busy(const char *map_path, int fd, enum state state,
-                             struct rmap_error *err)
+static enum rmap_status busy(const char *map_path, int fd, enum state state, struct rmap_error *err)
 {
     char text[256] = "";
     ssize_t n = pread(fd, text, sizeof text - 1, 0);

@@ -226,3 +226,11 @@ void rmap_trace_goal_fini(struct rmap_trace_goal *goal)
     rmap_map_close(goal->map);
     *goal = (struct rmap_trace_goal){0};
 }
+
+bool rmap_trace_goal_is_idle(const struct rmap_trace_goal *goal)
+{
+    struct rmap_map_summary summary = {0};
+    if (goal->map)
+        rmap_map_summarise(goal->map, &summary);
+    return summary.complete && goal->n_missing == 0;
+}

@@ -47,4 +47,7 @@ enum rmap_status rmap_trace_goal_plan(struct rmap_trace_goal *goal,
 
 void rmap_trace_goal_fini(struct rmap_trace_goal *goal); /* closes the map */
 
+/* Nothing to trace, nothing to sum up, and the index says so. */
+bool rmap_trace_goal_is_idle(const struct rmap_trace_goal *goal);
+
 #endif

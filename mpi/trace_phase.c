@@ -77,6 +77,10 @@ static void merge_outcome(struct rmap_trace_session *self, struct rmap_trace_out
     all->n_thread = part->n_thread;
     if (part->interrupt)
         all->interrupt = part->interrupt;
+    if (part->survivors.missing > 0) {
+        all->survivors = part->survivors;
+        self->context = &all->survivors.context;
+    }
     if (self->context->rank == 0 && all->tally)
         rmap_tally_merge(all->tally, part->tally);
     else if (self->context->rank == 0) {
@@ -114,9 +118,6 @@ enum rmap_status rmap_trace_phase_run(struct rmap_trace_session *self,
         .deadline = request->time_limit_s > 0.0 ? self->begun + request->time_limit_s : 0.0,
         .writer = tools.writer,
         .forward = tools.forward,
-        .map_path = request->map_path,
-        .n_held = self->goal.n_held,
-        .n_missing = self->goal.n_missing,
     };
     if (recounts && self->goal.n_recount > 0)
         plan.recount = (struct rmap_trace_recount){
@@ -126,7 +127,7 @@ enum rmap_status rmap_trace_phase_run(struct rmap_trace_session *self,
     RMAP_TRY(rmap_trace_run(context, &plan, &outcome, err));
     merge_outcome(self, &outcome);
     if (request->map_path)
-        RMAP_TRY(rmap_gather_content(context,
+        RMAP_TRY(rmap_gather_content(self->context,
                                      tools.writer ? rmap_shard_writer_content(tools.writer) : NULL,
                                      &self->content, err));
 out:

@@ -1,57 +1,35 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/trace_run.h"
 
-#include <stdio.h>
-
-#include "base/grouped.h"
 #include "mpi/agree.h"
 #include "mpi/interrupt.h"
 #include "mpi/tally_reduce.h"
 #include "mpi/trace_serve.h"
 #include "mpi/watchdog.h"
 
-/* Rank 0. Past the time limit, all ranks but silent ones have closed their pieces: the index of the
- * start counts them, and the silent rank's by its journal. Whatever is collective would wait for
- * ever. */
-static void end_without(const struct rmap_trace_serve *run, int missing, const char *host)
-{
-    const struct rmap_trace_plan *plan = run->plan;
-    struct rmap_error error = {0};
-    struct rmap_map *map = NULL;
-    struct rmap_map_summary summary = {0};
-    char traced[RMAP_GROUPED_LEN];
-    if (!plan->map_path)
-        fprintf(stderr, "raymap: stopped early by the time limit");
-    else if (rmap_map_open_untallied(plan->map_path, &map, &error) != RMAP_OK)
-        fprintf(stderr, "raymap: stopped early by the time limit; %s", error.text);
-    else {
-        rmap_map_summarise(map, &summary);
-        fprintf(stderr,
-                "raymap: stopped early by the time limit: %s of %s traced; the map holds them, and "
-                "--resume traces the rest",
-                rmap_grouped(summary.n_row[RMAP_TABLE_RAY] - plan->n_held, traced),
-                rmap_counted(plan->n_missing, "ray").text);
-    }
-    fprintf(stderr, "; rank %d on %s did not answer\n", missing, host);
-    rmap_map_close(map);
-    (void)MPI_Abort(run->context->comm, RMAP_STOPPED);
-}
-
-static void end_if_deserted(const struct rmap_trace_serve *run)
+/* Rank 0. Past the time limit, all ranks but silent ones have closed their pieces. */
+static enum rmap_status leave_silent(struct rmap_trace_serve *run, struct rmap_error *err)
 {
     const char *host = "";
     double deadline = run->plan->deadline;
     if (deadline <= 0.0 || rmap_clock_seconds() < deadline + rmap_watchdog_grace_s())
-        return;
+        return RMAP_OK;
     int missing = rmap_watchdog_missing(run->context->watchdog, &host);
-    if (missing > 0)
-        end_without(run, missing, host);
+    return missing > 0 ? rmap_survivors_gather(run->context, missing, host, rmap_watchdog_grace_s(),
+                                               &run->survivors, err)
+                       : RMAP_OK;
 }
 
-static enum rmap_status poll_run(void *run, struct rmap_error *err)
+/* RMAP_STOPPED: nobody waits for all any more. */
+static enum rmap_status poll_run(void *context, struct rmap_error *err)
 {
-    end_if_deserted(run);
-    return rmap_trace_serve_poll(run, err);
+    struct rmap_trace_serve *run = context;
+    enum rmap_status st = run->context->rank == 0
+                              ? leave_silent(run, err)
+                              : rmap_survivors_heed(run->context, &run->survivors, err);
+    if (st == RMAP_OK && run->survivors.missing > 0)
+        return rmap_error_set(err, RMAP_STOPPED, "rank %d does not answer", run->survivors.missing);
+    return st == RMAP_OK ? rmap_trace_serve_poll(run, err) : st;
 }
 
 /* Collective. */
@@ -154,6 +132,11 @@ enum rmap_status rmap_trace_run(const struct rmap_context *context,
     enum rmap_status wait_st = wait_for_all(&run, &wait_error);
     outcome->interrupt =
         rmap_interrupt_caught(); /* while it waited, too: that stopped the others */
+    outcome->survivors = run.survivors;
+    if (wait_st == RMAP_STOPPED && run.survivors.missing > 0) {
+        context = &outcome->survivors.context;
+        wait_st = RMAP_OK;
+    }
     st = first_of(st, wait_st, &wait_error, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(reduce_outcome(context, outcome, err));

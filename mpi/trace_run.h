@@ -11,6 +11,7 @@
 #include "io/map_reader.h"
 #include "io/map_writer.h"
 #include "mpi/forward.h"
+#include "mpi/survivors.h"
 #include "trace/ray_plan.h"
 #include "trace/tally.h"
 
@@ -30,8 +31,6 @@ struct rmap_trace_plan {
     struct rmap_shard_writer *writer;  /* this rank's; NULL: nothing is recorded, or others write */
     struct rmap_forward *forward;      /* NULL: every rank writes for itself */
     struct rmap_trace_recount recount; /* the same on every rank */
-    const char *map_path;              /* NULL: nothing is recorded */
-    uint64_t n_held, n_missing;        /* rays of the map before, and those that all calls trace */
 };
 
 struct rmap_trace_outcome {
@@ -42,11 +41,12 @@ struct rmap_trace_outcome {
     double seconds;           /* of the slowest rank, its shard's last chunk stored */
     int interrupt;            /* signal that stopped it; 0: none */
     int n_thread;             /* of all ranks */
+    struct rmap_survivors survivors; /* of whom it is the outcome, when a rank did not answer */
 };
 
 /* Collective. RMAP_SYSTEM when memory or a disk fails on any rank; rays that were stopped by a
- * signal or the deadline are no error. The caller destroys the tally. Does not return, but ends all
- * ranks with RMAP_STOPPED, when a rank does not answer long after the deadline. */
+ * signal or the deadline are no error. The caller destroys the tally. When a rank does not answer
+ * long after the deadline, the survivors return, and everything afterwards is among them. */
 enum rmap_status rmap_trace_run(const struct rmap_context *context,
                                 const struct rmap_trace_plan *plan,
                                 struct rmap_trace_outcome *outcome,

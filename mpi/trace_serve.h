@@ -20,6 +20,7 @@ struct rmap_trace_serve {
     struct rmap_block_queue queue;
     struct rmap_trace_workers *workers;
     struct rmap_progress progress;
+    struct rmap_survivors survivors;
     bool closed, turn;
     bool asked_to_stop; /* by a signal, the time limit, a failure, or another rank */
     double asked_at;    /* seconds: when */

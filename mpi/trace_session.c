@@ -10,13 +10,11 @@
 #include "io/map_directory.h"
 #include "io/publish.h"
 #include "mpi/agree.h"
-#include "mpi/balance.h"
 #include "mpi/interrupt.h"
 #include "mpi/load.h"
 #include "mpi/progress.h"
 #include "mpi/recover.h"
 #include "mpi/scene_difference.h"
-#include "mpi/trace_summary.h"
 
 /* Whether an index stands at the path. RMAP_FORMAT where pieces stand without one: they are not to
  * be lost. */
@@ -308,27 +306,20 @@ out:
     return st;
 }
 
-/* Nothing to trace, nothing to sum up, and the index says so. */
-static bool is_idle(const struct rmap_trace_goal *goal)
-{
-    struct rmap_map_summary summary = {0};
-    if (goal->map)
-        rmap_map_summarise(goal->map, &summary);
-    return summary.complete && goal->n_missing == 0;
-}
-
 enum rmap_status rmap_trace_session_run(struct rmap_trace_session *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_trace_goal *goal = &self->goal;
     const struct rmap_trace_phase nothing = {.space = goal->space};
     uint64_t due = 0;
-    if (is_idle(goal)) {
+    if (rmap_trace_goal_is_idle(goal)) {
         st = rmap_tally_create(self->scene, &self->outcome.tally, err);
         return rmap_agree(self->context, st, err);
     }
     self->outcome.n_wanted = goal->n_missing;
-    for (size_t i = 0; i < goal->n_phase && self->outcome.n_ray == due; i++) {
+    for (size_t i = 0;
+         i < goal->n_phase && self->outcome.n_ray == due && self->outcome.survivors.missing == 0;
+         i++) {
         const struct rmap_trace_phase *phase = &goal->phase[i];
         RMAP_TRY(rmap_trace_phase_run(self, phase, i == 0, err));
         due += rmap_ray_set_count(&phase->rays);
@@ -337,92 +328,6 @@ enum rmap_status rmap_trace_session_run(struct rmap_trace_session *self, struct 
         RMAP_TRY(rmap_trace_phase_run(self, &nothing, true, err));
 out:
     return st;
-}
-
-/* Rank 0. The map's index, with all that it holds now. */
-static enum rmap_status write_index(struct rmap_trace_session *self, struct rmap_error *err)
-{
-    const struct rmap_trace_goal *goal = &self->goal;
-    const struct rmap_index index = {.run = &self->run,
-                                     .before = goal->map,
-                                     .row = goal->has_row ? &goal->row : NULL,
-                                     .content = &self->content,
-                                     .tally = self->outcome.tally,
-                                     .complete = self->outcome.n_ray == goal->n_missing};
-    enum rmap_status st = RMAP_OK;
-    if (goal->map) /* what was there already, unfinished pieces left out by the index */
-        st = rmap_map_content_add(&self->content, rmap_map_contents(goal->map), err);
-    return st == RMAP_OK ? rmap_index_write_content(self->request.map_path, &index, err) : st;
-}
-
-/* Rank 0. What the index that was written just now lists, and how large all of it is. */
-static enum rmap_status sum_up(struct rmap_trace_session *self, struct rmap_trace_report *report,
-                               struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    struct stat index;
-    char *path = rmap_path_format("%s/map.h5", self->request.map_path);
-    if (!path || stat(path, &index) != 0) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: map.h5 cannot be examined: %s",
-                            self->request.map_path, strerror(errno));
-        goto out;
-    }
-    report->content = &self->content;
-    report->map_nbytes = (uint64_t)index.st_size;
-    RMAP_TRY(rmap_map_content_drop_open(&self->content, err));
-    RMAP_TRY(rmap_map_content_sort(&self->content, err));
-    RMAP_TRY(rmap_map_content_check(&self->content, path, err));
-    for (size_t i = 0; i < self->content.n_piece; i++)
-        report->map_nbytes += self->content.piece[i].nbytes;
-out:
-    rmap_free(path);
-    return st;
-}
-
-/* Rank 0. */
-static enum rmap_status finish(struct rmap_trace_session *self, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_trace_plan plan = {
-        .scene = self->scene, .accel = self->accel, .seed = self->run.seed};
-    struct rmap_map_summary summary = {0};
-    struct rmap_trace_report report = {.plan = &plan,
-                                       .outcome = &self->outcome,
-                                       .map_path = self->request.map_path,
-                                       .n_held = self->goal.n_held,
-                                       .until_tracing = self->until_tracing};
-    if (self->goal.map)
-        rmap_tally_merge(self->outcome.tally, rmap_map_tally(self->goal.map));
-    RMAP_TRY(rmap_balance_check(self->outcome.tally, err));
-    if (is_idle(&self->goal)) {
-        rmap_map_summarise(self->goal.map, &summary);
-        report.content = rmap_map_contents(self->goal.map);
-        report.map_nbytes = summary.nbytes;
-        if (!self->context->quiet)
-            fprintf(stderr, "raymap: %s is complete: nothing was left to trace\n",
-                    self->request.map_path);
-    } else if (self->request.map_path) {
-        RMAP_TRY(write_index(self, err));
-        RMAP_TRY(sum_up(self, &report, err));
-    }
-    RMAP_TRY(rmap_trace_summarise(self->context, &report, err));
-out:
-    return st;
-}
-
-enum rmap_status rmap_trace_session_conclude(struct rmap_trace_session *self,
-                                             struct rmap_error *err)
-{
-    const struct rmap_trace_outcome *outcome = &self->outcome;
-    enum rmap_status st = self->context->rank == 0 ? finish(self, err) : RMAP_OK;
-    char traced[RMAP_GROUPED_LEN];
-    if (st == RMAP_OK && outcome->n_ray < outcome->n_wanted)
-        st = rmap_error_set(
-            err, RMAP_STOPPED, "stopped early by %s: %s of %s traced%s",
-            outcome->interrupt ? rmap_interrupt_name(outcome->interrupt) : "the time limit",
-            rmap_grouped(outcome->n_ray, traced), rmap_counted(outcome->n_wanted, "ray").text,
-            self->request.map_path ? "; the map holds them, and --resume traces the rest" : "");
-    return rmap_agree(self->context, st, err);
 }
 
 void rmap_trace_session_fini(struct rmap_trace_session *self)

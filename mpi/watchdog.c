@@ -30,6 +30,7 @@ struct rmap_watchdog {
     pthread_mutex_t lock;   /* of all below */
     pthread_cond_t changed; /* beat */
     int beat;               /* this rank's */
+    double end_at;          /* clock seconds; 0: whenever it ends */
     struct ward *ward;      /* [size], on rank 0 */
     host_name *host;        /* likewise */
 };
@@ -173,6 +174,8 @@ static void *listen_to_all(void *argument)
             forgive(self, now - last);
         last = now;
         tell_silent(self, now);
+        if (self->end_at > 0.0 && now > self->end_at)
+            (void)MPI_Abort(self->comm, RMAP_STOPPED);
         gone = all_gone(self);
         if (!gone)
             rest(self, self->beat == BEAT_BYE ? 0.001 : self->silence_s / 20);
@@ -296,4 +299,19 @@ int rmap_watchdog_missing(struct rmap_watchdog *self, const char **host_ret)
     if (missing >= 0)
         *host_ret = self->host[missing];
     return rest_done ? missing : -1;
+}
+
+bool rmap_watchdog_is_silent(struct rmap_watchdog *self, int rank)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    bool silent = self->ward[rank].told > 0.0;
+    (void)pthread_mutex_unlock(&self->lock);
+    return silent;
+}
+
+void rmap_watchdog_end_in(struct rmap_watchdog *self, double seconds)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    self->end_at = rmap_clock_seconds() + seconds;
+    (void)pthread_mutex_unlock(&self->lock);
 }

@@ -28,5 +28,9 @@ void rmap_watchdog_set_done(struct rmap_watchdog *watchdog, bool done);
 /* Rank 0: the first silent rank, when there is one and all that are not silent have done their
  * part; else -1, as for NULL. *host_ret: its host, the watchdog's. */
 int rmap_watchdog_missing(struct rmap_watchdog *watchdog, const char **host_ret);
+bool rmap_watchdog_is_silent(struct rmap_watchdog *watchdog, int rank);
+
+/* Rank 0: the run ends with RMAP_STOPPED when it still goes on after these seconds. */
+void rmap_watchdog_end_in(struct rmap_watchdog *watchdog, double seconds);
 
 #endif

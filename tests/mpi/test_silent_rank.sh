@@ -29,6 +29,8 @@ done
 ls m.raymap/shard-00001/.*.journal >/dev/null || fail "no journal of the silent rank"
 told=$(sed -n 's/.*limit: \([0-9,]*\) of.*/\1/p' stderr.txt)
 expect 0 "^  $told rays" "$RAYMAP" info m.raymap
+h5ls m.raymap/map.h5/piece | grep -q 'shard .*{2}' || fail "the index lists other pieces than the two"
+expect 0 '0 findings' "$RAYMAP" verify m.raymap
 expect 0 '' mpirun -np 2 "$RAYMAP" trace scene.yaml -o m.raymap -n $rays --resume --quiet
 [ "$(digest m.raymap)" = "$(digest want.raymap)" ] || fail "another digest"
 expect 0 '0 findings' "$RAYMAP" verify m.raymap
