@@ -110,3 +110,16 @@ enum rmap_status rmap_findings_note(struct rmap_findings *findings, const char *
     rmap_finding_set(&finding, file, "", "%s", text);
     return rmap_findings_add(findings, &finding, err);
 }
+
+enum rmap_status rmap_findings_take(struct rmap_findings *findings, const char *file,
+                                    const char *dataset, enum rmap_status st,
+                                    const struct rmap_error *why, struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    if (st == RMAP_OK)
+        return RMAP_OK;
+    if (st == RMAP_SYSTEM)
+        return rmap_error_set(err, st, "%s", why->text);
+    rmap_finding_set(&finding, file, dataset, "%s", why->text);
+    return rmap_findings_add(findings, &finding, err);
+}

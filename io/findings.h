@@ -52,6 +52,12 @@ enum rmap_status rmap_findings_append(struct rmap_findings *findings,
 enum rmap_status rmap_findings_note(struct rmap_findings *findings, const char *file,
                                     const char *text, struct rmap_error *err) RMAP_MUST_USE;
 
+/* What reading a file came to: damage is found in it, a system that fails is handed on. */
+enum rmap_status rmap_findings_take(struct rmap_findings *findings, const char *file,
+                                    const char *dataset, enum rmap_status st,
+                                    const struct rmap_error *why,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
 /* By file (the map's own first), dataset, chunk, ray and text: whoever found what. Those that say
  * the same stay once. */
 void rmap_findings_sort(struct rmap_findings *findings);

@@ -28,6 +28,7 @@ static void begin(void)
 
 struct innermost {
     char text[400];
+    bool is_system; /* a call of the system failed, whatever the file holds */
 };
 
 static herr_t take_innermost(unsigned n, const H5E_error2_t *error, void *context)
@@ -39,6 +40,7 @@ static herr_t take_innermost(unsigned n, const H5E_error2_t *error, void *contex
     /* Of a failed system call HDF5 tells file, time and address too, over several lines. */
     const char *from = strstr(error->desc, reason);
     if (from) {
+        found->is_system = true;
         from += sizeof reason - 1;
         (void)snprintf(found->text, sizeof found->text, "%.*s", (int)strcspn(from, "'"), from);
     } else {
@@ -50,12 +52,13 @@ static herr_t take_innermost(unsigned n, const H5E_error2_t *error, void *contex
 
 enum rmap_status rmap_h5_fail(struct rmap_h5 *h5, const char *what, struct rmap_error *err)
 {
-    struct innermost found = {""};
+    struct innermost found = {"", false};
     (void)H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, take_innermost, &found);
     (void)H5Eclear2(H5E_DEFAULT);
     if (h5->on_error == RMAP_SYSTEM)
         h5->failed = true;
-    return rmap_error_set(err, h5->on_error, "%s: %s failed (%s)", h5->path, what,
+    enum rmap_status st = found.is_system ? RMAP_SYSTEM : h5->on_error;
+    return rmap_error_set(err, st, "%s: %s failed (%s)", h5->path, what,
                           found.text[0] ? found.text : "HDF5: missing, or of another type");
 }
 

@@ -41,9 +41,10 @@ static enum rmap_status read_disk(const char *path, const char *space_digest,
     for (size_t i = 0; st == RMAP_OK && i < n; i++) {
         struct rmap_error why = {0};
         struct rmap_piece_origin one = {0};
-        if (rmap_piece_read(path, name[i].shard, name[i].number, content, &one, &why) == RMAP_OK &&
-            strcmp(origin->space_digest, space_digest) != 0)
+        st = rmap_piece_read(path, name[i].shard, name[i].number, content, &one, &why);
+        if (st == RMAP_OK && strcmp(origin->space_digest, space_digest) != 0)
             *origin = one;
+        st = st == RMAP_SYSTEM ? rmap_error_set(err, st, "%s", why.text) : RMAP_OK;
     }
     rmap_free(name);
     return st;
@@ -57,12 +58,14 @@ static enum rmap_status read_isa(const char *path, const char *name, char isa[32
     char *file = rmap_path_format("%s/%s", path, name);
     if (!file)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (rmap_h5_open(&h5, file, NULL) != RMAP_OK ||
-        rmap_h5_get_text(&h5, "/", "isa", isa, 32, NULL) != RMAP_OK)
+    enum rmap_status st = rmap_h5_open(&h5, file, err);
+    if (st == RMAP_OK)
+        st = rmap_h5_get_text(&h5, "/", "isa", isa, 32, err);
+    if (st != RMAP_OK)
         isa[0] = 0;
     rmap_h5_drop(&h5);
     rmap_free(file);
-    return RMAP_OK;
+    return st == RMAP_SYSTEM ? st : RMAP_OK;
 }
 
 /* With the scene alone nobody knows how many rays were asked for: those up to the last one. */

@@ -28,21 +28,21 @@ static enum rmap_status failed(const char *path, const char *what, struct rmap_e
     return rmap_error_set(err, RMAP_SYSTEM, "%s: %s: %s", path, what, strerror(errno));
 }
 
-/* Like pread and pwrite, but all or, at the end of the file, less. */
-static ssize_t read_all(int fd, void *to, size_t nbytes, uint64_t offset)
+/* Like pread and pwrite, but all of it. A file that ends before was cut off meanwhile: EIO. */
+static int read_all(int fd, void *to, size_t nbytes, uint64_t offset)
 {
     size_t done = 0;
     while (done < nbytes) {
         ssize_t got = pread(fd, (char *)to + done, nbytes - done, (off_t)(offset + done));
         if (got < 0 && errno == EINTR)
             continue;
-        if (got < 0)
-            return -1;
         if (got == 0)
-            break;
+            errno = EIO;
+        if (got <= 0)
+            return -1;
         done += (size_t)got;
     }
-    return (ssize_t)done;
+    return 0;
 }
 
 static int write_all(int fd, const void *from, size_t nbytes, uint64_t offset)
@@ -64,7 +64,7 @@ static int hash_span(int fd, uint64_t from, uint64_t to, XXH3_state_t *state)
     char buffer[BUFFER_NBYTES];
     while (from < to) {
         size_t n = to - from < sizeof buffer ? (size_t)(to - from) : sizeof buffer;
-        if (read_all(fd, buffer, n, from) != (ssize_t)n)
+        if (read_all(fd, buffer, n, from) != 0)
             return -1;
         XXH3_64bits_update(state, buffer, n);
         from += n;
@@ -175,7 +175,7 @@ static enum rmap_status check(int fd, const char *path, uint64_t nbytes, struct 
     if (nbytes < sizeof footer)
         return no_seal(path, err);
     uint64_t end = nbytes - sizeof footer;
-    if (read_all(fd, &footer, sizeof footer, end) != (ssize_t)sizeof footer)
+    if (read_all(fd, &footer, sizeof footer, end) != 0)
         return failed(path, "cannot be read", err);
     if (memcmp(footer.magic, magic, sizeof magic) != 0)
         return no_seal(path, err);
@@ -186,7 +186,7 @@ static enum rmap_status check(int fd, const char *path, uint64_t nbytes, struct 
     if (!*range)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the seal of %s", path);
     size_t ranges_nbytes = (size_t)footer.n * sizeof **range;
-    if (read_all(fd, *range, ranges_nbytes, end) != (ssize_t)ranges_nbytes)
+    if (read_all(fd, *range, ranges_nbytes, end) != 0)
         return failed(path, "cannot be read", err);
     if (footer.own_hash != hash_own(*range, &footer) || !in_order(*range, footer.n, end))
         return broken(path, err);

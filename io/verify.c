@@ -5,6 +5,7 @@
  */
 #include "io/verify_internal.h"
 
+#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -64,22 +65,21 @@ static enum rmap_status read_table(struct rmap_h5 *h5, struct rmap_field_table t
     bool good = true;
     for (size_t i = 0; i < table.n; i++) {
         struct rmap_error why = {0};
-        struct rmap_finding finding;
         void *one = NULL;
         size_t n_one = 0;
-        if (rmap_h5_read_fields(h5, &table.field[i], 1, row_nbytes, &one, &n_one, &why) !=
-            RMAP_OK) {
-            good = false;
-            rmap_finding_set(&finding, "map.h5", table.field[i].path, "%s", why.text);
-            enum rmap_status st = rmap_findings_add(findings, &finding, err);
-            if (st != RMAP_OK)
-                return st;
-        }
+        enum rmap_status st =
+            rmap_h5_read_fields(h5, &table.field[i], 1, row_nbytes, &one, &n_one, &why);
         rmap_free(one);
+        good = good && st == RMAP_OK;
+        st = rmap_findings_take(findings, "map.h5", table.field[i].path, st, &why, err);
+        if (st != RMAP_OK)
+            return st;
     }
-    if (good && rmap_h5_read_fields(h5, table.field, table.n, row_nbytes, row, n, NULL) != RMAP_OK)
+    enum rmap_status st =
+        good ? rmap_h5_read_fields(h5, table.field, table.n, row_nbytes, row, n, err) : RMAP_OK;
+    if (st != RMAP_OK)
         *n = 0;
-    return RMAP_OK;
+    return st == RMAP_SYSTEM ? st : RMAP_OK;
 }
 
 /* The index's tables, unchecked. What cannot be read stays empty. */
@@ -91,12 +91,17 @@ static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_fin
     struct rmap_map_content *raw = &self->raw;
     void *piece = NULL, *portion = NULL, *chunk = NULL;
     struct rmap_portion_info *whole = NULL;
+    struct stat info;
     size_t n_whole = 0;
     char *path = rmap_path_format("%s/map.h5", self->path);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (rmap_h5_open(&h5, path, NULL) != RMAP_OK)
-        goto out; /* opening the map said so already */
+    if (stat(path, &info) == 0)
+        st = rmap_h5_open(&h5, path, err);
+    if (h5.file < 0) { /* opening the map said so already */
+        st = st == RMAP_SYSTEM ? st : RMAP_OK;
+        goto out;
+    }
     bool curved = rmap_provenance_is_curved(&h5);
     RMAP_TRY(read_table(&h5, rmap_piece_fields(curved), sizeof *raw->piece, &piece, &raw->n_piece,
                         findings, err));
@@ -115,14 +120,14 @@ static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_fin
                         findings, err));
     raw->chunk = chunk;
     for (size_t i = 0; i < raw->n_piece; i++) {
-        struct rmap_piece_info *info = &raw->piece[i];
+        struct rmap_piece_info *one = &raw->piece[i];
         bool named =
-            info->shard >= 0 && info->shard <= 99999 && info->number >= 0 && info->number <= 99999;
-        if (!named || info->first_chunk > raw->n_chunk ||
-            info->n_chunk > raw->n_chunk - info->first_chunk)
+            one->shard >= 0 && one->shard <= 99999 && one->number >= 0 && one->number <= 99999;
+        if (!named || one->first_chunk > raw->n_chunk ||
+            one->n_chunk > raw->n_chunk - one->first_chunk)
             raw->n_piece = 0;
         else
-            rmap_piece_name_set(info);
+            rmap_piece_name_set(one);
     }
 out:
     rmap_h5_drop(&h5);
@@ -141,17 +146,13 @@ static enum rmap_status read_disk(struct rmap_verification *self,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     for (size_t i = 0; i < n && st == RMAP_OK; i++) {
         struct rmap_error why = {0};
-        struct rmap_finding finding;
         struct rmap_piece_origin origin = {0};
-        if (rmap_piece_read(self->path, name[i].shard, name[i].number, &self->disk, &origin,
-                            &why) == RMAP_OK) {
-            self->mode[self->disk.n_piece - 1] = (uint8_t)origin.mode;
-            continue;
-        }
         struct rmap_piece_info info = {.shard = name[i].shard, .number = name[i].number};
+        st = rmap_piece_read(self->path, name[i].shard, name[i].number, &self->disk, &origin, &why);
+        if (st == RMAP_OK)
+            self->mode[self->disk.n_piece - 1] = (uint8_t)origin.mode;
         rmap_piece_name_set(&info);
-        rmap_finding_set(&finding, info.name, "", "%s", why.text);
-        st = rmap_findings_add(findings, &finding, err);
+        st = rmap_findings_take(findings, info.name, "", st, &why, err);
     }
     return st;
 }
@@ -164,14 +165,8 @@ static enum rmap_status check_scene(const struct rmap_map *map, const char *file
                                     struct rmap_findings *findings, struct rmap_error *err)
 {
     struct rmap_error why = {0};
-    struct rmap_finding finding;
     enum rmap_status st = rmap_map_check_scene(map, &why);
-    if (st == RMAP_OK)
-        return st;
-    if (st != RMAP_FORMAT)
-        return rmap_error_set(err, st, "%s", why.text);
-    rmap_finding_set(&finding, file, "/scene/bundle", "%s", why.text);
-    return rmap_findings_add(findings, &finding, err);
+    return rmap_findings_take(findings, file, "/scene/bundle", st, &why, err);
 }
 
 static enum rmap_status open_map(struct rmap_verification *self, const char *path,
@@ -228,24 +223,18 @@ static enum rmap_status check_start(const struct rmap_verification *self,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_error why = {0};
-    struct rmap_finding finding;
     struct rmap_map *map = NULL;
     struct stat info;
     char *start = rmap_path_format("%s/" RMAP_INDEX_START, self->path);
     if (!start)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (stat(start, &info) == 0)
+    if (stat(start, &info) == 0 || errno != ENOENT)
         st = rmap_map_open_bare(self->path, RMAP_INDEX_START, &map, &why);
-    if (st == RMAP_FORMAT) {
-        rmap_finding_set(&finding, RMAP_INDEX_START, "", "%s", why.text);
-        st = rmap_findings_add(findings, &finding, err);
-    } else if (st != RMAP_OK && err) {
-        *err = why;
-    } else if (map) {
+    st = rmap_findings_take(findings, RMAP_INDEX_START, "", st, &why, err);
+    if (st == RMAP_OK && map)
         st = check_scene(map, RMAP_INDEX_START, findings, err);
-        if (st == RMAP_OK)
-            st = check_age(self, map, findings, err);
-    }
+    if (st == RMAP_OK && map)
+        st = check_age(self, map, findings, err);
     rmap_map_close(map);
     rmap_free(start);
     return st;

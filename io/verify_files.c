@@ -69,7 +69,11 @@ static enum rmap_status extra_piece(const struct rmap_verification *self,
     rmap_piece_name_set(&info);
     const char *shard =
         find_piece(self->claimed, name->shard, -1) ? "" : ", nor any other piece of its shard";
-    if (rmap_piece_read(self->path, name->shard, name->number, &content, &origin, &why) != RMAP_OK)
+    enum rmap_status st =
+        rmap_piece_read(self->path, name->shard, name->number, &content, &origin, &why);
+    if (st == RMAP_SYSTEM)
+        return rmap_error_set(err, st, "%s", why.text);
+    if (st != RMAP_OK)
         rmap_finding_set(&finding, info.name, "",
                          "map.h5 does not list it%s, and it is damaged: %s", shard, why.text);
     else

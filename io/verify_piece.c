@@ -284,16 +284,19 @@ static enum rmap_status check_file(struct piece_check *check, bool *same,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     enum rmap_status st = RMAP_OK;
     if (stat(path, &file) != 0) {
-        st = whole(check, info->name, "", RMAP_PIECE_GONE, "the piece is missing", err);
-        goto out;
-    }
-    if (access(path, R_OK) != 0 && errno == EACCES) { /* nothing is known of it: no finding */
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be opened: %s", path, strerror(errno));
+        st = errno == ENOENT
+                 ? whole(check, info->name, "", RMAP_PIECE_GONE, "the piece is missing", err)
+                 : rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
         goto out;
     }
     bool cut = (uint64_t)file.st_size != info->nbytes;
-    bool reads = rmap_piece_read(check->self->path, info->shard, info->number, &check->own, origin,
-                                 &why) == RMAP_OK;
+    st = rmap_piece_read(check->self->path, info->shard, info->number, &check->own, origin, &why);
+    if (st == RMAP_SYSTEM) { /* nothing is known of it: no finding */
+        st = rmap_error_set(err, st, "%s", why.text);
+        goto out;
+    }
+    bool reads = st == RMAP_OK;
+    st = RMAP_OK;
     if (reads && !holds_listed(check) && own_name(path, &name) &&
         strcmp(name.name, info->name) != 0) {
         (void)snprintf(text, sizeof text, "this is %s under another name", name.name);
@@ -347,9 +350,13 @@ enum rmap_status rmap_verify_piece(struct rmap_verification *self, size_t piece,
         RMAP_TRY(check_origin(&check, &origin, &same, err));
     if (!same)
         goto out;
-    if (rmap_map_content_sort(&check.own, &why) != RMAP_OK ||
-        rmap_map_content_check(&check.own, check.info->name, &why) != RMAP_OK) {
-        RMAP_TRY(whole(&check, check.info->name, "/portion", RMAP_PIECE_TORN, why.text, err));
+    st = rmap_map_content_sort(&check.own, &why);
+    if (st == RMAP_OK)
+        st = rmap_map_content_check(&check.own, check.info->name, &why);
+    if (st != RMAP_OK) {
+        st = st == RMAP_SYSTEM
+                 ? rmap_error_set(err, st, "%s", why.text)
+                 : whole(&check, check.info->name, "/portion", RMAP_PIECE_TORN, why.text, err);
         goto out;
     }
     RMAP_TRY(gather_claimed(&check, err));

@@ -203,13 +203,19 @@ static enum rmap_status check_totals(struct rmap_verification *self, struct rmap
         uint64_t n = 0;
         char of[64];
         (void)snprintf(of, sizeof of, " (%s)", name[t]);
-        if (rmap_h5_get(h5, "/", name[t], RMAP_U64, 1, &n, NULL) != RMAP_OK ||
-            n != self->content->n_row[t])
+        st = rmap_h5_get(h5, "/", name[t], RMAP_U64, 1, &n, err);
+        if (st == RMAP_SYSTEM)
+            return st;
+        if (st != RMAP_OK || n != self->content->n_row[t])
             st = differ("/", (double)n, (double)self->content->n_row[t], of, findings, err);
     }
     rmap_digest_text(self->content->digest, is);
-    if (st == RMAP_OK && (rmap_h5_get_text(h5, "/", "digest", says, sizeof says, NULL) != RMAP_OK ||
-                          strcmp(says, is) != 0)) {
+    if (st != RMAP_OK)
+        return st;
+    st = rmap_h5_get_text(h5, "/", "digest", says, sizeof says, err);
+    if (st == RMAP_SYSTEM)
+        return st;
+    if (st != RMAP_OK || strcmp(says, is) != 0) {
         struct rmap_finding finding;
         rmap_finding_set(&finding, "map.h5", "/", "says digest %s where its portions add up to %s",
                          says, is);
@@ -224,7 +230,6 @@ enum rmap_status rmap_verify_sums(struct rmap_verification *self, const struct r
     enum rmap_status st = RMAP_OK;
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
     struct rmap_error why = {0};
-    struct rmap_finding finding;
     char *path = rmap_path_format("%s/map.h5", self->path);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -232,9 +237,9 @@ enum rmap_status rmap_verify_sums(struct rmap_verification *self, const struct r
         RMAP_TRY(compare_tallies(self->map->tally, tally, findings, err));
     if (!self->map->summary.complete) /* its index is of an earlier moment */
         goto out;
-    if (rmap_h5_open(&h5, path, &why) != RMAP_OK) {
-        rmap_finding_set(&finding, "map.h5", "", "%s", why.text);
-        RMAP_TRY(rmap_findings_add(findings, &finding, err));
+    st = rmap_h5_open(&h5, path, &why);
+    if (st != RMAP_OK) {
+        st = rmap_findings_take(findings, "map.h5", "", st, &why, err);
         goto out;
     }
     RMAP_TRY(check_totals(self, &h5, findings, err));

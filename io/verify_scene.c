@@ -33,10 +33,9 @@ static enum rmap_status compare_names(struct rmap_h5 *h5, const struct rmap_name
         same = strcmp(text + i * width, name ? name : "") == 0;
     }
     rmap_free(text);
-    if (same)
-        return RMAP_OK;
-    return tell(list->path, st == RMAP_OK ? "is not what the scene inside says" : why.text,
-                findings, err);
+    if (st == RMAP_OK && !same)
+        return tell(list->path, "is not what the scene inside says", findings, err);
+    return rmap_findings_take(findings, "map.h5", list->path, st, &why, err);
 }
 
 static enum rmap_status compare_fields(struct rmap_h5 *h5, struct rmap_field_table table,
@@ -55,12 +54,12 @@ static enum rmap_status compare_fields(struct rmap_h5 *h5, struct rmap_field_tab
                                          .is = is,
                                          .n = n,
                                          .row_nbytes = row_nbytes};
-    if (st == RMAP_OK && n_said == n)
+    if (st != RMAP_OK)
+        st = rmap_findings_take(findings, "map.h5", table.field[0].path, st, &why, err);
+    else if (n_said == n)
         st = rmap_verify_tables(&pair, findings, err);
     else
-        st = tell(table.field[0].path,
-                  st == RMAP_OK ? "has another number of rows than the scene" : why.text, findings,
-                  err);
+        st = tell(table.field[0].path, "has another number of rows than the scene", findings, err);
     rmap_free(says);
     return st;
 }
@@ -84,10 +83,9 @@ static enum rmap_status compare_numbers(struct rmap_h5 *h5, const char *path, co
     for (size_t i = 0; same && i < n; i++)
         same = is_near(says[i], is[i]);
     rmap_free(data);
-    if (same)
-        return RMAP_OK;
-    return tell(path, st == RMAP_OK ? "is not what the scene and the rays inside say" : why.text,
-                findings, err);
+    if (st == RMAP_OK && !same)
+        return tell(path, "is not what the scene and the rays inside say", findings, err);
+    return rmap_findings_take(findings, "map.h5", path, st, &why, err);
 }
 
 static enum rmap_status compare_light(const struct rmap_map *map, struct rmap_h5 *h5,

@@ -5,6 +5,7 @@
  */
 #include "mpi/repair_run.h"
 
+#include <errno.h>
 #include <string.h>
 #include <sys/stat.h>
 
@@ -312,6 +313,8 @@ static enum rmap_status await_writers(const struct rmap_context *context, const 
     struct rmap_map_listing found = {0};
     struct stat info;
     int is_directory = context->rank == 0 && stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+    if (context->rank == 0 && !is_directory && errno == EIO)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_directory, 1, MPI_INT, 0, context->comm)));
     if (is_directory && context->rank == 0)
         st = rmap_map_lock_take(path, "repair", lock, err);

@@ -44,13 +44,21 @@ static const struct {
     enum action action;
     int error;
 } actions[] = {
-    {"ENOSPC", ACTION_ERROR, ENOSPC}, {"EIO", ACTION_ERROR, EIO},
-    {"EDQUOT", ACTION_ERROR, EDQUOT}, {"ENOMEM", ACTION_ERROR, ENOMEM},
-    {"EINTR", ACTION_ERROR, EINTR},   {"EACCES", ACTION_ERROR, EACCES},
-    {"EMFILE", ACTION_ERROR, EMFILE}, {"ENOLCK", ACTION_ERROR, ENOLCK},
-    {"kill", ACTION_KILL, 0},         {"tear", ACTION_TEAR, 0},
-    {"exit", ACTION_EXIT, 0},         {"short", ACTION_SHORT, 0},
-    {"stop", ACTION_SIGNAL, SIGSTOP}, {"SIGUSR1", ACTION_SIGNAL, SIGUSR1},
+    {"ENOSPC", ACTION_ERROR, ENOSPC},
+    {"EAGAIN", ACTION_ERROR, EAGAIN},
+    {"EIO", ACTION_ERROR, EIO},
+    {"EDQUOT", ACTION_ERROR, EDQUOT},
+    {"ENOMEM", ACTION_ERROR, ENOMEM},
+    {"EINTR", ACTION_ERROR, EINTR},
+    {"EACCES", ACTION_ERROR, EACCES},
+    {"EMFILE", ACTION_ERROR, EMFILE},
+    {"ENOLCK", ACTION_ERROR, ENOLCK},
+    {"kill", ACTION_KILL, 0},
+    {"tear", ACTION_TEAR, 0},
+    {"exit", ACTION_EXIT, 0},
+    {"short", ACTION_SHORT, 0},
+    {"stop", ACTION_SIGNAL, SIGSTOP},
+    {"SIGUSR1", ACTION_SIGNAL, SIGUSR1},
 };
 
 static _Noreturn void misuse(const char *variable, const char *value)

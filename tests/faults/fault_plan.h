@@ -14,11 +14,10 @@
  *   FAULTS_PATH    shell pattern that the path must match too (default "*")
  *   FAULTS_RANK    only in this rank of MPI (default: in each, and each counts for itself)
  *   FAULTS_AT      number of the call (default 0: count only)
- *   FAULTS_ACTION  ENOSPC, EIO, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE, ENOLCK: the call fails so;
- *                  kill: SIGKILL before the call; tear: SIGKILL after half of what it writes;
- *                  exit: _exit before the call; short: half is written, and said so;
- *                  stop: SIGSTOP before the call, which is made once somebody sends SIGCONT;
- *                  SIGUSR1: the signal before the call, which is made
+ *   FAULTS_ACTION  ENOSPC, EIO, EAGAIN, EDQUOT, ENOMEM, EINTR, EACCES, EMFILE, ENOLCK: the call
+ * fails so; kill: SIGKILL before the call; tear: SIGKILL after half of what it writes; exit: _exit
+ * before the call; short: half is written, and said so; stop: SIGSTOP before the call, which is
+ * made once somebody sends SIGCONT; SIGUSR1: the signal before the call, which is made
  *   FAULTS_STICKY  1: every later call that counts fails too
  *   FAULTS_LEAKS   file of how many blocks of memory the program itself asked for and never gave
  *                  back, ".RANK" appended, and where it had some of them from

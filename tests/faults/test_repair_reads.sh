@@ -1,9 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# The promise: a file that cannot be read for a moment is not taken for damaged. `repair` ends with
-# status 5 and loses nothing; once reading works, it saves what it would have saved.
+# The promise: a file that cannot be read for a moment, or memory that is short, is not taken for
+# damage. A command ends with status 5 and loses nothing; once the system works again, repair saves
+# what it would have saved. It does not matter whether our own reading fails or HDF5's.
 . "$(dirname "$0")/../cli/expect.bash"
+. "$(dirname "$0")/../faults/commits.bash"
 rm -rf ./*
 write_scene scene.yaml
 rays() { "$RAYMAP" info "$1" --json | sed -n 's/.*"rays": \([0-9]*\),/\1/p' | head -1; }
@@ -16,17 +18,50 @@ cp -r one.raymap want.raymap
 expect 0 'lost' "$RAYMAP" repair want.raymap
 saved=$(rays want.raymap)
 [ "$saved" -gt 0 ] && [ "$saved" -lt 150000 ] || { echo "FAILED: the damage saves $saved rays"; failures=1; }
-for call in 'read:pread *piece-*.h5' 'read:open *piece-*.h5' 'read:open *map.h5' 'read:pread *map.h5'; do
-    for at in 1 3 9 27; do
-        rm -rf m.raymap && cp -r one.raymap m.raymap
-        env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" "FAULTS_CALLS=${call%% *}" "FAULTS_PATH=${call#* }" \
-            FAULTS_ACTION=EIO FAULTS_AT=$at "$RAYMAP" repair m.raymap >out.txt 2>&1
+fail() { echo "FAILED: $*"; failures=$((failures + 1)); }
+
+# Makes a command on a copy of a map suffer an error at some of its calls, from the first to the last.
+suffer() { # MAP RAYS SAVED CALLS PATH ERROR POINTS COMMAND...: 0 and RAYS, or 5; then repair: SAVED at least
+    local from=$1 rays=$2 saved=$3 calls=$4 path=$5 error=$6 points=$7 k at n status
+    shift 7
+    local faults=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" "FAULTS_CALLS=$calls" "FAULTS_PATH=$path")
+    rm -rf m.raymap log.0 && cp -r "$from" m.raymap
+    "${faults[@]}" "FAULTS_LOG=$PWD/log" "$RAYMAP" "$@" >out.txt 2>&1
+    n=$(wc -l <log.0)
+    [ "$n" -gt 0 ] || fail "$*: no $calls of $path"
+    for ((k = 0; k < points; k++)); do
+        at=$((1 + (n - 1) * k / (points - 1)))
+        rm -rf m.raymap && cp -r "$from" m.raymap
+        "${faults[@]}" "FAULTS_ACTION=$error" FAULTS_AT=$at "$RAYMAP" "$@" >out.txt 2>&1
         status=$?
-        [ $status -eq 0 ] || [ $status -eq 5 ] ||
-            { echo "FAILED: ${call} no. $at: status $status"; tail -3 out.txt; failures=$((failures + 1)); }
+        [ $status -eq 5 ] || [ $status -eq 0 ] ||
+            { fail "$*: $calls of $path no. $at of $n: status $status"; tail -3 out.txt; }
         "$RAYMAP" repair m.raymap >out.txt 2>&1 || cat out.txt
-        [ "$(rays m.raymap)" = "$saved" ] ||
-            { echo "FAILED: ${call} no. $at: $(rays m.raymap) rays are saved, not $saved"; failures=$((failures + 1)); }
+        n_left=$(rays m.raymap)
+        [ "$n_left" = "$saved" ] || [ "$n_left" = "$rays" ] ||
+            fail "$*: $calls of $path no. $at of $n: $n_left rays are saved, not $saved"
+    done
+}
+
+for call in 'read:pread *piece-*.h5' 'read:open *piece-*.h5' 'read:open *map.h5' 'read:pread *map.h5' \
+    'read:pread *map-start.h5'; do
+    suffer one.raymap "$saved" "$saved" "${call%% *}" "${call#* }" EIO 4 repair m.raymap
+done
+suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 6 repair m.raymap
+suffer one.raymap "$saved" "$saved" 'read:pread' '*' EAGAIN 4 repair m.raymap
+
+# The same of what a killed trace left.
+set_at_commit 6 kill
+"${at_commit[@]}" "$RAYMAP" trace scene.yaml -o cut.raymap -n 100000 --quiet --threads 1 --flush-portions 1 &
+wait $! && fail "the trace is not killed"
+saved=$(rays cut.raymap)
+for words in 'repair m.raymap' 'trace scene.yaml -n 100000 -o m.raymap --resume --quiet' \
+    'query m.raymap registered(sensor) --count'; do
+    for call in 'read:* *.journal' 'read:* *.part' 'read:pread *map.h5' 'memory:* *'; do
+        error=EIO
+        [ "${call%%:*}" = read ] || error=ENOMEM
+        # shellcheck disable=SC2086 # words
+        suffer cut.raymap 100000 "$saved" "${call%% *}" "${call#* }" $error 3 $words
     done
 done
 finish
