@@ -40,8 +40,9 @@ static enum rmap_status check_file(const struct rmap_map *map, const char *path,
                               errno == ENOENT ? "%s is missing, though map.h5 lists it (%s)"
                                               : "%s cannot be read (%s)",
                               path, strerror(errno));
-    if (piece->is_open ? (uint64_t)info.st_size < piece->nbytes
-                       : (uint64_t)info.st_size != piece->nbytes)
+    if (piece->is_open   ? (uint64_t)info.st_size < piece->nbytes
+        : map->takes_cut ? (uint64_t)info.st_size > piece->nbytes
+                         : (uint64_t)info.st_size != piece->nbytes)
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s has %lld bytes, but map.h5 says %llu: it was cut off or replaced",
                               path, (long long)info.st_size, (unsigned long long)piece->nbytes);

@@ -45,6 +45,7 @@ struct rmap_map {
     size_t n_run;
     char **trouble; /* [n_trouble] */
     size_t n_trouble, cap_trouble;
+    bool takes_cut; /* pieces that were cut off are read as far as they go */
     struct rmap_tally *tally;
     struct rmap_selection *selection; /* or NULL */
     double *flux_per_weight;          /* [n_source] */

@@ -176,8 +176,10 @@ static enum rmap_status open_map(struct rmap_verification *self, const char *pat
     struct rmap_finding finding;
     struct stat info;
     enum rmap_status st = rmap_map_open_untallied(path, &self->map, &why);
-    if (st == RMAP_OK)
+    if (st == RMAP_OK) {
+        self->map->takes_cut = true; /* of such pieces, chunks that are whole are used */
         return check_scene(self->map, "map.h5", findings, err);
+    }
     char *index = rmap_path_format("%s/map.h5", path);
     char *first = rmap_path_format("%s/shard-00000", path);
     if (!index || !first) {

@@ -15,8 +15,9 @@
 #include "trace/tally.h"
 
 enum rmap_piece_flag {
-    RMAP_PIECE_GONE = 1, /* missing, cut off, unreadable or another piece: none of it is usable */
-    RMAP_PIECE_TORN = 2  /* damaged outside its chunks: these are found through the index alone */
+    RMAP_PIECE_GONE = 1, /* missing or another piece: none of it is usable */
+    RMAP_PIECE_TORN = 2  /* cut off, or damaged outside its chunks: these are found through the
+                            index alone */
 };
 
 enum rmap_portion_flag {

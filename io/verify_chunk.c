@@ -61,6 +61,8 @@ static size_t piece_of(const struct rmap_verification *self, size_t chunk)
                                                                              : content->n_piece;
 }
 
+static const char cut_off[] = "the file ends before the chunk does";
+
 static enum rmap_status unreadable(const struct rmap_piece_info *info, struct rmap_error *err)
 {
     return rmap_error_set(err, RMAP_SYSTEM, "%s cannot be read: %s", info->name, strerror(errno));
@@ -82,7 +84,7 @@ static enum rmap_status check_bytes(struct rmap_chunk_verifier *self,
         if (got < 0)
             return unreadable(info, err);
         if (got == 0) {
-            *wrong_ret = "the file ends before the chunk does";
+            *wrong_ret = cut_off;
             return RMAP_OK;
         }
         done += (size_t)got;
@@ -175,5 +177,7 @@ enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chun
         return st;
     rmap_finding_set(&finding, info->name, layout->stream[entry->stream].path, "%s", wrong);
     add_portions(verification, piece, layout, entry, &finding);
-    return rmap_findings_add(findings, &finding, err);
+    return wrong == cut_off && verification->piece_flag[piece] & RMAP_PIECE_TORN
+               ? RMAP_OK /* that it was cut is told, once */
+               : rmap_findings_add(findings, &finding, err);
 }

@@ -2,6 +2,7 @@
  *
  * Which files of a map are missing, or known to nobody.
  */
+#include <errno.h>
 #include <stdio.h>
 #include <sys/stat.h>
 
@@ -34,9 +35,9 @@ enum rmap_status rmap_verify_missing_shards(struct rmap_verification *self,
         char *path = rmap_path_format("%s/shard-%05d", self->path, shard);
         if (!path)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-        bool there = stat(path, &info) == 0;
+        bool gone = stat(path, &info) != 0 && errno == ENOENT; /* else its pieces tell */
         rmap_free(path);
-        if (there)
+        if (!gone)
             continue;
         struct rmap_finding finding;
         char name[32];

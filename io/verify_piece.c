@@ -302,10 +302,12 @@ static enum rmap_status check_file(struct piece_check *check, bool *same,
         (void)snprintf(text, sizeof text, "this is %s under another name", name.name);
         st = whole(check, info->name, "", RMAP_PIECE_GONE, text, err);
     } else if (cut && (!reads || check->self->map)) {
+        /* What precedes a cut, its chunks' checksums tell. */
+        bool is_start = !reads && S_ISREG(file.st_mode) && (uint64_t)file.st_size < info->nbytes;
         (void)snprintf(text, sizeof text,
                        "has %lld bytes, but map.h5 says %llu: it was cut off or replaced",
                        (long long)file.st_size, (unsigned long long)info->nbytes);
-        st = whole(check, info->name, "", RMAP_PIECE_GONE, text, err);
+        st = whole(check, info->name, "", is_start ? RMAP_PIECE_TORN : RMAP_PIECE_GONE, text, err);
     } else if (!reads) {
         st = whole(check, info->name, "", RMAP_PIECE_TORN, why.text, err);
     } else {

@@ -75,6 +75,21 @@ def rays_of(name):
         return int(file["portion/n_row"][:, 0].sum())
 
 
+def rays_before(path, cut):
+    """Rays of the portions all of whose chunks end before a byte of a plain piece."""
+    with h5py.File(path, "r") as file:
+        n_row = file["portion/n_row"][:].astype(int)
+        good = [True] * len(n_row)
+        for table, group in enumerate(("ray", "segment", "registration")):
+            end = n_row[:, table].cumsum()
+            for column in file[group].values():
+                places = [column.id.get_chunk_info(k) for k in range(column.id.get_num_chunks())]
+                lost = [p.chunk_offset[0] for p in places if p.byte_offset + p.size > cut]
+                good = [g and (not lost or e <= min(lost) or n == 0)
+                        for g, e, n in zip(good, end, n_row[:, table])]
+        return int(n_row[good, 0].sum())
+
+
 def heal(what, lost=None, ranks=1, arguments=()):
     """Repairs, checks what is said, resumes, and compares with the map as it was."""
     said = json.loads(run("repair", "b.raymap", "--json", *arguments, ranks=ranks))
@@ -110,6 +125,16 @@ assert 0 < said["lost"]["rays"] <= rays_of(piece)
 again()
 os.truncate(at(piece), os.path.getsize(at(piece)) // 2)
 heal("cut", rays_of(piece))
+run("trace", SCENE, "-o", "long.raymap", "-n", 600000, "--encoding", "plain", "--quiet", "--threads", 1)
+for share in (0.8, 0.95):
+    shutil.rmtree("b.raymap")
+    shutil.copytree("long.raymap", "b.raymap")
+    length = int(share * os.path.getsize(at(piece)))
+    before = rays_before(at(piece), length)
+    os.truncate(at(piece), length)
+    said = json.loads(run("repair", "b.raymap", "--json"))
+    assert 60000 < before == said["rays"] and said["lost"]["rays"] == 600000 - before, (share, before, said)
+    assert sum(1 for finding in said["found"] if finding["file"] == piece) == 1, said["found"]
 again()
 os.remove(at(piece))
 assert json.loads(run("verify", "b.raymap", "--json", status=4))["complete"] is False
