@@ -2,6 +2,8 @@
 #include "io/mesh_builder.h"
 
 #include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
 #include <string.h>
 #include <xxhash.h>
 
@@ -106,6 +108,28 @@ enum rmap_status rmap_mesh_builder_close_face(struct rmap_mesh_builder *b, const
     b->n_face++;
 out:
     return st;
+}
+
+/* By one of the latest parts: a file has the materials of a part one after the other. */
+static bool name_taken(const struct rmap_mesh_builder *b, const char *name)
+{
+    enum { LATEST = 64 };
+    for (size_t i = b->n_face > LATEST ? b->n_face - LATEST : 0; i < b->n_face; i++)
+        if (b->face_name[i] && strcmp(b->face_name[i], name) == 0)
+            return true;
+    return false;
+}
+
+enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *b, const char *name,
+                                              const char *material)
+{
+    enum { LONGEST = 2050 };
+    char text[LONGEST];
+    if (!name[0])
+        name = material;
+    const bool taken = material[0] && name_taken(b, name);
+    (void)snprintf(text, sizeof text, "%s%s%s", name, taken ? "/" : "", taken ? material : "");
+    return rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
 }
 
 enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rmap_mesh **mesh_ret)

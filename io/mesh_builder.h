@@ -30,14 +30,22 @@ enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *builder,
 enum rmap_status rmap_mesh_builder_close_face(struct rmap_mesh_builder *builder,
                                               const char *name) RMAP_MUST_USE;
 
+/* The same for a part of a file, either of whose names may be "": parts of one name are told apart
+ * by their material. */
+enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *builder, const char *name,
+                                              const char *material) RMAP_MUST_USE;
+
 /* The mesh, at its size. RMAP_INPUT when there is no triangle. */
 enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *builder,
                                           struct rmap_mesh **mesh_ret) RMAP_MUST_USE;
 void rmap_mesh_builder_fini(struct rmap_mesh_builder *builder);
 
-/* Stanford PLY, ASCII and binary, into a builder whose corners are scaled. RMAP_INPUT, without
- * the path, when it is none. Reads numbers in the calling thread's locale. */
-enum rmap_status rmap_ply_read(const char *path, double scale,
+/* Of a file's bytes, behind which stands a 0, into a builder whose corners are scaled. RMAP_INPUT,
+ * without the path, when they are none. Numbers are read in the calling thread's locale. */
+enum rmap_status rmap_ply_read(const uint8_t *bytes, size_t nbytes, double scale,
                                struct rmap_mesh_builder *builder) RMAP_MUST_USE;
+/* Buffers stand in files beside the path, or in the bytes. */
+enum rmap_status rmap_gltf_read(const char *path, const uint8_t *bytes, size_t nbytes, double scale,
+                                struct rmap_mesh_builder *builder) RMAP_MUST_USE;
 
 #endif

@@ -7,14 +7,11 @@
  * Polygons are cut into fans about their first corner.
  */
 #include <ctype.h>
-#include <fcntl.h>
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/mesh_builder.h"
@@ -42,7 +39,7 @@ struct element {
 enum form { ASCII, LITTLE_ENDIAN_BYTES, BIG_ENDIAN_BYTES };
 
 struct ply {
-    char *text; /* the file, with a NUL behind it */
+    const char *text; /* the file, with a NUL behind it */
     size_t nbytes, at;
     enum form form;
     int n_element;
@@ -335,34 +332,8 @@ out:
 
 /* ---- file ---- */
 
-static enum rmap_status load(struct ply *ply, const char *path)
-{
-    enum rmap_status st = RMAP_OK;
-    struct stat info;
-    size_t got = 0;
-    int fd = open(path, O_RDONLY | O_CLOEXEC);
-    if (fd < 0 || fstat(fd, &info) != 0 || info.st_size < 0) {
-        st = refuse(ply, "it cannot be opened");
-        goto out;
-    }
-    ply->text = rmap_alloc((size_t)info.st_size + 1, 1);
-    if (!ply->text) {
-        st = rmap_error_set(ply->builder->err, RMAP_SYSTEM, "out of memory for its %jd bytes",
-                            (intmax_t)info.st_size);
-        goto out;
-    }
-    for (ssize_t n = 1; n > 0 && got<(size_t)info.st_size; got += n> 0 ? (size_t)n : 0)
-        n = read(fd, ply->text + got, (size_t)info.st_size - got);
-    ply->nbytes = got;
-    if (got < (size_t)info.st_size)
-        st = refuse(ply, "it cannot be read to its end");
-out:
-    if (fd >= 0)
-        (void)close(fd);
-    return st;
-}
-
-enum rmap_status rmap_ply_read(const char *path, double scale, struct rmap_mesh_builder *builder)
+enum rmap_status rmap_ply_read(const uint8_t *bytes, size_t nbytes, double scale,
+                               struct rmap_mesh_builder *builder)
 {
     enum rmap_status st = RMAP_OK;
     struct ply *ply = rmap_alloc(1, sizeof *ply);
@@ -370,13 +341,13 @@ enum rmap_status rmap_ply_read(const char *path, double scale, struct rmap_mesh_
         return rmap_error_set(builder->err, RMAP_SYSTEM, "out of memory for a PLY file");
     ply->builder = builder;
     ply->scale = scale;
-    RMAP_TRY(load(ply, path));
+    ply->text = (const char *)bytes;
+    ply->nbytes = nbytes;
     RMAP_TRY(read_header(ply));
     for (int i = 0; i < ply->n_element; i++)
         RMAP_TRY(read_rows(ply, &ply->element[i]));
     RMAP_TRY(rmap_mesh_builder_close_face(builder, NULL));
 out:
-    rmap_free(ply->text);
     rmap_free(ply->vertex);
     rmap_free(ply->corner);
     rmap_free(ply);

@@ -1,25 +1,24 @@
 /* SPDX-License-Identifier: MIT
  *
- * Meshes from files: STL, OBJ and glTF through assimp, which is asked to triangulate and for
- * nothing else; PLY by mesh_ply.c.
+ * Meshes from files: STL and OBJ through assimp, which is asked to triangulate and for nothing
+ * else, and is given one file's bytes; PLY and glTF by mesh_ply.c and mesh_gltf.c.
  */
+#include <assimp/cfileio.h>
 #include <assimp/cimport.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
-#include <errno.h>
-#include <fcntl.h>
-#include <stdio.h>
 #include <string.h>
 #include <strings.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/bundle.h"
+#include "io/gltf_numbers.h"
+#include "io/input_file.h"
 #include "io/mesh_builder.h"
 
 #define NODE_DEPTH_MAX 256
+#define CORNERS_MAX    4096
 
 struct gatherer {
     const struct aiScene *scene;
@@ -28,18 +27,6 @@ struct gatherer {
 };
 
 /* ---- what assimp made of a file ---- */
-
-static struct rmap_affine node_place(const struct aiNode *node, const struct rmap_affine *parent)
-{
-    const struct aiMatrix4x4 *a = &node->mTransformation;
-    const struct rmap_affine own = {
-        {{(double)a->a1, (double)a->a2, (double)a->a3},
-         {(double)a->b1, (double)a->b2, (double)a->b3},
-         {(double)a->c1, (double)a->c2, (double)a->c3}},
-        {(double)a->a4, (double)a->b4, (double)a->c4},
-    };
-    return rmap_affine_compose(parent, &own);
-}
 
 static bool is_triangle(const struct aiMesh *mesh, unsigned face)
 {
@@ -50,21 +37,16 @@ static bool is_triangle(const struct aiMesh *mesh, unsigned face)
     return good;
 }
 
-static enum rmap_status add_triangles(struct gatherer *g, const struct aiMesh *from,
-                                      const struct rmap_affine *place)
+static enum rmap_status add_triangles(struct gatherer *g, const struct aiMesh *from)
 {
     enum rmap_status st = RMAP_OK;
-    bool mirrored = rmap_affine_determinant(place) < 0;
     for (unsigned i = 0; from->mVertices && i < from->mNumFaces; i++) {
         struct rmap_vec3 corner[3];
         if (!is_triangle(from, i))
             continue;
         for (int k = 0; k < 3; k++) {
-            /* A mirror turns the sense of rotation: two corners change places. */
-            const struct aiVector3D *v =
-                &from->mVertices[from->mFaces[i].mIndices[mirrored ? 2 - k : k]];
-            struct rmap_vec3 local = rmap_vec3((double)v->x, (double)v->y, (double)v->z);
-            corner[k] = rmap_scale(rmap_affine_point(place, local), g->scale);
+            const struct aiVector3D *v = &from->mVertices[from->mFaces[i].mIndices[k]];
+            corner[k] = rmap_scale(rmap_vec3((double)v->x, (double)v->y, (double)v->z), g->scale);
         }
         RMAP_TRY(rmap_mesh_builder_add(g->builder, corner));
     }
@@ -72,75 +54,159 @@ out:
     return st;
 }
 
-/* By one of the latest parts: a file has the materials of a part one after the other. */
-static bool name_taken(const struct rmap_mesh_builder *builder, const char *name)
-{
-    enum { LATEST = 64 };
-    for (size_t i = builder->n_face > LATEST ? builder->n_face - LATEST : 0; i < builder->n_face;
-         i++)
-        if (builder->face_name[i] && strcmp(builder->face_name[i], name) == 0)
-            return true;
-    return false;
-}
-
-/* The part's name in the file, which may have none; parts of one name are told apart by their
- * material. */
+/* The part's name in the file, which may have none. */
 static enum rmap_status close_face(struct gatherer *g, const struct aiNode *node,
                                    const struct aiMesh *mesh)
 {
-    enum { LONGEST = 2 * MAXLEN + 2 };
     struct aiString material = {0};
-    char text[LONGEST];
-    const char *name = mesh->mName.length ? mesh->mName.data : node->mName.data;
     if (mesh->mMaterialIndex < g->scene->mNumMaterials)
         (void)aiGetMaterialString(g->scene->mMaterials[mesh->mMaterialIndex], AI_MATKEY_NAME,
                                   &material);
     if (strcmp(material.data, AI_DEFAULT_MATERIAL_NAME) == 0)
         material = (struct aiString){0};
-    if (!name[0])
-        name = material.data;
-    bool taken = name_taken(g->builder, name) && material.length;
-    (void)snprintf(text, sizeof text, "%s%s%s", name, taken ? "/" : "", taken ? material.data : "");
-    return rmap_mesh_builder_close_face(g->builder, text[0] ? text : NULL);
+    return rmap_mesh_builder_close_part(
+        g->builder, mesh->mName.length ? mesh->mName.data : node->mName.data, material.data);
 }
 
-static enum rmap_status gather(struct gatherer *g, const struct aiNode *node,
-                               const struct rmap_affine *parent, int depth)
+/* Neither STL nor OBJ places its parts. */
+static enum rmap_status gather(struct gatherer *g, const struct aiNode *node, int depth)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_affine place = node_place(node, parent);
     if (depth > NODE_DEPTH_MAX)
         return rmap_error_set(g->builder->err, RMAP_INPUT, "its parts are nested too deeply");
     for (unsigned i = 0; i < node->mNumMeshes; i++) {
         if (node->mMeshes[i] >= g->scene->mNumMeshes)
             continue;
         const struct aiMesh *mesh = g->scene->mMeshes[node->mMeshes[i]];
-        RMAP_TRY(add_triangles(g, mesh, &place));
+        RMAP_TRY(add_triangles(g, mesh));
         RMAP_TRY(close_face(g, node, mesh));
     }
     for (unsigned i = 0; i < node->mNumChildren; i++)
-        RMAP_TRY(gather(g, node->mChildren[i], &place, depth + 1));
+        RMAP_TRY(gather(g, node->mChildren[i], depth + 1));
 out:
     return st;
 }
 
-static enum rmap_status read_through_assimp(const char *path, double scale,
-                                            struct rmap_mesh_builder *builder)
+/* ---- the one file that assimp sees ---- */
+
+struct source {
+    struct aiFileIO io; /* first: what assimp hands back */
+    struct aiFile file;
+    const char *path;
+    const uint8_t *bytes;
+    size_t nbytes, at;
+    bool open;
+};
+
+static struct source *source_of(struct aiFile *file)
 {
-    const struct rmap_affine identity = rmap_affine_identity();
-    const struct aiScene *scene = aiImportFile(path, aiProcess_Triangulate);
+    return (struct source *)(void *)file->UserData;
+}
+
+static size_t read_items(struct aiFile *file, char *to, size_t size, size_t n)
+{
+    struct source *self = source_of(file);
+    const size_t left = self->nbytes - self->at, most = size ? left / size : 0;
+    n = n < most ? n : most;
+    memcpy(to, self->bytes + self->at, n * size);
+    self->at += n * size;
+    return n;
+}
+
+static size_t write_items(struct aiFile *file, const char *from, size_t size, size_t n)
+{
+    (void)file, (void)from, (void)size, (void)n;
+    return 0;
+}
+
+static size_t tell(struct aiFile *file)
+{
+    return source_of(file)->at;
+}
+
+static size_t size_of(struct aiFile *file)
+{
+    return source_of(file)->nbytes;
+}
+
+static enum aiReturn seek(struct aiFile *file, size_t offset, enum aiOrigin origin)
+{
+    struct source *self = source_of(file);
+    const size_t from = origin == aiOrigin_SET   ? 0
+                        : origin == aiOrigin_CUR ? self->at
+                                                 : self->nbytes;
+    if (offset > self->nbytes - from)
+        return aiReturn_FAILURE;
+    self->at = from + offset;
+    return aiReturn_SUCCESS;
+}
+
+static void flush(struct aiFile *file)
+{
+    (void)file;
+}
+
+/* Materials, which an OBJ file names, are not wanted. */
+static struct aiFile *open_source(struct aiFileIO *io, const char *path, const char *mode)
+{
+    struct source *self = (struct source *)io;
+    if (self->open || mode[0] != 'r' || strcmp(path, self->path) != 0)
+        return NULL;
+    self->open = true;
+    self->at = 0;
+    return &self->file;
+}
+
+static void close_source(struct aiFileIO *io, struct aiFile *file)
+{
+    (void)file;
+    ((struct source *)io)->open = false;
+}
+
+static enum rmap_status read_through_assimp(const char *path, const uint8_t *bytes, size_t nbytes,
+                                            double scale, struct rmap_mesh_builder *builder)
+{
+    struct source source = {
+        .io = {open_source, close_source, NULL}, .path = path, .bytes = bytes, .nbytes = nbytes};
+    source.file =
+        (struct aiFile){read_items, write_items, tell, size_of, seek, flush, (char *)&source};
+    const struct aiScene *scene = aiImportFileEx(path, aiProcess_Triangulate, &source.io);
     if (!scene) {
         const char *text = aiGetErrorString();
         return rmap_error_set(builder->err, RMAP_INPUT, "%.300s (is the file whole?)",
                               text && text[0] ? text : "it is no mesh that can be understood");
     }
     struct gatherer g = {scene, scale, builder};
-    enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, &identity, 0) : RMAP_OK;
+    enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
     aiReleaseImport(scene);
     return st;
 }
 
 /* ---- files ---- */
+
+/* assimp cuts polygons into triangles in a time that grows with the square of their corners. A line
+ * that ends in a backslash goes on in the next one. */
+static enum rmap_status check_polygons(const uint8_t *text, size_t nbytes, struct rmap_error *err)
+{
+    size_t n_word = 0, line = 1;
+    bool face = false, in_word = false;
+    for (size_t i = 0; i < nbytes; i++) {
+        const bool goes_on = text[i] == '\\' && memchr("\n\r\f", text[i + 1], 4);
+        const bool blank = goes_on || text[i] <= ' ';
+        if (!blank && !in_word && n_word++ == 0)
+            face = text[i] == 'f';
+        in_word = !blank;
+        if (face && n_word > CORNERS_MAX + 1)
+            return rmap_error_set(err, RMAP_INPUT, "line %zu: a face has more than %d corners",
+                                  line, CORNERS_MAX);
+        while (goes_on && i < nbytes && text[i] != '\n')
+            i++;
+        if (!goes_on && (text[i] == '\n' || text[i] == '\r'))
+            n_word = 0;
+        line += text[i] == '\n';
+    }
+    return RMAP_OK;
+}
 
 static bool ends_in(const char *path, const char *ending)
 {
@@ -148,59 +214,46 @@ static bool ends_in(const char *path, const char *ending)
     return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
 }
 
-static uint32_t word_at(const uint8_t *bytes)
+static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_t nbytes,
+                                   double scale, struct rmap_mesh_builder *builder)
 {
-    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
-           (uint32_t)bytes[3] << 24;
+    enum rmap_status st = RMAP_OK;
+    if (nbytes == 0)
+        return rmap_error_set(builder->err, RMAP_INPUT, "the file is empty");
+    if (ends_in(path, ".gltf") || ends_in(path, ".glb"))
+        return rmap_gltf_read(path, bytes, nbytes, scale, builder);
+    if (ends_in(path, ".ply"))
+        return rmap_ply_read(bytes, nbytes, scale, builder);
+    if (ends_in(path, ".obj"))
+        st = check_polygons(bytes, nbytes, builder->err);
+    return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, builder) : st;
 }
 
-/* assimp makes room for whatever a GLB says its first chunk is long (glTF 2.0, 4.4). */
-static bool glb_fits(int fd, off_t nbytes)
-{
-    uint8_t head[20] = {0};
-    return read(fd, head, sizeof head) == (ssize_t)sizeof head && memcmp(head, "glTF", 4) == 0 &&
-           (off_t)word_at(head + 8) <= nbytes && (off_t)word_at(head + 12) <= nbytes - 20;
-}
-
-static enum rmap_status check_file(const char *path, struct rmap_error *err)
+static bool is_known(const char *path)
 {
     static const char *const known[] = {".stl", ".obj", ".ply", ".gltf", ".glb"};
-    struct stat info;
     bool fits = false;
     for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
         fits |= ends_in(path, known[i]);
-    if (!fits)
-        return rmap_error_set(err, RMAP_INPUT,
-                              "cannot read mesh %s: its name must end in .stl, .obj, .ply, .gltf "
-                              "or .glb",
-                              path);
-    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-    if (fd < 0)
-        return rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, strerror(errno));
-    const char *wrong = NULL;
-    if (fstat(fd, &info) != 0 || !S_ISREG(info.st_mode))
-        wrong = "it is no regular file";
-    else if (info.st_size == 0)
-        wrong = "the file is empty";
-    else if (ends_in(path, ".glb") && !glb_fits(fd, info.st_size))
-        wrong = "it is no GLB file, or cut off";
-    (void)close(fd);
-    return wrong ? rmap_error_set(err, RMAP_INPUT, "cannot read mesh %s: %s", path, wrong)
-                 : RMAP_OK;
+    return fits;
 }
 
 enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
                                 size_t *n_degenerate_ret, struct rmap_error *err)
 {
-    enum rmap_status st = check_file(path, err);
-    if (st != RMAP_OK)
-        return st;
+    enum rmap_status st = RMAP_OK;
     struct rmap_mesh_builder builder = {.err = err};
-    RMAP_TRY(ends_in(path, ".ply") ? rmap_ply_read(path, scale, &builder)
-                                   : read_through_assimp(path, scale, &builder));
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
+    if (!is_known(path))
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
+                                "its name must end in .stl, .obj, .ply, .gltf or .glb"));
+    RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, err));
+    RMAP_TRY(read_bytes(path, bytes, nbytes, scale, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
     *n_degenerate_ret = builder.n_degenerate;
 out:
+    rmap_free(bytes);
     rmap_mesh_builder_fini(&builder);
     if (st == RMAP_INPUT)
         rmap_error_context(err, "cannot read mesh %s", path);

@@ -232,7 +232,7 @@ static size_t binary_ply(char *to)
     return n;
 }
 
-static enum rmap_status read_ply(const char *name, const char *bytes, size_t n, size_t *n_triangle)
+static enum rmap_status read_mesh(const char *name, const char *bytes, size_t n, size_t *n_triangle)
 {
     struct rmap_mesh *mesh = NULL;
     size_t n_degenerate = 0;
@@ -255,12 +255,12 @@ static void test_damaged_ply(void **state)
     size_t len[2] = {sizeof ply_text - 1, binary_ply(whole[1])}, n_triangle = 0;
     memcpy(whole[0], ply_text, len[0]);
     (void)snprintf(name, sizeof name, "fuzz-%ld.ply", (long)getpid());
-    assert_int_equal(read_ply(name, whole[0], len[0], &n_triangle), RMAP_OK);
+    assert_int_equal(read_mesh(name, whole[0], len[0], &n_triangle), RMAP_OK);
     assert_int_equal(n_triangle, 4);
-    assert_int_equal(read_ply(name, whole[1], len[1], &n_triangle), RMAP_OK);
+    assert_int_equal(read_mesh(name, whole[1], len[1], &n_triangle), RMAP_OK);
     assert_int_equal(n_triangle, 2);
     for (size_t cut = 1; cut < len[1]; cut++)
-        assert_int_equal(read_ply(name, whole[1], cut, &n_triangle), RMAP_INPUT);
+        assert_int_equal(read_mesh(name, whole[1], cut, &n_triangle), RMAP_INPUT);
     for (uint64_t i = 0; i < 4000; i++) {
         static char text[LONGEST];
         struct dice dice = {2000000 + i, 0};
@@ -268,9 +268,51 @@ static void test_damaged_ply(void **state)
         memcpy(text, whole[i % 2], n);
         for (size_t k = 0; k < n_change && n; k++)
             n = mutate(&dice, text, n);
-        enum rmap_status st = read_ply(name, text, n, &n_triangle);
+        enum rmap_status st = read_mesh(name, text, n, &n_triangle);
         assert_true(st == RMAP_OK || st == RMAP_INPUT);
     }
+    assert_int_equal(unlink(name), 0);
+}
+
+static const char gltf_text[] =
+    "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],"
+    "\"nodes\":[{\"mesh\":0,\"scale\":[1,2,-1],\"children\":[1]},{\"mesh\":1}],\"meshes\":[{"
+    "\"name\":"
+    "\"a\",\"primitives\":[{\"attributes\":{\"POSITION\":0},\"indices\":1,\"mode\":5}]},"
+    "{\"primitives\":[{\"attributes\":{\"POSITION\":2}}]}],\"accessors\":[{\"bufferView\":0,"
+    "\"componentType\":5126,\"count\":4,\"type\":\"VEC3\"},{\"bufferView\":1,\"byteOffset\":1,"
+    "\"componentType\":5121,\"count\":4,\"type\":\"SCALAR\"},{\"bufferView\":0,\"componentType\":"
+    "5126,"
+    "\"count\":3,\"type\":\"VEC3\",\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,"
+    "\"byteOffset\":2,\"componentType\":5121},\"values\":{\"bufferView\":0,\"byteOffset\":36}}}],"
+    "\"bufferViews\":[{\"buffer\":0,\"byteLength\":48},{\"buffer\":0,\"byteOffset\":48,"
+    "\"byteLength\":5}],\"buffers\":[{\"byteLength\":53,\"uri\":\"data:;base64,"
+    /* (0,0,0) (1,0,0) (0,1,0) (0,0,1), then 9 0 1 2 3 */
+    "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAAAAAIA/CQABAgM=\"}]}";
+
+static void test_damaged_gltf(void **state)
+{
+    (void)state;
+    char name[64];
+    const size_t len = sizeof gltf_text - 1;
+    size_t n_triangle = 0, n_read = 0;
+    (void)snprintf(name, sizeof name, "fuzz-%ld.gltf", (long)getpid());
+    assert_int_equal(read_mesh(name, gltf_text, len, &n_triangle), RMAP_OK);
+    assert_int_equal(n_triangle, 3);
+    for (size_t cut = 1; cut < len; cut++)
+        assert_int_equal(read_mesh(name, gltf_text, cut, &n_triangle), RMAP_INPUT);
+    for (uint64_t i = 0; i < 3000; i++) {
+        static char text[LONGEST];
+        struct dice dice = {3000000 + i, 0};
+        size_t n = len, n_change = 1 + roll(&dice, 3);
+        memcpy(text, gltf_text, n);
+        for (size_t k = 0; k < n_change && n; k++)
+            n = mutate(&dice, text, n);
+        enum rmap_status st = read_mesh(name, text, n, &n_triangle);
+        assert_true(st == RMAP_OK || st == RMAP_INPUT);
+        n_read += st == RMAP_OK;
+    }
+    assert_true(n_read > 200); /* the checks behind the text were reached */
     assert_int_equal(unlink(name), 0);
 }
 
@@ -280,6 +322,7 @@ int main(void)
         cmocka_unit_test(test_damaged_scenes),
         cmocka_unit_test(test_damaged_edits),
         cmocka_unit_test(test_damaged_ply),
+        cmocka_unit_test(test_damaged_gltf),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
