@@ -132,6 +132,10 @@ enum rmap_status rmap_open_piece_read(const char *map_path, const struct rmap_le
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", part_path, strerror(errno));
         goto out;
     }
+    if (!S_ISREG(part.st_mode)) {
+        st = rmap_error_set(err, RMAP_FORMAT, "%s is not a regular file", part_path);
+        goto out;
+    }
     RMAP_TRY(
         rmap_journal_content(&journal, path, leftover->name, (uint64_t)part.st_size, content, err));
     rmap_journal_origin(&journal, origin);

@@ -159,6 +159,7 @@ enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_journal journal = {0};
+    struct stat info;
     char *part = rmap_path_format("%s/%s", path, name);
     char *journal_path = part ? rmap_journal_path(part) : NULL;
     if (!journal_path) {
@@ -166,14 +167,18 @@ enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
         goto out;
     }
     enum rmap_status read = rmap_journal_read(journal_path, &journal, NULL);
-    if (read == RMAP_SYSTEM || journal.other_version || (read == RMAP_OK && journal.n_portion > 0))
+    const bool odd = stat(part, &info) == 0 && !S_ISREG(info.st_mode);
+    if (read == RMAP_SYSTEM || journal.other_version ||
+        (read == RMAP_OK && journal.n_portion > 0 && !odd))
         goto out; /* nobody knows, or another raymap does, or of another scene: not ours */
     if ((rmap_shard_unlink(journal_path) != 0 && errno != ENOENT) ||
         (rmap_shard_unlink(part) != 0 && errno != ENOENT)) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", part, strerror(errno));
         goto out;
     }
-    st = rmap_findings_note(done, name, "removed: its journal was damaged", err);
+    st = rmap_findings_note(
+        done, name, odd ? "removed: it is not a regular file" : "removed: its journal was damaged",
+        err);
 out:
     rmap_journal_fini(&journal);
     rmap_free(journal_path);

@@ -199,7 +199,7 @@ static enum rmap_status copy_piece(struct salvage *self, struct rmap_error *err)
     enum rmap_status st = RMAP_OK;
     const struct rmap_layout *layout = rmap_map_piece_layout(self->map, self->piece);
     const int number = rmap_map_content_next_number(&self->map->content, self->leftover->shard);
-    self->fd = open(self->part_path, O_RDONLY | O_CLOEXEC);
+    self->fd = open(self->part_path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (self->fd < 0) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->part_path, strerror(errno));
         goto out;
