@@ -61,7 +61,8 @@ static enum rmap_status refuse_entry(void *context, int directory, const char *n
                           shard_path, name);
 }
 
-enum rmap_status rmap_shard_check_free(const char *directory, int shard, struct rmap_error *err)
+enum rmap_status rmap_shard_check_place(const char *directory, int shard, bool is_new,
+                                        struct rmap_error *err)
 {
     struct stat info;
     const char *path = NULL;
@@ -70,11 +71,22 @@ enum rmap_status rmap_shard_check_free(const char *directory, int shard, struct 
     if (!own)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
     path = own;
-    if (stat(directory, &info) != 0 || !S_ISDIR(info.st_mode))
+    if (stat(directory, &info) != 0 || !S_ISDIR(info.st_mode)) {
         st = rmap_error_set(err, RMAP_SYSTEM, "%s is no directory: shards cannot be written there",
                             directory);
-    else if (lstat(own, &info) == 0)
-        st = rmap_shard_visit(AT_FDCWD, own, refuse_entry, &path, err);
+        goto out;
+    }
+    if (mkdir(own, 0777) == 0) {
+        (void)rmdir(own); /* it could be made: enough, as the run may yet be refused */
+        goto out;
+    }
+    bool stands = errno == EEXIST;
+    if (stands && is_new)
+        RMAP_TRY(rmap_shard_visit(AT_FDCWD, own, refuse_entry, &path, err));
+    if (!stands || access(own, W_OK | X_OK) != 0)
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s cannot be written (%s): give another --shard-dir",
+                            own, strerror(errno));
+out:
     rmap_free(own);
     return st;
 }

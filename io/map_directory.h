@@ -15,11 +15,11 @@
 enum rmap_status rmap_shard_next_piece(const char *shard_path, int *number_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* For a new map's shard that is written elsewhere than in the map's directory. RMAP_USAGE: its
- * folder there is a link, or holds files, which are another map's. RMAP_SYSTEM: there is no
- * `directory`. */
-enum rmap_status rmap_shard_check_free(const char *directory, int shard,
-                                       struct rmap_error *err) RMAP_MUST_USE;
+/* Before anything is made or removed for a run that writes its shard elsewhere than in the map's
+ * directory. RMAP_USAGE: is_new, of a new map, and the shard's folder there is a link, or holds
+ * files, which are another map's. RMAP_SYSTEM: there is no `directory`, or no writing in it. */
+enum rmap_status rmap_shard_check_place(const char *directory, int shard, bool is_new,
+                                        struct rmap_error *err) RMAP_MUST_USE;
 
 struct rmap_piece_name {
     int shard, number;

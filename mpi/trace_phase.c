@@ -37,15 +37,14 @@ out:
 }
 
 /* A node's own disk may hold other shards than the map's directory shows: numbers go on there. */
-static int first_shard(const struct rmap_trace_session *self)
+int rmap_trace_session_shard(const struct rmap_trace_session *self)
 {
+    const struct rmap_map *map = self->request.shard_dir ? self->goal.map : NULL;
     int first = 0;
-    if (!self->request.shard_dir || !self->goal.map)
-        return 0;
-    for (size_t k = 0; k < rmap_map_n_piece(self->goal.map); k++)
-        if (rmap_map_piece(self->goal.map, k)->shard >= first)
-            first = rmap_map_piece(self->goal.map, k)->shard + 1;
-    return first;
+    for (size_t k = 0; map && k < rmap_map_n_piece(map); k++)
+        if (rmap_map_piece(map, k)->shard >= first)
+            first = rmap_map_piece(map, k)->shard + 1;
+    return first + self->context->rank;
 }
 
 /* Collective. */
@@ -53,7 +52,7 @@ static enum rmap_status open_shard(const struct rmap_trace_session *self, struct
                                    struct rmap_error *err)
 {
     const struct rmap_trace_request *request = &self->request;
-    const int shard = first_shard(self) + self->context->rank;
+    const int shard = rmap_trace_session_shard(self);
     const struct rmap_map *map = self->goal.map;
     const struct rmap_shard_options options = {
         .first_piece = map ? rmap_map_content_next_number(rmap_map_contents(map), shard) : 0,

@@ -241,18 +241,6 @@ static enum rmap_status create_map(struct rmap_trace_session *self, struct rmap_
                           path);
 }
 
-/* Rank 0. Before a map is made or an old one replaced for a run that cannot begin. */
-static enum rmap_status check_shard_dir(const struct rmap_trace_request *request,
-                                        struct rmap_error *err)
-{
-    struct stat info;
-    if (!request->shard_dir || (stat(request->shard_dir, &info) == 0 && S_ISDIR(info.st_mode)))
-        return RMAP_OK;
-    return rmap_error_set(err, RMAP_SYSTEM,
-                          "%s: there is no such directory; --shard-dir names one that stands",
-                          request->shard_dir);
-}
-
 /* Rank 0. An index at the start: what a killed trace leaves says what was asked for. */
 static enum rmap_status announce(struct rmap_trace_session *self, struct rmap_error *err)
 {
@@ -293,14 +281,12 @@ enum rmap_status rmap_trace_session_begin(struct rmap_trace_session *self, struc
                                   .embree_version = rmap_accel_embree_version()};
     RMAP_TRY(find_goal(self, err));
     self->goal.row.n_rank = context->size;
-    if (self->request.map_path && self->request.shard_dir && !self->goal.map)
-        st = rmap_shard_check_free(self->request.shard_dir, context->rank, err);
+    if (self->request.map_path && self->request.shard_dir)
+        st = rmap_shard_check_place(self->request.shard_dir, rmap_trace_session_shard(self),
+                                    !self->goal.map, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    if (self->request.map_path && context->rank == 0) {
-        st = check_shard_dir(&self->request, err);
-        if (st == RMAP_OK && self->goal.has_row)
-            st = announce(self, err);
-    }
+    if (self->request.map_path && context->rank == 0 && self->goal.has_row)
+        st = announce(self, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

@@ -134,6 +134,10 @@ for _ in range(3):
 
 # A run that cannot begin makes no map and takes none away.
 before = rays("old.raymap")
-for words in (["-o", "none.raymap"], ["-o", "old.raymap", "--force"]):
-    run(*TRACE, *words, "-n", "10", "--shard-dir", "nowhere", status=5)
+os.makedirs("closed", exist_ok=True)
+full = {**faults("mkdir", "ENOSPC"), "FAULTS_PATH": "*closed/shard-*"}
+for words in (["-o", "none.raymap"], ["-o", "old.raymap", "--force"], ["-o", "old.raymap", "--append"]):
+    for place, env in (("nowhere", None), ("closed", full)):
+        said = run(*TRACE, *words, "-n", "10", "--shard-dir", place, status=5, env=env)
+        assert place in said, said
 assert not os.path.exists("none.raymap") and rays("old.raymap") == before
