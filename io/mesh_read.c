@@ -173,6 +173,8 @@ static enum rmap_status read_through_assimp(const char *path, const uint8_t *byt
     const struct aiScene *scene = aiImportFileEx(path, aiProcess_Triangulate, &source.io);
     if (!scene) {
         const char *text = aiGetErrorString();
+        if (text && strstr(text, "bad_alloc"))
+            return rmap_error_set(builder->err, RMAP_SYSTEM, "out of memory for mesh %s", path);
         return rmap_error_set(builder->err, RMAP_INPUT, "%.300s (is the file whole?)",
                               text && text[0] ? text : "it is no mesh that can be understood");
     }

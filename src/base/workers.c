@@ -119,6 +119,26 @@ void rmap_workers_join(struct rmap_workers *workers)
     rmap_free(workers);
 }
 
+static void pass_gate(void *gate, int thread)
+{
+    (void)thread;
+    (void)pthread_mutex_lock(gate);
+    (void)pthread_mutex_unlock(gate);
+}
+
+bool rmap_workers_can_start(int n)
+{
+    pthread_mutex_t gate = PTHREAD_MUTEX_INITIALIZER;
+    struct rmap_workers *workers = NULL;
+    (void)pthread_mutex_lock(&gate);
+    const bool all =
+        rmap_workers_start(n, pass_gate, &gate, &workers, NULL) == RMAP_OK && workers->n == n;
+    (void)pthread_mutex_unlock(&gate);
+    rmap_workers_join(workers);
+    (void)pthread_mutex_destroy(&gate);
+    return all;
+}
+
 int rmap_workers_available(void)
 {
     cpu_set_t set;

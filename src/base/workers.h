@@ -23,6 +23,9 @@ bool rmap_workers_done(const struct rmap_workers *workers); /* all have returned
 bool rmap_workers_wait(struct rmap_workers *workers, int64_t most_ns);
 void rmap_workers_join(struct rmap_workers *workers); /* waits, and releases */
 
+/* Whether so many threads can be there at once, as of now: they are started, and end. */
+bool rmap_workers_can_start(int n);
+
 /* Cores that this process may use. */
 int rmap_workers_available(void);
 

@@ -70,7 +70,7 @@ void rmap_accel_destroy(struct rmap_accel *accel);
 const char *rmap_accel_isa(const struct rmap_accel *accel);
 
 /* The best instruction set of this machine, as a level: smaller ones it has too, so ranks agree
- * on the minimum. Negative: Embree runs on none. */
+ * on the minimum. Negative: Embree runs on none, or has no memory. */
 int rmap_accel_isa_level(void);
 
 /* The level of an instruction set as rmap_accel_isa names it; negative: of none. */

@@ -3,6 +3,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/grouped.h"
+#include "base/workers.h"
 #include "geometry/accel_internal.h"
 
 /* As Embree's configuration spells them, worst first, and as people do. */
@@ -25,7 +27,9 @@ int rmap_accel_isa_level(void)
             rtcReleaseDevice(device);
             return level;
         }
-        (void)rtcGetDeviceError(NULL); /* clears it */
+        /* Short of memory Embree keeps a lock, which it would wait for at its next device. */
+        if (rtcGetDeviceError(NULL) != RTC_ERROR_UNSUPPORTED_CPU)
+            break;
     }
     return -1;
 }
@@ -76,7 +80,10 @@ enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int le
                                  struct rmap_error *err)
 {
     if (level < 0 || level >= N_ISA)
-        return rmap_error_set(err, RMAP_SYSTEM, "Embree knows no instruction set of this machine");
+        return rmap_error_set(
+            err, RMAP_SYSTEM,
+            "Embree has no memory for a device, or knows no instruction set of this "
+            "machine");
     accel->device = open_device(n_threads, level);
     if (!accel->device)
         return rmap_error_set(err, RMAP_SYSTEM, "Embree gives no device for %s (error %d)",
@@ -84,6 +91,19 @@ enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int le
     accel->level = level;
     rtcSetDeviceErrorFunction(accel->device, on_error, &accel->failure);
     return RMAP_OK;
+}
+
+/* Embree builds with threads of TBB, which ends the process where it cannot start one. */
+static enum rmap_status try_threads(int n_threads, struct rmap_error *err)
+{
+    const int most = rmap_workers_available();
+    const int n = (n_threads > 0 && n_threads < most ? n_threads : most) - 1;
+    if (n <= 0 || rmap_workers_can_start(n))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM,
+                          "cannot start %s to help to build the scene: give it more memory or "
+                          "processes (ulimit -v, -u), or fewer --threads",
+                          rmap_counted((uint64_t)n, "thread").text);
 }
 
 enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_threads, int level,
@@ -94,6 +114,7 @@ enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_thr
     if (!accel)
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for the structure of the scene");
     atomic_flag_clear(&accel->failure.taken);
+    RMAP_TRY(try_threads(n_threads, err));
     RMAP_TRY(rmap_accel_open(accel, n_threads, level, err));
     RMAP_TRY(rmap_accel_build(accel, scene, err));
     *accel_ret = accel;

@@ -9,7 +9,8 @@
  *   FAULTS_DIR     the directory, absolute, without links (without it nothing is counted)
  *   FAULTS_CALLS   shell patterns of the calls that count, by commas (default "*": the calls that
  *                  change files). Reading calls are "read:open", "read:pread", ...; memory asked
- *                  for by the program itself "memory:calloc", ...; HDF5 functions have their
+ *                  for by the program itself "memory:calloc", ..., threads started by anything
+ *                  "thread:pthread_create"; HDF5 functions have their
  *                  own names
  *   FAULTS_PATH    shell pattern that the path must match too (default "*")
  *   FAULTS_RANK    only in this rank of MPI (default: in each, and each counts for itself)
