@@ -63,7 +63,7 @@ struct rmap_map {
     struct rmap_keeper *keeper; /* NULL, as the next two: nothing is kept */
     struct rmap_column_store *store;
     struct rmap_kept_views *views;
-    struct rmap_histories *histories; /* history indexes; NULL: none asked for yet */
+    struct rmap_histories *_Atomic histories; /* indexes; NULL: none asked for yet */
 };
 
 /* The scene, spaces and runs that an index file of the map states ("map.h5"), with nothing of its

@@ -10,6 +10,7 @@
 #include "io/map_directory.h"
 #include "io/publish.h"
 #include "mpi/agree.h"
+#include "mpi/balance.h"
 #include "mpi/interrupt.h"
 #include "mpi/load.h"
 #include "mpi/progress.h"

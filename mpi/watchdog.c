@@ -260,7 +260,8 @@ enum rmap_status rmap_watchdog_start(const struct rmap_context *context,
     RMAP_TRY(RMAP_MPI(MPI_Comm_dup(context->comm, &self->comm)));
     RMAP_TRY(RMAP_MPI(
         MPI_Gather(mine, sizeof mine, MPI_CHAR, self->host, sizeof mine, MPI_CHAR, 0, self->comm)));
-    forgive(self, context->rank == 0 ? rmap_clock_seconds() : 0.0);
+    if (context->rank == 0)
+        forgive(self, rmap_clock_seconds());
     self->runs = pthread_create(&self->thread, NULL, work_of(self), self) == 0;
     if (!self->runs)
         st = rmap_error_set(err, RMAP_SYSTEM, "rank %d: no thread can be started", self->rank);

@@ -39,8 +39,10 @@ expect 0 '' "$RAYMAP" trace scene.yaml -o alone.raymap -n $rays --threads 1 --qu
 answer 1 1 alone.raymap reference
 want=$(digest alone.raymap)
 [ ${#want} -eq 32 ] || { echo "FAILED: no digest"; failures=1; }
+# Each number of ranks, of threads and each encoding with the others of its kind.
 for ranks in 1 2 3 4; do
     for threads in 1 2; do
+        [[ " 12 22 31 32 41 " == *" $ranks$threads "* ]] || continue
         map=map-$ranks-$threads.raymap
         trace $ranks $threads $map
         got=$(digest $map)
