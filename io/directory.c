@@ -28,6 +28,16 @@ int rmap_directory_number(const char *name, const char *prefix, const char *suff
     return number;
 }
 
+enum rmap_status rmap_path_look(const char *path, struct stat *info, struct rmap_error *err)
+{
+    if (stat(path, info) == 0)
+        return RMAP_OK;
+    *info = (struct stat){0};
+    return errno == ENOENT || errno == ENOTDIR || errno == ENAMETOOLONG
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
+}
+
 static enum rmap_status visit_open(DIR *directory, const char *path, rmap_directory_visitor *visit,
                                    void *context, struct rmap_error *err)
 {

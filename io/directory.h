@@ -7,6 +7,8 @@
 #ifndef RMAP_DIRECTORY_H
 #define RMAP_DIRECTORY_H
 
+#include <sys/stat.h>
+
 #include "base/status.h"
 
 /* Numbers of shards and pieces have five digits. */
@@ -14,6 +16,11 @@
 
 /* The number in "prefixNNNNNsuffix", or -1. */
 int rmap_directory_number(const char *name, const char *prefix, const char *suffix);
+
+/* What stands at a path, 0 of info->st_mode where nothing does. RMAP_SYSTEM: nobody can tell now,
+ * and it may not be taken for missing. */
+enum rmap_status rmap_path_look(const char *path, struct stat *info,
+                                struct rmap_error *err) RMAP_MUST_USE;
 
 /* directory: that of the entry, for *at functions. */
 typedef enum rmap_status rmap_directory_visitor(void *context, int directory, const char *name,

@@ -5,12 +5,11 @@
  */
 #include "mpi/repair_run.h"
 
-#include <errno.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/directory.h"
 #include "io/map_directory.h"
 #include "io/map_lock.h"
 #include "io/map_rays.h"
@@ -311,10 +310,12 @@ static enum rmap_status await_writers(const struct rmap_context *context, const 
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_map_listing found = {0};
-    struct stat info;
-    int is_directory = context->rank == 0 && stat(path, &info) == 0 && S_ISDIR(info.st_mode);
-    if (context->rank == 0 && !is_directory && errno == EIO)
-        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", path, strerror(errno));
+    struct stat info = {0};
+    int is_directory = 0;
+    if (context->rank == 0)
+        st = rmap_path_look(path, &info, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    is_directory = S_ISDIR(info.st_mode);
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&is_directory, 1, MPI_INT, 0, context->comm)));
     if (is_directory && context->rank == 0)
         st = rmap_map_lock_take(path, "repair", lock, err);

@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/trace_session.h"
 
-#include <errno.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/directory.h"
 #include "io/map_directory.h"
 #include "io/publish.h"
 #include "mpi/agree.h"
@@ -21,15 +20,17 @@
  * be lost. */
 static enum rmap_status look_for_map(const char *path, int *stands, struct rmap_error *err)
 {
-    struct stat info;
+    struct stat info, directory;
     char *index = rmap_path_format("%s/map.h5", path);
     if (!index)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    *stands = stat(index, &info) == 0;
-    bool is_directory = stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+    enum rmap_status st = rmap_path_look(index, &info, err);
+    if (st == RMAP_OK)
+        st = rmap_path_look(path, &directory, err);
     rmap_free(index);
-    if (*stands || !is_directory)
-        return RMAP_OK;
+    *stands = st == RMAP_OK && info.st_mode != 0;
+    if (st != RMAP_OK || *stands || !S_ISDIR(directory.st_mode))
+        return st;
     return rmap_map_check_indexless(path, err);
 }
 

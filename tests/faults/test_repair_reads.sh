@@ -55,6 +55,15 @@ set_at_commit 6 kill
 "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o cut.raymap -n 100000 --quiet --threads 1 --flush-portions 1 &
 wait $! && fail "the trace is not killed"
 saved=$(rays cut.raymap)
+# What cannot be looked at just now is not missing.
+for words in '*m.raymap repair m.raymap' \
+    '*map.h5 trace scene.yaml -n 100000 -o m.raymap --resume --quiet'; do
+    rm -rf m.raymap && cp -r cut.raymap m.raymap
+    # shellcheck disable=SC2086 # words
+    expect 5 'm.raymap.*: Input/output error' env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" \
+        FAULTS_CALLS=read:stat "FAULTS_PATH=${words%% *}" FAULTS_AT=1 FAULTS_ACTION=EIO \
+        "$RAYMAP" ${words#* }
+done
 for words in 'repair m.raymap' 'trace scene.yaml -n 100000 -o m.raymap --resume --quiet' \
     'query m.raymap registered(sensor) --count'; do
     for call in 'read:* *.journal' 'read:* *.part' 'read:pread *map.h5' 'memory:* *'; do
