@@ -101,6 +101,7 @@ enum rmap_status rmap_h5_write_fields(struct rmap_h5 *h5, const struct rmap_h5_f
 /* ---- reading ---- */
 
 bool rmap_h5_has(struct rmap_h5 *h5, const char *path);
+bool rmap_h5_has_attribute(struct rmap_h5 *h5, const char *path, const char *name);
 
 /* out is always terminated; longer text is cut. */
 enum rmap_status rmap_h5_get_text(struct rmap_h5 *h5, const char *path, const char *name, char *out,

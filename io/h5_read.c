@@ -17,6 +17,11 @@ bool rmap_h5_has(struct rmap_h5 *h5, const char *path)
            H5Oexists_by_name(h5->file, path, H5P_DEFAULT) > 0;
 }
 
+bool rmap_h5_has_attribute(struct rmap_h5 *h5, const char *path, const char *name)
+{
+    return H5Aexists_by_name(h5->file, path, name, H5P_DEFAULT) > 0;
+}
+
 enum rmap_status rmap_h5_get_text(struct rmap_h5 *h5, const char *path, const char *name, char *out,
                                   size_t out_nbytes, struct rmap_error *err)
 {

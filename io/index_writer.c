@@ -268,8 +268,8 @@ enum rmap_status rmap_index_write(const char *map_path, const struct rmap_run *r
     struct rmap_run_row row = {.seed = run->seed, .n_rank = run->n_rank};
     struct rmap_index given = {.run = run, .row = &row};
     RMAP_TRY(gather_history(&self, &given, err));
-    RMAP_TRY(rmap_map_scan(map_path, self.origin.seed, self.origin.scene_digest, &self.spaces,
-                           &self.content, err));
+    RMAP_TRY(rmap_map_scan(map_path, self.origin.seed, self.origin.tracer_revision,
+                           self.origin.scene_digest, &self.spaces, &self.content, err));
     if (self.content.n_portion > 0)
         self.row->first_ray = self.content.portion[0].first_ray;
     self.row->n_ray = self.content.n_row[RMAP_TABLE_RAY];
@@ -294,6 +294,12 @@ enum rmap_status rmap_map_admit(const struct rmap_map *map, const struct rmap_ru
     if (run->seed != map->summary.seed)
         return rmap_error_set(err, RMAP_INPUT, "%s was traced with seed %llu, not %llu", map->path,
                               (unsigned long long)map->summary.seed, (unsigned long long)run->seed);
+    if (origin.tracer_revision != map->summary.tracer_revision)
+        return rmap_error_set(err, RMAP_INPUT,
+                              "%s has rays of tracer revision %d, and these are of %d, which makes "
+                              "others of the same scene and seed: they do not go into one map",
+                              map->path, (int)map->summary.tracer_revision,
+                              (int)origin.tracer_revision);
     if (run->isa && strcmp(run->isa, map->summary.isa) != 0)
         return rmap_error_set(err, RMAP_INPUT,
                               "%s was traced with the instruction set %s, of which %s is the most "

@@ -107,10 +107,11 @@ enum rmap_status rmap_map_content_check(struct rmap_map_content *content, const 
  * in the index. */
 struct rmap_piece_origin {
     uint64_t seed;
-    char scene_digest[33]; /* the same in all colour spaces of a scene */
-    char space_digest[33]; /* of the scene in this colour space */
-    int32_t encoding;      /* enum rmap_encoding */
-    int32_t mode;          /* enum rmap_colour_mode */
+    int32_t tracer_revision; /* 0: not known, as of a journal */
+    char scene_digest[33];   /* the same in all colour spaces of a scene */
+    char space_digest[33];   /* of the scene in this colour space */
+    int32_t encoding;        /* enum rmap_encoding */
+    int32_t mode;            /* enum rmap_colour_mode */
     int32_t n_channel;
 };
 

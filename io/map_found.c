@@ -55,8 +55,8 @@ static enum rmap_status take(struct rmap_map *map, enum rmap_status read,
                              struct rmap_error *why, struct rmap_error *err)
 {
     if (read == RMAP_OK && found->n_piece > 0)
-        read = rmap_piece_place(found, origin, map->summary.seed, map->scene_digest, &map->spaces,
-                                why);
+        read = rmap_piece_place(found, origin, map->summary.seed, map->summary.tracer_revision,
+                                map->scene_digest, &map->spaces, why);
     for (size_t i = 0; i < found->n_portion; i++)
         found->portion[i].is_added = 1;
     if (read == RMAP_OK)

@@ -23,6 +23,7 @@ static enum rmap_status read_origin(struct rmap_h5 *h5, struct rmap_piece_origin
     RMAP_TRY(rmap_provenance_check(h5, RMAP_FILETYPE_PIECE, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "complete", RMAP_I32, 1, &complete, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "seed", RMAP_U64, 1, &origin->seed, err));
+    RMAP_TRY(rmap_tracer_revision_read(h5, &origin->tracer_revision, err));
     RMAP_TRY(rmap_h5_get(h5, "/", "channels", RMAP_I32, 1, &origin->n_channel, err));
     RMAP_TRY(rmap_h5_get_text(h5, "/", "scene_digest", origin->scene_digest,
                               sizeof origin->scene_digest, err));
@@ -144,8 +145,8 @@ out:
 
 enum rmap_status rmap_piece_place(struct rmap_map_content *content,
                                   const struct rmap_piece_origin *origin, uint64_t seed,
-                                  const char *scene_digest, const struct rmap_map_spaces *spaces,
-                                  struct rmap_error *err)
+                                  int32_t tracer_revision, const char *scene_digest,
+                                  const struct rmap_map_spaces *spaces, struct rmap_error *err)
 {
     struct rmap_piece_info *piece = &content->piece[content->n_piece - 1];
     int32_t space = rmap_map_spaces_find(spaces, origin->space_digest);
@@ -153,6 +154,10 @@ enum rmap_status rmap_piece_place(struct rmap_map_content *content,
         return rmap_error_set(err, RMAP_FORMAT,
                               "%s belongs to another scene or seed than this map: move it away",
                               piece->name);
+    if (origin->tracer_revision && origin->tracer_revision != tracer_revision)
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "%s has rays of tracer revision %d, the map of %d: move it away",
+                              piece->name, (int)origin->tracer_revision, (int)tracer_revision);
     if (space < 0 || spaces->space[space].n_channel != origin->n_channel ||
         spaces->space[space].mode != origin->mode)
         return rmap_error_set(err, RMAP_FORMAT,
@@ -167,8 +172,8 @@ enum rmap_status rmap_piece_place(struct rmap_map_content *content,
     return RMAP_OK;
 }
 
-enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, const char *scene_digest,
-                               const struct rmap_map_spaces *spaces,
+enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, int32_t tracer_revision,
+                               const char *scene_digest, const struct rmap_map_spaces *spaces,
                                struct rmap_map_content *content, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -179,7 +184,8 @@ enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, const char *
     RMAP_TRY(rmap_map_list_pieces(map_path, &name, &n, err));
     for (size_t i = 0; i < n; i++) {
         RMAP_TRY(rmap_piece_read(map_path, name[i].shard, name[i].number, content, &origin, err));
-        RMAP_TRY(rmap_piece_place(content, &origin, seed, scene_digest, spaces, err));
+        RMAP_TRY(
+            rmap_piece_place(content, &origin, seed, tracer_revision, scene_digest, spaces, err));
     }
     RMAP_TRY(rmap_map_content_sort(content, err));
     rmap_map_content_drop_covered(content, &n_dropped);

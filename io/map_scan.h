@@ -17,8 +17,8 @@ enum rmap_status rmap_piece_read(const char *map_path, int shard, int number,
 
 /* Looks at every piece on disk. Each must be complete, of this seed and scene and in one of the
  * spaces; RMAP_FORMAT names the one that is not, and portions that share some rays. */
-enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, const char *scene_digest,
-                               const struct rmap_map_spaces *spaces,
+enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, int32_t tracer_revision,
+                               const char *scene_digest, const struct rmap_map_spaces *spaces,
                                struct rmap_map_content *content,
                                struct rmap_error *err) RMAP_MUST_USE;
 
@@ -26,7 +26,8 @@ enum rmap_status rmap_map_scan(const char *map_path, uint64_t seed, const char *
  * scene or colour space. */
 enum rmap_status rmap_piece_place(struct rmap_map_content *content,
                                   const struct rmap_piece_origin *origin, uint64_t seed,
-                                  const char *scene_digest, const struct rmap_map_spaces *spaces,
+                                  int32_t tracer_revision, const char *scene_digest,
+                                  const struct rmap_map_spaces *spaces,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

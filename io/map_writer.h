@@ -31,6 +31,7 @@ struct rmap_run {
     int32_t space;                          /* colour space: row of the map's spaces */
     const char *isa;                        /* instruction set that decides ties */
     const char *embree_version;             /* or NULL */
+    int32_t tracer_revision;                /* that made the rays; 0: this program's */
     const struct rmap_selection *selection; /* of rays that a query picked; NULL: as traced */
 };
 

@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "io/map_format.h"
+#include "trace/tracer_revision.h"
 #include "version.h"
 
 enum rmap_status rmap_scene_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
@@ -75,10 +76,25 @@ static enum rmap_status digest_without_colour(const struct rmap_bundle *bundle, 
     return st;
 }
 
+static int32_t tracer_of(const struct rmap_run *run)
+{
+    return run->tracer_revision ? run->tracer_revision : RMAP_TRACER_REVISION;
+}
+
+enum rmap_status rmap_tracer_revision_read(struct rmap_h5 *h5, int32_t *revision_ret,
+                                           struct rmap_error *err)
+{
+    *revision_ret = 1;
+    return rmap_h5_has_attribute(h5, "/", "tracer_revision")
+               ? rmap_h5_get(h5, "/", "tracer_revision", RMAP_I32, 1, revision_ret, err)
+               : RMAP_OK;
+}
+
 enum rmap_status rmap_piece_origin_of(const struct rmap_run *run, struct rmap_piece_origin *origin,
                                       struct rmap_error *err)
 {
     *origin = (struct rmap_piece_origin){.seed = run->seed,
+                                         .tracer_revision = tracer_of(run),
                                          .encoding = (int32_t)run->encoding,
                                          .mode = (int32_t)run->scene->channels.mode,
                                          .n_channel = run->scene->channels.n};
@@ -153,6 +169,7 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
     RMAP_TRY(put_versions(h5, run, err));
     RMAP_TRY(put_plugins(h5, run->bundle, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "isa", run->isa ? run->isa : "", err));
+    RMAP_TRY(rmap_h5_put(h5, "/", "tracer_revision", RMAP_I32, 1, &origin->tracer_revision, err));
     RMAP_TRY(rmap_h5_put(h5, "/", "seed", RMAP_U64, 1, &run->seed, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "scene_digest", origin->scene_digest, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "space_digest", origin->space_digest, err));

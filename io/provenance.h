@@ -29,6 +29,10 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
 enum rmap_status rmap_provenance_check(struct rmap_h5 *h5, const char *filetype,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
+/* Of an open file; 1 where it does not say. */
+enum rmap_status rmap_tracer_revision_read(struct rmap_h5 *h5, int32_t *revision_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
 /* Whether an open file is of a map with /curve. */
 bool rmap_provenance_is_curved(struct rmap_h5 *h5);
 

@@ -324,6 +324,7 @@ static enum rmap_status place(struct salvage *self, struct rmap_error *err)
                                   .space = space,
                                   .isa = header->isa,
                                   .embree_version = header->embree_version,
+                                  .tracer_revision = map->summary.tracer_revision,
                                   .selection = map->selection};
     return RMAP_OK;
 }

@@ -328,6 +328,8 @@ static enum rmap_status check_origin(struct piece_check *check,
         return RMAP_OK;
     if (origin->seed != map->summary.seed)
         text = "it was traced with another seed";
+    else if (origin->tracer_revision != map->summary.tracer_revision)
+        text = "it was traced by another revision of the tracer";
     else if (strcmp(origin->scene_digest, map->scene_digest) != 0)
         text = "it belongs to another scene";
     else if (strcmp(origin->space_digest, map->spaces.space[check->info->space].digest) != 0)

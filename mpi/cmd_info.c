@@ -146,9 +146,10 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
     double *flux = picked_flux(map);
     json_t *sources = rmap_balance_json(rmap_map_tally(map), flux);
     rmap_free(flux);
-    json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s}", "raymap", summary->program_version,
-                                 "git", summary->git_revision, "hdf5", summary->hdf5_version,
-                                 "embree", summary->embree_version, "isa", summary->isa);
+    json_t *versions = json_pack("{s:s, s:s, s:s, s:s, s:s, s:i}", "raymap",
+                                 summary->program_version, "git", summary->git_revision, "hdf5",
+                                 summary->hdf5_version, "embree", summary->embree_version, "isa",
+                                 summary->isa, "tracer", (int)summary->tracer_revision);
     json_t *info =
         json_pack("{s:I, s:I, s:I, s:I, s:b, s:I, s:s, s:s, s:o, s:o, s:o, s:o, s:i, s:o, s:o, "
                   "s:o, s:{s:I, s:I, s:I, s:s}, s:o}",
@@ -245,9 +246,9 @@ static void print_info(const char *path, const struct rmap_map *map,
                 rmap_counted(indexed->n_unused, "piece").text, indexed->why.text);
     fprintf(out, "  digest %s, seed %llu, ranks %d\n", digest, (unsigned long long)summary->seed,
             summary->n_rank);
-    fprintf(out, "  made by raymap %s (%s) with Embree %s (%s), HDF5 %s\n",
-            summary->program_version, summary->git_revision, summary->embree_version, summary->isa,
-            summary->hdf5_version);
+    fprintf(out, "  made by raymap %s (%s, tracer revision %d) with Embree %s (%s), HDF5 %s\n",
+            summary->program_version, summary->git_revision, (int)summary->tracer_revision,
+            summary->embree_version, summary->isa, summary->hdf5_version);
     fprintf(out, "  scene: %s, %s, %s, %zu medi%s, lengths in %s\n",
             rmap_counted(scene->n_object, "object").text,
             rmap_counted(scene->n_geometry, "geometry").text,

@@ -9,6 +9,7 @@
 
 #include "geometry/accel.h"
 #include "io/library_versions.h"
+#include "trace/tracer_revision.h"
 #include "version.h"
 
 void rmap_version_print(FILE *out)
@@ -21,6 +22,7 @@ void rmap_version_print(FILE *out)
     mpi_library[len] = 0;
     mpi_library[strcspn(mpi_library, ",\n")] = 0;
     fprintf(out, "raymap %s (%s)\n", RMAP_VERSION, RMAP_GIT_REVISION);
+    fprintf(out, "tracer     revision %d\n", RMAP_TRACER_REVISION);
     fprintf(out, "compiler   %s\n", RMAP_COMPILER);
     fprintf(out, "Embree     %s\n", rmap_accel_embree_version());
     fprintf(out, "MPI        %s\n", mpi_library);
