@@ -247,9 +247,13 @@ enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh
     struct rmap_mesh_builder builder = {.err = err};
     uint8_t *bytes = NULL;
     size_t nbytes = 0;
+    const char *trouble;
     if (!is_known(path))
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
                                 "its name must end in .stl, .obj, .ply, .gltf or .glb"));
+    trouble = rmap_input_file_trouble(path);
+    if (trouble)
+        return rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble);
     RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, err));
     RMAP_TRY(read_bytes(path, bytes, nbytes, scale, &builder));
     RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));

@@ -157,7 +157,7 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
                                      const struct rmap_run *run,
                                      const struct rmap_piece_origin *origin, struct rmap_error *err)
 {
-    const int32_t version[2] = {format_of(run), RMAP_FORMAT_MINOR};
+    const int32_t version[2] = {format_of(run), RMAP_FORMAT_MINOR}, tracer = tracer_of(run);
     const struct rmap_scene *scene = run->scene;
     const char *flux = scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
     enum rmap_status st = RMAP_OK;
@@ -169,7 +169,7 @@ enum rmap_status rmap_provenance_put(struct rmap_h5 *h5, const char *filetype,
     RMAP_TRY(put_versions(h5, run, err));
     RMAP_TRY(put_plugins(h5, run->bundle, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "isa", run->isa ? run->isa : "", err));
-    RMAP_TRY(rmap_h5_put(h5, "/", "tracer_revision", RMAP_I32, 1, &origin->tracer_revision, err));
+    RMAP_TRY(rmap_h5_put(h5, "/", "tracer_revision", RMAP_I32, 1, &tracer, err));
     RMAP_TRY(rmap_h5_put(h5, "/", "seed", RMAP_U64, 1, &run->seed, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "scene_digest", origin->scene_digest, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "space_digest", origin->space_digest, err));
