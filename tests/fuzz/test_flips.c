@@ -380,7 +380,7 @@ static void flip_seeded(const struct made *maps)
         const struct made *map = &maps[k % MAPS];
         int file = (int)(u[0] * map->n_file);
         flip(map, file, (size_t)(u[1] * (double)map->nbytes[file]), (int)(u[2] * 8),
-             k / MAPS % 4 == 0);
+             k / MAPS % 16 == 0);
     }
 }
 
