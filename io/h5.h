@@ -101,7 +101,6 @@ enum rmap_status rmap_h5_write_fields(struct rmap_h5 *h5, const struct rmap_h5_f
 /* ---- reading ---- */
 
 bool rmap_h5_has(struct rmap_h5 *h5, const char *path);
-bool rmap_h5_has_attribute(struct rmap_h5 *h5, const char *path, const char *name);
 
 /* out is always terminated; longer text is cut. */
 enum rmap_status rmap_h5_get_text(struct rmap_h5 *h5, const char *path, const char *name, char *out,
@@ -109,6 +108,11 @@ enum rmap_status rmap_h5_get_text(struct rmap_h5 *h5, const char *path, const ch
 enum rmap_status rmap_h5_get(struct rmap_h5 *h5, const char *path, const char *name,
                              enum rmap_element element, size_t n, void *out,
                              struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same; out stays as it is where there is no such attribute, as in files of older programs. */
+enum rmap_status rmap_h5_get_if(struct rmap_h5 *h5, const char *path, const char *name,
+                                enum rmap_element element, size_t n, void *out,
+                                struct rmap_error *err) RMAP_MUST_USE;
 
 /* Reads a whole dataset; its rank must be `rank` and its checksum must hold. dims: 0 takes any
  * extent and returns it, others must match. *data_ret: rmap_free. */

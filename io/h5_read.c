@@ -17,11 +17,6 @@ bool rmap_h5_has(struct rmap_h5 *h5, const char *path)
            H5Oexists_by_name(h5->file, path, H5P_DEFAULT) > 0;
 }
 
-bool rmap_h5_has_attribute(struct rmap_h5 *h5, const char *path, const char *name)
-{
-    return H5Aexists_by_name(h5->file, path, name, H5P_DEFAULT) > 0;
-}
-
 enum rmap_status rmap_h5_get_text(struct rmap_h5 *h5, const char *path, const char *name, char *out,
                                   size_t out_nbytes, struct rmap_error *err)
 {
@@ -59,6 +54,16 @@ enum rmap_status rmap_h5_get(struct rmap_h5 *h5, const char *path, const char *n
     (void)H5Sclose(space);
     (void)H5Aclose(attribute);
     return st;
+}
+
+enum rmap_status rmap_h5_get_if(struct rmap_h5 *h5, const char *path, const char *name,
+                                enum rmap_element element, size_t n, void *out,
+                                struct rmap_error *err)
+{
+    const htri_t there = H5Aexists_by_name(h5->file, path, name, H5P_DEFAULT);
+    if (there < 0)
+        return rmap_h5_fail(h5, name, err);
+    return there > 0 ? rmap_h5_get(h5, path, name, element, n, out, err) : RMAP_OK;
 }
 
 static enum rmap_status wrong(struct rmap_h5 *h5, const char *path, const char *what,

@@ -85,9 +85,7 @@ enum rmap_status rmap_tracer_revision_read(struct rmap_h5 *h5, int32_t *revision
                                            struct rmap_error *err)
 {
     *revision_ret = 1;
-    return rmap_h5_has_attribute(h5, "/", "tracer_revision")
-               ? rmap_h5_get(h5, "/", "tracer_revision", RMAP_I32, 1, revision_ret, err)
-               : RMAP_OK;
+    return rmap_h5_get_if(h5, "/", "tracer_revision", RMAP_I32, 1, revision_ret, err);
 }
 
 enum rmap_status rmap_piece_origin_of(const struct rmap_run *run, struct rmap_piece_origin *origin,
