@@ -7,8 +7,7 @@
 command -v clang-14 >/dev/null || { echo "no clang-14 here"; exit 77; }
 rm -rf ./*.raymap ./*.txt
 write_scene scene.yaml
-cmake -S "$SOURCE_DIR" -B build -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_COMPILER=clang-14 -DBUILD_TESTING=OFF \
-    -DCMAKE_C_FLAGS='-fsanitize=thread -fno-omit-frame-pointer -O1' >build.log 2>&1 &&
+(cd "$SOURCE_DIR" && cmake --preset tsan -G Ninja -B "$OLDPWD/build" -DBUILD_TESTING=OFF) >build.log 2>&1 &&
     cmake --build build >>build.log 2>&1 || { tail -20 build.log; exit 1; }
 export TSAN_OPTIONS="suppressions=$SOURCE_DIR/tests/tsan.supp exitcode=66"
 raymap=build/raymap
