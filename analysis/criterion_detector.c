@@ -20,7 +20,8 @@ static const struct its_number {
 
 /* Tests of the steps before a registration, which stand in `where`, too (criterion_word.c). */
 static const char *const step_words[] = {"hit",     "surface",     "event",         "medium",
-                                         "bounces", "ghost_order", "scatter_order", "after"};
+                                         "bounces", "ghost_order", "scatter_order", "path",
+                                         "after",   "at"};
 enum { N_STEP_WORD = sizeof step_words / sizeof *step_words };
 
 enum { N_ITS_NUMBER = sizeof its_number_table / sizeof *its_number_table };

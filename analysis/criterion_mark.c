@@ -202,78 +202,6 @@ double rmap_registration_number(const struct rmap_scene *scene, const struct rma
     return (double)NAN;
 }
 
-/* A registration, and the legs before that on which the detector was reached. */
-struct seen {
-    const struct rmap_criterion *criterion;
-    const struct rmap_portion *portion;
-    size_t row;
-    struct rmap_strip before; /* of one ray */
-};
-
-/* Goes on to registration `row`, further on in the portion. ray_row: where the rays' rows of
- * /registration begin. */
-static void see_next(struct seen *seen, size_t row, size_t *ray_row)
-{
-    const struct rmap_ray_columns *ray = &seen->portion->ray;
-    size_t at = seen->before.ray, first = seen->before.first;
-    for (; row >= *ray_row + ray->registration_count[at]; at++) {
-        *ray_row += ray->registration_count[at];
-        first += ray->segment_count[at];
-    }
-    size_t leg = seen->portion->registration.segment[row];
-    seen->before =
-        (struct rmap_strip){.first = first,
-                            .n = leg < ray->segment_count[at] ? leg : ray->segment_count[at],
-                            .ray = at,
-                            .ray_row = first};
-    seen->row = row;
-}
-
-/* Steps that count, of all before or of the last one at an object. */
-static uint32_t count_before(const struct seen *seen, const struct rmap_step_test *test)
-{
-    enum { N = 256 };
-    uint8_t flag[N];
-    uint32_t sum = 0;
-    struct rmap_strip part = seen->before;
-    size_t end = part.first + part.n;
-    if (test->of_last) {
-        while (end > part.first && seen->portion->segment.object[end - 1] < 0)
-            end--;
-        part.first = end > part.first ? end - 1 : end;
-    }
-    for (; part.first < end; part.first += N) {
-        part.n = end - part.first < N ? end - part.first : N;
-        rmap_steps_mark(seen->criterion, test, seen->portion, &part, flag);
-        for (size_t i = 0; i < part.n; i++)
-            sum += flag[i];
-    }
-    return sum;
-}
-
-static bool where_holds(const struct seen *seen, int32_t index)
-{
-    const struct rmap_criterion *criterion = seen->criterion;
-    const struct rmap_criterion_node *node = &criterion->node[index];
-    const struct rmap_registration_columns *its = &seen->portion->registration;
-    if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE)
-        return rmap_angle_holds(&criterion->scene->detector[its->detector[seen->row]],
-                                its->direction + 3 * seen->row, &node->interval, &node->angle);
-    if (node->kind == RMAP_CRITERION_ITS_NUMBER)
-        return rmap_interval_holds(
-            &node->interval,
-            rmap_registration_number(criterion->scene, seen->portion, seen->row, node->its_number));
-    if (node->kind == RMAP_CRITERION_STEPS)
-        return rmap_interval_holds(&node->interval, count_before(seen, &node->steps));
-    if (node->kind == RMAP_CRITERION_NOT)
-        return !where_holds(seen, node->first);
-    bool is_and = node->kind == RMAP_CRITERION_AND, own = is_and;
-    for (int32_t child = node->first; child >= 0 && own == is_and;
-         child = criterion->node[child].next)
-        own = where_holds(seen, child);
-    return own;
-}
-
 /* Even-odd rule; points on an edge are inside. */
 static bool polygon_has(const double (*corner)[2], size_t n, double x, double y)
 {
@@ -326,26 +254,6 @@ RMAP_WIDE static void keep_one_box(const struct rmap_box *box, const uint16_t *r
     bool empty = box->low[0] > box->high[0] || box->low[1] > box->high[1];
     for (size_t i = 0; i < n; i++)
         flag[i] &= (at[2 * i] - x <= width) & (at[2 * i + 1] - y <= height) & !empty;
-}
-
-void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
-                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits)
-{
-    const bool of_steps =
-        (criterion->node[where].columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
-    struct seen seen = {.criterion = criterion, .portion = portion};
-    size_t ray_row = 0;
-    for (size_t first = 0; first < n_row; first += 64) {
-        uint64_t kept = n_row - first < 64 ? (UINT64_C(1) << (n_row - first)) - 1 : UINT64_MAX;
-        kept &= bits[first / 64];
-        for (uint64_t left = kept; left != 0; left &= left - 1) {
-            seen.row = first + (size_t)__builtin_ctzll(left);
-            if (of_steps)
-                see_next(&seen, seen.row, &ray_row);
-            kept ^= (left & (0 - left)) * !where_holds(&seen, where);
-        }
-        bits[first / 64] = kept;
-    }
 }
 
 void rmap_registrations_mark(const struct rmap_criterion *criterion,

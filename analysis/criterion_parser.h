@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * The parser's state and its rooms: logic (criterion_parse.c), elementary tests
- * (criterion_word.c) of steps (criterion_step.c) and of registrations (criterion_detector.c),
- * and values: numbers, units, ranges, regions (criterion_value.c).
+ * (criterion_word.c) of steps (criterion_step.c, criterion_surface.c) and of registrations
+ * (criterion_detector.c), and values: numbers, units, ranges, regions (criterion_value.c).
  */
 #ifndef RMAP_CRITERION_PARSER_H
 #define RMAP_CRITERION_PARSER_H
@@ -91,6 +91,9 @@ enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
                                        const char *const *candidate, size_t n);
 
+/* The name of an event, into *events, which has none yet. */
+enum rmap_status rmap_parse_event(struct rmap_parser *parser, uint32_t *events) RMAP_MUST_USE;
+
 /* What stands behind the word of a test, which has been taken. */
 enum rmap_status rmap_parse_hit(struct rmap_parser *parser,
                                 struct rmap_criterion_node *node) RMAP_MUST_USE;
@@ -107,7 +110,10 @@ enum rmap_status rmap_parse_crossed(struct rmap_parser *parser,
 enum rmap_status rmap_parse_path(struct rmap_parser *parser,
                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
 
-/* As hit, of the last object met before a registration; numbers that count steps. */
+/* As hit, of the step at a registration's own place; of the last object met before it; numbers that
+ * count steps. */
+enum rmap_status rmap_parse_at(struct rmap_parser *parser,
+                               struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_after(struct rmap_parser *parser,
                                   struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_bounces(struct rmap_parser *parser,

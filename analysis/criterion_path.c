@@ -31,7 +31,7 @@ static enum rmap_status begin_table(struct rmap_parser *parser, struct rmap_path
     struct rmap_path_table *table = block;
     uint8_t *mark = follows;
     for (size_t d = 0; d < scene->n_detector; d++)
-        mark[d] = scene->detector[d].on_object >= 0 || scene->detector[d].on_group >= 0;
+        mark[d] = rmap_detector_lies_on(&scene->detector[d]);
     *table = (struct rmap_path_table){.n_object = scene->n_object,
                                       .n_medium = scene->n_medium,
                                       .n_detector = scene->n_detector,

@@ -52,7 +52,8 @@ enum rmap_criterion_kind {
     RMAP_CRITERION_STEPS,         /* a count of rows of /segment; below `where` of those before the
                                      leg on which the detector was reached */
     RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
-    RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence */
+    RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
+                                     `where` the history up to and with the registration */
     RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
 };
 
@@ -83,10 +84,14 @@ struct rmap_angle_ends {
 /* Part of an object. Ranges are closed. */
 enum rmap_part { RMAP_PART_ALL, RMAP_PART_FACE, RMAP_PART_TRIANGLE };
 
+/* Of a ray all steps, of a registration those before it; below `where` also the last one at an
+ * object of these, or the step at the detector's own place. */
+enum rmap_steps_of { RMAP_STEPS_ALL, RMAP_STEPS_LAST, RMAP_STEPS_OWN };
+
 /* Which rows of /segment count. What is not given holds for every row. */
 struct rmap_step_test {
     bool of_object, of_medium;
-    bool of_last; /* only the last row at an object; below `where` only */
+    enum rmap_steps_of of;
     struct rmap_index_set object, medium;
     uint64_t object_bits[4]; /* as in struct rmap_portion_summary */
     uint32_t events;         /* any of these bits; 0: not given */

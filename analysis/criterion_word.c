@@ -199,8 +199,8 @@ out:
 }
 
 /* What a test is of decides where it may stand: STEPS, those of the ray, or inside `where` those
- * before the registration. */
-enum scope { OF_RAY, OF_STEPS, OF_STEPS_BEFORE };
+ * before the registration; REGISTRATION, there alone. */
+enum scope { OF_RAY, OF_STEPS, OF_REGISTRATION };
 
 /* Every word that begins a test. A number must be compared; a count need not. */
 static const struct word {
@@ -217,11 +217,12 @@ static const struct word {
     {"surface", rmap_parse_surface, .scope = OF_STEPS},
     {"event", rmap_parse_event_test, .scope = OF_STEPS},
     {"medium", rmap_parse_medium, .scope = OF_STEPS},
-    {"after", rmap_parse_after, .scope = OF_STEPS_BEFORE},
+    {"after", rmap_parse_after, .scope = OF_REGISTRATION},
+    {"at", rmap_parse_at, .scope = OF_REGISTRATION},
     {"registered", rmap_parse_registered},
     {"crossed", rmap_parse_crossed},
     {"ended", parse_ended},
-    {"path", rmap_parse_path},
+    {"path", rmap_parse_path, .scope = OF_STEPS},
     {"segments", NULL, true, RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE},
     {"bounces", rmap_parse_bounces, true, .scope = OF_STEPS},
     {"ghost_order", rmap_parse_ghost_order, true, .scope = OF_STEPS},
@@ -349,7 +350,7 @@ enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
         return rmap_parse_reference(parser, node_ret);
     if (!word)
         return fail_unknown(parser);
-    if (!parser->detector && word->scope == OF_STEPS_BEFORE)
+    if (!parser->detector && word->scope == OF_REGISTRATION)
         return RMAP_PARSER_FAIL(parser, &token,
                                 "'%s' is of a registration: registered(NAME where %s(OBJECT))",
                                 word->word, word->word);

@@ -60,17 +60,14 @@ static void mark_with_media(const struct rmap_path_table *table,
     }
 }
 
-static void mark_steps(const struct run *run, size_t first, size_t n)
+/* Symbols of rows of /segment, by columns. */
+static void mark_columns(const struct rmap_path_table *table,
+                         const struct rmap_segment_columns *from, size_t first, size_t n,
+                         uint16_t *step)
 {
-    const struct rmap_path_table *table = run->table;
-    const struct rmap_segment_columns *from = &run->portion->segment;
     const uint16_t *symbol = table->symbol_of_base, *kind = table->kind_of_object;
     const size_t n_object = table->n_object;
-    uint16_t *step = run->step;
-    if (run->rows)
-        for (size_t i = 0; i < n; i++)
-            step[i] = run->rows->symbol[run->rows->row_class[first + i]];
-    else if (table->of_medium)
+    if (table->of_medium)
         mark_with_media(table, from, first, n, step);
     else if (table->of_object)
         for (size_t i = 0; i < n; i++)
@@ -79,6 +76,24 @@ static void mark_steps(const struct run *run, size_t first, size_t n)
     else
         for (size_t i = 0; i < n; i++)
             step[i] = symbol[base_of(table, from->event[first + i], 0)];
+}
+
+uint16_t rmap_path_row_symbol(const struct rmap_path_table *table,
+                              const struct rmap_segment_columns *segment, size_t row)
+{
+    uint16_t symbol = 0;
+    mark_columns(table, segment, row, 1, &symbol);
+    return symbol;
+}
+
+static void mark_steps(const struct run *run, size_t first, size_t n)
+{
+    if (!run->rows) {
+        mark_columns(run->table, &run->portion->segment, first, n, run->step);
+        return;
+    }
+    for (size_t i = 0; i < n; i++)
+        run->step[i] = run->rows->symbol[run->rows->row_class[first + i]];
 }
 
 /* symbol: of each, or NULL: they are symbols themselves. */
@@ -94,12 +109,22 @@ RMAP_COPIED uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, const uin
     return to + n;
 }
 
+uint16_t rmap_path_hit_symbol(const struct rmap_path_table *table, int32_t detector)
+{
+    return table->symbol_of_hit[index_within(detector, table->n_detector)];
+}
+
+size_t rmap_path_place(const struct rmap_path_table *table,
+                       const struct rmap_registration_columns *registration, size_t row)
+{
+    size_t detector = index_within(registration->detector[row], table->n_detector);
+    return (size_t)registration->segment[row] + table->follows_object[detector];
+}
+
 /* Number of steps before registration i of a ray. */
 static size_t place_of(const struct run *run, size_t i)
 {
-    const struct rmap_registration_columns *from = &run->portion->registration;
-    size_t detector = index_within(from->detector[i], run->table->n_detector);
-    return (size_t)from->segment[i] + run->table->follows_object[detector];
+    return rmap_path_place(run->table, &run->portion->registration, i);
 }
 
 /* A ray's steps and, in their places, its registrations. */
@@ -113,14 +138,13 @@ RMAP_COPIED uint16_t *merge_ray(const struct run *run, const uint16_t *step, con
     for (size_t i = registration; i < registration + n_registration; i++) {
         if (!from->registered[i])
             continue;
-        size_t detector = index_within(from->detector[i], table->n_detector);
         size_t place = place_of(run, i);
         place = place > n_step ? n_step : place;
         if (place > at) {
             to = copy_symbols(to, step + at, symbol, place - at);
             at = place;
         }
-        *to++ = table->symbol_of_hit[detector];
+        *to++ = rmap_path_hit_symbol(table, from->detector[i]);
     }
     return copy_symbols(to, step + at, symbol, n_step - at);
 }

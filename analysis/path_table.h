@@ -49,6 +49,15 @@ struct rmap_path_table {
     const uint8_t *seen; /* [n_symbol] the last thing is such a registration; or NULL */
 };
 
+/* The symbol of a row of /segment, and of a registration on a detector. */
+uint16_t rmap_path_row_symbol(const struct rmap_path_table *table,
+                              const struct rmap_segment_columns *segment, size_t row);
+uint16_t rmap_path_hit_symbol(const struct rmap_path_table *table, int32_t detector);
+
+/* Number of a ray's steps before a registration, a row of /registration. */
+size_t rmap_path_place(const struct rmap_path_table *table,
+                       const struct rmap_registration_columns *registration, size_t row);
+
 /* What the automaton is built over. */
 struct rmap_path_alphabet {
     uint32_t n_symbol;

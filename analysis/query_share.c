@@ -39,8 +39,7 @@ static void add_set(XXH3_state_t *state, const struct rmap_index_set *set)
 
 static void add_steps(XXH3_state_t *state, const struct rmap_step_test *test, size_t n_object)
 {
-    add_number(state,
-               (uint64_t)test->of_last << 2 | (uint64_t)test->of_object << 1 | test->of_medium);
+    add_number(state, (uint64_t)test->of << 2 | (uint64_t)test->of_object << 1 | test->of_medium);
     add_set(state, &test->object);
     add_set(state, &test->medium);
     add_number(state, (uint64_t)test->events << 32 | test->events_not);

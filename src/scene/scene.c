@@ -119,6 +119,17 @@ bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t
     return at >= 0 && at == group;
 }
 
+bool rmap_detector_lies_at(const struct rmap_scene *scene, const struct rmap_detector *detector,
+                           size_t object)
+{
+    if (detector->type != RMAP_DETECTOR_PLANE)
+        return false;
+    if (detector->on_object >= 0)
+        return (size_t)detector->on_object == object;
+    return detector->on_group >= 0 &&
+           rmap_scene_in_group(scene, (int32_t)object, detector->on_group);
+}
+
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret)
 {
     uint64_t period = ray / scene->schedule_len;

@@ -269,6 +269,14 @@ void rmap_geometry_bounds(const struct rmap_geometry *geometry, struct rmap_vec3
 /* True when object `object` is `group` or lies below it in the tree. */
 bool rmap_scene_in_group(const struct rmap_scene *scene, int32_t object, int32_t group);
 
+/* True when a detector lies on something, and on this object: it then registers what arrives. */
+static inline bool rmap_detector_lies_on(const struct rmap_detector *detector)
+{
+    return detector->on_object >= 0 || detector->on_group >= 0;
+}
+bool rmap_detector_lies_at(const struct rmap_scene *scene, const struct rmap_detector *detector,
+                           size_t object);
+
 /* Source of a ray id, and its running number among that source's rays. */
 int32_t rmap_scene_source_of(const struct rmap_scene *scene, uint64_t ray, uint64_t *ordinal_ret);
 

@@ -172,17 +172,6 @@ static enum rmap_status tabulate_areas(struct rmap_scene *scene, struct rmap_sou
 }
 
 /* Lists of detectors by kind; those on a group stand with each of its objects. */
-static bool lies_on(const struct rmap_scene *scene, const struct rmap_detector *detector,
-                    size_t object)
-{
-    if (detector->type != RMAP_DETECTOR_PLANE)
-        return false;
-    if (detector->on_object >= 0)
-        return (size_t)detector->on_object == object;
-    return detector->on_group >= 0 &&
-           rmap_scene_in_group(scene, (int32_t)object, detector->on_group);
-}
-
 static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_error *err)
 {
     scene->free_detector = rmap_alloc(scene->n_detector, sizeof *scene->free_detector);
@@ -194,7 +183,7 @@ static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_err
         const struct rmap_detector *detector = &scene->detector[d];
         if (detector->type == RMAP_DETECTOR_INTENSITY)
             scene->far_detector[scene->n_far_detector++] = (int32_t)d;
-        else if (detector->on_object < 0 && detector->on_group < 0)
+        else if (!rmap_detector_lies_on(detector))
             scene->free_detector[scene->n_free_detector++] = (int32_t)d;
     }
     for (int pass = 0; pass < 2; pass++) { /* count, then fill */
@@ -202,7 +191,7 @@ static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_err
         for (size_t o = 0; o < scene->n_object; o++) {
             scene->on_first[o] = n;
             for (size_t d = 0; d < scene->n_detector; d++) {
-                if (!lies_on(scene, &scene->detector[d], o))
+                if (!rmap_detector_lies_at(scene, &scene->detector[d], o))
                     continue;
                 if (pass == 1)
                     scene->on_detector[n] = (int32_t)d;

@@ -238,19 +238,24 @@ class Judge:
     def _test_hit(self):
         return self._count(self._hit_rows())
 
-    def _hit_rows(self):
+    def _asked(self):
+        """Of each step: what may stand behind an object's name."""
         m, which = self.map, self.map.segment["object"]
-        rows = self.objects(self._next())[which]
+        if self._accept("side"):
+            return m.in_front if self._next() == "front" else ~m.in_front
+        if not self._is("face", "triangle"):
+            return self._event()
+        word = self._next()
+        first, last = self._whole_range()
+        part = m.segment["primitive"].copy()
+        if word == "face":
+            part[which >= 0] = m.triangles_of_face(which[which >= 0], part[which >= 0])
+        return (part >= first) & (part <= last)
+
+    def _hit_rows(self):
+        rows = self.objects(self._next())[self.map.segment["object"]]
         while self._accept(","):
-            if self._is("face", "triangle"):
-                word = self._next()
-                first, last = self._whole_range()
-                part = m.segment["primitive"].copy()
-                if word == "face":
-                    part[which >= 0] = m.triangles_of_face(which[which >= 0], part[which >= 0])
-                rows = rows & (part >= first) & (part <= last)
-            else:
-                rows = rows & self._event()
+            rows = rows & self._asked()
         self._expect(")")
         return rows
 
@@ -329,6 +334,13 @@ class Judge:
             return self._relation()(self._count(rows).astype(float))
         if self._accept("after"):
             return self._after()
+        if self._accept("at"):
+            return self._at()
+        if self._accept("path"):
+            self._expect("(")
+            found = self.paths.match_registrations(self._next())
+            self._expect(")")
+            return self._counted(found.astype(int))
         word = self._next()
         if word not in ("hit", "surface", "event", "medium"):
             return self._its_number(word, pattern)
@@ -344,6 +356,23 @@ class Judge:
         first = m.first_segment[m.ray_of_registration]
         last = np.append(-1, met)[first + m.registration["segment"]]
         return self._counted(np.where(last >= first, here[last], False).astype(int))
+
+    def _at(self):
+        """Whether the step on which a registration lies is such a one."""
+        m = self.map
+        self._expect("(")
+        if self._is("side", "face", "triangle", *MASK):
+            rows = m.segment["object"] >= 0
+            rows = rows & self._asked()
+            while self._accept(","):
+                rows = rows & self._asked()
+            self._expect(")")
+        else:
+            rows = self._hit_rows()
+        own = m.first_segment[m.ray_of_registration] + m.registration["segment"]
+        which = m.registration["detector"]
+        lies_on = (m.detector["on_object"][which] >= 0) | (m.detector["on_group"][which] >= 0)
+        return self._counted((lies_on & np.append(rows, False)[own]).astype(int))
 
     def _any_registration(self, word):
         pattern = self._next()

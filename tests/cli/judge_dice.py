@@ -18,6 +18,7 @@ class Dice:
     def __init__(self, plain_map, seed):
         self.map, self.random = plain_map, random.Random(seed)
         self.lets = {}  # name: text
+        self.paths = None  # of the judge
 
     # ------------------------------------------------------------------ words
 
@@ -229,12 +230,36 @@ class Dice:
         if depth < 2 and self.chance(0.4):
             return f"({self.where(rows, units, depth + 1)} {self.one_of('and', 'or')} " \
                    f"{self.where(rows, units, depth + 1)})"
-        text = self.its_step() if self.chance(0.4) else self.its_number(rows, units)
+        text = self.its_step(rows) if self.chance(0.4) else self.its_number(rows, units)
         return ("not " if self.chance(0.2) else "") + text
 
-    def its_step(self):
-        """Of the steps before a registration."""
-        roll = self.random.random()
+    def at(self, row):
+        """Of the step on which a registration lies."""
+        m = self.map
+        step = m.first_segment[m.ray_of_registration[row]] + m.registration["segment"][row]
+        which = m.segment["object"][step]
+        words = [word for word in MASK if MASK[word] & int(m.segment["event"][step])]
+        asked = []
+        if self.chance(0.4):
+            asked.append(self.write(self.name("object", which)))
+        if self.chance(0.7):
+            asked.append(self.random.choice(words))
+        if self.chance(0.3) and m.is_mesh[which] and (not asked or asked[0] in words):
+            triangle = int(m.segment["primitive"][step])
+            asked.append(self.one_of(f"triangle 0..{triangle}", f"face {m.faces[which][triangle]}"))
+        if self.chance(0.3) or not asked:
+            asked.append("side " + self.one_of("front", "back"))
+        return f"at({', '.join(asked)})"
+
+    def its_step(self, rows):
+        """Of the steps before a registration, or its own."""
+        m, roll, row = self.map, self.random.random(), rows[self.row(rows)] if len(rows) else -1
+        if row >= 0 and roll < 0.15:
+            return f'path("{self.path(self.paths, self.paths.upto[row])}")'
+        which = m.registration["detector"][row] if row >= 0 else -1
+        if row >= 0 and roll < 0.6 and max(m.detector["on_object"][which],
+                                           m.detector["on_group"][which]) >= 0:
+            return self.at(row)
         if roll < 0.3:
             return self.one_of("bounces", "ghost_order", "scatter_order") + self.times(3)
         if roll < 0.5:
@@ -247,7 +272,7 @@ class Dice:
         text = f"{self.one_of('registered', 'registered', 'crossed')}({name}"
         if self.chance(0.5):
             text += f", {self.region(rows, units)}"
-        if self.chance(0.4):
+        if self.chance(0.5):
             text += f" where {self.where(rows, units)}"
         return text + ")" + (self.times(3) if self.chance(0.3) else "")
 
@@ -282,11 +307,10 @@ class Dice:
             return letter
         return letter + self.path_name(kind)
 
-    def path(self, paths):
+    def path(self, paths, history=None):
         """A history that is there, with steps made more general, repeated, optional or skipped."""
-        if paths.kinds is None:
-            paths.match(".")
-        history = paths.histories[paths.history_of_ray[self.row(self.map.ray["id"])]]
+        if history is None:
+            history = paths.histories[paths.history_of_ray[self.row(self.map.ray["id"])]]
         steps = [paths.kinds[ord(c) - FIRST] for c in history]
         out, at, vague = [], 0, 0
         while at < len(steps):
@@ -313,7 +337,7 @@ class Dice:
                 break
         text = self.one_of("", " ").join(out)
         if self.chance(0.5):
-            text = re.sub(r" (?=[*+?{|)\[(])", "", text)
+            text = re.sub(r"('[^']*')| (?=[*+?{|)\[(])", lambda found: found[1] or "", text)
         return text
 
     # ------------------------------------------------------------------ logic
@@ -322,6 +346,9 @@ class Dice:
         kinds = ["source", "hit", "hit", "hit", "event", "medium", "surface", "ended", "number",
                  "number", "registered", "registered", "any", "path", "path"]
         kind = self.random.choice(kinds)
+        self.paths = judge.paths
+        if self.paths.kinds is None:
+            self.paths.match(".")
         if kind == "path":
             return f'path("{self.path(judge.paths)}")'
         if kind in ("registered", "any") and not self.map.names["detector"]:

@@ -129,6 +129,7 @@ class PlainMap:
         met = np.where(in_front, self.object["surface_front"][which],
                        self.object["surface_back"][which])
         self.surface_met = np.where(which >= 0, met, -1)
+        self.in_front = in_front & (which >= 0)
 
     def surface_number(self, word):
         """A parameter of each surface, mean over the channels; NaN where it has none."""

@@ -99,30 +99,44 @@ class PathJudge:
         self.kinds = None  # (letter, object, medium, detector) of each character
         self.histories = None  # distinct strings
         self.history_of_ray = None
+        self.upto = None  # of each registration, the part of its ray's history
 
     def _write(self):
         """The history of each ray as a string. Within a leg: what free detectors registered on the
         way, the step, what detectors lying on the object registered of what arrived."""
         m = self.map
-        seen = np.flatnonzero(m.registration["registered"] == 1)
-        which = m.registration["detector"][seen]
+        which = m.registration["detector"]
         lies_on = (m.detector["on_object"][which] >= 0) | (m.detector["on_group"][which] >= 0)
-        n = len(m.leg)
+        n, is_seen = len(m.leg), m.registration["registered"] == 1
         kinds = [(str(m.letter[i]), int(m.segment["object"][i]), int(m.segment["medium"][i]), -1)
                  for i in range(n)]
         kinds += [("V", -1, -1, int(d)) for d in which]
-        ray = np.concatenate([m.ray_of_segment, m.ray_of_registration[seen]])
-        leg = np.concatenate([m.leg, m.registration["segment"][seen]])
+        ray = np.concatenate([m.ray_of_segment, m.ray_of_registration])
+        leg = np.concatenate([m.leg, m.registration["segment"]])
         phase = np.concatenate([np.ones(n, dtype=int), np.where(lies_on, 2, 0)])
         order = np.lexsort((np.arange(len(ray)), phase, leg, ray))  # the last key counts most
+        is_there = np.concatenate([np.ones(n, dtype=bool), is_seen])[order]
         number = {}
-        text = "".join([chr(FIRST + number.setdefault(kinds[i], len(number))) for i in order])
-        ends = np.cumsum(np.bincount(ray, minlength=m.n_ray))
-        strings = [text[a:b] for a, b in zip(np.append(0, ends[:-1]), ends)]
+        text = "".join([chr(FIRST + number.setdefault(kinds[i], len(number)))
+                        for i in order[is_there]])
+        ends = np.cumsum(np.bincount(ray[order[is_there]], minlength=m.n_ray))
+        begins = np.append(0, ends[:-1])
+        strings = [text[a:b] for a, b in zip(begins, ends)]
         self.kinds = list(number)
         distinct = {}
         self.history_of_ray = np.array([distinct.setdefault(s, len(distinct)) for s in strings])
         self.histories = list(distinct)
+        place = np.empty(len(order), dtype=int)
+        place[order] = np.cumsum(is_there)
+        self.upto = [text[begins[r]:b] for r, b in zip(m.ray_of_registration, place[n:])]
+
+    def match_registrations(self, text):
+        """Of each registration: of the history up to and with it, if it is registered."""
+        if self.kinds is None:
+            self._write()
+        automaton, known = Automaton(self.read(text)), {}
+        return np.array([known[s] if s in known else known.setdefault(s, automaton.fits(s))
+                         for s in self.upto], dtype=bool)
 
     def match(self, text):
         if self.kinds is None:

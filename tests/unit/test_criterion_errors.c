@@ -52,7 +52,7 @@ static const struct {
      "'odd n\xc3\xa4me' is an object, not a test (use hit('odd n\xc3\xa4me'))"},
     {"hitt(tube)", 1, 4, "unknown test 'hitt' (did you mean 'hit'?)"},
     {"xyzzy(tube)", 1, 5,
-     "unknown test 'xyzzy': say one of all source hit surface event medium after registered "
+     "unknown test 'xyzzy': say one of all source hit surface event medium after at registered "
      "crossed ended path segments bounces ghost_order scatter_order wavelength flux path_length "
      "optical_path ray angle x y time"},
     {"hit(tube, reflect_speculr)", 11, 15,
@@ -73,6 +73,15 @@ static const struct {
     {"hit(tube, face 1.5)", 16, 3, "expected a whole number from 0"},
     {"hit(tube, face 1, triangle 2)", 19, 8, "only one range of faces or triangles can be given"},
     {"hit()", 5, 1, "expected the name of an object, found ')'"},
+    {"hit(tube, side left)", 16, 4, "expected front or back, found 'left'"},
+    {"hit(tube, side front, side back)", 23, 4, "only one side can be given"},
+    {"at(tube)", 1, 2, "'at' is of a registration: registered(NAME where at(OBJECT))"},
+    {"registered(sensor where at(absorb))", 25, 2,
+     "'at' is of detectors that lie on an object ('on' in the scene); free in space there is no "
+     "step at the detector's place"},
+    {"registered(screen where at(face 3))", 33, 1, "there is no face 3: face 0 to 2 exist here"},
+    {"registered(screen where at())", 28, 1, "expected the name of an object, found ')'"},
+    {"registered(screen where path(\"(T|R\"))", 31, 1, "this parenthesis is never closed"},
     {"hit(3lens)", 5, 1,
      "expected the name of an object (one that begins with a digit stands in single quotes), found "
      "'3'"},
