@@ -10,10 +10,10 @@ cd "$(dirname "$0")/.."
 rays=2000000
 scene=examples/double-gauss/scene.yaml
 map=out/double-gauss.raymap
-# A ghost: light of the star that was mirrored twice or more and ends on the sensor.
-ghost='source(star) and ended(absorbed, sensor_surface) and hit(*, reflect_specular) >= 2'
+# A ghost: light of the star that arrives on the sensor mirrored by what is not meant to mirror.
+ghost='source(star) and registered(sensor where ghost_order >= 1)'
 # Those that the lens alone makes: two reflections between its surfaces.
-lens_ghost='source(star) and registered(sensor) and hit(lens, reflect_specular) == 2 and hit(*, reflect) == 2'
+lens_ghost='source(star) and registered(sensor where hit(lens, reflect_specular) == 2 and hit(*, reflect) == 2)'
 # Stray light: any light of the sun, which stands outside the field, that reaches the sensor.
 stray='source(sun) and registered(sensor)'
 

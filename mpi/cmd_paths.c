@@ -318,7 +318,8 @@ const struct rmap_command rmap_command_paths = {
             "are one class. Prints the classes with most flux: their share, standard error, rays,\n"
             "brightest cell on a detector, a ray to look at, and the criterion that selects\n"
             "exactly this class, to go on with in query, draw, detector or report:\n\n"
-            "  raymap paths lens.raymap --detector sensor --where 'hit(*, reflect_specular) >= 2'",
+            "  raymap paths lens.raymap --detector sensor --where "
+            "'registered(sensor where ghost_order >= 1)'",
     .options = options,
     .min_operands = 1,
     .max_operands = 1,

@@ -332,9 +332,9 @@ const struct rmap_command rmap_command_query = {
     .operands = "MAP CRITERION... [--criteria FILE] [--limit N | --sample N] [-o OUT]",
     .help =
         "Finds the rays whose histories match a criterion, such as\n\n"
-        "  raymap query lens.raymap 'registered(sensor) and hit(*, reflect_specular) >= 2'\n\n"
+        "  raymap query lens.raymap 'registered(sensor where ghost_order >= 1)'\n\n"
         "Several criteria are counted in one scan. FILE defines names, as in\n\n"
-        "  let ghost = registered(sensor) and hit(*, reflect_specular) >= 2\n\n"
+        "  let ghost = registered(sensor where ghost_order >= 1)\n\n"
         "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
         "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.vtp\n"
         "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays,\n"

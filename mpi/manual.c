@@ -83,23 +83,22 @@ void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE
     fputs(".SH COMMANDS\n", out);
     for (size_t i = 0; i < n; i++)
         print_command(command[i], out);
-    fputs(
-        ".SH EXIT STATUS\n"
-        ".TP\n0\ndone, also when nothing matches\n"
-        ".TP\n1\ninternal error\n"
-        ".TP\n2\nwrong usage, or the output exists\n"
-        ".TP\n3\nwrong input: scene, criterion, name, missing file\n"
-        ".TP\n4\ndamaged or foreign map\n"
-        ".TP\n5\nthe system failed: disk full, no memory, no permission\n"
-        ".TP\n6\nstopped early by a signal or a time limit; the map holds what was traced\n"
-        ".SH EXAMPLES\n.nf\n"
-        "mpirun \\-np 4 raymap trace lens.yaml \\-o lens.raymap \\-n 10M\n"
-        "raymap query lens.raymap \\(aqregistered(sensor) and hit(*, reflect_specular) >= 2\\(aq\n"
-        "raymap detector lens.raymap sensor \\-o sensor.png\n"
-        ".fi\n.SH SEE ALSO\nThe scene file, the criterion language and the format of a map are\n"
-        "described in the pages scene.md, criterion.md and map.md of the documentation.\n"
-        ".BR mpirun (1),\n.BR h5dump (1)\n",
-        out);
+    fputs(".SH EXIT STATUS\n"
+          ".TP\n0\ndone, also when nothing matches\n"
+          ".TP\n1\ninternal error\n"
+          ".TP\n2\nwrong usage, or the output exists\n"
+          ".TP\n3\nwrong input: scene, criterion, name, missing file\n"
+          ".TP\n4\ndamaged or foreign map\n"
+          ".TP\n5\nthe system failed: disk full, no memory, no permission\n"
+          ".TP\n6\nstopped early by a signal or a time limit; the map holds what was traced\n"
+          ".SH EXAMPLES\n.nf\n"
+          "mpirun \\-np 4 raymap trace lens.yaml \\-o lens.raymap \\-n 10M\n"
+          "raymap query lens.raymap \\(aqregistered(sensor where ghost_order >= 1)\\(aq\n"
+          "raymap detector lens.raymap sensor \\-o sensor.png\n"
+          ".fi\n.SH SEE ALSO\nThe scene file, the criterion language and the format of a map are\n"
+          "described in the pages scene.md, criterion.md and map.md of the documentation.\n"
+          ".BR mpirun (1),\n.BR h5dump (1)\n",
+          out);
 }
 
 static void print_words(const struct rmap_option *option, FILE *out)
