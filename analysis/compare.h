@@ -50,6 +50,7 @@ struct rmap_comparison {
     const struct rmap_overlay *overlay[2]; /* borrowed; NULL: no receivers */
     const char *path[2];                   /* borrowed, for output; [1] may be NULL */
     const char *criterion[2];              /* borrowed; NULL: all rays */
+    const struct rmap_which *which[2];     /* registrations that count, borrowed; NULL: all */
     struct rmap_strata strata;
     struct rmap_overlap overlap;
     struct rmap_compare_test *test; /* [n] in the order of kinds, then of names in the first map */

@@ -248,9 +248,11 @@ json_t *rmap_compare_bins_json(const struct rmap_compare_bins *self)
 void rmap_compare_bins_csv(const struct rmap_comparison *comparison,
                            const struct rmap_compare_bins *self, FILE *out)
 {
-    for (int k = 0; k < 2; k++)
-        fprintf(out, "# %c: %s, rays: %s\n", 'A' + k, comparison->path[k],
-                comparison->criterion[k] ? comparison->criterion[k] : "all");
+    for (int k = 0; k < 2; k++) {
+        char line[1024];
+        rmap_which_caption(comparison->which[k], comparison->criterion[k], line, sizeof line);
+        fprintf(out, "# %c: %s, %s\n", 'A' + k, comparison->path[k], line);
+    }
     fprintf(out, "# %s: %s, %s\n# axes: %s\n", self->name, self->quantity, self->unit,
             *self->axis_unit ? self->axis_unit : "1");
     if (self->is_image)

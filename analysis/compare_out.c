@@ -78,8 +78,10 @@ static void put_test(struct rmap_text_table *table, const struct rmap_compare_te
 static void print_samples(const struct rmap_comparison *self, FILE *out)
 {
     for (int k = 0; k < 2; k++)
-        fprintf(out, "%-12s %s, %s\n", k ? "B" : "A", self->path[k],
-                self->criterion[k] ? self->criterion[k] : "all rays");
+        fprintf(out, "%-12s %s, %s%s%s\n", k ? "B" : "A", self->path[k],
+                self->criterion[k] ? self->criterion[k] : "all rays",
+                rmap_which_chooses(self->which[k]) ? "; registrations: " : "",
+                rmap_which_chooses(self->which[k]) ? self->which[k]->text : "");
 }
 
 static size_t count_tests(const struct rmap_comparison *self, size_t *n_different)
@@ -181,8 +183,9 @@ static json_t *sample_json(const struct rmap_comparison *self, int k)
     json_t *only = json_array();
     for (size_t i = 0; i < self->n_only[k]; i++)
         json_array_append_new(only, json_string(self->only[k][i]));
-    return json_pack("{s:s, s:s, s:o}", "map", self->path[k], "criterion",
-                     self->criterion[k] ? self->criterion[k] : "all", "only_here", only);
+    return json_pack("{s:s, s:s, s:o, s:o}", "map", self->path[k], "criterion",
+                     self->criterion[k] ? self->criterion[k] : "all", "which",
+                     rmap_which_json(self->which[k]), "only_here", only);
 }
 
 json_t *rmap_comparison_json(const struct rmap_comparison *self)

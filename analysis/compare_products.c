@@ -87,14 +87,15 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
 }
 
 /* Rows [first, end) of /registration are of one ray: what it adds to the groups of detector d. */
-static size_t gather(struct rmap_compare_products *self, const struct rmap_portion *portion,
+static size_t gather(struct rmap_compare_products *self, const struct rmap_matched *rays,
                      size_t first, size_t end, size_t d, double weight)
 {
-    const struct rmap_registration_columns *at = &portion->registration;
+    const struct rmap_registration_columns *at = &rays->portion->registration;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     const uint32_t width = self->layout->of->scene->detector[d].cells[0];
     size_t n_met = 0;
     for (size_t row = first; row < end; row++) {
-        if (!at->registered[row] || (size_t)at->detector[row] != d)
+        if (!counts[row] || (size_t)at->detector[row] != d)
             continue;
         int32_t group =
             self->layout->group[d][at->cell[2 * row] + (size_t)at->cell[2 * row + 1] * width];
@@ -140,7 +141,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
                     seen = (size_t)portion->registration.detector[before] == d;
                 if (!seen)
                     add_products(self, (size_t)portion->ray.source[i], d,
-                                 gather(self, portion, row, end, d, portion->ray.weight[i]));
+                                 gather(self, rays, row, end, d, portion->ray.weight[i]));
             }
         row = end;
     }

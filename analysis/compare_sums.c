@@ -114,16 +114,18 @@ static void add_scalar(struct rmap_compare_sums *self, size_t source, size_t sca
 
 /* Rows [first, end) of /registration, all of one ray. */
 static enum rmap_status add_registrations(struct rmap_compare_sums *self,
-                                          const struct rmap_portion *portion, size_t ray,
-                                          size_t first, size_t end, struct rmap_error *err)
+                                          const struct rmap_matched *rays, size_t ray, size_t first,
+                                          size_t end, struct rmap_error *err)
 {
     const struct rmap_compare_layout *layout = self->layout;
+    const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     const struct rmap_registration_columns *at = &portion->registration;
     size_t source = (size_t)portion->ray.source[ray];
     double weight = portion->ray.weight[ray];
     for (size_t row = first; row < end; row++) {
         size_t d = (size_t)at->detector[row];
-        if (!at->registered[row])
+        if (!counts[row])
             continue;
         const struct rmap_detector *detector = &layout->scene->detector[d];
         const uint16_t *cell = at->cell + 2 * row;
@@ -177,8 +179,9 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
         size_t n_leg = portion->ray.segment_count[i];
         segment += n_leg;
         if (!rays->match || rays->match[i]) {
-            RMAP_TRY(add_registrations(self, portion, i, row, end, err));
-            add_ending(self, portion, i, n_leg > 0 ? (ptrdiff_t)segment - 1 : -1);
+            RMAP_TRY(add_registrations(self, rays, i, row, end, err));
+            if (!self->layout->registrations_alone)
+                add_ending(self, portion, i, n_leg > 0 ? (ptrdiff_t)segment - 1 : -1);
         }
         row = end;
     }

@@ -14,10 +14,11 @@ struct rmap_compare_layout {
     const struct rmap_map *map;     /* borrowed */
     const struct rmap_scene *scene; /* with receivers; borrowed */
     size_t n_source, n_detector, n_object, n_medium;
-    size_t n_scalar;    /* selected; detectors; objects; media; stops */
-    size_t n_cell;      /* of all detectors */
-    size_t *first_cell; /* [n_detector + 1] */
-    size_t n_value;     /* of struct rmap_compare_sums */
+    size_t n_scalar;          /* selected; detectors; objects; media; stops */
+    size_t n_cell;            /* of all detectors */
+    size_t *first_cell;       /* [n_detector + 1] */
+    size_t n_value;           /* of struct rmap_compare_sums */
+    bool registrations_alone; /* how rays ended is another sample's */
 };
 
 /* Scalars. */

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "analysis/criterion_file.h"
+#include "analysis/criterion_lex.h"
 #include "analysis/criterion_tree.h"
 #include "base/alloc.h"
 
@@ -59,22 +60,57 @@ static enum rmap_status set_name(struct rmap_criterion *criterion,
     return RMAP_OK;
 }
 
+static enum rmap_status create(const char *text, const struct rmap_scene *scene,
+                               struct rmap_criterion **criterion_ret, struct rmap_error *err)
+{
+    struct rmap_criterion *criterion = rmap_alloc(1, sizeof *criterion);
+    if (criterion)
+        criterion->text = rmap_strdup(text);
+    if (!criterion || !criterion->text) {
+        rmap_criterion_destroy(criterion);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
+    }
+    criterion->scene = scene;
+    *criterion_ret = criterion;
+    return RMAP_OK;
+}
+
 enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap_criteria *criteria,
                                              const struct rmap_scene *scene,
                                              struct rmap_criterion **criterion_ret,
                                              struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_criterion *criterion = rmap_alloc(1, sizeof *criterion);
-    if (criterion)
-        criterion->text = rmap_strdup(text);
-    if (!criterion || !criterion->text) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
-        goto out;
-    }
-    criterion->scene = scene;
+    struct rmap_criterion *criterion = NULL;
+    enum rmap_status st = create(text, scene, &criterion, err);
+    RMAP_TRY(st);
     RMAP_TRY(set_name(criterion, criteria, err));
     RMAP_TRY(rmap_criterion_parse(criterion, criteria, err));
+    rmap_criterion_plan(criterion);
+    *criterion_ret = criterion;
+    criterion = NULL;
+out:
+    rmap_criterion_destroy(criterion);
+    return st;
+}
+
+enum rmap_status
+rmap_criterion_compile_which(const char *text, const struct rmap_criteria *criteria,
+                             const struct rmap_scene *scene, const struct rmap_index_set *detector,
+                             struct rmap_criterion **criterion_ret, struct rmap_error *err)
+{
+    struct rmap_criterion *criterion = NULL;
+    struct rmap_index_set own = *detector;
+    enum rmap_status st = create(text, scene, &criterion, err);
+    RMAP_TRY(st);
+    if (detector->member) {
+        void *block = NULL;
+        RMAP_TRY(rmap_criterion_block_add(criterion, detector->span, 1, &block, err));
+        own.member = memcpy(block, detector->member, detector->span);
+    }
+    st = rmap_criterion_parse_which(criterion, criteria, &own, err);
+    if (st == RMAP_INPUT)
+        rmap_criterion_relabel("--which", err);
+    RMAP_TRY(st);
     rmap_criterion_plan(criterion);
     *criterion_ret = criterion;
     criterion = NULL;

@@ -3,6 +3,8 @@
  * Tests of a ray's registrations: registered, crossed, angle, x, y, time, optical_path, where.
  */
 #include <math.h>
+#include <stdint.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "analysis/criterion_parser.h"
@@ -105,15 +107,36 @@ enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node
     return st;
 }
 
+/* The condition of one registration. */
+static enum rmap_status parse_condition(struct rmap_parser *parser,
+                                        struct rmap_registration_test *test)
+{
+    parser->detector = &test->detector;
+    enum rmap_status st = rmap_parse_logic(parser, &test->where);
+    parser->detector = NULL;
+    return st;
+}
+
 static enum rmap_status parse_where(struct rmap_parser *parser, struct rmap_registration_test *test)
 {
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_parser_advance(parser));
-    parser->detector = &test->detector;
-    st = rmap_parse_logic(parser, &test->where);
-    parser->detector = NULL;
-out:
-    return st;
+    enum rmap_status st = rmap_parser_advance(parser);
+    return st == RMAP_OK ? parse_condition(parser, test) : st;
+}
+
+/* What chooses registrations, as it is written from `begin` on; before: words in front of it. */
+static enum rmap_status keep_chooses(struct rmap_parser *parser, const char *before, size_t begin,
+                                     const char **chooses_ret)
+{
+    const size_t n = parser->taken_end - begin, n_before = strlen(before);
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, n_before + n + 1, 1, &block, parser->err);
+    if (st != RMAP_OK)
+        return st;
+    memcpy(block, before, n_before);
+    memcpy((char *)block + n_before, parser->text + begin, n);
+    *chooses_ret = block;
+    return RMAP_OK;
 }
 
 static enum rmap_status parse_registrations(struct rmap_parser *parser,
@@ -121,20 +144,56 @@ static enum rmap_status parse_registrations(struct rmap_parser *parser,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_registration_test *test = &node->registrations;
+    size_t begin = SIZE_MAX;
     node->kind = RMAP_CRITERION_REGISTRATIONS;
     test->where = -1;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
     while (parser->token.kind == RMAP_TOKEN_COMMA) {
         RMAP_TRY(rmap_parser_advance(parser));
+        begin = begin < parser->token.begin ? begin : parser->token.begin;
         if (rmap_parser_at_word(parser, "where"))
             break;
         RMAP_TRY(rmap_parse_region(parser, test));
     }
-    if (rmap_parser_at_word(parser, "where"))
+    if (rmap_parser_at_word(parser, "where")) {
+        begin = begin < parser->token.begin ? begin : parser->token.begin;
         RMAP_TRY(parse_where(parser, test));
+    }
+    if (begin < SIZE_MAX)
+        RMAP_TRY(keep_chooses(parser, "", begin, &test->chooses));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE,
                               test->where < 0 ? "',', 'where' or ')'" : "'and', 'or' or ')'"));
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_which(struct rmap_parser *parser, const struct rmap_index_set *detector,
+                                  struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_registration_test *test = &node->registrations;
+    const size_t begin = parser->token.begin;
+    const bool at_region = rmap_parser_at_region(parser);
+    *node = (struct rmap_criterion_node){.kind = RMAP_CRITERION_REGISTRATIONS,
+                                         .first = -1,
+                                         .next = -1,
+                                         .begin = begin,
+                                         .interval = {1.0, (double)INFINITY, false},
+                                         .registrations = {.detector = *detector, .where = -1}};
+    if (at_region)
+        RMAP_TRY(rmap_parse_region(parser, test));
+    if (at_region && parser->token.kind == RMAP_TOKEN_COMMA)
+        RMAP_TRY(rmap_parser_advance(parser));
+    if (rmap_parser_at_word(parser, "where"))
+        RMAP_TRY(parse_where(parser, test));
+    else if (!at_region)
+        RMAP_TRY(parse_condition(parser, test));
+    node->end = parser->taken_end;
+    RMAP_TRY(keep_chooses(parser, "", begin, &test->chooses));
+    if (parser->token.kind != RMAP_TOKEN_END)
+        st = rmap_parser_expected(parser, test->where < 0 ? "'where' or the end"
+                                                          : "'and', 'or' or the end");
 out:
     return st;
 }
@@ -156,16 +215,21 @@ enum rmap_status rmap_parse_any_number(struct rmap_parser *parser, struct rmap_c
     struct rmap_registration_test *test = &node->registrations;
     struct rmap_token word = parser->word;
     size_t row = 0;
+    char before[40];
     while (row + 1 < N_ITS_NUMBER &&
            !rmap_token_is(parser->text, &word, its_number_table[row].word))
         row++;
     node->kind = RMAP_CRITERION_REGISTRATIONS;
     test->where = -1;
+    test->of_number = true;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    const size_t begin = parser->token.begin;
     RMAP_TRY(
         parse_its_comparison(parser, &its_number_table[row], &word, &test->detector, &test->where));
+    (void)snprintf(before, sizeof before, "where %s ", its_number_table[row].word);
+    RMAP_TRY(keep_chooses(parser, before, begin, &test->chooses));
 out:
     return st;
 }

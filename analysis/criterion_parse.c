@@ -137,15 +137,23 @@ enum rmap_status rmap_parse_logic(struct rmap_parser *parser, int32_t *node_ret)
     return parse_chain(parser, RMAP_TOKEN_OR, RMAP_CRITERION_OR, parse_and, node_ret);
 }
 
-enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
-                                      const struct rmap_criteria *criteria, struct rmap_error *err)
+/* The whole text; detector NULL: the whole language. */
+static enum rmap_status parse(struct rmap_criterion *criterion,
+                              const struct rmap_criteria *criteria,
+                              const struct rmap_index_set *detector, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node node;
     struct rmap_parser parser = {
         .criterion = criterion, .text = criterion->text, .criteria = criteria, .err = err};
     RMAP_TRY(rmap_criterion_check_utf8(parser.text, err));
     RMAP_TRY(rmap_names_create(criterion->scene, &parser.names, err));
     RMAP_TRY(rmap_parser_advance(&parser));
+    if (detector) {
+        RMAP_TRY(rmap_parse_which(&parser, detector, &node));
+        st = rmap_criterion_node_add(criterion, &node, &criterion->root, err);
+        goto out;
+    }
     if (parser.token.kind == RMAP_TOKEN_END) {
         st = RMAP_PARSER_FAIL(&parser, &parser.token,
                               "the criterion is empty (all rays: write 'all')");
@@ -157,4 +165,18 @@ enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
 out:
     rmap_names_destroy(parser.names);
     return st;
+}
+
+enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria, struct rmap_error *err)
+{
+    return parse(criterion, criteria, NULL, err);
+}
+
+enum rmap_status rmap_criterion_parse_which(struct rmap_criterion *criterion,
+                                            const struct rmap_criteria *criteria,
+                                            const struct rmap_index_set *detector,
+                                            struct rmap_error *err)
+{
+    return parse(criterion, criteria, detector, err);
 }

@@ -107,6 +107,10 @@ enum rmap_status rmap_parse_registered(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_crossed(struct rmap_parser *parser,
                                     struct rmap_criterion_node *node) RMAP_MUST_USE;
+
+/* A test of registrations on these detectors, from behind their name on. */
+enum rmap_status rmap_parse_which(struct rmap_parser *parser, const struct rmap_index_set *detector,
+                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
 enum rmap_status rmap_parse_path(struct rmap_parser *parser,
                                  struct rmap_criterion_node *node) RMAP_MUST_USE;
 
@@ -155,6 +159,7 @@ enum rmap_status rmap_parse_index_range(struct rmap_parser *parser, uint32_t *lo
                                         uint32_t *high) RMAP_MUST_USE;
 
 /* rect(...), ellipse(...), polygon(...), cells(...); the word is the next token. */
+bool rmap_parser_at_region(const struct rmap_parser *parser);
 enum rmap_status rmap_parse_region(struct rmap_parser *parser,
                                    struct rmap_registration_test *test) RMAP_MUST_USE;
 

@@ -133,7 +133,10 @@ struct rmap_registration_test {
     struct rmap_box *box; /* RECT, CELLS [n_detector]; owned by the criterion */
     double (*corner)[2];  /* POLYGON [n_corner]; owned by the criterion */
     size_t n_corner;
-    int32_t where; /* node, or -1 */
+    int32_t where;       /* node, or -1 */
+    const char *chooses; /* "REGION where CONDITION" as it is written, NULL: neither; owned by the
+                            criterion */
+    bool of_number;      /* x(detector) > 1 and its like */
 };
 
 /* path("..."): an automaton over the letters and names of steps and registrations. */
@@ -195,10 +198,26 @@ enum rmap_status rmap_criterion_block_add(struct rmap_criterion *criterion, size
 
 struct rmap_criteria;
 
+/* A criterion that is one test of registrations on these detectors (copied), as may stand in
+ * registered(NAME, ...) behind the name. RMAP_INPUT: "--which:1:7: error: ...". */
+enum rmap_status rmap_criterion_compile_which(const char *text,
+                                              const struct rmap_criteria *criteria,
+                                              const struct rmap_scene *scene,
+                                              const struct rmap_index_set *detector,
+                                              struct rmap_criterion **criterion_ret,
+                                              struct rmap_error *err) RMAP_MUST_USE;
+
 /* Parses the text into criterion->node and root. criteria: NULL, no names are defined. */
 enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
                                       const struct rmap_criteria *criteria,
                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same of what may stand in registered(NAME, ...) behind the name, for these detectors: root is
+ * that test. A condition alone may stand for `where` and it. */
+enum rmap_status rmap_criterion_parse_which(struct rmap_criterion *criterion,
+                                            const struct rmap_criteria *criteria,
+                                            const struct rmap_index_set *detector,
+                                            struct rmap_error *err) RMAP_MUST_USE;
 
 /* Orders children by cost and sets columns, n_mask and the bits of every test. */
 void rmap_criterion_plan(struct rmap_criterion *criterion);

@@ -353,7 +353,7 @@ out:
     return st;
 }
 
-enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_registration_test *test)
+static enum rmap_region region_at(const struct rmap_parser *parser)
 {
     static const struct {
         const char *word;
@@ -362,14 +362,25 @@ enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_regis
                  {"ellipse", RMAP_REGION_ELLIPSE},
                  {"polygon", RMAP_REGION_POLYGON},
                  {"cells", RMAP_REGION_CELLS}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        if (rmap_parser_at_word(parser, table[i].word))
+            return table[i].region;
+    return RMAP_REGION_ALL;
+}
+
+bool rmap_parser_at_region(const struct rmap_parser *parser)
+{
+    return region_at(parser) != RMAP_REGION_ALL;
+}
+
+enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
     enum rmap_status st = RMAP_OK;
     struct coordinates list = {0};
     struct rmap_token word = parser->token;
     if (test->region != RMAP_REGION_ALL)
         return RMAP_PARSER_FAIL(parser, &word, "only one region can be given");
-    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
-        if (rmap_parser_at_word(parser, table[i].word))
-            test->region = table[i].region;
+    test->region = region_at(parser);
     if (test->region == RMAP_REGION_ALL)
         return rmap_parser_expected(parser, "rect, ellipse, polygon, cells or where");
     RMAP_TRY(rmap_parser_advance(parser));

@@ -125,15 +125,16 @@ static enum rmap_status take_hit(struct rmap_detector_sums *sums, size_t n_hit, 
 }
 
 /* Registrations [row, end) of ray row `ray`, whose legs begin at row `segment`. */
-static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rmap_portion *portion,
+static enum rmap_status add_ray(struct rmap_detector_sums *sums, const struct rmap_matched *rays,
                                 size_t ray, size_t row, size_t end, size_t segment,
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     size_t n_hit = 0;
     for (; row < end; row++) {
-        if (portion->registration.detector[row] != sums->ask.detector ||
-            !portion->registration.registered[row])
+        if (portion->registration.detector[row] != sums->ask.detector || !counts[row])
             continue;
         const uint32_t leg = portion->registration.segment[row];
         const size_t cell = rmap_detector_bins_cell(&sums->ask.bins, portion, row);
@@ -213,7 +214,7 @@ enum rmap_status rmap_detector_sums_add(void *state, const struct rmap_matched *
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t end = row + portion->ray.registration_count[i];
         if (end > row && (!rays->match || rays->match[i]))
-            RMAP_TRY(add_ray(sums, portion, i, row, end, segment, err));
+            RMAP_TRY(add_ray(sums, rays, i, row, end, segment, err));
         row = end;
         segment += portion->ray.segment_count[i];
     }

@@ -30,7 +30,7 @@ static void add_flux(const struct rmap_map *map, size_t source, double w, double
     double n = rmap_map_emitted(map)[source];
     double unit = rmap_map_flux_per_weight(map)[source];
     double spread = w2 - w * w / n;
-    *flux += unit * w;
+    *flux += rmap_map_flux(map, source, w);
     /* Below 0 beyond rounding: a tally with more registrations than rays, which cannot be of a ray
      * each. Of how many they are it does not know, so neither the error. */
     const int known = n >= 2 && spread >= -1e-9 * w2;

@@ -17,6 +17,7 @@
 struct rmap_detector_image {
     const struct rmap_scene *scene; /* borrowed */
     const struct rmap_detector *detector;
+    const struct rmap_which *which; /* registrations that were counted, borrowed; NULL: all */
     struct rmap_detector_bins bins;
     uint32_t n[2];
     double *value;          /* [n[1]][n[0]], least y first */

@@ -33,6 +33,7 @@ void rmap_detector_image_csv(const struct rmap_detector_image *image, const char
     fprintf(out, "# %s, %s: cell centres, %s\n", plane ? "x" : "theta", plane ? "y" : "phi",
             rmap_detector_image_coordinate_unit(image));
     fprintf(out, "# criterion: %s\n", criterion ? criterion : "all");
+    rmap_which_csv(image->which, out);
     fprintf(out, "# flux: %.17g %s\n", image->flux, image->flux_unit);
     fprintf(out, "i,j,%s,value,standard_error,rays", plane ? "x,y" : "theta,phi");
     for (size_t k = 0; k < image->n_channel; k++) {
@@ -75,6 +76,7 @@ void rmap_detector_image_print(const struct rmap_detector_image *image, const ch
     fprintf(out, "%-14s %s, %u x %u cells\n", "detector", image->detector->name, image->n[0],
             image->n[1]);
     fprintf(out, "%-14s %s\n", "criterion", criterion ? criterion : "all");
+    rmap_which_print(image->which, out);
     fprintf(out, "%-14s %.17g\n", "registrations", image->registrations);
     print_sum("flux", image->flux, image->flux_error, image->flux_unit, out);
     fprintf(out, "%-14s %s\n", "quantity", image->quantity);
@@ -145,14 +147,14 @@ json_t *rmap_detector_image_json(const struct rmap_detector_image *image, const 
                          "cell", (int)image->peak_cell[0], (int)image->peak_cell[1]);
     bool plane = image->detector->type == RMAP_DETECTOR_PLANE;
     json_t *document = json_pack(
-        "{s:s, s:s, s:[i, i], s:s, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
+        "{s:s, s:s, s:[i, i], s:s, s:o, s:I, s:{s:o, s:o, s:s}, s:s, s:s, s:{s:o, s:o}, s:o}",
         "detector", image->detector->name, "type", plane ? "plane" : "intensity", "cells",
-        (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all",
-        "registrations", (json_int_t)llround(image->registrations), "flux", "total",
-        rmap_json_number(image->flux), "standard_error", rmap_json_number(image->flux_error),
-        "unit", image->flux_unit, "quantity", image->quantity, "unit", image->unit, "mean", "value",
-        rmap_json_number(image->mean), "standard_error", rmap_json_number(image->mean_error),
-        "peak", peak);
+        (int)image->n[0], (int)image->n[1], "criterion", criterion ? criterion : "all", "which",
+        rmap_which_json(image->which), "registrations", (json_int_t)llround(image->registrations),
+        "flux", "total", rmap_json_number(image->flux), "standard_error",
+        rmap_json_number(image->flux_error), "unit", image->flux_unit, "quantity", image->quantity,
+        "unit", image->unit, "mean", "value", rmap_json_number(image->mean), "standard_error",
+        rmap_json_number(image->mean_error), "peak", peak);
     if (!document)
         return NULL;
     describe_bins(image, document);

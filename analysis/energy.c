@@ -31,11 +31,10 @@ static double variance_of(const struct making *making, size_t source, double sum
 static void fill(const struct making *making, const double *sum, const double *squares,
                  size_t stride, struct rmap_energy_row *row)
 {
-    const double *unit = rmap_map_flux_per_weight(making->map);
     double variance = 0.0, of_share = 0.0;
     for (size_t s = making->first; s < making->last; s++) {
         row->rays += sum[s * stride];
-        row->flux += unit[s] * sum[s * stride];
+        row->flux += rmap_map_flux(making->map, s, sum[s * stride]);
         variance += variance_of(making, s, sum[s * stride], squares[s * stride]);
     }
     const double total = making->table->flux, share = row->flux / total;

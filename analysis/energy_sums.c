@@ -116,6 +116,7 @@ static size_t end_of(const struct rmap_scene *scene, const struct rmap_portion *
 /* A ray, or `times` rays that are alike. */
 struct alike {
     const struct rmap_portion *portion;
+    const uint8_t *counts; /* [registrations of the portion] */
     size_t ray;
     double weight, times;
 };
@@ -128,7 +129,7 @@ static void add_registrations(struct rmap_energy_sums *sums, const struct alike 
     const struct rmap_registration_columns *rows = &rays->portion->registration;
     const size_t base = (size_t)rays->portion->ray.source[rays->ray] * sums->n_detector;
     for (size_t i = first; i < first + n; i++)
-        if (rows->registered[i])
+        if (rays->counts[i])
             sums->pending[rows->detector[i]] += rays->weight;
     for (size_t i = first; i < first + n; i++) {
         double *q = &sums->pending[rows->detector[i]];
@@ -177,7 +178,8 @@ static enum rmap_status add_rays(struct rmap_energy_sums *sums, const struct rma
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         const size_t n = portion->ray.registration_count[i];
         const bool counts = !rays->match || rays->match[i];
-        const struct alike one = {portion, i, portion->ray.weight[i], 1.0};
+        const struct alike one = {portion, rmap_registrations_counted(rays), i,
+                                  portion->ray.weight[i], 1.0};
         if (sums->scope->ends)
             segment += portion->ray.segment_count[i];
         if (counts && sums->scope->ends)
@@ -202,7 +204,8 @@ static enum rmap_status add_paths(struct rmap_energy_sums *sums, const struct rm
     for (size_t k = 0; k < sums->shares->n; k++) {
         const size_t row = sums->shares->row[k];
         const size_t n = told->known->ray.registration_count[row];
-        const struct alike some = {told->known, row, 1.0, (double)sums->shares->n_ray[k]};
+        const struct alike some = {told->known, told->known->registration.registered, row, 1.0,
+                                   (double)sums->shares->n_ray[k]};
         if (sums->scope->ends)
             add_end(sums, &some, told->first_segment[row] + told->known->ray.segment_count[row]);
         if (n > 0)

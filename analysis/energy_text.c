@@ -128,6 +128,8 @@ enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
                 rmap_counted(rmap_energy_whole(energy->map_rays), "ray").text,
                 energy->table[0].flux, energy->map_flux, energy->unit);
     }
+    if (rmap_which_chooses(energy->which))
+        fprintf(out, "  registrations: %s\n", energy->which->text);
     if (!(energy->table[0].rays > 0.0))
         fprintf(out, "  no ray matches: nothing is shared out\n");
     for (size_t i = energy->n_table == 2 ? 1 : 0; i < energy->n_table && st == RMAP_OK; i++)
@@ -154,6 +156,7 @@ void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
 {
     fprintf(out, "# energy of: %s\n# criterion: %s\n# flux: %s\n", energy->map,
             energy->criterion ? energy->criterion : "all", energy->unit);
+    rmap_which_csv(energy->which, out);
     fprintf(out, "# exact: %s\n", energy->table[0].exact ? "true" : "false");
     fprintf(out, "source,what,name,rays,flux,standard_error,share,share_standard_error\n");
     for (size_t t = 0; t < energy->n_table; t++) {
@@ -206,9 +209,10 @@ json_t *rmap_energy_json(const struct rmap_energy *energy)
     json_t *sources = json_array();
     for (size_t i = 1; i < energy->n_table; i++)
         (void)json_array_append_new(sources, table_json(energy, &energy->table[i]));
-    return json_pack("{s:s, s:s, s:{s:I, s:I}, s:{s:o, s:o, s:o, s:s}, s:o, s:o}", "map",
+    return json_pack("{s:s, s:s, s:o, s:{s:I, s:I}, s:{s:o, s:o, s:o, s:s}, s:o, s:o}", "map",
                      energy->map, "criterion", energy->criterion ? energy->criterion : "all",
-                     "rays", "total", (json_int_t)rmap_energy_whole(energy->map_rays), "matched",
+                     "which", rmap_which_json(energy->which), "rays", "total",
+                     (json_int_t)rmap_energy_whole(energy->map_rays), "matched",
                      (json_int_t)rmap_energy_whole(energy->table[0].rays), "flux", "total",
                      rmap_json_number(energy->map_flux), "matched",
                      rmap_json_number(energy->table[0].flux), "standard_error",

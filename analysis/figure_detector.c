@@ -234,7 +234,7 @@ static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
     (void)snprintf(line, sizeof line, "%s: %s", image->detector->name, image->quantity);
     rmap_caption(svg, &text, room, line);
     text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    (void)snprintf(line, sizeof line, "rays: %s", criterion ? criterion : "all");
+    rmap_which_caption(image->which, criterion, line, sizeof line);
     rmap_caption(svg, &text, room, line);
     char error[64] = "";
     const char *none = image->registrations > 0.0 ? "" : " (nothing was registered)";

@@ -147,8 +147,9 @@ static void draw_captions(const struct rmap_comparison *comparison,
     for (int k = 0; k < 2; k++) {
         text = (struct rmap_svg_text){
             .x = 16, .y = 50 + 18 * k, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-        (void)snprintf(line, sizeof line, "%c: %s, rays: %s", 'A' + k, comparison->path[k],
-                       comparison->criterion[k] ? comparison->criterion[k] : "all");
+        const int n = snprintf(line, sizeof line, "%c: %.300s, ", 'A' + k, comparison->path[k]);
+        rmap_which_caption(comparison->which[k], comparison->criterion[k], line + n,
+                           sizeof line - (size_t)n);
         rmap_caption(svg, &text, room, line);
     }
     for (int k = 0; k < 2; k++)

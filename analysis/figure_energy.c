@@ -20,7 +20,7 @@ static void draw_captions(const struct rmap_energy *energy, struct rmap_svg *svg
     (void)snprintf(line, sizeof line, "%s: where the light went", energy->map);
     rmap_caption(svg, &text, WIDTH - 2 * MARGIN, line);
     text = (struct rmap_svg_text){.x = MARGIN, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    (void)snprintf(line, sizeof line, "rays: %s", energy->criterion ? energy->criterion : "all");
+    rmap_which_caption(energy->which, energy->criterion, line, sizeof line);
     rmap_caption(svg, &text, WIDTH - 2 * MARGIN, line);
     text.y = 68;
     int at = snprintf(line, sizeof line, "%s", rmap_grouped(rmap_energy_whole(table->rays), rays));

@@ -135,7 +135,7 @@ static void draw_captions(struct rmap_svg *svg, const struct rmap_spot *spot, co
     (void)snprintf(line, sizeof line, "%.200s: spot", detector);
     rmap_caption(svg, &text, room, line);
     text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    (void)snprintf(line, sizeof line, "rays: %s", criterion ? criterion : "all");
+    rmap_which_caption(spot->which, criterion, line, sizeof line);
     rmap_caption(svg, &text, room, line);
     text.y = 68;
     if (isfinite(spot->rms_radius.value))

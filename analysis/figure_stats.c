@@ -333,8 +333,7 @@ static void draw_captions(const struct plot *plot, double width)
                        stats->setup->quantities->of[1].name);
     rmap_caption(plot->svg, &text, width - 32, line);
     text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
-    (void)snprintf(line, sizeof line, "rays: %s",
-                   plot->labels->criterion ? plot->labels->criterion : "all");
+    rmap_which_caption(plot->labels->which, plot->labels->criterion, line, sizeof line);
     rmap_caption(plot->svg, &text, width - 32, line);
     describe(plot, line, sizeof line);
     text.y = 68;

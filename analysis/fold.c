@@ -19,17 +19,26 @@ struct rmap_fold_scanner {
     bool kind_judges;                 /* which rays of plain pieces match */
     uint8_t *match;                   /* [n_match] */
     size_t n_match;
+    const struct rmap_which *which; /* NULL: all registrations count */
+    uint8_t *chosen;                /* [chosen_cap] */
+    size_t chosen_cap;
 };
 
 /* Columns that are kept from one question to the next cost the criterion next to nothing. */
 static bool kind_judges(const struct rmap_fold *fold)
 {
     struct rmap_map_kept kept;
-    if (!fold->criterion || !fold->kind->judges ||
+    if (!fold->criterion || rmap_which_chooses(fold->which) || !fold->kind->judges ||
         !fold->kind->judges(fold->context, fold->criterion))
         return false;
     rmap_map_kept(fold->map, &kept);
     return kept.budget == 0;
+}
+
+/* Columns that the portion needs, whatever else decides which rays match. */
+static rmap_column_set columns_of(const struct rmap_fold *fold)
+{
+    return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
 }
 
 /* What the map's index knows of histories leaves the receivers out: rays are judged by columns. */
@@ -37,7 +46,7 @@ static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_err
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_fold *fold = self->fold;
-    rmap_column_set columns = fold->columns;
+    rmap_column_set columns = columns_of(fold);
     if (fold->criterion)
         columns |= rmap_criterion_columns(fold->criterion);
     RMAP_TRY(rmap_overlay_view_create(fold->overlay, &self->view, err));
@@ -56,14 +65,15 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
     if (!self)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     self->fold = fold;
+    self->which = rmap_which_chooses(fold->which) ? fold->which : NULL;
     if (fold->overlay) {
         RMAP_TRY(lay_over(self, err));
     } else {
         if (fold->criterion || fold->columns & columns_by_index)
-            st = rmap_query_marker_create(fold->map, fold->criterion, fold->columns, &self->marker,
-                                          err);
+            st = rmap_query_marker_create(fold->map, fold->criterion, columns_of(fold),
+                                          &self->marker, err);
         else
-            st = rmap_cursor_create(fold->map, fold->columns, &self->cursor, err);
+            st = rmap_cursor_create(fold->map, columns_of(fold), &self->cursor, err);
         RMAP_TRY(st);
         self->kind_judges = kind_judges(fold);
     }
@@ -82,6 +92,7 @@ void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
     rmap_cursor_destroy(self->cursor);
     rmap_overlay_view_destroy(self->view);
     rmap_free(self->match);
+    rmap_free(self->chosen);
     rmap_free(self);
 }
 
@@ -136,7 +147,8 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const rmap_column_set columns = self->fold->columns & ~self->fold->deferred;
+    const rmap_column_set columns =
+        self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
     if (!self->marker) {
         st = rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err);
         return st == RMAP_OK ? rmap_cursor_fetch(self->cursor, columns, err) : st;
@@ -144,7 +156,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
     RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
     if (rays->n_match == 0)
         goto out;
-    rays->view = rmap_query_marker_view(self->marker);
+    rays->view = self->which ? NULL : rmap_query_marker_view(self->marker);
     if (self->kind_judges && !rays->view && is_plain(self->fold->map, rays->index))
         rays->open = self->fold->criterion;
     else
@@ -262,7 +274,7 @@ enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
     struct rmap_cursor *cursor;
     enum rmap_status st = RMAP_OK;
     *paths = (struct rmap_told_paths){.known = NULL};
-    if (!rays->scanner || rays->scanner->view)
+    if (!rays->scanner || rays->scanner->view || rays->chosen)
         return RMAP_OK;
     RMAP_TRY(cursor_of(rays, &cursor, err));
     st = rmap_cursor_tell_paths(cursor, paths, err);
@@ -293,6 +305,21 @@ static enum rmap_status lend(struct rmap_fold_scanner *self, void *state,
     return st;
 }
 
+/* The registrations of the portion that count. */
+static enum rmap_status choose(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *block = self->chosen;
+    RMAP_TRY(rmap_reserve(&block, &self->chosen_cap,
+                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, 1, err));
+    self->chosen = block;
+    RMAP_TRY(rmap_which_mark(self->which, rays->portion, self->chosen, err));
+    rays->chosen = self->chosen;
+out:
+    return st;
+}
+
 static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,
                                     struct rmap_error *err)
 {
@@ -315,6 +342,8 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     if (fold->kind->lend && !fold->overlay)
         RMAP_TRY(lend(self, state, info, err));
     RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
+    if (rays.n_match > 0 && self->which)
+        RMAP_TRY(choose(self, &rays, err));
     if (rays.n_match > 0)
         st = fold->kind->add(state, &rays, err);
 out:

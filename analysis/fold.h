@@ -13,6 +13,7 @@
 
 #include "analysis/criterion.h"
 #include "analysis/overlay.h"
+#include "analysis/which.h"
 #include "io/map_reader.h"
 
 struct rmap_fold_scanner;
@@ -23,13 +24,21 @@ struct rmap_matched {
     const struct rmap_portion *portion; /* has the fold's columns */
     const uint8_t *match;               /* [rays of the portion] 1 or 0; NULL: all match */
     size_t n_match;
-    size_t index;                         /* portion of the map */
-    size_t space;                         /* colour space: the portion has its channels */
+    const uint8_t *chosen; /* [registrations of the portion] 1: it counts; NULL: those that were
+                              registered do */
+    size_t index;          /* portion of the map */
+    size_t space;          /* colour space: the portion has its channels */
     const struct rmap_history_view *view; /* of the map's index on the portion, or NULL */
     struct rmap_fold_scanner *scanner;    /* that reads the portion; NULL: it has all it may have */
     const struct rmap_criterion *open;    /* NULL; or the kind judges (see below): of all rays, as
                                              they are told here, those that fulfil it match */
 };
+
+/* [registrations of the portion] not 0: it is to be counted, where its ray matches. */
+static inline const uint8_t *rmap_registrations_counted(const struct rmap_matched *rays)
+{
+    return rays->chosen ? rays->chosen : rays->portion->registration.registered;
+}
 
 /* Makes sure that the portion has deferred columns of the fold, too. */
 enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_set columns,
@@ -108,6 +117,8 @@ struct rmap_fold {
     const void *context;
     const struct rmap_map *map;
     const struct rmap_criterion *criterion; /* NULL: all rays */
+    const struct rmap_which *which;         /* registrations that count; NULL: all. Rays are then
+                                               read column by column: no index knows of them */
     rmap_column_set columns;                /* that the kind reads */
     rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
     const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the

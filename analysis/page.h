@@ -20,7 +20,8 @@
 /* All borrowed. */
 struct rmap_page {
     const char *title;
-    const char *criterion; /* NULL: all rays */
+    const char *criterion;            /* NULL: all rays */
+    const struct rmap_criterion *any; /* that, compiled */
     const struct rmap_map *map;
     const struct rmap_overlay *overlay; /* receivers; NULL: none */
     const struct rmap_portion *rays;    /* those in the page, all columns, with the receivers' */
@@ -41,6 +42,12 @@ struct rmap_page {
 
 #define RMAP_PAGE_MOST_WHERE   31
 #define RMAP_PAGE_MOST_CLASSES 500
+
+/* Which registrations on these detectors count: as the switches have it, else the criterion. */
+enum rmap_status rmap_page_which(const struct rmap_page *page,
+                                 const struct rmap_index_set *detector,
+                                 struct rmap_which **which_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
 
 /* Writes the page in place of what stood at `path`. RMAP_SYSTEM when it cannot be written. */
 enum rmap_status rmap_page_write(const struct rmap_page *page, const char *path,

@@ -92,14 +92,57 @@ static json_t *leg_columns(const struct rmap_portion *rays)
                      floats(rays, RMAP_SEGMENT_position));
 }
 
-static json_t *registration_columns(const struct rmap_portion *rays)
+enum rmap_status rmap_page_which(const struct rmap_page *page,
+                                 const struct rmap_index_set *detector,
+                                 struct rmap_which **which_ret, struct rmap_error *err)
 {
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "leg",
+    const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
+    if (page->n_where > 0)
+        return rmap_which_create_any(scene, detector, page->where, page->n_where,
+                                     rmap_map_flux_per_weight(page->map), which_ret, err);
+    return rmap_which_create(scene, detector, NULL, NULL, page->any, which_ret, err);
+}
+
+/* Which registrations count: a bit for each switch, the lowest where there are none. NULL: memory
+ * is short. */
+static json_t *counted(const struct rmap_page *page)
+{
+    const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
+    const struct rmap_index_set all = {.span = (uint32_t)scene->n_detector};
+    const size_t n = page->rays->n_row[RMAP_TABLE_REGISTRATION];
+    enum rmap_status st = RMAP_OK;
+    int32_t *bits = rmap_alloc(n + 1, sizeof *bits);
+    uint8_t *chosen = rmap_alloc(n + 1, 1);
+    struct rmap_which *which = NULL;
+    json_t *json = NULL;
+    if (!bits || !chosen)
+        goto out;
+    for (size_t k = 0; k < (page->n_where > 0 ? page->n_where : 1); k++) {
+        RMAP_TRY(rmap_which_create(scene, &all, NULL, NULL,
+                                   page->n_where > 0 ? page->where[k] : page->any, &which, NULL));
+        RMAP_TRY(rmap_which_mark(which, page->rays, chosen, NULL));
+        for (size_t i = 0; i < n; i++)
+            bits[i] |= (int32_t)chosen[i] << k;
+        rmap_which_destroy(which);
+        which = NULL;
+    }
+    json = rmap_page_integers(bits, n);
+out:
+    rmap_which_destroy(which);
+    rmap_free(chosen);
+    rmap_free(bits);
+    return st == RMAP_OK ? json : NULL;
+}
+
+static json_t *registration_columns(const struct rmap_page *page)
+{
+    const struct rmap_portion *rays = page->rays;
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "leg",
                      integers(rays, RMAP_REGISTRATION_segment), "detector",
                      integers(rays, RMAP_REGISTRATION_detector), "relative",
                      integers(rays, RMAP_REGISTRATION_relative), "registered",
-                     integers(rays, RMAP_REGISTRATION_registered), "direction",
-                     floats(rays, RMAP_REGISTRATION_direction), "optical_path",
+                     integers(rays, RMAP_REGISTRATION_registered), "counted", counted(page),
+                     "direction", floats(rays, RMAP_REGISTRATION_direction), "optical_path",
                      doubles(rays, RMAP_REGISTRATION_optical_path));
 }
 
@@ -146,7 +189,7 @@ json_t *rmap_page_rays(const struct rmap_page *page, struct rmap_error *err)
         return NULL;
     json_t *json =
         json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "colour", colours, "ray", ray_columns(page),
-                  "leg", leg_columns(page->rays), "registration", registration_columns(page->rays),
+                  "leg", leg_columns(page->rays), "registration", registration_columns(page),
                   "curve", curve_columns(page->rays), "words", words());
     if (!json)
         (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays of a page");

@@ -219,9 +219,15 @@ static void add_weights(struct rmap_path_counts *self, const struct rmap_portion
 {
     const struct rmap_ray_columns *ray = &portion->ray;
     const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
-    for (size_t i = 0; i < keyed->n; i++) {
+    for (size_t i = 0, end; i < keyed->n; i = end) {
         const size_t row = keyed->ray[i], source = (size_t)ray->source[row];
-        const double weight = ray->weight[row];
+        for (end = i + 1; end < keyed->n && keyed->ray[end] == row; end++) {
+            if (rmap_path_times_before(keyed, end) > 0)
+                continue;
+            self->again.rays++;
+            self->again.segments += ray->segment_count[row];
+        }
+        const double weight = ray->weight[row] * (double)(end - i);
         self->total.rays++;
         self->total.segments += ray->segment_count[row];
         self->total.source_weight[source] += weight;

@@ -55,7 +55,10 @@ struct rmap_path_tally {
 /* State of the fold. */
 struct rmap_path_counts {
     struct rmap_count total; /* of all rays that have a path; portions and bytes are 0 */
-    double most_weight;      /* of a ray */
+    struct {
+        uint64_t rays, segments;
+    } again;            /* further paths of rays that have several */
+    double most_weight; /* of a ray */
     struct rmap_path_tally tally;
     struct rmap_key_sums cells;
     bool is_full, cells_full;       /* more than `most`: without entries then */

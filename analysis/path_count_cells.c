@@ -52,8 +52,10 @@ enum rmap_status rmap_path_counts_add_hits(struct rmap_path_counts *self,
     const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
     const struct rmap_key key = rmap_path_key_at(keyed, k);
     const size_t row = keyed->ray[k];
-    size_t first = keyed->registration[k];
-    size_t last = first + portion->ray.registration_count[row];
+    const size_t until = keyed->until ? keyed->until[k] : 0;
+    const size_t first = until ? until - 1 : keyed->registration[k];
+    const size_t last =
+        until ? until : keyed->registration[k] + portion->ray.registration_count[row];
     *n_hit = 0;
     for (size_t i = first; i < last; i++) {
         int32_t d = hit->detector[i];

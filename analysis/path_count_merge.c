@@ -114,6 +114,8 @@ enum rmap_status rmap_path_counts_merge(void *into_, const void *from_, struct r
     struct rmap_path_counts *into = into_;
     const struct rmap_path_counts *from = from_;
     rmap_count_add(&into->total, &from->total, rmap_map_scene(into->context->map)->n_source);
+    into->again.rays += from->again.rays;
+    into->again.segments += from->again.segments;
     if (from->most_weight > into->most_weight)
         into->most_weight = from->most_weight;
     RMAP_TRY(merge_classes(into, from, err));

@@ -23,9 +23,14 @@ static enum rmap_status add_ray(struct rmap_path_counts *self, const struct rmap
     const size_t row = keyed->ray[k];
     const double weight = ray->weight[row];
     struct rmap_path_added added;
+    const uint32_t before = rmap_path_times_before(keyed, k);
+    /* The n-th time adds (n w)^2 - ((n - 1) w)^2: a ray is one contribution. */
+    const double squares = (2.0 * before + 1.0) * weight * weight;
     struct rmap_class_sum one = {
-        .entry = {.key = rmap_path_key_at(keyed, k), .rays = 1, .first_ray = ray->id[row]},
-        .more = {weight, weight * weight, ray->segment_count[row], 0}};
+        .entry = {.key = rmap_path_key_at(keyed, k),
+                  .rays = before == 0,
+                  .first_ray = ray->id[row]},
+        .more = {weight, squares, before == 0 ? ray->segment_count[row] : 0, 0}};
     if (ray->registration_count[row] > 0)
         RMAP_TRY(rmap_path_counts_add_hits(self, portion, k, &one.more.registrations, err));
     RMAP_TRY(rmap_path_counts_add_class(self, &one, &added, err));

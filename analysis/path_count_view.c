@@ -12,7 +12,7 @@ static enum rmap_status keep_known_steps(struct rmap_path_counts *self, size_t r
 {
     const struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
     const struct rmap_path_known *path = &dictionary->known[row];
-    const struct rmap_path_place_of_ray place = {row, path->segment, path->registration};
+    const struct rmap_path_place_of_ray place = {row, path->segment, path->registration, 0};
     size_t n = 0;
     rmap_path_step *to;
     enum rmap_status st =
@@ -86,6 +86,18 @@ static enum rmap_status add_paths(struct rmap_path_counts *self, struct rmap_err
     return st;
 }
 
+/* Some rays of the portion have several paths, of which a dictionary knows nothing. */
+static bool has_several(const struct rmap_path_counts *self)
+{
+    const struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
+    if (rmap_path_keys_are_simple(self->context->keys) || self->context->detector < 0)
+        return false;
+    for (size_t k = 0; k < dictionary->n; k++)
+        if (dictionary->shares.n_ray[k] > 0 && dictionary->known[dictionary->row[k]].n_hit > 1)
+            return true;
+    return false;
+}
+
 static struct rmap_path_keying keying_of(const struct rmap_path_counts *self)
 {
     const struct rmap_path_counting *context = self->context;
@@ -102,6 +114,8 @@ enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *self,
     struct rmap_path_dictionary *dictionary = &self->buffers->dictionary;
     const struct rmap_path_keying keying = keying_of(self);
     RMAP_TRY(rmap_path_dictionary_enter_view(dictionary, &keying, rays, err));
+    if (has_several(self))
+        return rmap_path_counts_add_rays(self, rays, err);
     if (needs_ids(self, rays)) {
         RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_id), err));
         rmap_path_dictionary_find_first(dictionary, rays);
@@ -120,6 +134,8 @@ enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *self,
     const struct rmap_path_keying keying = keying_of(self);
     struct rmap_matched own;
     RMAP_TRY(rmap_path_dictionary_enter_told(&self->buffers->dictionary, &keying, rays, told, err));
+    if (has_several(self))
+        return rmap_path_counts_add_rays(self, rays, err);
     RMAP_TRY(add_paths(self, err));
     RMAP_TRY(rmap_path_shares_own(&self->buffers->dictionary.shares, rays, told, &own, err));
     if (own.n_match > 0)

@@ -111,6 +111,30 @@ out:
     return st;
 }
 
+/* Which of the ray's paths is that of the class. */
+static void find_path(const struct reading *reading, const struct rmap_path_row *row,
+                      struct rmap_path_place_of_ray *place, size_t *n)
+{
+    const struct rmap_path_keys *keys = reading->report->keys;
+    const struct rmap_portion *portion = reading->portion;
+    const size_t end = place->registration + portion->ray.registration_count[place->ray];
+    const struct rmap_path_view *view = &reading->report->view;
+    if (!view->until_detector) {
+        (void)rmap_path_key_of(keys, portion, place, reading->symbol, n);
+        return;
+    }
+    for (size_t i = place->registration; i < end; i++) {
+        place->until = i + 1;
+        if (!portion->registration.registered[i] ||
+            portion->registration.detector[i] != view->detector ||
+            !rmap_path_key_of(keys, portion, place, reading->symbol, n))
+            continue;
+        const struct rmap_key key = rmap_path_key_hash(keys, reading->symbol, *n, row->source);
+        if (key.low == row->key.low && key.high == row->key.high)
+            return;
+    }
+}
+
 static enum rmap_status read_texts(struct reading *reading, struct rmap_path_row *row,
                                    struct rmap_error *err)
 {
@@ -126,7 +150,7 @@ static enum rmap_status read_texts(struct reading *reading, struct rmap_path_row
                       sizeof *reading->symbol, err);
     reading->symbol = symbol;
     RMAP_TRY(st);
-    (void)rmap_path_key_of(reading->report->keys, reading->portion, &place, reading->symbol, &n);
+    find_path(reading, row, &place, &n);
     st = write_texts(reading->report, row, reading->symbol, n, err);
 out:
     return st;

@@ -29,14 +29,21 @@ bool rmap_path_keys_are_simple(const struct rmap_path_keys *keys);
 /* Whether steps have 16 bits. */
 bool rmap_path_keys_are_narrow(const struct rmap_path_keys *keys);
 
-/* Rays of a portion, of fewer than 2^32 rows, that have a path, in their order. */
+/* Of a path that is written out, and its ray's source. */
+struct rmap_key rmap_path_key_hash(const struct rmap_path_keys *keys, const rmap_path_step *symbol,
+                                   size_t n, int32_t source);
+
+/* Rays of a portion, of fewer than 2^32 rows, that have a path, in their order; several times those
+ * that have several paths. */
 struct rmap_path_keyed {
     size_t n, cap;
     uint64_t *low, *high;                   /* [n] of the key */
     uint32_t *ray, *segment, *registration; /* [n] where its rows begin */
     const uint32_t *n_leg;                  /* [n] its legs: the portion's or the next */
     uint32_t *own_n_leg, *n_hit;            /* [n] its registrations */
-    size_t n_same;                          /* of the first so many, ray[i] is i */
+    const uint32_t *until;                  /* [n] of the path, as in its place; NULL: 0 */
+    uint32_t *own_until;
+    size_t n_same; /* of the first so many, ray[i] is i */
 };
 
 static inline struct rmap_key rmap_path_key_at(const struct rmap_path_keyed *keyed, size_t i)
@@ -47,8 +54,17 @@ static inline struct rmap_key rmap_path_key_at(const struct rmap_path_keyed *key
 static inline struct rmap_path_place_of_ray rmap_path_place_at(const struct rmap_path_keyed *keyed,
                                                                size_t i)
 {
-    return (struct rmap_path_place_of_ray){keyed->ray[i], keyed->segment[i],
-                                           keyed->registration[i]};
+    return (struct rmap_path_place_of_ray){keyed->ray[i], keyed->segment[i], keyed->registration[i],
+                                           keyed->until ? keyed->until[i] : 0};
+}
+
+/* How many times the k-th one's ray has come to the same class before: its paths stand together. */
+static inline uint32_t rmap_path_times_before(const struct rmap_path_keyed *keyed, size_t k)
+{
+    uint32_t n = 0;
+    for (size_t i = k; keyed->until && i > 0 && keyed->ray[i - 1] == keyed->ray[k]; i--)
+        n += keyed->low[i - 1] == keyed->low[k] && keyed->high[i - 1] == keyed->high[k];
+    return n;
 }
 
 /* One thread's; all zero at first. */

@@ -168,7 +168,8 @@ static inline bool walk(const struct rmap_path_keys *keys, const struct rmap_por
         if (!portion->registration.registered[i])
             continue;
         int32_t detector = portion->registration.detector[i];
-        bool last = keys->view.until_detector && detector == keys->view.detector;
+        const bool last = keys->view.until_detector && detector == keys->view.detector &&
+                          (place->until == 0 || place->until == i + 1);
         write_before(keys, portion, place->segment, i, n_leg, last, &at, writer);
         write_symbol(writer, keys->hit[detector].step);
         if (last)

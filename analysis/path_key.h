@@ -29,9 +29,9 @@ struct rmap_path_view {
     enum rmap_path_level level;
     bool without_events; /* what happened at an object does not count */
     bool collapsed;      /* equal steps in a row count as one */
-    bool until_detector; /* histories end with the first registration on `detector`; what happens at
-                            the object that it lies on does not count, and rays that are not
-                            registered there have no path at all */
+    bool until_detector; /* histories end with a registration on `detector`, and a ray has as many
+                            as registrations there; what happens at the object that it lies on does
+                            not count */
     int32_t detector;
 };
 
@@ -51,6 +51,7 @@ rmap_column_set rmap_path_keys_columns(const struct rmap_path_keys *keys);
 /* Where a ray's rows begin in a portion. */
 struct rmap_path_place_of_ray {
     size_t ray, segment, registration;
+    size_t until; /* behind the registration that the path is to end with; 0: the first */
 };
 
 /* Its path: at most as many symbols as it has legs and registrations. False: it has none. */

@@ -11,7 +11,7 @@
 enum { SOURCE_BITS = 20 };
 
 /* Columns of `keyed`, one behind the other in one block. */
-enum { LONG_COLUMNS = 2, SHORT_COLUMNS = 5 };
+enum { LONG_COLUMNS = 2, SHORT_COLUMNS = 6 };
 
 static enum rmap_status reserve(struct rmap_path_keyed *keyed, size_t n, struct rmap_error *err)
 {
@@ -30,7 +30,8 @@ static enum rmap_status reserve(struct rmap_path_keyed *keyed, size_t n, struct 
                                       .segment = column + n,
                                       .registration = column + 2 * n,
                                       .own_n_leg = column + 3 * n,
-                                      .n_hit = column + 4 * n};
+                                      .n_hit = column + 4 * n,
+                                      .own_until = column + 5 * n};
     return RMAP_OK;
 }
 
@@ -174,37 +175,67 @@ static uint32_t count_hits(const struct rmap_portion *portion, size_t first, siz
     return n;
 }
 
-/* Rays whose path is written out one by one. */
+struct rmap_key rmap_path_key_hash(const struct rmap_path_keys *keys, const rmap_path_step *symbol,
+                                   size_t n, int32_t source)
+{
+    const uint32_t first = 0, count = (uint32_t)n;
+    const struct rmap_step_rows row = {symbol, false, &first, &count, 1};
+    struct rmap_key key;
+    rmap_step_hash_rows(&keys->of_hash, &row, &key.low, &key.high);
+    return (struct rmap_key){low_of(key.low, (uint32_t)source),
+                             high_of(key.high, (uint32_t)source)};
+}
+
+/* A path that is written out; a ray may have none. */
+static void key_path(const struct rmap_path_hasher *hasher, const struct rmap_path_place_of_ray *at,
+                     struct rmap_path_keyed *keyed)
+{
+    const struct rmap_portion *portion = hasher->portion;
+    const size_t n = keyed->n;
+    size_t n_step;
+    if (!rmap_path_key_of(hasher->keys, portion, at, hasher->scratch, &n_step))
+        return;
+    const struct rmap_key key =
+        rmap_path_key_hash(hasher->keys, hasher->scratch, n_step, portion->ray.source[at->ray]);
+    const uint32_t n_row = portion->ray.registration_count[at->ray];
+    keyed->low[n] = key.low;
+    keyed->high[n] = key.high;
+    keyed->ray[n] = (uint32_t)at->ray;
+    keyed->segment[n] = (uint32_t)at->segment;
+    keyed->registration[n] = (uint32_t)at->registration;
+    keyed->own_n_leg[n] = portion->ray.segment_count[at->ray];
+    keyed->own_until[n] = (uint32_t)at->until;
+    keyed->n_hit[n] = at->until ? 1 : count_hits(portion, at->registration, n_row);
+    keyed->n++;
+}
+
+/* Rays whose paths are written out one by one. */
 static void key_walked(const struct rmap_path_hasher *hasher, const struct rmap_matched *rays,
                        struct rmap_path_keyed *keyed)
 {
-    const struct rmap_portion *portion = hasher->portion;
-    const struct rmap_ray_columns *ray = &portion->ray;
-    const uint32_t first = 0;
+    const struct rmap_ray_columns *ray = &hasher->portion->ray;
+    const struct rmap_path_view *view = &hasher->keys->view;
+    const int32_t *detector = hasher->portion->registration.detector;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     struct rmap_path_place_of_ray at = {0};
-    size_t n = 0, n_step;
-    for (; at.ray < portion->n_row[RMAP_TABLE_RAY]; at.ray++) {
-        const uint32_t n_leg = ray->segment_count[at.ray], n_row = ray->registration_count[at.ray];
-        if ((!rays->match || rays->match[at.ray]) &&
-            rmap_path_key_of(hasher->keys, portion, &at, hasher->scratch, &n_step)) {
-            const uint32_t count = (uint32_t)n_step;
-            const struct rmap_step_rows row = {hasher->scratch, false, &first, &count, 1};
-            const uint64_t source = (uint32_t)ray->source[at.ray];
-            rmap_step_hash_rows(&hasher->keys->of_hash, &row, &keyed->low[n], &keyed->high[n]);
-            keyed->low[n] = low_of(keyed->low[n], source);
-            keyed->high[n] = high_of(keyed->high[n], source);
-            keyed->ray[n] = (uint32_t)at.ray;
-            keyed->segment[n] = (uint32_t)at.segment;
-            keyed->registration[n] = (uint32_t)at.registration;
-            keyed->own_n_leg[n] = n_leg;
-            keyed->n_hit[n++] = count_hits(portion, at.registration, n_row);
+    keyed->n = 0;
+    for (; at.ray < hasher->portion->n_row[RMAP_TABLE_RAY]; at.ray++) {
+        const size_t end = at.registration + ray->registration_count[at.ray];
+        const bool counted = !rays->match || rays->match[at.ray];
+        at.until = 0;
+        if (counted && !view->until_detector)
+            key_path(hasher, &at, keyed);
+        for (size_t i = at.registration; counted && view->until_detector && i < end; i++) {
+            at.until = i + 1;
+            if (counts[i] && detector[i] == view->detector)
+                key_path(hasher, &at, keyed);
         }
-        at.segment += n_leg;
-        at.registration += n_row;
+        at.segment += ray->segment_count[at.ray];
+        at.registration = end;
     }
     keyed->n_leg = keyed->own_n_leg;
+    keyed->until = keyed->own_until;
     keyed->n_same = 0;
-    keyed->n = n;
 }
 
 enum rmap_status rmap_path_hasher_place(struct rmap_path_hasher *hasher,
@@ -212,7 +243,9 @@ enum rmap_status rmap_path_hasher_place(struct rmap_path_hasher *hasher,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_path_keyed *keyed = &hasher->keyed;
-    RMAP_TRY(reserve(keyed, rays->n_match + 1, err));
+    const size_t n_more = hasher->is_simple ? 0 : hasher->portion->n_row[RMAP_TABLE_REGISTRATION];
+    RMAP_TRY(reserve(keyed, rays->n_match + n_more + 1, err));
+    keyed->until = NULL;
     if (!hasher->is_simple) {
         key_walked(hasher, rays, keyed);
         goto out;

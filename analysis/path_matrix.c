@@ -149,6 +149,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     struct rmap_path_matrix_sums *self = state;
     const struct rmap_portion *portion = rays->portion;
     const struct rmap_registration_columns *seen = &portion->registration;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     struct hit hit = {.portion = portion};
     size_t row = 0;
     for (; hit.ray < portion->n_row[RMAP_TABLE_RAY]; hit.ray++) {
@@ -158,7 +159,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
         hit.weight = portion->ray.weight[hit.ray];
         for (; row < end; row++) {
             hit.detector = seen->detector[row];
-            if ((rays->match && !rays->match[hit.ray]) || !seen->registered[row] ||
+            if ((rays->match && !rays->match[hit.ray]) || !counts[row] ||
                 (self->context->detector >= 0 && hit.detector != self->context->detector))
                 continue;
             hit.leg = seen->segment[row] < n_leg ? seen->segment[row] : n_leg;

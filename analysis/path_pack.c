@@ -8,7 +8,7 @@
 /* What a state is as bytes: this, weights [2][n_source], classes, cells, steps
  * and the sketch. */
 struct head {
-    uint64_t rays, segments, n_class, n_cell;
+    uint64_t rays, segments, again_rays, again_segments, n_class, n_cell;
     double most_weight;
     uint64_t is_full, cells_full, has_sketch;
     uint64_t n_with_steps, n_step_word, n_first_step, steps_closed, steps_full;
@@ -53,6 +53,8 @@ enum rmap_status rmap_path_counts_pack(const void *state, uint8_t **bytes_ret, s
     const size_t n_source = rmap_map_scene(self->context->map)->n_source;
     const struct head head = {.rays = self->total.rays,
                               .segments = self->total.segments,
+                              .again_rays = self->again.rays,
+                              .again_segments = self->again.segments,
                               .n_class = self->tally.classes.n,
                               .n_cell = self->cells.n,
                               .most_weight = self->most_weight,
@@ -150,6 +152,8 @@ enum rmap_status rmap_path_counts_unpack(const void *context_, const uint8_t *by
     self->pool = NULL;
     self->total.rays = head.rays;
     self->total.segments = head.segments;
+    self->again.rays = head.again_rays;
+    self->again.segments = head.again_segments;
     self->most_weight = head.most_weight;
     self->is_full = head.is_full != 0;
     self->cells_full = head.cells_full != 0;

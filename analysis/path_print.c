@@ -81,7 +81,11 @@ static void print_head(const struct rmap_path_report *report, FILE *out)
 {
     const struct rmap_path_total *total = &report->total;
     fprintf(out, "%s\n", report->criterion ? report->criterion : "all");
-    fprintf(out, "  rays     %" PRIu64 "\n  flux     %.6g", total->rays, total->flux);
+    rmap_which_print(report->which, out);
+    fprintf(out, "  rays     %" PRIu64, total->rays);
+    if (report->n_path > total->rays)
+        fprintf(out, ", registered %" PRIu64 " times", report->n_path);
+    fprintf(out, "\n  flux     %.6g", total->flux);
     if (isfinite(total->standard_error))
         fprintf(out, " +- %.2g", total->standard_error);
     fprintf(out, " %s\n", flux_unit(report->scene));
@@ -161,11 +165,12 @@ json_t *rmap_path_report_json(const struct rmap_path_report *report)
     for (size_t k = 0; k < report->n_row; k++)
         (void)json_array_append_new(classes, row_json(report, k));
     return json_pack(
-        "{s:s, s:s, s:b, s:b, s:s?, s:{s:I, s:I}, s:{s:o, s:o, s:s}, s:o, s:{s:o, s:I, s:o, s:o, "
+        "{s:s, s:o, s:s, s:b, s:b, s:s?, s:{s:I, s:I}, s:{s:o, s:o, s:s}, s:o, s:{s:o, s:I, s:o, "
+        "s:o, "
         "s:o}, s:b, s:o}",
-        "criterion", report->criterion ? report->criterion : "all", "by",
-        rmap_path_level_word(view->level), "events", !view->without_events, "collapsed",
-        (int)view->collapsed, "detector",
+        "criterion", report->criterion ? report->criterion : "all", "which",
+        rmap_which_json(report->which), "by", rmap_path_level_word(view->level), "events",
+        !view->without_events, "collapsed", (int)view->collapsed, "detector",
         view->until_detector ? scene->detector[view->detector].name : NULL, "rays", "total",
         (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)total->rays, "flux",
         "value", rmap_json_number(total->flux), "standard_error",
@@ -210,6 +215,7 @@ void rmap_path_report_csv(const struct rmap_path_report *report, FILE *out)
     fprintf(out, "# criterion: %s\n# rays: %" PRIu64 "\n# flux: %.17g %s\n",
             report->criterion ? report->criterion : "all", total->rays, total->flux,
             flux_unit(report->scene));
+    rmap_which_csv(report->which, out);
     fprintf(out, "# remainder: %" PRIu64 " rays, flux %.17g\n", rest->rays, rest->flux);
     if (!report->exact)
         fprintf(out, "# not all classes: those with a share of %.17g or more\n", report->bound);

@@ -133,6 +133,9 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", report->n_row));
     RMAP_TRY(rmap_count_init(&rest, n_source, err));
     rmap_count_add(&rest, &counts->total, n_source);
+    rest.rays += counts->again.rays;
+    rest.segments += counts->again.segments;
+    report->n_path = rest.rays;
     RMAP_TRY(rmap_path_rank(counts, sort, report->n_row, &ranked, err));
     for (size_t k = 0; k < report->n_row; k++) {
         const struct rmap_class_sum sum =

@@ -47,9 +47,11 @@ struct rmap_path_report {
     const struct rmap_overlay *overlay;
     const struct rmap_scene *scene; /* with the overlay's receivers */
     const struct rmap_path_keys *keys;
-    const char *criterion; /* NULL: all rays */
+    const char *criterion;          /* NULL: all rays */
+    const struct rmap_which *which; /* NULL: all registrations count */
     struct rmap_path_view view;
     struct rmap_path_total total, rest; /* of rays that have a path; of those in no row */
+    uint64_t n_path;                    /* of these rays: until a detector, some have several */
     size_t n_class;                     /* that are known */
     bool exact;                         /* these are all; else those above `bound`, and some */
     double bound;                       /* share of the flux from which on all are known */

@@ -192,13 +192,14 @@ static enum rmap_status find_registrations(struct search *search, struct rmap_er
     enum rmap_status st = RMAP_OK;
     const struct rmap_matched *rays = search->rays;
     const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     size_t row = 0, first_leg = 0;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
         size_t n_row = portion->ray.registration_count[i];
         if (n_row > 0 && (!rays->match || rays->match[i])) {
             RMAP_TRY(make_room(search, n_row, err));
             for (size_t k = row; k < row + n_row; k++)
-                if (portion->registration.registered[k] &&
+                if (counts[k] &&
                     rmap_index_set_has(&search->self->detector, portion->registration.detector[k]))
                     add_place(search, i, k, first_leg);
         }

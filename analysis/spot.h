@@ -25,7 +25,8 @@ struct rmap_estimate {
 #define RMAP_SPOT_CURVE     101
 
 struct rmap_spot {
-    const char *unit; /* of length */
+    const char *unit;               /* of length */
+    const struct rmap_which *which; /* registrations that were counted, borrowed; NULL: all */
     struct rmap_estimate flux;
     struct rmap_estimate centroid[2], rms[2], rms_radius;
     double fraction[RMAP_SPOT_FRACTIONS];

@@ -172,16 +172,17 @@ static void add_waves(struct rmap_spot_sums *self, size_t source, double weight,
 
 /* ---- rays ---- */
 
-static enum rmap_status add_ray(struct rmap_spot_sums *self, const struct rmap_portion *portion,
+static enum rmap_status add_ray(struct rmap_spot_sums *self, const struct rmap_matched *rays,
                                 size_t ray, size_t row, size_t end, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counts = rmap_registrations_counted(rays);
     const size_t source = (size_t)portion->ray.source[ray];
     const double weight = portion->ray.weight[ray];
     size_t n = 0;
     for (; row < end; row++) {
-        if (portion->registration.detector[row] != self->ask.detector ||
-            !portion->registration.registered[row])
+        if (portion->registration.detector[row] != self->ask.detector || !counts[row])
             continue;
         if ((uint32_t)portion->ray.source[ray] >= self->n_source)
             return rmap_error_set(err, RMAP_FORMAT,
@@ -216,7 +217,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY] && st == RMAP_OK; i++) {
         const size_t end = row + portion->ray.registration_count[i];
         if (end > row && (!rays->match || rays->match[i]))
-            st = add_ray(state, portion, i, row, end, err);
+            st = add_ray(state, rays, i, row, end, err);
         row = end;
     }
     return st;

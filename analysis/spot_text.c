@@ -130,6 +130,7 @@ void rmap_spot_csv(const struct rmap_spot *spot, const char *detector, const cha
                    FILE *out)
 {
     fprintf(out, "# detector: %s\n# criterion: %s\n", detector, criterion ? criterion : "all");
+    rmap_which_csv(spot->which, out);
     fprintf(out, "# encircled: at a radius in %s; tangential, sagittal: MTF at cycles/%s\n",
             spot->unit, spot->unit);
     fprintf(out, "curve,at,value,standard_error\n");

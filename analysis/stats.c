@@ -88,7 +88,7 @@ static void estimate_group(struct rmap_stats *stats, size_t g, const struct rmap
             size_t class = g * setup->n_source + s;
             rmap_stats_moments_value(&sums->moments[class * setup->quantities->n + i], q, product);
             for (size_t j = 0; j < RMAP_MOMENTS; j++) {
-                total[j] += flux_per_weight[s] * q[j];
+                total[j] += j == 0 ? rmap_map_flux(map, s, q[0]) : flux_per_weight[s] * q[j];
                 for (size_t k = 0; k < RMAP_MOMENTS; k++)
                     covariance[j][k] += spread(map, s, q[j], q[k], product[j][k]);
             }

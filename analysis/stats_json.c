@@ -152,6 +152,7 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
     json_t *object = json_object();
     set(object, "map", json_string(labels->map), &failed);
     set(object, "criterion", json_string(labels->criterion ? labels->criterion : "all"), &failed);
+    set(object, "which", rmap_which_json(labels->which), &failed);
     set(object, "of", names(stats->setup->quantities, false, &failed), &failed);
     set(object, "unit", names(stats->setup->quantities, true, &failed), &failed);
     set(object, "rays",

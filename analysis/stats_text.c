@@ -152,6 +152,7 @@ enum rmap_status rmap_stats_print(const struct rmap_stats *stats,
 {
     enum rmap_status st = RMAP_OK;
     fprintf(out, "%-14s %s\n", "criterion", labels->criterion ? labels->criterion : "all");
+    rmap_which_print(labels->which, out);
     char matched[RMAP_GROUPED_LEN], all[RMAP_GROUPED_LEN];
     fprintf(out, "%-14s %s of %s\n", "rays matched", rmap_grouped(stats->known.n_ray, matched),
             rmap_grouped(labels->n_ray, all));
@@ -190,6 +191,7 @@ void rmap_stats_csv(const struct rmap_stats *stats, const struct rmap_stats_labe
 {
     const size_t n = stats->setup->quantities->n;
     fprintf(out, "# criterion: %s\n", labels->criterion ? labels->criterion : "all");
+    rmap_which_csv(labels->which, out);
     for (size_t i = 0; i < n; i++) {
         char name[128];
         rmap_stats_name(stats, i, name, sizeof name);

@@ -11,9 +11,10 @@
 #include "analysis/stats.h"
 
 struct rmap_stats_labels {
-    const char *map;       /* path */
-    const char *criterion; /* NULL: all rays */
-    uint64_t n_ray;        /* of the map */
+    const char *map;                /* path */
+    const char *criterion;          /* NULL: all rays */
+    const struct rmap_which *which; /* registrations that count; NULL: all */
+    uint64_t n_ray;                 /* of the map */
 };
 
 enum rmap_status rmap_stats_print(const struct rmap_stats *stats,

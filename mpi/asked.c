@@ -5,6 +5,7 @@
 
 #include "analysis/zemax_filter.h"
 #include "base/alloc.h"
+#include "io/selection.h"
 #include "io/text_file.h"
 #include "mpi/agree.h"
 
@@ -90,4 +91,32 @@ enum rmap_status rmap_asked_compile(const struct rmap_context *context,
     const char *text =
         asked->whole_file ? rmap_criteria_reference(asked->criteria, index) : asked->text[index];
     return rmap_criterion_compile_with(text, asked->criteria, scene, criterion_ret, err);
+}
+
+enum rmap_status rmap_asked_which(const struct rmap_context *context,
+                                  const struct rmap_arguments *given,
+                                  const struct rmap_asked *asked, const struct rmap_scene *scene,
+                                  const struct rmap_index_set *detector,
+                                  const struct rmap_criterion *criterion,
+                                  struct rmap_which **which_ret, struct rmap_error *err)
+{
+    enum rmap_status st =
+        rmap_which_create(scene, detector, given ? rmap_argument(given, "which") : NULL,
+                          asked->criteria, criterion, which_ret, err);
+    if (st == RMAP_OK && (*which_ret)->remark && context->rank == 0 && !context->quiet)
+        fprintf(stderr, "raymap: %s\n", (*which_ret)->remark);
+    return st;
+}
+
+void rmap_asked_tell_picked(const struct rmap_context *context, const struct rmap_map *map,
+                            const struct rmap_which *which, const char *detector)
+{
+    const struct rmap_selection *picked = rmap_map_selection(map);
+    if (!picked || picked->n == 0 || which->from != RMAP_WHICH_ALL || context->rank > 0 ||
+        context->quiet)
+        return;
+    fprintf(stderr,
+            "raymap: this map holds rays picked by %s: all their registrations on %s are counted; "
+            "--which chooses among them\n",
+            picked->step[picked->n - 1].criterion, detector);
 }

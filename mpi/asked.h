@@ -7,6 +7,8 @@
 #define RMAP_ASKED_H
 
 #include "analysis/criterion_file.h"
+#include "analysis/which.h"
+#include "io/map_reader.h"
 #include "mpi/command.h"
 
 /* Entries of an option table. */
@@ -14,6 +16,13 @@
     {"criteria", 0, "FILE", "named criteria: let NAME = CRITERION ..., used as @NAME"},            \
     {                                                                                              \
         "zemax", 0, "FILTER", "a filter string of Zemax, such as 'H3 & R5 & !G', as a criterion"   \
+    }
+
+#define RMAP_ASKED_WHICH_OPTION                                                                    \
+    {                                                                                              \
+        "which", 0, "W",                                                                           \
+            "of the registrations those for which W holds, as 'ghost_order == 2' or "              \
+            "'rect(-1, -1, 1, 1) where angle < 10' (default: as the criterion says)"               \
     }
 
 struct rmap_asked {
@@ -49,5 +58,20 @@ enum rmap_status rmap_asked_compile(const struct rmap_context *context,
                                     const struct rmap_scene *scene,
                                     struct rmap_criterion **criterion_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rank 0 says of a map of rays that a query picked that all registrations of those rays count,
+ * where they do. */
+void rmap_asked_tell_picked(const struct rmap_context *context, const struct rmap_map *map,
+                            const struct rmap_which *which, const char *detector);
+
+/* The registrations on these detectors that count: of --which, else as the criterion (NULL: all
+ * rays) has it. Rank 0 prints a remark where a test chooses rays alone. which_ret:
+ * rmap_which_destroy.
+ */
+enum rmap_status
+rmap_asked_which(const struct rmap_context *context, const struct rmap_arguments *given,
+                 const struct rmap_asked *asked, const struct rmap_scene *scene,
+                 const struct rmap_index_set *detector, const struct rmap_criterion *criterion,
+                 struct rmap_which **which_ret, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

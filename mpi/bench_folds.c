@@ -157,7 +157,8 @@ static enum rmap_status energy(struct task *task, struct rmap_bench_cost *cost,
     struct rmap_energy_sums *sums = NULL;
     const struct rmap_bench_cost begun = begin();
     enum rmap_status st =
-        rmap_energy_run(&task->bench->alone, task->map, task->criterion, &scope, &sums, err);
+        rmap_energy_run(&task->bench->alone, task->map,
+                        &(struct rmap_choice){.criterion = task->criterion}, &scope, &sums, err);
     *cost = since(begun);
     if (st == RMAP_OK)
         task->columns = rmap_energy_columns(&scope);

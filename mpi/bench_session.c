@@ -64,6 +64,7 @@ static enum rmap_status ask(struct session *session, const char *text,
     struct rmap_warmth warmth = {0};
     struct rmap_criterion *criterion = NULL;
     struct rmap_count count = {0};
+    const struct rmap_registered_list *registered;
     rmap_map_kept(session->map, &kept);
     RMAP_TRY(rmap_criterion_compile(text, scene, &criterion, err));
     RMAP_TRY(rmap_count_init(&count, scene->n_source, err));
@@ -71,7 +72,8 @@ static enum rmap_status ask(struct session *session, const char *text,
         RMAP_TRY(rmap_session_warm(alone, session->map, SESSION_NBYTES / 2, &warmth, err));
         RMAP_TRY(rmap_map_keep(session->map, SESSION_NBYTES, err));
     }
-    RMAP_TRY(rmap_session_count(alone, session->memo, session->map, criterion, &count, err));
+    RMAP_TRY(rmap_session_count(alone, session->memo, session->map, criterion, &count, &registered,
+                                err));
     stop(&begun, answer);
     answer->n_ray = count.rays;
 out:

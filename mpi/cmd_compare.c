@@ -13,7 +13,7 @@
 #include "mpi/compare_images.h"
 #include "mpi/compare_request.h"
 #include "mpi/compare_write.h"
-#include "mpi/fold_run.h"
+#include "mpi/find_detector.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
@@ -22,6 +22,7 @@
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION...",
      "of the rays that match only; twice: of the first sample, and of the second"},
+    RMAP_ASKED_WHICH_OPTION,
     {"criteria", 0, "FILE", "named criteria: let NAME = CRITERION ..., used as @NAME"},
     {"test", 't', "KINDS",
      "what is compared: flux, detector, object, medium, stop, image, paths (default: all of them)"},
@@ -40,20 +41,20 @@ static const struct rmap_option options[] = {
     {"correction", 0, "NAME", "for the number of tests: holm (default), sidak, none"},
     {NULL}};
 
-/* Samples that are summed up: two; of one map the rays of A alone, of B alone, and of both. */
-enum { SAMPLE_MAX = 3 };
-
 struct work {
     const struct rmap_context *context;
     struct rmap_compare_request request;
+    const struct rmap_arguments *given;
     struct rmap_asked asked;
     struct rmap_map *map[2];         /* [1] may be [0] */
     struct rmap_overlay *overlay[2]; /* receivers, or NULL; [1] may be [0] */
     struct rmap_criterion *named[2];
-    size_t n_sample;
-    struct rmap_criterion *criterion[SAMPLE_MAX];
-    struct rmap_compare_layout layout[2];
-    void *sums[SAMPLE_MAX];
+    struct rmap_criterion *criterion[RMAP_COMPARE_SAMPLES];
+    struct rmap_which *own[2];    /* of each criterion, or of --which */
+    struct rmap_which *shared[3]; /* of rays of both: what both choose, A alone, B alone; or NULL */
+    struct rmap_compare_samples samples;
+    struct rmap_compare_layout layout[2], alone;
+    void *sums[RMAP_COMPARE_SAMPLES];
     struct rmap_compare_products_layout products_layout[2];
     void *products[2];
     struct rmap_comparison *comparison;
@@ -71,27 +72,75 @@ static bool is_paired(const struct work *work)
     return work->map[0] == work->map[1];
 }
 
-static int map_of_sample(const struct work *work, size_t sample)
-{
-    return is_paired(work) ? 0 : (int)sample;
-}
-
 /* Rays that only one of two criteria selects, and those of both. */
 static enum rmap_status compile_pair(struct work *work, struct rmap_error *err)
 {
-    static const char *const sign[SAMPLE_MAX][2] = {{"", "not "}, {"not ", ""}, {"", ""}};
+    static const char *const sign[RMAP_COMPARE_SAMPLES][2] = {{"", "not "}, {"not ", ""}, {"", ""}};
     enum rmap_status st = RMAP_OK;
     const char *a = work->request.where[0], *b = work->request.where[1];
     size_t nbytes = strlen(a) + strlen(b) + 32;
     char *text = rmap_alloc(nbytes, 1);
     if (!text)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a criterion");
-    for (size_t i = 0; i < SAMPLE_MAX && st == RMAP_OK; i++) {
+    for (size_t i = 0; i < RMAP_COMPARE_SAMPLES && st == RMAP_OK; i++) {
         (void)snprintf(text, nbytes, "%s(%s) and %s(%s)", sign[i][0], a, sign[i][1], b);
         st = rmap_criterion_compile_with(text, work->asked.criteria, scene_of(work, 0),
                                          &work->criterion[i], err);
     }
     rmap_free(text);
+    return st;
+}
+
+/* Which registrations of each criterion's rays count. */
+static enum rmap_status choose(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *name = work->request.detector;
+    for (size_t k = 0; k < 2; k++) {
+        const struct rmap_scene *scene = scene_of(work, k);
+        struct rmap_index_set detector = {.span = (uint32_t)scene->n_detector};
+        if (name)
+            RMAP_TRY(rmap_find_detector(scene, name, &detector.low, err));
+        detector.span = name ? 1 : detector.span;
+        RMAP_TRY(rmap_asked_which(work->context, work->given, &work->asked, scene, &detector,
+                                  work->named[k], &work->own[k], err));
+    }
+out:
+    return st;
+}
+
+static void add_part(struct work *work, size_t criterion, const struct rmap_which *which,
+                     size_t sample, bool registrations_alone)
+{
+    work->samples.part[work->samples.n_part++] =
+        (struct rmap_compare_part){work->criterion[criterion], which, sample, registrations_alone};
+}
+
+/* Where the criteria of one map choose differently, rays of both bring registrations to the sample
+ * of each, too. That these are of the same rays is left out of the errors, which are then rather
+ * too large. */
+static enum rmap_status share_out(struct work *work, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_which *const *own = work->own;
+    work->samples = (struct rmap_compare_samples){.map = {work->map[0], work->map[1]},
+                                                  .overlay = {work->overlay[0], work->overlay[1]},
+                                                  .n = is_paired(work) ? 3 : 2};
+    add_part(work, 0, own[0], 0, false);
+    add_part(work, 1, own[1], 1, false);
+    if (!is_paired(work))
+        return RMAP_OK;
+    if (strcmp(own[0]->text, own[1]->text) == 0) {
+        add_part(work, 2, own[0], 2, false);
+        return RMAP_OK;
+    }
+    RMAP_TRY(rmap_which_create_with(own[0], own[1], true, &work->shared[0], err));
+    RMAP_TRY(rmap_which_create_with(own[0], own[1], false, &work->shared[1], err));
+    RMAP_TRY(rmap_which_create_with(own[1], own[0], false, &work->shared[2], err));
+    add_part(work, 2, work->shared[0], 2, false);
+    add_part(work, 2, work->shared[1], 0, true);
+    add_part(work, 2, work->shared[2], 1, true);
+out:
     return st;
 }
 
@@ -103,7 +152,7 @@ static enum rmap_status compile(struct work *work, struct rmap_error *err)
         RMAP_TRY(rmap_asked_compile(work->context, &work->asked, which, scene_of(work, k),
                                     &work->named[k], err));
     }
-    work->n_sample = is_paired(work) ? 3 : 2;
+    RMAP_TRY(choose(work, err));
     if (is_paired(work))
         st = compile_pair(work, err);
     else
@@ -111,6 +160,8 @@ static enum rmap_status compile(struct work *work, struct rmap_error *err)
             work->criterion[k] = work->named[k];
             work->named[k] = NULL;
         }
+    RMAP_TRY(st);
+    st = share_out(work, err);
 out:
     return st;
 }
@@ -144,6 +195,8 @@ static enum rmap_status prepare(struct work *work, struct rmap_error *err)
     RMAP_TRY(
         rmap_comparison_create(map, overlay, work->request.path, text, &work->comparison, err));
     for (int k = 0; k < 2; k++)
+        work->comparison->which[k] = work->own[k];
+    for (int k = 0; k < 2; k++)
         RMAP_TRY(rmap_compare_layout_init(&work->layout[k], work->map[k], work->overlay[k], err));
 out:
     return st;
@@ -152,19 +205,15 @@ out:
 /* Collective. What each sample adds up to, on rank 0. */
 static enum rmap_status add_up(struct work *work, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; i < work->n_sample; i++) {
-        int k = map_of_sample(work, i);
-        const struct rmap_fold fold = {.kind = &rmap_compare_sums_kind,
-                                       .context = &work->layout[k],
-                                       .map = work->map[k],
-                                       .overlay = work->overlay[k],
-                                       .criterion = work->criterion[i],
-                                       .columns = RMAP_COMPARE_SUMS_COLUMNS};
-        RMAP_TRY(rmap_fold_run(work->context, &fold, &work->sums[i], err));
-    }
-out:
-    return st;
+    const struct rmap_compare_sum sum = {
+        .kind = &rmap_compare_sums_kind,
+        .context = {&work->layout[0], &work->layout[1]},
+        .alone = &work->alone,
+        .columns = {RMAP_COMPARE_SUMS_COLUMNS, RMAP_COMPARE_SUMS_COLUMNS},
+        .n_sample = RMAP_COMPARE_SAMPLES};
+    work->alone = work->layout[0];
+    work->alone.registrations_alone = true;
+    return rmap_compare_samples_run(work->context, &work->samples, &sum, work->sums, err);
 }
 
 /* Collective. The groups of cells that rank 0 made of the images to look at again. */
@@ -211,15 +260,13 @@ static enum rmap_status look_again(struct work *work, struct rmap_error *err)
         st = rmap_compare_products_layout_init(&work->products_layout[k], &work->layout[k],
                                                work->comparison, k, err);
     RMAP_TRY(rmap_agree(work->context, st, err));
-    for (size_t i = 0; i < 2; i++) {
-        const struct rmap_fold fold = {.kind = &rmap_compare_products_kind,
-                                       .context = &work->products_layout[i],
-                                       .map = work->map[i],
-                                       .overlay = work->overlay[i],
-                                       .criterion = work->criterion[i],
-                                       .columns = RMAP_COMPARE_SUMS_COLUMNS};
-        RMAP_TRY(rmap_fold_run(work->context, &fold, &work->products[i], err));
-    }
+    const struct rmap_compare_sum sum = {
+        .kind = &rmap_compare_products_kind,
+        .context = {&work->products_layout[0], &work->products_layout[1]},
+        .alone = &work->products_layout[0],
+        .columns = {RMAP_COMPARE_SUMS_COLUMNS, RMAP_COMPARE_SUMS_COLUMNS},
+        .n_sample = 2};
+    RMAP_TRY(rmap_compare_samples_run(work->context, &work->samples, &sum, work->products, err));
     if (work->context->rank == 0)
         st = rmap_comparison_add_products(
             work->comparison, work->sums[2],
@@ -230,28 +277,19 @@ out:
     return st;
 }
 
-static struct rmap_compare_samples samples_of(const struct work *work)
-{
-    return (struct rmap_compare_samples){.map = {work->map[0], work->map[1]},
-                                         .overlay = {work->overlay[0], work->overlay[1]},
-                                         .criterion = work->criterion,
-                                         .n = work->n_sample};
-}
-
 /* Collective. Distributions of paths and numbers. */
 static enum rmap_status add_fields(struct work *work, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_compare_request *request = &work->request;
-    const struct rmap_compare_samples samples = samples_of(work);
     if (request->kinds & 1u << RMAP_COMPARE_PATHS)
-        RMAP_TRY(rmap_compare_paths_run(work->context, &samples, work->comparison, err));
+        RMAP_TRY(rmap_compare_paths_run(work->context, &work->samples, work->comparison, err));
     for (size_t i = 0; i < request->n_of; i++) {
         const struct rmap_compare_number number = {.of = request->of[i],
                                                    .detector = request->detector,
                                                    .n_bin = (size_t)request->n_bin,
                                                    .range = request->range};
-        RMAP_TRY(rmap_compare_number_run(work->context, &samples, &number, work->comparison,
+        RMAP_TRY(rmap_compare_number_run(work->context, &work->samples, &number, work->comparison,
                                          request->output_path ? &work->bins[work->n_bins] : NULL,
                                          err));
         work->n_bins += work->bins && work->bins[work->n_bins] ? 1 : 0;
@@ -263,9 +301,8 @@ out:
 /* Collective. What is written of the detector. */
 static enum rmap_status add_images(struct work *work, struct rmap_error *err)
 {
-    const struct rmap_compare_samples samples = samples_of(work);
     enum rmap_status st = rmap_compare_images_run(
-        work->context, &samples, work->request.detector,
+        work->context, &work->samples, work->request.detector,
         rmap_output_is(work->request.output_path, ".json"), work->comparison, &work->bins[0], err);
     work->n_bins = work->bins[0] ? 1 : 0;
     return st;
@@ -321,14 +358,17 @@ out:
 
 static void work_fini(struct work *work)
 {
-    for (size_t i = 0; i < SAMPLE_MAX; i++) {
+    for (size_t i = 0; i < RMAP_COMPARE_SAMPLES; i++) {
         rmap_compare_sums_kind.destroy(work->sums[i]);
         rmap_criterion_destroy(work->criterion[i]);
     }
+    for (size_t k = 0; k < 3; k++)
+        rmap_which_destroy(work->shared[k]);
     for (size_t k = 0; k < 2; k++) {
         rmap_compare_products_kind.destroy(work->products[k]);
         rmap_compare_products_layout_fini(&work->products_layout[k]);
         rmap_compare_layout_fini(&work->layout[k]);
+        rmap_which_destroy(work->own[k]);
         rmap_criterion_destroy(work->named[k]);
     }
     rmap_comparison_destroy(work->comparison);
@@ -348,7 +388,7 @@ static void work_fini(struct work *work)
 static enum rmap_status run_compare(const struct rmap_context *context,
                                     const struct rmap_arguments *given, struct rmap_error *err)
 {
-    struct work work = {.context = context};
+    struct work work = {.context = context, .given = given};
     struct rmap_compare_request *request = &work.request;
     enum rmap_status st = rmap_compare_request_read(given, request, err);
     RMAP_TRY(rmap_agree(context, st, err));

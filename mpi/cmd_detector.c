@@ -26,6 +26,7 @@
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"cells", 0, "NXxNY", "other cells than the detector's own, as 400x300 or 500"},
@@ -99,12 +100,13 @@ static enum rmap_status read_bins(const struct rmap_arguments *given, struct req
             return rmap_error_set(err, RMAP_USAGE, "--rotate '%.40s' is no angle in degrees",
                                   rotate);
     }
-    if (request->tally && (request->where || cells || rotate || bins->region || bins->quantity ||
-                           bins->over || rmap_argument(given, "receivers")))
+    if (request->tally &&
+        (request->where || rmap_argument(given, "which") || cells || rotate || bins->region ||
+         bins->quantity || bins->over || rmap_argument(given, "receivers")))
         st = rmap_error_set(err, RMAP_USAGE,
                             "--tally has the detector's own cells and all rays: it goes with none "
-                            "of --where, --receivers, --cells, --region, --rotate, --quantity and "
-                            "--over");
+                            "of --where, --which, --receivers, --cells, --region, --rotate, "
+                            "--quantity and --over");
 out:
     return st;
 }
@@ -168,6 +170,13 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
     return rmap_output_check(request->output_path, rmap_detector_suffixes, request->force, err);
 }
 
+/* What light is asked about. */
+struct selected {
+    struct rmap_asked asked;
+    struct rmap_criterion *criterion; /* NULL: all rays */
+    struct rmap_which *which;
+};
+
 /* What was found; on rank 0. */
 struct answer {
     struct rmap_detector_image *image;
@@ -208,13 +217,14 @@ static double round_above(double x)
 
 /* Collective. A pass over the registrations; the spot on rank 0. */
 static enum rmap_status sum_spot(const struct rmap_context *context, struct rmap_spot_ask *ask,
-                                 const struct rmap_criterion *criterion, struct rmap_spot **spot,
+                                 const struct rmap_choice *choice, struct rmap_spot **spot,
                                  struct rmap_error *err)
 {
     const struct rmap_fold fold = {.kind = &rmap_spot_sums_kind,
                                    .context = ask,
                                    .map = ask->map,
-                                   .criterion = criterion,
+                                   .criterion = choice->criterion,
+                                   .which = choice->which,
                                    .columns = rmap_spot_sums_columns(ask),
                                    .overlay = ask->overlay};
     void *state = NULL;
@@ -247,7 +257,7 @@ static bool wants_finer(const struct rmap_spot *spot, const struct rmap_detector
 /* Collective. More passes over the registrations, about the centre that the image found. */
 static enum rmap_status find_spot(const struct rmap_context *context, const struct request *request,
                                   const struct rmap_detector_ask *image_ask,
-                                  const struct rmap_criterion *criterion, struct answer *answer,
+                                  const struct rmap_choice *choice, struct answer *answer,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -276,7 +286,9 @@ static enum rmap_status find_spot(const struct rmap_context *context, const stru
     do {
         rmap_spot_destroy(answer->spot);
         answer->spot = NULL;
-        RMAP_TRY(sum_spot(context, &ask, criterion, &answer->spot, err));
+        RMAP_TRY(sum_spot(context, &ask, choice, &answer->spot, err));
+        if (answer->spot)
+            answer->spot->which = choice->which;
         finer = answer->spot && request->mtf && request->frequency == 0.0 && first[3] > 0.0 &&
                 wants_finer(answer->spot, answer->image->detector);
         RMAP_TRY(RMAP_MPI(MPI_Bcast(&finer, 1, MPI_INT, 0, context->comm)));
@@ -308,39 +320,60 @@ out:
     return st;
 }
 
+/* Which rays and registrations of the detector asked about. */
+static enum rmap_status select(const struct rmap_context *context,
+                               const struct rmap_arguments *given, struct request *request,
+                               const struct rmap_detector_ask *ask, struct selected *selected,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_scene_with(ask->map, ask->overlay);
+    const struct rmap_index_set detector = {.low = ask->detector, .span = 1};
+    if (selected->asked.n > 0)
+        RMAP_TRY(
+            rmap_asked_compile(context, &selected->asked, 0, scene, &selected->criterion, err));
+    if (selected->criterion)
+        request->figure.criterion = request->where = rmap_criterion_text(selected->criterion);
+    RMAP_TRY(rmap_asked_which(context, given, &selected->asked, scene, &detector,
+                              selected->criterion, &selected->which, err));
+    rmap_asked_tell_picked(context, ask->map, selected->which, request->detector);
+out:
+    return st;
+}
+
 static enum rmap_status run_detector(const struct rmap_context *context,
                                      const struct rmap_arguments *given, struct rmap_error *err)
 {
     struct request request;
     struct rmap_map *map = NULL;
     struct rmap_overlay *overlay = NULL;
-    struct rmap_asked asked = {0};
-    struct rmap_criterion *criterion = NULL;
+    struct selected selected = {.criterion = NULL};
     struct rmap_detector_ask ask;
     struct rmap_detector_sums sums = {0};
     struct answer answer = {0};
     enum rmap_status st = read_request(given, &request, err);
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &asked, err));
+    RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &selected.asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
     st = choose(&request, map, overlay, &ask, err);
-    if (st == RMAP_OK && asked.n > 0)
-        st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
-    if (criterion)
-        request.figure.criterion = request.where = rmap_criterion_text(criterion);
+    if (st == RMAP_OK)
+        st = select(context, given, &request, &ask, &selected, err);
+    const struct rmap_choice choice = {selected.criterion, selected.which};
     if (st == RMAP_OK)
         st = rmap_detector_sums_init_as(&sums, &ask, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (request.tally && !ask.colour)
         rmap_detector_sums_add_tally(&sums, rmap_map_tally(map));
     else
-        RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
+        RMAP_TRY(rmap_image_scan(context, map, &choice, &sums, err));
     if (context->rank == 0)
         st = rmap_detector_image_create(map, &sums, &answer.image, err);
     RMAP_TRY(rmap_agree(context, st, err));
+    if (answer.image)
+        answer.image->which = selected.which;
     if (request.spot)
-        RMAP_TRY(find_spot(context, &request, &ask, criterion, &answer, err));
+        RMAP_TRY(find_spot(context, &request, &ask, &choice, &answer, err));
     if (context->rank == 0)
         st = show(context, &request, &answer, err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -348,8 +381,9 @@ out:
     rmap_spot_destroy(answer.spot);
     rmap_detector_image_destroy(answer.image);
     rmap_detector_sums_fini(&sums);
-    rmap_criterion_destroy(criterion);
-    rmap_asked_fini(&asked);
+    rmap_which_destroy(selected.which);
+    rmap_criterion_destroy(selected.criterion);
+    rmap_asked_fini(&selected.asked);
     rmap_overlay_destroy(overlay);
     rmap_map_close(map);
     return st;

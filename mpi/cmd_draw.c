@@ -162,6 +162,7 @@ static enum rmap_status write_page(const struct drawing *self, struct rmap_error
     rmap_map_name(self->request.map_path, title);
     struct rmap_page page = {.title = title,
                              .criterion = self->where,
+                             .any = self->where ? self->any : NULL,
                              .map = self->map,
                              .overlay = self->overlay,
                              .rays = self->seen,

@@ -26,6 +26,7 @@ enum { TOP_DEFAULT = 20 };
 
 static const struct rmap_option options[] = {
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'registered(sensor)'"},
+    RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"by", 0, "LEVEL", "whose names count: surface (default), object or group"},
@@ -153,6 +154,9 @@ static enum rmap_status read_request(const struct rmap_arguments *given, struct 
                                 .collapsed = rmap_argument(given, "collapse") != NULL,
                                 .until_detector = request->detector != NULL,
                                 .detector = -1};
+    if (rmap_argument(given, "which") && !request->detector)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--which chooses registrations on a detector: give --detector NAME");
     if (!request->output_path)
         goto out;
     RMAP_TRY(rmap_output_check(request->output_path, suffixes,
@@ -252,6 +256,7 @@ static enum rmap_status sum_matrix(const struct rmap_context *context, struct re
                                    .map = paths->map,
                                    .overlay = paths->overlay,
                                    .criterion = paths->criterion,
+                                   .which = paths->which,
                                    .columns = rmap_path_matrix_columns(matrix)};
     st = rmap_path_order_init(&request->order, rmap_map_scene(paths->map), err);
     RMAP_TRY(rmap_agree(context, st, err));
@@ -272,6 +277,7 @@ static enum rmap_status run_paths(const struct rmap_context *context,
     struct rmap_overlay *overlay = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
+    struct rmap_which *which = NULL;
     struct rmap_path_keys *keys = NULL;
     struct answer answer = {0};
     struct rmap_path_request *paths = &request.paths;
@@ -285,12 +291,17 @@ static enum rmap_status run_paths(const struct rmap_context *context,
         st = rmap_find_detector(scene, request.detector, &paths->view.detector, err);
     if (st == RMAP_OK && asked.n > 0)
         st = rmap_asked_compile(context, &asked, 0, scene, &criterion, err);
+    if (st == RMAP_OK && request.detector) {
+        const struct rmap_index_set only = {.low = paths->view.detector, .span = 1};
+        st = rmap_asked_which(context, given, &asked, scene, &only, criterion, &which, err);
+    }
     if (st == RMAP_OK)
         st = rmap_path_keys_create(scene, &paths->view, &keys, err);
     RMAP_TRY(rmap_agree(context, st, err));
     paths->map = map;
     paths->overlay = overlay;
     paths->criterion = criterion;
+    paths->which = which;
     paths->keys = keys;
     RMAP_TRY(rmap_path_run(context, paths, &answer.report, err));
     if (request.matrix.parts)
@@ -303,6 +314,7 @@ out:
     rmap_free(answer.sum);
     rmap_path_order_fini(&request.order);
     rmap_path_keys_destroy(keys);
+    rmap_which_destroy(which);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);
     rmap_overlay_destroy(overlay);

@@ -146,10 +146,11 @@ out:
 
 struct search {
     struct rmap_map *map;
-    struct rmap_overlay *overlay;      /* receivers, or NULL */
-    struct rmap_criterion **criterion; /* [n_criterion] */
-    struct rmap_count *count;          /* [n_criterion] */
-    uint64_t *id;                      /* [n_id] of a sample */
+    struct rmap_overlay *overlay;            /* receivers, or NULL */
+    struct rmap_criterion **criterion;       /* [n_criterion] */
+    struct rmap_count *count;                /* [n_criterion] */
+    struct rmap_registered_list *registered; /* [n_criterion] */
+    uint64_t *id;                            /* [n_id] of a sample */
     size_t n_id;
 };
 
@@ -160,7 +161,8 @@ static enum rmap_status compile(const struct rmap_context *context, const struct
     const struct rmap_scene *scene = rmap_scene_with(search->map, search->overlay);
     search->criterion = rmap_alloc(request->asked.n, sizeof(void *));
     search->count = rmap_alloc(request->asked.n, sizeof *search->count);
-    if (!search->criterion || !search->count)
+    search->registered = rmap_alloc(request->asked.n, sizeof *search->registered);
+    if (!search->criterion || !search->count || !search->registered)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria"));
     for (size_t c = 0; c < request->asked.n; c++) {
         RMAP_TRY(
@@ -178,9 +180,12 @@ static void release(const struct request *request, struct search *search)
             rmap_criterion_destroy(search->criterion[c]);
         if (search->count)
             rmap_count_fini(&search->count[c]);
+        if (search->registered)
+            rmap_registered_fini(&search->registered[c]);
     }
     rmap_free(search->criterion);
     rmap_free(search->count);
+    rmap_free(search->registered);
     rmap_free(search->id);
     rmap_overlay_destroy(search->overlay);
     rmap_map_close(search->map);
@@ -215,10 +220,13 @@ static enum rmap_status count_rays(const struct rmap_context *context,
             rmap_scan_map(context, search->map, search->criterion, request->asked.n,
                           request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
                           search->count, err));
+    for (size_t c = 0; c < request->asked.n; c++)
+        RMAP_TRY(rmap_registered_run(context, search->map, search->overlay, search->criterion[c],
+                                     context->json, &search->registered[c], err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
-                                    request->asked.n, seconds, err);
+                                    search->registered, request->asked.n, seconds, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

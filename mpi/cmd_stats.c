@@ -21,6 +21,7 @@ static const struct rmap_option options[] = {
      "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) cell(NAME); given "
      "twice: a histogram over both"},
     {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    RMAP_ASKED_WHICH_OPTION,
     RMAP_ASKED_OPTIONS,
     RMAP_RECEIVERS_OPTION,
     {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
@@ -77,6 +78,25 @@ out:
     return st;
 }
 
+/* Which registrations count, where numbers are of registrations. */
+static enum rmap_status choose(const struct rmap_context *context,
+                               const struct rmap_arguments *arguments,
+                               const struct rmap_asked *asked,
+                               const struct rmap_quantities *quantities,
+                               const struct rmap_criterion *criterion,
+                               struct rmap_which **which_ret, struct rmap_error *err)
+{
+    if (quantities->of_registrations)
+        return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
+                                criterion, which_ret, err);
+    if (rmap_argument(arguments, "which"))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--which chooses registrations, and '%s' is a number of a ray: give "
+                              "--detector NAME",
+                              quantities->of[0].name);
+    return RMAP_OK;
+}
+
 static enum rmap_status run_stats(const struct rmap_context *context,
                                   const struct rmap_arguments *arguments, struct rmap_error *err)
 {
@@ -84,6 +104,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
     struct rmap_map *map = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
+    struct rmap_which *which = NULL;
     struct rmap_overlay *overlay = NULL;
     struct rmap_quantities *quantities = NULL;
     struct rmap_stats_setup setup;
@@ -99,8 +120,11 @@ static enum rmap_status run_stats(const struct rmap_context *context,
         st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
     if (st == RMAP_OK)
         st = prepare(map, overlay, &given, &quantities, &setup, &request, err);
+    if (st == RMAP_OK)
+        st = choose(context, arguments, &asked, quantities, criterion, &which, err);
     RMAP_TRY(rmap_agree(context, st, err));
     request.criterion = criterion;
+    request.which = which;
     setup.all_rays = !criterion;
     RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
     if (context->rank == 0) {
@@ -109,6 +133,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
         const struct rmap_stats_labels labels = {
             .map = arguments->operand[0],
             .criterion = criterion ? rmap_criterion_text(criterion) : NULL,
+            .which = which,
             .n_ray = summary.n_row[RMAP_TABLE_RAY]};
         if (!criterion)
             answer.stats->known.n_ray = labels.n_ray;
@@ -118,6 +143,7 @@ static enum rmap_status run_stats(const struct rmap_context *context,
 out:
     rmap_stats_answer_fini(&answer);
     rmap_stats_axes_fini(request.axis);
+    rmap_which_destroy(which);
     rmap_quantities_destroy(quantities);
     rmap_criterion_destroy(criterion);
     rmap_overlay_destroy(overlay);

@@ -10,38 +10,27 @@
 
 /* Without a wish: fine bins of about as many readings each, merged into some that hold about as
  * many rays each. Neither a long tail nor a narrow spot then leaves all others in one bin. */
-enum { SAMPLE_MAX = 3, FINE_BINS = 1000, MERGED_BINS = 50, WHOLE_MAX = 200, SOURCES_FEW = 16 };
-
-/* Which map sample i is of. */
-static int map_of(const struct rmap_compare_samples *samples, size_t i)
-{
-    return samples->n > 2 ? 0 : (int)i;
-}
+enum { FINE_BINS = 1000, MERGED_BINS = 50, WHOLE_MAX = 200, SOURCES_FEW = 16 };
 
 /* Collective. */
 static enum rmap_status run(const struct rmap_context *context,
                             const struct rmap_compare_samples *samples,
-                            const struct rmap_compare_field_plan plan[2], void *field[SAMPLE_MAX],
-                            struct rmap_error *err)
+                            const struct rmap_compare_field_plan plan[2],
+                            void *field[RMAP_COMPARE_SAMPLES], struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; i < samples->n; i++) {
-        int k = map_of(samples, i);
-        const struct rmap_fold fold = {.kind = &rmap_compare_field_kind,
-                                       .context = &plan[k],
-                                       .map = samples->map[k],
-                                       .overlay = samples->overlay[k],
-                                       .criterion = samples->criterion[i],
-                                       .columns = rmap_compare_field_columns(&plan[k])};
-        RMAP_TRY(rmap_fold_run(context, &fold, &field[i], err));
-    }
-out:
-    return st;
+    const bool of_registrations = plan[0].quantities && plan[0].quantities->of_registrations;
+    const struct rmap_compare_sum sum = {
+        .kind = &rmap_compare_field_kind,
+        .context = {&plan[0], &plan[1]},
+        .alone = of_registrations ? &plan[0] : NULL,
+        .columns = {rmap_compare_field_columns(&plan[0]), rmap_compare_field_columns(&plan[1])},
+        .n_sample = RMAP_COMPARE_SAMPLES};
+    return rmap_compare_samples_run(context, samples, &sum, field, err);
 }
 
-static void release(void *field[SAMPLE_MAX])
+static void release(void *field[RMAP_COMPARE_SAMPLES])
 {
-    for (int i = 0; i < SAMPLE_MAX; i++) {
+    for (int i = 0; i < RMAP_COMPARE_SAMPLES; i++) {
         rmap_compare_field_kind.destroy(field[i]);
         field[i] = NULL;
     }
@@ -56,7 +45,7 @@ static enum rmap_status run_and_add(const struct rmap_context *context,
                                     struct rmap_compare_bins **bins_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
+    void *field[RMAP_COMPARE_SAMPLES] = {NULL, NULL, NULL};
     RMAP_TRY(run(context, samples, plan, field, err));
     const struct rmap_compare_field *const fields[] = {field[0], field[1], field[2]};
     if (context->rank == 0)
@@ -93,7 +82,7 @@ static enum rmap_status find_extent(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_compare_field_plan plan[2] = {{0}, {0}};
-    void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
+    void *field[RMAP_COMPARE_SAMPLES] = {NULL, NULL, NULL};
     range[0] = HUGE_VAL;
     range[1] = -HUGE_VAL;
     for (int k = 0; k < 2; k++)
@@ -134,7 +123,7 @@ static enum rmap_status make_cut(const struct rmap_context *context,
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_compare_field_plan plan[2] = {{0}, {0}};
-    void *field[SAMPLE_MAX] = {NULL, NULL, NULL};
+    void *field[RMAP_COMPARE_SAMPLES] = {NULL, NULL, NULL};
     const size_t n_source = of[0]->scene->n_source;
     struct rmap_compare_cut *cut = rmap_alloc(1, sizeof *cut);
     if (!cut)

@@ -6,15 +6,7 @@
 #define RMAP_COMPARE_FIELDS_H
 
 #include "analysis/compare_bins.h"
-#include "mpi/command.h"
-
-/* All borrowed. */
-struct rmap_compare_samples {
-    const struct rmap_map *map[2];         /* the same one twice where two criteria are compared */
-    const struct rmap_overlay *overlay[2]; /* NULL: no receivers */
-    struct rmap_criterion *const *criterion; /* [n] */
-    size_t n; /* 2; of one map 3: the rays of each alone, and of both */
-};
+#include "mpi/compare_samples.h"
 
 /* Collective. Adds a test of the paths, on rank 0. */
 enum rmap_status rmap_compare_paths_run(const struct rmap_context *context,

@@ -5,8 +5,6 @@
 #include "mpi/find_detector.h"
 #include "mpi/image_scan.h"
 
-enum { SAMPLE_MAX = 3 };
-
 /* -1: none. */
 static enum rmap_status choose(const struct rmap_compare_samples *samples, const char *name,
                                bool may_be_none, int32_t detector[2], struct rmap_error *err)
@@ -31,17 +29,24 @@ static enum rmap_status choose(const struct rmap_compare_samples *samples, const
 
 /* Collective. */
 static enum rmap_status add_up(const struct rmap_context *context,
-                               const struct rmap_compare_samples *samples, size_t i,
+                               const struct rmap_compare_samples *samples, size_t sample,
                                const int32_t detector[2], struct rmap_detector_sums *sums,
                                struct rmap_error *err)
 {
-    const int k = samples->n > 2 ? 0 : (int)i;
+    const int k = rmap_compare_map_of(samples, sample);
     struct rmap_detector_ask ask = {
         .map = samples->map[k], .overlay = samples->overlay[k], .detector = detector[k]};
     rmap_detector_bins_own(rmap_scene_with(ask.map, ask.overlay), ask.detector, &ask.bins);
     enum rmap_status st = rmap_detector_sums_init_as(sums, &ask, err);
-    st = rmap_agree(context, st, err);
-    return st == RMAP_OK ? rmap_image_scan(context, ask.map, samples->criterion[i], sums, err) : st;
+    RMAP_TRY(rmap_agree(context, st, err));
+    for (size_t i = 0; i < samples->n_part; i++) {
+        const struct rmap_compare_part *part = &samples->part[i];
+        const struct rmap_choice choice = {part->criterion, part->which};
+        if (part->sample == sample)
+            RMAP_TRY(rmap_image_scan(context, ask.map, &choice, sums, err));
+    }
+out:
+    return st;
 }
 
 enum rmap_status rmap_compare_images_run(const struct rmap_context *context,
@@ -52,7 +57,7 @@ enum rmap_status rmap_compare_images_run(const struct rmap_context *context,
                                          struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_detector_sums sums[SAMPLE_MAX] = {{.n_cell = 0}};
+    struct rmap_detector_sums sums[RMAP_COMPARE_SAMPLES] = {{.n_cell = 0}};
     const struct rmap_detector_sums *const all[] = {&sums[0], &sums[1],
                                                     samples->n > 2 ? &sums[2] : NULL};
     int32_t detector[2];
@@ -66,7 +71,7 @@ enum rmap_status rmap_compare_images_run(const struct rmap_context *context,
         st = rmap_compare_bins_of_images(comparison, all, bins_ret, err);
     st = rmap_agree(context, st, err);
 out:
-    for (size_t i = 0; i < SAMPLE_MAX; i++)
+    for (size_t i = 0; i < RMAP_COMPARE_SAMPLES; i++)
         rmap_detector_sums_fini(&sums[i]);
     return st;
 }

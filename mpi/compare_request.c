@@ -85,6 +85,9 @@ enum rmap_status rmap_compare_request_read(const struct rmap_arguments *given,
              (!request->n_bin && rmap_argument(given, "bins")))
         st = rmap_error_set(err, RMAP_USAGE, "--bins must lie between 1 and %d",
                             RMAP_COMPARE_BINS_MAX);
+    else if (rmap_argument(given, "which") && !request->detector)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--which chooses registrations on a detector: give --detector NAME");
     else if (request->n_where > 2)
         st = rmap_error_set(err, RMAP_USAGE, "at most two --where, for the two samples");
     else if (one && request->n_where != 2)

@@ -81,7 +81,9 @@ static enum rmap_status write_arrays(const struct rmap_comparison *comparison,
         {"a", comparison->path[0]},
         {"a_criterion", comparison->criterion[0] ? comparison->criterion[0] : "all"},
         {"b", comparison->path[1]},
-        {"b_criterion", comparison->criterion[1] ? comparison->criterion[1] : "all"}};
+        {"b_criterion", comparison->criterion[1] ? comparison->criterion[1] : "all"},
+        {"a_which", comparison->which[0] ? comparison->which[0]->text : "all"},
+        {"b_which", comparison->which[1] ? comparison->which[1]->text : "all"}};
     const size_t n_array = sizeof array / sizeof *array - (bins->is_image ? 0 : 1);
     return rmap_grid_write(array, n_array, text, sizeof text / sizeof *text, path, err);
 }

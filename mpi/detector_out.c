@@ -45,8 +45,9 @@ static enum rmap_status write_exr(const struct rmap_detector_image *image, const
                 rgb[3 * (i + j * width) + k] =
                     (float)(image->rgb ? image->rgb[3 * c + k] : image->value[c]);
             }
-    (void)snprintf(comment, sizeof comment, "%.80s: %s, %s; rays: %.250s", image->detector->name,
-                   image->quantity, image->unit, criterion ? criterion : "all");
+    const int n = snprintf(comment, sizeof comment, "%.80s: %s, %s; ", image->detector->name,
+                           image->quantity, image->unit);
+    rmap_which_caption(image->which, criterion, comment + n, sizeof comment - (size_t)n);
     const struct rmap_exr picture = {
         .size = {image->n[0], image->n[1]}, .rgb = rgb, .comment = comment};
     enum rmap_status st = rmap_exr_write(&picture, path, err);
@@ -140,10 +141,11 @@ static enum rmap_status write_arrays(const struct rmap_detector_image *image, co
     struct arrays arrays = {0};
     const struct rmap_grid_text text[] = {{"detector", image->detector->name},
                                           {"quantity", image->quantity},
-                                          {"criterion", criterion ? criterion : "all"}};
+                                          {"criterion", criterion ? criterion : "all"},
+                                          {"which", image->which ? image->which->text : "all"}};
     RMAP_TRY(list_arrays(image, &arrays, err));
     if (rmap_output_is(path, ".h5"))
-        st = rmap_grid_h5_write(path, arrays.array, arrays.n, text, 3, err);
+        st = rmap_grid_h5_write(path, arrays.array, arrays.n, text, 4, err);
     else
         st = write_numpy(image, &arrays, path, err);
 out:

@@ -19,20 +19,21 @@
 static const char *const suffixes[] = {".csv", ".json", ".svg", ".png", NULL};
 
 enum rmap_status rmap_energy_run(const struct rmap_context *context, const struct rmap_map *map,
-                                 const struct rmap_criterion *criterion,
-                                 struct rmap_energy_scope *scope,
+                                 const struct rmap_choice *choice, struct rmap_energy_scope *scope,
                                  struct rmap_energy_sums **sums_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_energy_sums *sums = NULL;
-    *scope = (struct rmap_energy_scope){.scene = rmap_map_scene(map), .ends = criterion != NULL};
+    *scope =
+        (struct rmap_energy_scope){.scene = rmap_map_scene(map), .ends = choice->criterion != NULL};
     const struct rmap_fold fold = {.kind = &rmap_energy_kind,
                                    .context = scope,
                                    .map = map,
-                                   .criterion = criterion,
+                                   .criterion = choice->criterion,
+                                   .which = choice->which,
                                    .columns = rmap_energy_columns(scope),
                                    .deferred = rmap_energy_columns(scope)};
-    if (criterion || rmap_energy_needs_scan(scope->scene)) {
+    if (choice->criterion || rmap_energy_needs_scan(scope->scene)) {
         void *state = NULL;
         RMAP_TRY(rmap_fold_run(context, &fold, &state, err));
         sums = state;
@@ -40,7 +41,7 @@ enum rmap_status rmap_energy_run(const struct rmap_context *context, const struc
         st = rmap_energy_sums_create(scope, &sums, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
-    if (sums && !criterion)
+    if (sums && !choice->criterion)
         rmap_energy_sums_take_tally(sums, rmap_map_tally(map));
     *sums_ret = sums;
 out:
@@ -96,6 +97,7 @@ enum rmap_status rmap_report_energy(const struct rmap_context *context,
     struct rmap_map *map = NULL;
     struct rmap_asked asked = {0};
     struct rmap_criterion *criterion = NULL;
+    struct rmap_which *which = NULL;
     struct rmap_energy_scope scope;
     struct rmap_energy_sums *sums = NULL;
     struct rmap_energy *energy = NULL;
@@ -110,18 +112,27 @@ enum rmap_status rmap_report_energy(const struct rmap_context *context,
     RMAP_TRY(rmap_load_map(context, given->operand[0], &map, err));
     if (asked.n > 0)
         st = rmap_asked_compile(context, &asked, 0, rmap_map_scene(map), &criterion, err);
+    if (st == RMAP_OK) {
+        const struct rmap_index_set all = {.span = (uint32_t)rmap_map_scene(map)->n_detector};
+        st = rmap_asked_which(context, NULL, &asked, rmap_map_scene(map), &all, criterion, &which,
+                              err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
-    RMAP_TRY(rmap_energy_run(context, map, criterion, &scope, &sums, err));
+    RMAP_TRY(
+        rmap_energy_run(context, map, &(struct rmap_choice){criterion, which}, &scope, &sums, err));
     if (context->rank == 0) {
         st = rmap_energy_create(map, name, criterion ? rmap_criterion_text(criterion) : NULL, sums,
                                 &energy, err);
-        if (st == RMAP_OK)
+        if (st == RMAP_OK) {
+            energy->which = which;
             st = show(context, energy, path, err);
+        }
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_energy_destroy(energy);
     rmap_energy_sums_destroy(sums);
+    rmap_which_destroy(which);
     rmap_criterion_destroy(criterion);
     rmap_asked_fini(&asked);
     rmap_map_close(map);

@@ -12,8 +12,7 @@
  * what planes registered alone. *sums_ret: on rank 0 (rmap_energy_sums_destroy), NULL on the
  * others; refers to *scope. */
 enum rmap_status rmap_energy_run(const struct rmap_context *context, const struct rmap_map *map,
-                                 const struct rmap_criterion *criterion,
-                                 struct rmap_energy_scope *scope,
+                                 const struct rmap_choice *choice, struct rmap_energy_scope *scope,
                                  struct rmap_energy_sums **sums_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 

@@ -4,13 +4,14 @@
 #include "mpi/fold_run.h"
 
 enum rmap_status rmap_image_scan(const struct rmap_context *context, const struct rmap_map *map,
-                                 const struct rmap_criterion *criterion,
-                                 struct rmap_detector_sums *sums, struct rmap_error *err)
+                                 const struct rmap_choice *choice, struct rmap_detector_sums *sums,
+                                 struct rmap_error *err)
 {
     const struct rmap_fold fold = {.kind = &rmap_detector_sums_kind,
                                    .context = &sums->ask,
                                    .map = map,
-                                   .criterion = criterion,
+                                   .criterion = choice->criterion,
+                                   .which = choice->which,
                                    .columns = rmap_detector_sums_columns(&sums->ask),
                                    .overlay = sums->ask.overlay};
     void *state = NULL;

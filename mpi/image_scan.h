@@ -11,8 +11,7 @@
 
 /* Collective. Adds to sums, which every rank has initialised alike; complete on rank 0 alone. */
 enum rmap_status rmap_image_scan(const struct rmap_context *context, const struct rmap_map *map,
-                                 const struct rmap_criterion *criterion,
-                                 struct rmap_detector_sums *sums,
+                                 const struct rmap_choice *choice, struct rmap_detector_sums *sums,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

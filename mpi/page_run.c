@@ -32,18 +32,24 @@ static enum rmap_status make_image(const struct rmap_context *context,
 {
     struct rmap_detector_sums sums = {0};
     const struct rmap_map *map = page->map;
+    const struct rmap_index_set only = {.low = detector, .span = 1};
+    struct rmap_which *which = NULL;
     struct rmap_detector_ask ask = {.map = map, .overlay = page->overlay, .detector = detector};
     rmap_detector_bins_own(rmap_scene_with(map, page->overlay), detector, &ask.bins);
     enum rmap_status st = rmap_detector_sums_init_as(&sums, &ask, err);
+    if (st == RMAP_OK)
+        st = rmap_page_which(page, &only, &which, err);
     RMAP_TRY(rmap_agree(context, st, err));
     if (criterion || needs_scan(page, detector))
-        RMAP_TRY(rmap_image_scan(context, map, criterion, &sums, err));
+        RMAP_TRY(
+            rmap_image_scan(context, map, &(struct rmap_choice){criterion, which}, &sums, err));
     else
         rmap_detector_sums_add_tally(&sums, rmap_map_tally(map));
     if (context->rank == 0)
         st = rmap_detector_image_create(map, &sums, image_ret, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
+    rmap_which_destroy(which);
     rmap_detector_sums_fini(&sums);
     return st;
 }

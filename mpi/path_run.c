@@ -36,6 +36,7 @@ static enum rmap_status fold(struct run *run, struct rmap_path_counts **counts_r
                                    .map = request->map,
                                    .overlay = request->overlay,
                                    .criterion = request->criterion,
+                                   .which = request->which,
                                    .columns = rmap_path_count_columns(&run->counting),
                                    .deferred = rmap_path_count_columns(&run->counting)};
     void *state = NULL;
@@ -203,6 +204,7 @@ static enum rmap_status make_report(struct run *run, struct rmap_path_report **r
                                      err);
         if (report) {
             report->view = request->view;
+            report->which = request->which;
             report->criterion = request->criterion ? rmap_criterion_text(request->criterion) : NULL;
             more_cells = run->counts->cells_full && request->most_cells > 0 && report->n_row > 0;
         }

@@ -18,6 +18,7 @@ struct rmap_path_request {
     const struct rmap_map *map;
     const struct rmap_overlay *overlay;
     const struct rmap_criterion *criterion; /* NULL: all rays */
+    const struct rmap_which *which;         /* of registrations on view.detector; NULL: all count */
     const struct rmap_path_keys *keys;
     struct rmap_path_view view; /* that of the keys */
     enum rmap_path_sort sort;

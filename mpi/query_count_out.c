@@ -19,21 +19,22 @@ static double total_flux(const struct rmap_map *map)
 }
 
 json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
-                              const struct rmap_count *count, double seconds)
+                              const struct rmap_count *count,
+                              const struct rmap_registered_list *registered, double seconds)
 {
     double flux, error;
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
     rmap_count_flux(count, map, &flux, &error);
     json_t *document = json_pack(
-        "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:{s:I, s:I}, s:o, s:f}",
+        "{s:s, s:{s:I, s:I}, s:{s:I, s:I}, s:{s:f, s:f, s:o, s:s}, s:o, s:{s:I, s:I}, s:o, s:f}",
         "criterion", rmap_criterion_text(criterion), "rays", "total",
         (json_int_t)summary.n_row[RMAP_TABLE_RAY], "matched", (json_int_t)count->rays, "segments",
         "total", (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT], "matched",
         (json_int_t)count->segments, "flux", "total", total_flux(map), "matched", flux,
         "standard_error", rmap_json_number(error), "unit", rmap_flux_unit_text(rmap_map_scene(map)),
-        "portions", "total", (json_int_t)rmap_map_n_portion(map), "read",
-        (json_int_t)count->portions_read, "bytes_read",
+        "registered", rmap_registered_json(registered), "portions", "total",
+        (json_int_t)rmap_map_n_portion(map), "read", (json_int_t)count->portions_read, "bytes_read",
         count->nbytes_read == UINT64_MAX ? json_null()
                                          : json_integer((json_int_t)count->nbytes_read),
         "seconds", seconds);
@@ -52,7 +53,8 @@ static void print_row(const char *what, uint64_t matched, uint64_t total)
 }
 
 static void print_text(const struct rmap_map *map, const struct rmap_map_summary *summary,
-                       const struct rmap_criterion *criterion, const struct rmap_count *count)
+                       const struct rmap_criterion *criterion, const struct rmap_count *count,
+                       const struct rmap_registered_list *registered)
 {
     double flux, error;
     const char *unit = rmap_flux_unit_text(rmap_map_scene(map));
@@ -64,13 +66,15 @@ static void print_text(const struct rmap_map *map, const struct rmap_map_summary
     if (isfinite(error))
         printf(" +- %.2g", error);
     printf(" of %.6g %s\n", total_flux(map), unit);
+    rmap_registered_print(registered, stdout);
 }
 
 enum rmap_status rmap_query_count_print(const struct rmap_context *context,
                                         const struct rmap_map *map,
                                         struct rmap_criterion *const *criterion,
-                                        const struct rmap_count *count, size_t n_criterion,
-                                        double seconds, struct rmap_error *err)
+                                        const struct rmap_count *count,
+                                        const struct rmap_registered_list *registered,
+                                        size_t n_criterion, double seconds, struct rmap_error *err)
 {
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
@@ -78,7 +82,7 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
         json_t *list = json_array();
         for (size_t c = 0; c < n_criterion; c++)
             (void)json_array_append_new(
-                list, rmap_query_count_json(map, criterion[c], &count[c], seconds));
+                list, rmap_query_count_json(map, criterion[c], &count[c], &registered[c], seconds));
         json_t *document = n_criterion == 1 ? json_incref(json_array_get(list, 0)) : list;
         if (document != list)
             json_decref(list);
@@ -87,7 +91,7 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
     uint64_t nbytes = 0, read = 0;
     char of_all[RMAP_GROUPED_LEN];
     for (size_t c = 0; c < n_criterion; c++) {
-        print_text(map, &summary, criterion[c], &count[c]);
+        print_text(map, &summary, criterion[c], &count[c], &registered[c]);
         nbytes = count[c].nbytes_read > nbytes ? count[c].nbytes_read : nbytes;
         read = count[c].portions_read > read ? count[c].portions_read : read;
     }

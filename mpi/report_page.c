@@ -109,7 +109,8 @@ static enum rmap_status gather(const struct rmap_context *context, struct page *
     if (page->n_sample == 0)
         page->n_sample = SAMPLED;
     if (!page->is_large) {
-        RMAP_TRY(rmap_energy_run(context, page->map, NULL, &page->scope, &page->sums, err));
+        RMAP_TRY(rmap_energy_run(context, page->map, &(struct rmap_choice){.criterion = NULL},
+                                 &page->scope, &page->sums, err));
     } else if (context->rank == 0) {
         page->scope = (struct rmap_energy_scope){.scene = rmap_map_scene(page->map)};
         st = rmap_energy_sums_create(&page->scope, &page->sums, err);

@@ -69,17 +69,21 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
 {
     const struct rmap_context *context = session->context;
     struct rmap_count count = {0};
+    const struct rmap_registered_list *registered = NULL;
     double begun = rmap_clock_seconds();
     enum rmap_status st = rmap_count_init(&count, rmap_map_scene(session->map)->n_source, err);
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(prepare(session, err));
-    RMAP_TRY(rmap_session_count(context, &session->memo, session->map, criterion, &count, err));
+    RMAP_TRY(rmap_session_count(context, &session->memo, session->map, criterion, &count,
+                                &registered, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0 && context->json)
-        st = rmap_json_line(rmap_query_count_json(session->map, criterion, &count, seconds), stdout,
-                            err);
+        st = rmap_json_line(
+            rmap_query_count_json(session->map, criterion, &count, registered, seconds), stdout,
+            err);
     else if (context->rank == 0)
-        st = rmap_query_count_print(context, session->map, &criterion, &count, 1, seconds, err);
+        st = rmap_query_count_print(context, session->map, &criterion, &count, registered, 1,
+                                    seconds, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_count_fini(&count);

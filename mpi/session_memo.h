@@ -6,6 +6,7 @@
 #ifndef RMAP_SESSION_MEMO_H
 #define RMAP_SESSION_MEMO_H
 
+#include "mpi/registered.h"
 #include "mpi/scan.h"
 
 enum { RMAP_SESSION_ANSWERS = 256 };
@@ -15,6 +16,7 @@ struct rmap_session_memo {
     struct rmap_session_answered {
         char *text; /* of the criterion; NULL: free */
         struct rmap_count count;
+        struct rmap_registered_list registered;
     } answer[RMAP_SESSION_ANSWERS];
     size_t n; /* ever kept */
 };
@@ -23,10 +25,11 @@ struct rmap_session_memo {
 void rmap_session_memo_clear(struct rmap_session_memo *memo);
 
 /* Collective. As rmap_scan_map of one criterion, all portions in shares; an answer that is still
- * known is given again. */
+ * known is given again. *registered_ret, the memo's: what rmap_registered_run finds, on rank 0. */
 enum rmap_status rmap_session_count(const struct rmap_context *context,
                                     struct rmap_session_memo *memo, const struct rmap_map *map,
                                     struct rmap_criterion *criterion, struct rmap_count *count,
+                                    const struct rmap_registered_list **registered_ret,
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

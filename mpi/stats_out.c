@@ -184,10 +184,11 @@ static enum rmap_status write_h5(const struct rmap_stats *stats,
     const bool two = stats->setup->quantities->n == 2;
     const struct rmap_grid_text text[] = {
         {"criterion", labels->criterion ? labels->criterion : "all"},
+        {"which", labels->which ? labels->which->text : "all"},
         {two ? "x" : "of", of[0]},
         {two ? "y" : "groups", two ? of[1] : groups},
         {"groups", groups}};
-    st = rmap_grid_h5_write(path, arrays->array, arrays->n, text, two ? 4 : 3, err);
+    st = rmap_grid_h5_write(path, arrays->array, arrays->n, text, two ? 5 : 4, err);
     rmap_free(groups);
     return st;
 }

@@ -24,6 +24,7 @@ static struct rmap_fold fold_of(const struct rmap_stats_request *request,
                               .map = quantities->map,
                               .overlay = quantities->overlay,
                               .criterion = request->criterion,
+                              .which = request->which,
                               .columns = quantities->columns,
                               .deferred = quantities->deferred};
 }

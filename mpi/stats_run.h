@@ -11,6 +11,7 @@
 struct rmap_stats_request {
     const struct rmap_stats_setup *setup;   /* borrowed */
     const struct rmap_criterion *criterion; /* NULL: all rays; borrowed */
+    const struct rmap_which *which;         /* NULL: all registrations count */
     struct rmap_stats_axis axis[RMAP_QUANTITIES_MAX];
     const double *p; /* [n_quantile] of the quantiles; borrowed */
     size_t n_quantile;

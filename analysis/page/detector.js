@@ -109,12 +109,15 @@ function drawDots(detector) {
   paint.globalAlpha = 1;
 }
 
-/* [row of a registration, ray] of all that a detector registered. */
+/* [row of a registration, ray] of those on a detector that count: as the criteria that are switched
+ * on, and that the ray matches, have it. */
 function registrationsOn(index) {
   const found = [];
-  for (let r = 0; r < ray.count; r++)
+  for (let r = 0; r < ray.count; r++) {
+    const by = where.length ? ray.where[r] & whereOn : 1;
     for (let i = ray.firstRegistration[r]; i < ray.firstRegistration[r + 1]; i++)
-      if (registration.detector[i] === index && registration.registered[i]) found.push([i, r]);
+      if (registration.detector[i] === index && registration.counted[i] & by) found.push([i, r]);
+  }
   return found;
 }
 
@@ -218,17 +221,22 @@ function refreshRegion() {
   const of = (shown.class >= 0 && classes[shown.class].criterion) || data.criterion;
   showCriterion(byId("region-criterion"), sensor.region ? allOf([of, regionText(detector)]) : null);
   shown.region = null;
+  const inside = [];
   if (sensor.region) {
     shown.region = new Uint8Array(ray.count);
     for (const [i, r] of registrationsOn(sensor.index)) {
       const place = [0, 1].map((axis) => detectorPlace(detector, registration.relative[2 * i + axis], axis));
-      if (regionHas(sensor.kind, sensor.region, ...place)) shown.region[r] = 1;
+      if (!regionHas(sensor.kind, sensor.region, ...place)) continue;
+      shown.region[r] = 1;
+      inside.push(r);
     }
   }
   refreshRays();
+  const strong = inside.filter((r) => shown.state[r] === STRONG);
+  const registered = strong.reduce((sum, r) => sum + ray.flux[r], 0);
   const flux = ray.flux.reduce((sum, f, r) => sum + (shown.state[r] === STRONG ? f : 0), 0);
   byId("region-count").textContent = sensor.region
-    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}` : "";
+    ? `${whole(shown.inRegion)} of the ${whole(ray.count)} rays in this page, ${figure(flux, 4)} ${scene.flux_unit}; registered there ${whole(strong.length)} times, ${figure(registered, 4)} ${scene.flux_unit}` : "";
   const fields = [...byId("region").querySelectorAll("input")];
   fields.forEach((field, k) => (field.value = sensor.region ? String(sensor.region[k]) : ""));
   drawImage();

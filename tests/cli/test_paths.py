@@ -10,7 +10,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections import defaultdict
+from collections import Counter, defaultdict
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 from judge_map import BIT, LETTERS, PlainMap  # noqa: E402
@@ -115,7 +115,8 @@ class Judge:
             return letter + "@" + name + ("[medium]" if shared else "")
         return letter
 
-    def path(self, ray, level, events, collapse, detector):
+    def paths(self, ray, level, events, collapse, detector):
+        """The whole path, None; or the paths until each registration on the detector, with its row."""
         m, g = self.map, self.map.registration
         n, first, steps, at = int(m.ray["segment_count"][ray]), int(m.first_segment[ray]), [], 0
 
@@ -130,25 +131,28 @@ class Judge:
             d = int(g["detector"][i])
             place = int(g["segment"][i]) + self.follows[d]
             ends = m.names["detector"][d] == detector
+            if ends:
+                before = list(steps)
+                for leg in range(at, place):
+                    opened = self.follows[d] and leg == place - 1
+                    write(self.step(first + leg, level, events and not opened))
+                write("V@" + detector)
+                yield tuple(steps), i
+                steps = before
             for leg in range(at, place):
-                opened = ends and self.follows[d] and leg == place - 1
-                write(self.step(first + leg, level, events and not opened))
+                write(self.step(first + leg, level, events))
             at = max(at, place)
             write("V@" + m.names["detector"][d])
-            if ends:
-                return tuple(steps)
-        if detector:
-            return None
         for leg in range(at, n):
             write(self.step(first + leg, level, events))
-        return tuple(steps)
+        if not detector:
+            yield tuple(steps), None
 
     def classes(self, level, events, collapse, detector, rays=None):
         found = defaultdict(list)
         for ray in rays if rays is not None else range(self.map.n_ray):
-            path = self.path(ray, level, events, collapse, detector)
-            if path is not None:
-                found[self.map.names["source"][self.map.ray["source"][ray]], path].append(ray)
+            for path, hit in self.paths(ray, level, events, collapse, detector):
+                found[self.map.names["source"][self.map.ray["source"][ray]], path].append((ray, hit))
         return found
 
     def error(self, source, contributions):
@@ -157,13 +161,14 @@ class Judge:
         total, squares = sum(contributions), sum(q * q for q in contributions)
         return self.unit[source] * math.sqrt(max(n / (n - 1) * (squares - total * total / n), 0))
 
-    def cells(self, rays, detector):
+    def cells(self, members):
         """{(detector, i, j): {ray: contribution}}"""
         m, g, found = self.map, self.map.registration, defaultdict(lambda: defaultdict(float))
-        for ray in rays:
-            for i in range(self.first_hit[ray], self.first_hit[ray] + int(m.ray["registration_count"][ray])):
+        for ray, hit in members:
+            every = range(self.first_hit[ray], self.first_hit[ray] + int(m.ray["registration_count"][ray]))
+            for i in every if hit is None else [hit]:
                 d = int(g["detector"][i])
-                if g["registered"][i] and detector in (None, m.names["detector"][d]):
+                if g["registered"][i]:
                     found[d, int(g["cell"][i][0]), int(g["cell"][i][1])][ray] += m.ray["weight"][ray]
         return found
 
@@ -175,8 +180,8 @@ def steps_of(sequence):
     return tuple(steps)
 
 
-def check_peak(judge, row, source, rays, detector):
-    cells = judge.cells(rays, detector)
+def check_peak(judge, row, source, members):
+    cells = judge.cells(members)
     assert row["registrations"] == round(sum(sum(c.values()) for c in cells.values())), row
     if not cells:
         assert row["peak"] is None
@@ -215,16 +220,17 @@ def check_view(judge, level, events, collapse, detector, n_asked=12):
     assert set(got) == set(want), (options, set(got) ^ set(want))
     flux = sum(judge.unit[judge.map.names["source"].index(s)] * len(r) for (s, _), r in want.items())
     assert math.isclose(flux, document["flux"]["value"], rel_tol=1e-9)
-    for key, rays in want.items():
+    for key, members in want.items():
+        rays = [ray for ray, _ in members]
         row, source = got[key], judge.map.names["source"].index(key[0])
-        assert row["rays"] == len(rays) and row["first_ray"] == min(judge.map.ray["id"][rays]), row
-        assert row["segments"] == sum(int(judge.map.ray["segment_count"][r]) for r in rays)
+        assert row["rays"] == len(set(rays)) and row["first_ray"] == min(judge.map.ray["id"][rays]), row
+        assert row["segments"] == sum(int(judge.map.ray["segment_count"][r]) for r in set(rays))
         assert same(row["flux"], judge.unit[source] * len(rays))
         assert same(row["share"], row["flux"] / document["flux"]["value"])
-        assert math.isclose(row["standard_error"], judge.error(source, [1.0] * len(rays)), rel_tol=1e-9)
+        assert math.isclose(row["standard_error"], judge.error(source, Counter(rays).values()), rel_tol=1e-9)
     for row in rows[:30]:
         key = row["source"], steps_of(row["sequence"])
-        check_peak(judge, row, judge.map.names["source"].index(key[0]), want[key], detector)
+        check_peak(judge, row, judge.map.names["source"].index(key[0]), want[key])
     order = [(-row["flux"], row["first_ray"]) for row in rows]
     assert order == sorted(order) and [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
     some = rows[:n_asked] + rows[n_asked::max(1, len(rows) // n_asked)]

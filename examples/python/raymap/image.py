@@ -52,7 +52,7 @@ def read_image(path: Path) -> Image:
 
 def image(map_path: Path, name: str, *, program: Optional[Program] = None,
           **options: Any) -> Image:
-    """What a detector saw, cell by cell. Options are those of `raymap detector`: where, ..."""
+    """What a detector saw, cell by cell. Options are those of `raymap detector`: where, which, ..."""
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "image.csv")
         (program or Program()).run("detector", map_path, name, output=out, quiet=True, **options)
