@@ -30,8 +30,8 @@ static enum rmap_status compose(struct rmap_overlay *self, struct rmap_error *er
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the receivers");
     for (size_t i = 0; i < read->n_detector; i++) {
         self->detector[i] = i < self->first ? own->detector[i] : read->detector[i];
-        self->lies_on |= i >= self->first &&
-                         (read->detector[i].on_object >= 0 || read->detector[i].on_group >= 0);
+        self->lies_on |= i >= self->first && rmap_detector_lies_on(&read->detector[i]);
+        self->on_faces |= i >= self->first && read->detector[i].face;
     }
     self->scene = *own;
     self->scene.detector = self->detector;
@@ -123,6 +123,8 @@ rmap_column_set rmap_overlay_columns(const struct rmap_overlay *overlay, rmap_co
     const struct rmap_scene *scene = rmap_map_scene(overlay->map);
     if (rmap_scene_is_curved(scene))
         columns |= RMAP_COLUMNS_CURVE | RMAP_COLUMN_BIT(RMAP_RAY_start_object);
+    if (overlay->on_faces)
+        columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive);
     bool optical = (wanted & RMAP_COLUMN_BIT(RMAP_REGISTRATION_optical_path)) != 0;
     if ((optical && overlay->needs_index) || overlay->needs_wavelength)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);

@@ -15,7 +15,8 @@ struct rmap_overlay {
     struct rmap_scene alone;        /* the same with the receivers' lists alone */
     struct rmap_detector *detector; /* [scene.n_detector] */
     size_t first;
-    bool lies_on;          /* any receiver lies on an object */
+    bool lies_on;          /* any receiver lies on an object, */
+    bool on_faces;         /* on some faces of one */
     bool needs_index;      /* any medium is dispersive: optical paths need colours */
     bool needs_wavelength; /* any gradient medium is: curves need colours */
 };

@@ -173,7 +173,8 @@ static enum rmap_status watch(struct rmap_overlay_view *self, struct rmap_overla
     RMAP_TRY(copy_until(self, ray, stored_until(self, ray, leg->segment, false), err));
     if (segment->object[row] >= 0 && overlay->lies_on &&
         !(event & (RMAP_EVENT_LIMIT | RMAP_EVENT_ERROR)))
-        rmap_detect_on(&overlay->scene, leg, segment->object[row], &self->base);
+        rmap_detect_on(&overlay->scene, leg, segment->object[row],
+                       overlay->on_faces ? segment->primitive[row] : 0, &self->base);
     if (event & RMAP_EVENT_LEFT)
         rmap_detect_far(&overlay->alone, leg, &self->base);
     RMAP_TRY(merge(self, ray, ray->registration, err));

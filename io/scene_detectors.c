@@ -34,122 +34,6 @@ static void read_cells(struct rmap_reader *reader, const struct rmap_yaml_node *
     detector->cells[1] = (uint32_t)cells[1];
 }
 
-/* ---- what a detector lies on ---- */
-
-static void read_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                    struct rmap_detector *detector)
-{
-    const char *text = rmap_reader_text(reader, node, "on", RMAP_REQUIRED);
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "on");
-    if (!text)
-        return;
-    const struct rmap_name *name = rmap_names_find(&reader->members, text);
-    if (!name)
-        (void)rmap_reader_find(reader, &reader->members, "object", at, text);
-    else if (name->kind == RMAP_MEMBER_OBJECT)
-        detector->on_object = name->index;
-    else if (name->kind == RMAP_MEMBER_GROUP)
-        detector->on_group = name->index;
-    else
-        rmap_reader_error(reader, at, "'%.60s' is no object or group", text);
-}
-
-/* Area-weighted mean normal of a mesh in the world, not normalised. */
-static struct rmap_vec3 mean_normal(const struct rmap_mesh *mesh, const struct rmap_affine *place)
-{
-    struct rmap_vec3 sum = {0, 0, 0};
-    for (size_t t = 0; t < mesh->n_triangle; t++) {
-        struct rmap_vec3 corner[3];
-        rmap_mesh_corners(mesh, t, corner);
-        struct rmap_vec3 a = rmap_affine_vector(place, rmap_sub(corner[1], corner[0]));
-        struct rmap_vec3 b = rmap_affine_vector(place, rmap_sub(corner[2], corner[0]));
-        sum = rmap_add(sum, rmap_cross(a, b));
-    }
-    return rmap_affine_determinant(place) < 0 ? rmap_scale(sum, -1) : sum;
-}
-
-static double total_area(const struct rmap_mesh *mesh, const struct rmap_affine *place)
-{
-    double sum = 0;
-    for (size_t t = 0; t < mesh->n_triangle; t++) {
-        struct rmap_vec3 corner[3];
-        rmap_mesh_corners(mesh, t, corner);
-        struct rmap_vec3 a = rmap_affine_vector(place, rmap_sub(corner[1], corner[0]));
-        struct rmap_vec3 b = rmap_affine_vector(place, rmap_sub(corner[2], corner[0]));
-        sum += rmap_length(rmap_cross(a, b));
-    }
-    return sum;
-}
-
-/* The frame that the object itself suggests. */
-static void adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                        struct rmap_detector *detector)
-{
-    const struct rmap_scene *scene = reader->scene;
-    bool directed = rmap_yaml_get(node, "direction") != NULL;
-    struct rmap_vec3 axis[3], lower, upper;
-    if (detector->on_object < 0) {
-        const struct rmap_affine *place = &reader->group_to_world[detector->on_group];
-        rmap_placement_axes(place, axis);
-        detector->origin = place->t;
-    } else {
-        const struct rmap_object *object = &scene->object[detector->on_object];
-        const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
-        rmap_placement_axes(&object->to_world, axis);
-        detector->origin = object->to_world.t;
-        if (geometry->kind == RMAP_GEOMETRY_MESH) {
-            rmap_geometry_bounds(geometry, &lower, &upper);
-            detector->origin =
-                rmap_affine_point(&object->to_world, rmap_scale(rmap_add(lower, upper), 0.5));
-            struct rmap_vec3 normal = mean_normal(geometry->mesh, &object->to_world);
-            double area = total_area(geometry->mesh, &object->to_world);
-            if (rmap_length(normal) > 1e-6 * area) {
-                axis[2] = rmap_normalize(normal);
-                rmap_placement_plane(axis[2], &axis[0], &axis[1]);
-            } else if (!directed) {
-                rmap_reader_error(reader, node,
-                                  "the normals of mesh '%.60s' cancel: say where detector '%.60s' "
-                                  "faces, with 'direction'",
-                                  object->name, detector->name);
-            }
-        }
-    }
-    detector->x = axis[0];
-    detector->y = axis[1];
-    detector->axis = axis[2];
-}
-
-static void widen(const struct rmap_scene *scene, const struct rmap_object *object,
-                  struct rmap_detector *detector)
-{
-    struct rmap_vec3 lower, upper;
-    rmap_geometry_bounds(&scene->geometry[object->geometry], &lower, &upper);
-    for (int k = 0; k < 8; k++) {
-        struct rmap_vec3 corner = rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
-                                            k & 4 ? upper.z : lower.z);
-        corner = rmap_sub(rmap_affine_point(&object->to_world, corner), detector->origin);
-        detector->size[0] = fmax(detector->size[0], 2 * fabs(rmap_dot(corner, detector->x)));
-        detector->size[1] = fmax(detector->size[1], 2 * fabs(rmap_dot(corner, detector->y)));
-    }
-}
-
-/* The smallest centred rectangle that covers the object's bounds. */
-static void adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       struct rmap_detector *detector)
-{
-    const struct rmap_scene *scene = reader->scene;
-    detector->size[0] = detector->size[1] = 0;
-    for (size_t i = 0; i < scene->n_object; i++)
-        if (detector->on_object == (int32_t)i ||
-            (detector->on_group >= 0 && rmap_scene_in_group(scene, (int32_t)i, detector->on_group)))
-            widen(scene, &scene->object[i], detector);
-    if (!(detector->size[0] > 0 && detector->size[1] > 0))
-        rmap_reader_error(reader, node,
-                          "'size' is missing: what detector '%.60s' lies on has no extent in its "
-                          "plane",
-                          detector->name);
-}
-
 /* ---- frames ---- */
 
 static void face(struct rmap_detector *detector, struct rmap_vec3 axis)
@@ -175,7 +59,7 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
     bool good = rmap_reader_placement(reader, node, &placement);
     good &= rmap_reader_direction(reader, node, axis_key, &axis);
     if (lies_on)
-        adopt_frame(reader, node, detector);
+        rmap_reader_adopt_frame(reader, node, detector);
     if (!good)
         return;
     if (!lies_on || rmap_yaml_get(node, "at") || matrix)
@@ -205,9 +89,10 @@ static void read_registration(struct rmap_reader *reader, const struct rmap_yaml
     detector->max_angle_rad = max_angle * RMAP_PI / 180;
 }
 
-static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       struct rmap_detector *detector)
+static enum rmap_status read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   struct rmap_detector *detector)
 {
+    enum rmap_status st = RMAP_OK;
     static const char *const key[] = {"name",      "type",   "on",     "size", "cells",    "at",
                                       "direction", "rotate", "matrix", "side", "max_angle"};
     size_t n = 0;
@@ -216,21 +101,23 @@ static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *
     detector->type = RMAP_DETECTOR_PLANE;
     detector->size[0] = detector->size[1] = 1;
     if (rmap_yaml_get(node, "on")) {
-        read_on(reader, node, detector);
-        lies_on = detector->on_object >= 0 || detector->on_group >= 0;
+        RMAP_TRY(rmap_reader_detector_on(reader, node, detector));
+        lies_on = rmap_detector_lies_on(detector);
     }
     bool on = rmap_yaml_get(node, "on") != NULL;
     read_frame(reader, node, "direction", rmap_vec3(0, 0, -1), lies_on, detector);
     read_registration(reader, node, on ? RMAP_SIDE_BOTH : RMAP_SIDE_FRONT, detector);
     if (lies_on && !rmap_yaml_get(node, "size")) {
-        adopt_size(reader, node, detector);
-        return;
+        rmap_reader_adopt_size(reader, node, detector);
+        goto out;
     }
     if (!on || rmap_yaml_get(node, "size"))
         (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive, 1, 2,
                                   detector->size, &n);
     if (n == 1)
         detector->size[1] = detector->size[0];
+out:
+    return st;
 }
 
 static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -280,7 +167,7 @@ static enum rmap_status read_detectors(struct rmap_reader *reader,
             continue;
         read_cells(reader, node, detector);
         if (type == 0)
-            read_plane(reader, node, detector);
+            RMAP_TRY(read_plane(reader, node, detector));
         else
             read_intensity(reader, node, detector);
     }

@@ -316,6 +316,17 @@ enum rmap_status rmap_reader_add_shape(struct rmap_reader *reader, const char *n
                                        const struct rmap_shape *shape,
                                        int32_t *index_ret) RMAP_MUST_USE;
 
+/* `on:` of a detector, whose list of faces is the scene's. */
+enum rmap_status rmap_reader_detector_on(struct rmap_reader *reader,
+                                         const struct rmap_yaml_node *node,
+                                         struct rmap_detector *detector) RMAP_MUST_USE;
+/* The frame that what it lies on suggests, and the smallest centred rectangle that covers the
+ * bounds of that. node: the detector. */
+void rmap_reader_adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct rmap_detector *detector);
+void rmap_reader_adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            struct rmap_detector *detector);
+
 /* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
 enum rmap_status rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                       int32_t medium_index) RMAP_MUST_USE;

@@ -85,12 +85,12 @@ static void reduce_detectors(struct rmap_reader *reader, const bool *keep, const
     size_t n = 0;
     for (size_t i = 0; i < scene->n_detector; i++) {
         struct rmap_detector detector = scene->detector[i];
-        bool lies_on = detector.on_object >= 0 || detector.on_group >= 0;
+        bool lies_on = rmap_detector_lies_on(&detector);
         if (detector.on_object >= 0)
             detector.on_object = object[detector.on_object];
         if (detector.on_group >= 0)
             detector.on_group = group[detector.on_group];
-        bool lost = lies_on && detector.on_object < 0 && detector.on_group < 0;
+        bool lost = lies_on && !rmap_detector_lies_on(&detector);
         if (lost && i >= scene->n_detector - reader->n_receiver)
             rmap_diagnostics_add(reader->receivers->diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
                                  "what receiver '%.60s' lies on was left out of the trace",
@@ -98,10 +98,12 @@ static void reduce_detectors(struct rmap_reader *reader, const bool *keep, const
         else if (lost && keep[i])
             rmap_reader_warn(reader, NULL, "detector '%.60s' is left out with what it lies on",
                              detector.name);
-        if (keep[i] && !lost)
+        if (keep[i] && !lost) {
             scene->detector[n++] = detector;
-        else
-            rmap_free(detector.name);
+            continue;
+        }
+        rmap_free(detector.name);
+        rmap_free(detector.face);
     }
     scene->n_detector = n;
 }

@@ -56,8 +56,10 @@ static void destroy_bodies(struct rmap_scene *scene)
     for (size_t i = 0; scene->group && i < scene->n_group; i++)
         rmap_free(scene->group[i].name);
     rmap_free(scene->group);
-    for (size_t i = 0; scene->detector && i < scene->n_detector; i++)
+    for (size_t i = 0; scene->detector && i < scene->n_detector; i++) {
         rmap_free(scene->detector[i].name);
+        rmap_free(scene->detector[i].face);
+    }
     rmap_free(scene->detector);
     for (size_t i = 0; scene->camera && i < scene->n_camera; i++)
         rmap_free(scene->camera[i].name);

@@ -169,6 +169,7 @@ struct rmap_detector {
     double max_angle_rad; /* from the normal of the side that the light meets */
     int32_t on_object;    /* object or -1; */
     int32_t on_group;     /* group or -1; both -1: free in space */
+    uint8_t *face; /* [n_face] of its object's mesh: 1 where it registers; NULL: everywhere */
 };
 
 enum rmap_camera_type { RMAP_CAMERA_PINHOLE, RMAP_CAMERA_THIN_LENS };

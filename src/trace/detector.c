@@ -295,15 +295,25 @@ void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_pie
         detect(scene, &(struct watched){.piece = piece}, recorder);
 }
 
+static bool has_face(const struct rmap_scene *scene, const struct rmap_detector *detector,
+                     int32_t object, int32_t primitive)
+{
+    if (!detector->face)
+        return true;
+    const struct rmap_mesh *mesh = scene->geometry[scene->object[object].geometry].mesh;
+    return (uint32_t)primitive < mesh->n_triangle && detector->face[mesh->face[primitive]];
+}
+
 void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
-                    struct rmap_recorder *recorder)
+                    int32_t primitive, struct rmap_recorder *recorder)
 {
     if (scene->on_first[object] == scene->on_first[object + 1])
         return;
     const struct passage light = {leg->to, leg->direction,
                                   leg->optical_from + leg->index * leg->length, leg->segment};
     for (size_t k = scene->on_first[object]; k < scene->on_first[object + 1]; k++)
-        register_plane(scene, scene->on_detector[k], &light, recorder);
+        if (has_face(scene, &scene->detector[scene->on_detector[k]], object, primitive))
+            register_plane(scene, scene->on_detector[k], &light, recorder);
 }
 
 void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,

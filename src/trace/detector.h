@@ -39,10 +39,10 @@ struct rmap_leg_piece {
 void rmap_detect_curve(const struct rmap_scene *scene, const struct rmap_leg_piece *piece,
                        struct rmap_recorder *recorder);
 
-/* Planes lying on the object met at the end of the leg: the point is projected along the
- * detector's axis onto its plane. */
+/* Planes lying on the object met at the end of the leg, or on the face that this primitive of it is
+ * of: the point is projected along the detector's axis onto its plane. */
 void rmap_detect_on(const struct rmap_scene *scene, const struct rmap_leg *leg, int32_t object,
-                    struct rmap_recorder *recorder);
+                    int32_t primitive, struct rmap_recorder *recorder);
 
 /* Intensity grids, for a leg that leaves the scene. optical_path: without that leg. */
 void rmap_detect_far(const struct rmap_scene *scene, const struct rmap_leg *leg,

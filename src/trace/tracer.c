@@ -73,7 +73,8 @@ static bool meet_surface(struct rmap_walk *walk, const struct rmap_arrival *arri
         end(walk, RMAP_STOP_ERROR);
         return false;
     }
-    rmap_detect_on(walk->scene, &arrival->leg, arrival->hit.object, walk->recorder);
+    rmap_detect_on(walk->scene, &arrival->leg, arrival->hit.object, arrival->hit.primitive,
+                   walk->recorder);
     if (decision.events & RMAP_EVENT_ABSORB) {
         end(walk, RMAP_STOP_ABSORBED);
         return false;
