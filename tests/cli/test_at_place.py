@@ -96,6 +96,15 @@ def check_arrivals(target, ranks):
         check(some == gone + back > 0, f"{target}: of {some} with {n} arrivals {gone} absorbed, {back} not")
 
 
+def check_which(target):
+    """A condition and its opposite choose two parts of an image; rays that end there are one of them."""
+    for condition in ("at(absorb)", "at(face 0)", 'path(".* V@gate .*")'):
+        name = "whole" if "face" in condition else "cathode"
+        found = [json.loads(program("detector", target, name, "--json", *options))["registrations"]
+                 for options in ((), ("--which", condition), ("--which", f"not {condition}"))]
+        check(found[0] == found[1] + found[2] and min(found) > 0, f"{target}: {condition}: {found}")
+
+
 def check_faces(target, ranks, *options):
     pairs = [("registered(top) == 2", "registered(whole where at(face 0)) == 2"),
              ("registered(top, rect(0, 0, 0.5, 1, rel))", "registered(whole where at(side front, face 0) and x <= 0)"),
@@ -140,6 +149,7 @@ def main():
         check_arrivals(target, ranks)
         check_faces(target, ranks)
         check_history(target, ranks)
+        check_which(target)
         program("index", target, "--large", "--quiet")
         check_arrivals(target, 1)
         check_history(target, 1)

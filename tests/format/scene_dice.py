@@ -148,7 +148,9 @@ class Dice:
         with open(os.path.join(self.folder, name), "w", encoding="utf-8") as file:
             for corner in corners:
                 file.write("v %.9g %.9g %.9g\n" % tuple(corner))
-            for face in faces:
+            for n, face in enumerate(faces):
+                if n in (0, len(faces) // 2):
+                    file.write(f"g half{n > 0:d}\n")
                 file.write("f %d %d %d\n" % tuple(k + 1 for k in face))
 
     def mesh(self, name):
@@ -357,10 +359,13 @@ class Dice:
                      "side": self.dice.choice(("front", "back", "both")),
                      "max_angle": self.dice.choice((90, 90, 45))}
             if kind == "on":
-                plane["on"] = self.dice.choice(objects)["name"]
+                item = self.dice.choice(objects)
+                plane["on"] = item["name"]
                 plane["direction"] = self.direction()
                 if self.chance(0.7):
                     plane.update(size=[6, 6], at=self.position())
+                if self.geometries.get(item.get("geometry"), {}).get("type") == "mesh" and "size" in plane:
+                    plane["on"] = {"object": item["name"], "faces": ("half0", [1])[k % 2]}
             else:
                 plane.update(size=self.dice.choice((2, [8, 3], 40)), at=self.position(),
                              direction=self.direction())

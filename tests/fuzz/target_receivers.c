@@ -89,6 +89,8 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
         "    side: back\n"
         "    max_angle: 20\n",
         "detectors: [{name: f, type: intensity, cells: [1, 1], axis: [1, 1, 1], up: [0, 1, 0]}]\n",
+        "- {name: g, type: plane, on: {object: housing.film_holder, faces: [0, 1..2, top]}, cells: "
+        "3}\n",
         "detectors: &all\n  - &x {name: c, type: plane, size: 1, cells: 1}\n  - *x\n",
     };
     return rmap_fuzz_seed_text(seed, sizeof seed / sizeof *seed, k, to, cap);
