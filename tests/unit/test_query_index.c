@@ -145,6 +145,8 @@ static const char *const test_table[] = {
     "registered(film where ghost_order >= 1)",
     "registered(film where hit(*) >= 2 and not after(film_holder))",
     "registered(film where bounces == 1 and x > 0)",
+    "registered(film where path(\".* R@lens .* V\"))",
+    "registered(film where path(\".* T V@film\") and y < 0) >= 2",
     "ghost_order == 1 or scatter_order >= 1",
     "angle(film) > 100 deg",
     "y(film) in -1..2",
