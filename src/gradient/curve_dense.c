@@ -171,7 +171,7 @@ static bool cut_anew(struct rmap_curve *curve, struct rmap_curve_step *step, dou
 
 bool rmap_curve_cut(struct rmap_curve *curve, struct rmap_curve_step *step, double theta)
 {
-    if (theta < 1.0 && !cut_anew(curve, step, theta)) {
+    if (theta != 1.0 && !cut_anew(curve, step, theta)) {
         cut_dense(curve, step, theta);
     }
     curve->state = step->to;

@@ -138,7 +138,8 @@ bool rmap_curve_search_add(struct rmap_curve_search *search)
            0.125 * run->bend * time * time > straight;
 }
 
-/* Does a surface cross the line between two points? The contact counts where it starts the leg. */
+/* Does a surface cross the line between two points? The contact counts where it starts the leg. A
+ * mesh may be met a little behind `to`, within its tolerance: *share is then above 1. */
 RMAP_COPIED bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, struct rmap_vec3 to,
                        struct rmap_hit *hit, double *share)
 {
@@ -152,7 +153,7 @@ RMAP_COPIED bool meets(struct rmap_curve_search *search, struct rmap_vec3 from, 
     search->ray.direction = rmap_scale(way, inverse);
     if (!rmap_accel_next_within(search->accel, &search->ray, length, hit))
         return false;
-    *share = rmap_min(hit->t / length, 1.0);
+    *share = hit->t / length;
     return true;
 }
 
@@ -213,17 +214,19 @@ RMAP_COPIED bool polygon_is_clear(struct rmap_curve_search *search, const struct
 }
 
 /* When the curve crosses the tangent plane of the surface that its chord met, near `time`: by
- * Newton's steps, until the next one would be less than `enough` off the plane. */
+ * Newton's steps, until the next one would be less than `enough` off the plane. Behind the piece
+ * where the chord met it there. */
 RMAP_COPIED double cross_plane(const struct rmap_curve_run *run, const struct piece *piece,
                                const struct rmap_hit *hit, double time, double enough)
 {
+    const double latest = rmap_max(piece->b.time, time + (time - piece->b.time));
     for (int i = 0; i < 3; i++) {
         struct point p;
         point_at(run, time, &p);
         double rate = rmap_dot(p.T, hit->normal);
         double step = rmap_dot(rmap_sub(p.r, hit->position), hit->normal) / rate;
         double next = time - step;
-        if (!(next > piece->a.time && next < piece->b.time))
+        if (!(next > piece->a.time && next < latest))
             break;
         time = next;
         double square = step * step; /* the next: half of D square, and D may be greater inside */

@@ -183,7 +183,7 @@ static void travel_run(struct bend *bend, double time, bool surface)
     for (int i = 0; i <= last; i++) {
         struct rmap_curve_step *step = &run->step[i];
         struct rmap_vec3 from = bend->arrival->leg.to;
-        if (i == last && time < run->time[i + 1])
+        if (i == last && time != run->time[i + 1]) /* behind it: a mesh within its tolerance */
             (void)rmap_curve_cut(&bend->curve, step, theta);
         travel(bend, step, from, i == last && surface ? bend->arrival->hit.position : step->to.r);
     }
