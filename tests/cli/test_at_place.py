@@ -120,7 +120,7 @@ def check_history(target, ranks):
         target, "registered(gate where path(\"V\"))", "registered(gate where path(\"V R@gauze V\"))",
         "registered(gate where path(\".* V@gate .* V@gate\"))", "registered(gate) >= 2", ranks=ranks)
     check(0 < back <= again == counted < direct, f"{target}: {direct} {back} {again} {counted}")
-    for begin in (".* R@gauze .*", "V .* [RD]@tube", ".* T@gauze .* R@tube .*"):
+    for begin in (".* R@gauze .*", ".* [RD]@tube V@cathode", ".* T@gauze .* R@tube .*"):
         upto, whole = rays(target, f'registered(gate where path("{begin} V@gate"))', f'path("{begin} V@gate .*")', ranks=ranks)
         check(upto == whole > 0, f"{target}: {begin}: {upto} up to the gate, {whole} whole histories")
     plain, ordered = rays(target, "registered(gate where ghost_order == 0)", "registered(gate where not path(\".* R@gauze .*\"))")
