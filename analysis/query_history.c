@@ -143,8 +143,10 @@ enum rmap_status rmap_query_history_enter(struct rmap_query_history *self, size_
         return RMAP_OK;
     struct rmap_error why = {0};
     st = rmap_history_reader_enter(self->map, self->index, at, portion, &self->reader, &why);
-    if (st == RMAP_FORMAT) /* the columns know, too; `verify` tells of the damage */
+    if (st == RMAP_FORMAT) { /* the columns know, too */
+        rmap_map_history_blame(self->map, self->piece, &why);
         return RMAP_OK;
+    }
     if (st != RMAP_OK && err)
         *err = why;
     if (st == RMAP_OK)

@@ -27,6 +27,8 @@ struct rmap_histories {
     struct slot *slot; /* [n_piece] */
     size_t n_piece, n_open, nbytes, kept_nbytes;
     uint64_t clock;
+    struct rmap_error damage; /* status: RMAP_OK, nothing noted so far */
+    bool is_told;
 };
 
 static struct rmap_histories *create(size_t n_piece)
@@ -145,6 +147,18 @@ out:
     return st;
 }
 
+/* Under the lock. why names the file. */
+static void note(const struct rmap_map *map, struct rmap_histories *self, size_t piece,
+                 const struct rmap_error *why)
+{
+    const bool is_compact = map->content.piece[piece].encoding == RMAP_ENCODING_COMPACT;
+    if (self->damage.status == RMAP_OK)
+        (void)rmap_error_set(&self->damage, RMAP_FORMAT,
+                             "%s; its piece is read instead, which takes longer: raymap index %s "
+                             "--force%s makes it again",
+                             why->text, map->path, is_compact ? " --large" : "");
+}
+
 /* Under the lock. */
 static enum rmap_status look(const struct rmap_map *map, struct rmap_histories *self, size_t piece,
                              struct rmap_error *err)
@@ -167,6 +181,8 @@ static enum rmap_status look(const struct rmap_map *map, struct rmap_histories *
         return st;
     }
     slot->absent = st != RMAP_OK;
+    if (st == RMAP_FORMAT)
+        note(map, self, piece, &why);
     if (st != RMAP_OK)
         return RMAP_OK;
     slot->index = index;
@@ -235,6 +251,40 @@ enum rmap_status rmap_map_history_keep(const struct rmap_map *map, size_t piece,
 out:
     rmap_history_destroy(index);
     return st;
+}
+
+void rmap_map_history_blame(const struct rmap_map *map, size_t piece, const struct rmap_error *why)
+{
+    struct rmap_histories *self = map->histories;
+    struct rmap_error named = *why;
+    char *path = rmap_history_path(map->path, &map->content.piece[piece]);
+    rmap_error_context(&named, "%s", path ? path : map->path);
+    (void)pthread_mutex_lock(&self->lock);
+    note(map, self, piece, &named);
+    (void)pthread_mutex_unlock(&self->lock);
+    rmap_free(path);
+}
+
+bool rmap_map_history_damage(const struct rmap_map *map, struct rmap_error *why_ret)
+{
+    struct rmap_histories *self = map->histories;
+    if (!self)
+        return false;
+    (void)pthread_mutex_lock(&self->lock);
+    *why_ret = self->damage;
+    const bool is_news = why_ret->status != RMAP_OK && !self->is_told;
+    (void)pthread_mutex_unlock(&self->lock);
+    return is_news;
+}
+
+void rmap_map_history_told(const struct rmap_map *map)
+{
+    struct rmap_histories *self;
+    if (histories_of(map, &self, NULL) != RMAP_OK)
+        return; /* told twice, perhaps */
+    (void)pthread_mutex_lock(&self->lock);
+    self->is_told = true;
+    (void)pthread_mutex_unlock(&self->lock);
 }
 
 bool rmap_map_history_stays(const struct rmap_map *map, size_t piece)

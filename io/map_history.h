@@ -17,6 +17,15 @@ enum rmap_status rmap_map_history(const struct rmap_map *map, size_t piece,
                                   struct rmap_error *err) RMAP_MUST_USE;
 void rmap_map_history_release(const struct rmap_map *map, size_t piece);
 
+/* Takes note that a portion of the index of a piece is damaged, so that its columns are read; the
+ * map does so itself where the whole file is. Thread-safe. */
+void rmap_map_history_blame(const struct rmap_map *map, size_t piece, const struct rmap_error *why);
+
+/* What was noted first: the file, what is wrong with it, and the remedy; false: nothing, or it was
+ * told. Afterwards nothing more is noted. */
+bool rmap_map_history_damage(const struct rmap_map *map, struct rmap_error *why_ret);
+void rmap_map_history_told(const struct rmap_map *map);
+
 /* A portion in the hands of a reader, one after the other. Zeroed at first; one thread. */
 struct rmap_history_reader {
     struct rmap_history_view view;

@@ -7,6 +7,7 @@
 #include "mpi/deal.h"
 #include "mpi/parts.h"
 #include "mpi/progress.h"
+#include "mpi/scan.h"
 
 /* What one thread adds to. */
 struct worker {
@@ -194,6 +195,7 @@ enum rmap_status rmap_fold_run(const struct rmap_context *context, const struct 
         rmap_progress_fini(&run.progress);
     }
     RMAP_TRY(rmap_agree_patiently(context, st, err));
+    RMAP_TRY(rmap_scan_tell(context, fold->map, err));
     RMAP_TRY(gather(context, fold, run.worker[0].state, err));
     if (context->rank == 0) {
         *state_ret = run.worker[0].state;

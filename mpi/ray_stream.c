@@ -16,6 +16,7 @@
 #include "mpi/agree.h"
 #include "mpi/ray_order.h"
 #include "mpi/ray_parts.h"
+#include "mpi/scan.h"
 
 enum { TAG_HEAD = 81, TAG_LIST, TAG_BYTES, TAG_STOP };
 enum { PIECE_NBYTES = 1 << 24 };
@@ -326,6 +327,7 @@ enum rmap_status rmap_ray_stream(const struct rmap_context *context, const struc
                               err);
     st = context->rank == 0 ? collect(&self, st, err) : serve(&self, st, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
+    RMAP_TRY(rmap_scan_tell(context, map, err));
     *n_ret = self.order.n;
 out:
     stream_fini(&self);

@@ -120,6 +120,13 @@ def test_a_trace_may_make_them():
     assert indexes("t.raymap") == []
 
 
+def named_once(path, index):
+    remedy = f"raymap index {path} --force makes it again"
+    for words, ranks in ((["query", path, *QUESTIONS, "--count"], 1), (["paths", path], 1), (["query", path, *QUESTIONS], 3)):
+        said = run(*words, "--quiet", ranks=ranks)[1].splitlines()
+        assert len(said) == 1 and index in said[0] and remedy in said[0], (words, ranks, said)
+
+
 def test_damage_is_named_mended_and_costs_no_answer():
     before = answers("room.raymap")
     for at in (-3, 0.5, 0.2, 40):
@@ -130,6 +137,7 @@ def test_damage_is_named_mended_and_costs_no_answer():
         found = told("verify", "b.raymap", status=4)["findings"]
         assert {one["file"] for one in found} == {indexes("b.raymap")[1]}, found
         assert answers("b.raymap") == before
+        named_once("b.raymap", indexes("b.raymap")[1])
         told("repair", "b.raymap")
         assert len(indexes("b.raymap")) == len(pieces("b.raymap")) - 1
         assert told("verify", "b.raymap")["ok"] and told("info", "b.raymap")["complete"]
