@@ -13,7 +13,7 @@
 #include "base/alloc.h"
 #include "io/publish.h"
 
-enum state { STATE_HELD, STATE_BUSY, STATE_GONE, STATE_NO_LOCKS, STATE_FAILED };
+enum state { STATE_HELD, STATE_BUSY, STATE_GONE, STATE_NO_LOCKS, STATE_NO_FILE, STATE_FAILED };
 
 static bool has_name(int fd)
 {
@@ -47,12 +47,15 @@ static enum state try_once(const char *path, int *fd_ret)
         fd = open(path, flags);
     }
     *fd_ret = fd;
-    if (fd < 0)
-        return errno == ENOENT && !made ? STATE_GONE : STATE_FAILED;
-    if (fstat(fd, &info) != 0 || !S_ISREG(info.st_mode)) {
-        errno = EINVAL;
+    if (fd < 0 && !made && errno == ENOENT)
+        return STATE_GONE;
+    if (fd < 0) /* a link, a folder, a socket */
+        return !made && (errno == ELOOP || errno == EISDIR || errno == ENXIO) ? STATE_NO_FILE
+                                                                              : STATE_FAILED;
+    if (fstat(fd, &info) != 0)
         return STATE_FAILED;
-    }
+    if (!S_ISREG(info.st_mode))
+        return STATE_NO_FILE;
     enum state state = try_lock(fd);
     return state == STATE_NO_LOCKS && made ? STATE_HELD : state;
 }
@@ -104,6 +107,12 @@ static enum rmap_status refuse(const char *map_path, const char *path, int fd, e
         return busy(map_path, fd, state, err);
     if (state == STATE_FAILED && needs_no_lock(map_path, reason))
         return RMAP_OK;
+    if (state == STATE_NO_FILE)
+        return rmap_error_set(
+            err, RMAP_SYSTEM,
+            "%s is no regular file, and no raymap made it, so that the map cannot "
+            "be locked for writing: remove it",
+            path);
     return rmap_error_set(err, RMAP_SYSTEM, "%s: the map cannot be locked for writing: %s", path,
                           strerror(state == STATE_GONE ? EBUSY : reason));
 }

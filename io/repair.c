@@ -3,9 +3,9 @@
 
 #include <stdio.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "io/directory.h"
 #include "io/map_directory.h"
 #include "io/map_format.h"
 #include "io/map_internal.h"
@@ -237,7 +237,8 @@ enum rmap_status rmap_repair_free_shard(const char *path, int *shard_ret, struct
         char *shard = rmap_path_format("%s/shard-%05d", path, *shard_ret);
         if (!shard)
             return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-        taken = stat(shard, &info) == 0;
+        st = rmap_path_look(shard, &info, err);
+        taken = info.st_mode != 0;
         *shard_ret += taken;
         rmap_free(shard);
     }

@@ -42,33 +42,43 @@ static bool was_replaced(const struct rmap_verification *self, const char *name)
     return false;
 }
 
-/* NULL: the file stays. */
-static const char *why_remove(const struct removal *removal, const struct rmap_piece_name *name,
-                              const char *file, const char *path)
+/* *why_ret NULL: the file stays, as it does where anything of it cannot be told just now. */
+static enum rmap_status why_remove(const struct removal *removal,
+                                   const struct rmap_piece_name *name, const char *file,
+                                   const char *path, const char **why_ret, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = removal->self->map;
     struct rmap_map_content content = {0};
     struct rmap_piece_origin origin = {0};
     struct rmap_ray_set own = {0}, rest = {0};
     struct rmap_error why = {0};
-    const char *reason = NULL;
     struct stat status;
-    if (stat(path, &status) == 0 && S_ISDIR(status.st_mode))
-        return NULL; /* whoever put it there knows what is in it */
-    if (was_replaced(removal->self, file))
-        return "removed: what was good of it stands in another piece";
-    if (rmap_seal_check(path, &why) == RMAP_FORMAT)
-        return "removed: it was damaged";
-    if (rmap_piece_read(removal->self->path, name->shard, name->number, &content, &origin, &why) ==
-            RMAP_OK &&
-        origin.seed == map->summary.seed && strcmp(origin.scene_digest, map->scene_digest) == 0 &&
-        rmap_rays_held(&content, &own, &why) == RMAP_OK &&
-        rmap_ray_set_minus(&own, &removal->rays, &rest, &why) == RMAP_OK && rest.n == 0)
-        reason = "removed: other pieces hold its rays";
+    *why_ret = NULL;
+    RMAP_TRY(rmap_path_look(path, &status, &why));
+    if (S_ISDIR(status.st_mode))
+        goto out; /* whoever put it there knows what is in it */
+    if (was_replaced(removal->self, file)) {
+        *why_ret = "removed: what was good of it stands in another piece";
+        goto out;
+    }
+    st = rmap_seal_check(path, &why);
+    if (st == RMAP_FORMAT)
+        *why_ret = "removed: it was damaged";
+    RMAP_TRY(st);
+    RMAP_TRY(
+        rmap_piece_read(removal->self->path, name->shard, name->number, &content, &origin, &why));
+    if (origin.seed != map->summary.seed || strcmp(origin.scene_digest, map->scene_digest) != 0)
+        goto out;
+    RMAP_TRY(rmap_rays_held(&content, &own, &why));
+    RMAP_TRY(rmap_ray_set_minus(&own, &removal->rays, &rest, &why));
+    if (rest.n == 0)
+        *why_ret = "removed: other pieces hold its rays";
+out:
     rmap_ray_set_fini(&own);
     rmap_ray_set_fini(&rest);
     rmap_map_content_fini(&content);
-    return reason;
+    return st == RMAP_SYSTEM ? rmap_error_set(err, st, "%s", why.text) : RMAP_OK;
 }
 
 static enum rmap_status remove_piece(const struct removal *removal,
@@ -82,7 +92,8 @@ static enum rmap_status remove_piece(const struct removal *removal,
     char *path = rmap_path_format("%s/%s", removal->self->path, info.name);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    const char *why = why_remove(removal, name, info.name, path);
+    const char *why = NULL;
+    st = why_remove(removal, name, info.name, path, &why, err);
     if (why && rmap_shard_unlink(path) != 0)
         st = rmap_error_set(err, RMAP_SYSTEM, "%s: cannot be removed: %s", path, strerror(errno));
     if (why && st == RMAP_OK)
@@ -104,8 +115,13 @@ static enum rmap_status remove_history(const struct removal *removal, const stru
            (now->piece[i].shard != name->shard || now->piece[i].number != name->number))
         i++;
     bool orphaned = i == now->n_piece;
-    if (!orphaned && rmap_map_history_check(map, i, &why) != RMAP_FORMAT)
+    if (!orphaned)
+        st = rmap_map_history_check(map, i, &why);
+    if (st == RMAP_SYSTEM)
+        return rmap_error_set(err, st, "%s", why.text);
+    if (!orphaned && st != RMAP_FORMAT)
         return RMAP_OK;
+    st = RMAP_OK;
     char *path = rmap_history_path(removal->self->path, &info);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
@@ -167,7 +183,8 @@ enum rmap_status rmap_repair_remove_leftover(const char *path, const char *name,
         goto out;
     }
     enum rmap_status read = rmap_journal_read(journal_path, &journal, NULL);
-    const bool odd = stat(part, &info) == 0 && !S_ISREG(info.st_mode);
+    RMAP_TRY(rmap_path_look(part, &info, err));
+    const bool odd = info.st_mode != 0 && !S_ISREG(info.st_mode);
     if (read == RMAP_SYSTEM || journal.other_version ||
         (read == RMAP_OK && journal.n_portion > 0 && !odd))
         goto out; /* nobody knows, or another raymap does, or of another scene: not ours */

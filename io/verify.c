@@ -12,6 +12,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/directory.h"
 #include "io/map_directory.h"
 #include "io/map_internal.h"
 #include "io/map_run.h"
@@ -96,7 +97,8 @@ static enum rmap_status read_raw(struct rmap_verification *self, struct rmap_fin
     char *path = rmap_path_format("%s/map.h5", self->path);
     if (!path)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    if (stat(path, &info) == 0)
+    st = rmap_path_look(path, &info, err);
+    if (info.st_mode != 0)
         st = rmap_h5_open(&h5, path, err);
     if (h5.file < 0) { /* opening the map said so already */
         st = st == RMAP_SYSTEM ? st : RMAP_OK;
@@ -174,7 +176,7 @@ static enum rmap_status open_map(struct rmap_verification *self, const char *pat
 {
     struct rmap_error why = {0};
     struct rmap_finding finding;
-    struct stat info;
+    struct stat at_index = {0}, at_first = {0};
     enum rmap_status st = rmap_map_open_untallied(path, &self->map, &why);
     if (st == RMAP_OK) {
         self->map->takes_cut = true; /* of such pieces, chunks that are whole are used */
@@ -182,9 +184,12 @@ static enum rmap_status open_map(struct rmap_verification *self, const char *pat
     }
     char *index = rmap_path_format("%s/map.h5", path);
     char *first = rmap_path_format("%s/shard-00000", path);
-    if (!index || !first) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
-    } else if (st == RMAP_FORMAT && (stat(index, &info) == 0 || stat(first, &info) == 0)) {
+    if (!index || !first)
+        st = rmap_error_set(&why, RMAP_SYSTEM, "out of memory");
+    else if (st == RMAP_FORMAT && (rmap_path_look(index, &at_index, &why) == RMAP_SYSTEM ||
+                                   rmap_path_look(first, &at_first, &why) == RMAP_SYSTEM))
+        st = RMAP_SYSTEM;
+    if (st == RMAP_FORMAT && (at_index.st_mode != 0 || at_first.st_mode != 0)) {
         rmap_finding_set(&finding, "map.h5", "", "%s", why.text);
         st = rmap_findings_add(findings, &finding, err);
     } else if (err) {

@@ -10,6 +10,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/directory.h"
 #include "io/map_internal.h"
 #include "io/map_scan.h"
 #include "io/publish.h"
@@ -235,19 +236,21 @@ static enum rmap_status compare_info(struct piece_check *check, struct rmap_erro
 
 /* ---- the file ---- */
 
-/* "shard-00000/piece-00001.h5" under which the piece was made; false: it does not say. */
-static bool own_name(const char *path, struct rmap_piece_info *name)
+/* "shard-00000/piece-00001.h5" under which the piece was made; "": it does not say. */
+static enum rmap_status own_name(const char *path, struct rmap_piece_info *name,
+                                 struct rmap_error *err)
 {
     struct rmap_h5 h5 = {.file = H5I_INVALID_HID};
-    bool good = rmap_h5_open(&h5, path, NULL) == RMAP_OK &&
-                rmap_h5_get(&h5, "/", "shard", RMAP_I32, 1, &name->shard, NULL) == RMAP_OK &&
-                rmap_h5_get(&h5, "/", "piece", RMAP_I32, 1, &name->number, NULL) == RMAP_OK &&
-                name->shard >= 0 && name->shard <= 99999 && name->number >= 0 &&
-                name->number <= 99999;
-    rmap_h5_drop(&h5);
-    if (good)
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_h5_open(&h5, path, err));
+    RMAP_TRY(rmap_h5_get(&h5, "/", "shard", RMAP_I32, 1, &name->shard, err));
+    RMAP_TRY(rmap_h5_get(&h5, "/", "piece", RMAP_I32, 1, &name->number, err));
+    if (name->shard >= 0 && name->shard < RMAP_NUMBER_END && name->number >= 0 &&
+        name->number < RMAP_NUMBER_END)
         rmap_piece_name_set(name);
-    return good;
+out:
+    rmap_h5_drop(&h5);
+    return st == RMAP_SYSTEM ? st : RMAP_OK;
 }
 
 /* Whether the file holds the portions that the index lists, as far as their first rays go. A piece
@@ -297,8 +300,9 @@ static enum rmap_status check_file(struct piece_check *check, bool *same,
     }
     bool reads = st == RMAP_OK;
     st = RMAP_OK;
-    if (reads && !holds_listed(check) && own_name(path, &name) &&
-        strcmp(name.name, info->name) != 0) {
+    if (reads && !holds_listed(check))
+        RMAP_TRY(own_name(path, &name, err));
+    if (name.name[0] && strcmp(name.name, info->name) != 0) {
         (void)snprintf(text, sizeof text, "this is %s under another name", name.name);
         st = whole(check, info->name, "", RMAP_PIECE_GONE, text, err);
     } else if (cut && (!reads || check->self->map)) {

@@ -84,4 +84,16 @@ trace -o apart.raymap -n 100 --append
 expect 0 '' "$RAYMAP" verify apart.raymap
 expect 0 '' "$RAYMAP" repair apart.raymap
 trace -o apart.raymap -n 100 --force
+
+# What stands in the place of the map's lock is no raymap's: told, with the remedy, and left alone.
+lock=apart.raymap/.map.h5.writer.part
+for make in 'ln -s ../other.raymap/map.h5' 'ln -s nowhere' mkfifo mkdir; do
+    $make "$lock"
+    for words in 'trace scene.yaml --append -n 5 -o' repair; do
+        # shellcheck disable=SC2086 # words
+        expect 5 "$lock is no regular file.*: remove it" "$RAYMAP" $words apart.raymap
+    done
+    rm -r "$lock"
+done
+[ "$(sums other.raymap)" = "$others" ] || wrong 'another map was touched by way of the lock'
 finish

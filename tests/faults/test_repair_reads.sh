@@ -50,6 +50,32 @@ done
 suffer one.raymap "$saved" "$saved" 'memory:*' '*' ENOMEM 6 repair m.raymap
 suffer one.raymap "$saved" "$saved" 'read:pread' '*' EAGAIN 4 repair m.raymap
 
+# What cannot be looked at just now is neither missing, nor damaged, nor under its own name: a piece that is replaced, one
+# that nobody lists, one that stands under another's name, a damaged index, the folder that is to take the new piece.
+for more in '' --append; do
+    expect 0 '' "$RAYMAP" trace scene.yaml -o few.raymap -n 4000 --encoding plain --threads 1 --quiet --index $more
+done
+(
+    cd few.raymap/shard-00000 || exit
+    cp piece-00001.h5 piece-00007.h5
+    cp piece-00000.h5 piece-00001.h5
+    for name in piece-00000.h5 piece-00001.history.h5; do
+        printf '\377' | dd of=$name bs=1 seek=$(($(stat -c %s $name) / 2)) conv=notrunc status=none
+    done
+)
+for call in 'read:stat */piece-0000[07].h5' 'read:stat *.history.h5' 'read:stat */shard-00001' 'read:open *piece-00001.h5'; do
+    faults=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" "FAULTS_CALLS=${call%% *}" "FAULTS_PATH=${call#* }")
+    rm -rf m.raymap log.0 && cp -r few.raymap m.raymap
+    "${faults[@]}" "FAULTS_LOG=$PWD/log" "$RAYMAP" repair m.raymap >out.txt 2>&1
+    [ -s log.0 ] || fail "no $call"
+    n=$(wc -l <log.0)
+    [ "${call#*shard-00001}" ] || n=1 # later ones look at what stands in it
+    for ((at = 1; at <= n; at++)); do
+        rm -rf m.raymap && cp -r few.raymap m.raymap
+        expect 5 'Input/output error' "${faults[@]}" FAULTS_ACTION=EIO FAULTS_AT=$at "$RAYMAP" repair m.raymap
+    done
+done
+
 # The same of what a killed trace left.
 set_at_commit 6 kill
 "${at_commit[@]}" "$RAYMAP" trace scene.yaml -o cut.raymap -n 100000 --quiet --threads 1 --flush-portions 1 &
