@@ -5,6 +5,7 @@ row over the columns of a plain map. It shares nothing with the program but the 
     judge = Judge(PlainMap("lens.raymap"))
     judge.match("hit(lens) >= 2")       # a bool per ray, in the order of the map's view
 """
+import functools
 import operator
 import re
 
@@ -152,6 +153,7 @@ class Judge:
 
     # ------------------------------------------------------------------ names
 
+    @functools.lru_cache(maxsize=None)
     def objects(self, pattern):
         """Objects meant by a name: themselves, or all below a group."""
         m = self.map

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
 """A plain map's columns and names, read with h5py alone, as the judge of criteria sees them."""
+import functools
 import re
 import struct
 
@@ -18,6 +19,7 @@ LETTERS = (("E", "error"), ("K", "limit"), ("O", "element"), ("F", "fluoresce"),
            ("A", "absorb"), ("X", "left"))
 
 
+@functools.lru_cache(maxsize=None)
 def glob(pattern, name):
     """Whether a name is meant by a pattern of * (any characters) and ? (one)."""
     parts = {"*": ".*", "?": "."}

@@ -96,10 +96,12 @@ def heal(what, lost=None, ranks=1, arguments=()):
     assert said["left"] == [] and said["complete"] is (said["missing"] == 0), (what, said)
     assert lost is None or said["lost"]["rays"] == lost, (what, said, lost)
     assert said["lost"]["rays"] == sum(b - a + 1 for a, b in said["lost"]["ray_ranges"])
-    assert said["rays"] == info()["rays"] and said["digest"] == info()["digest"], (what, said)
+    now = info()
+    assert (said["rays"], said["digest"]) == (now["rays"], now["digest"]), (what, said, now)
     run("verify", "b.raymap", "--quiet")
     run("trace", SCENE, "-o", "b.raymap", "--resume", "--quiet", *arguments[2:], ranks=ranks)
-    assert info() == WANT, (what, info(), WANT)
+    now = info()
+    assert now == WANT, (what, now, WANT)
     run("verify", "b.raymap", "--quiet", ranks=ranks)
     return said
 
