@@ -4,6 +4,7 @@
 #include <ctype.h>
 #include <errno.h>
 #include <histedit.h>
+#include <locale.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -118,6 +119,10 @@ static enum rmap_status open_terminal(struct rmap_session_input *self, struct rm
 {
     HistEvent event;
     const int fd = dup(STDOUT_FILENO);
+    /* Names and criteria are UTF-8, whatever the environment's locale; editing goes by code points.
+     */
+    if (!setlocale(LC_CTYPE, "C.UTF-8"))
+        (void)setlocale(LC_CTYPE, "");
     self->out = fd >= 0 ? fdopen(fd, "w") : NULL;
     if (!self->out && fd >= 0)
         (void)close(fd);

@@ -216,12 +216,50 @@ def test_terminal():
         assert "barrel" in f.read()
 
 
+TORN = """raymap: 1
+units: mm
+spectrum: {mode: spectral, wavelengths: [587.56]}
+media: {air: {index: 1}}
+surfaces: {black: {type: absorber}}
+geometries: {disc: {type: disc, radius: 10}}
+objects:
+  - {name: törn, geometry: disc, at: [0, 0, 10], surface: black, front: air, back: air}
+sources:
+  - {name: lamp, type: rays, medium: air, flux: 1 W, rays: [{origin: [0, 0, 0], direction: [0, 0, 1]}]}
+"""
+
+
+def test_terminal_keeps_letters():
+    """Whatever the locale, as typed, completed, shown and called back from the history."""
+    with open("torn.yaml", "w", encoding="utf-8") as f:
+        f.write(TORN)
+    code, _, err = run("trace", "torn.yaml", "-o", "torn.raymap", "-n", "3", "--quiet", "--force")
+    assert code == 0, err
+    state = os.path.abspath("letters")
+    shutil.rmtree(state, ignore_errors=True)
+    for locale in ("C", "C.UTF-8"):
+        environment = {**os.environ, "TERM": "vt100", "XDG_STATE_HOME": state, "HOME": state, "LC_ALL": locale}
+        for typed in ("hit(törn)\r", "hit(t\xf6\t)\r", "\x10\x10\r"):
+            child, terminal = pty.fork()
+            if child == 0:
+                os.execve(RAYMAP, [RAYMAP, "session", "torn.raymap"], environment)
+            read_until(terminal, "raymap> ")
+            os.write(terminal, typed.encode())
+            read_until(terminal, r"hit\(törn\)[^>]*\n\s+rays +3 of 3")
+            os.write(terminal, b"quit\r")
+            status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+            os.close(terminal)
+            assert status == 0, (locale, typed, status)
+    shutil.rmtree("torn.raymap")
+
+
 def main():
     shutil.rmtree(MAP, ignore_errors=True)
     code, _, err = run("trace", SCENE, "-o", MAP, "-n", "60000", "--quiet", "--force")
     assert code == 0, err
     for test in (test_pipe, test_second_reads_nothing, test_told_index_can_be_made, test_budgets,
-                 test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_terminal):
+                 test_every_line_has_its_answer, test_names_and_lists, test_mistakes, test_terminal,
+                 test_terminal_keeps_letters):
         test()
         print(test.__name__, "passed")
     shutil.rmtree(MAP)
