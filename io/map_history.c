@@ -314,7 +314,7 @@ size_t rmap_map_history_kept_nbytes(const struct rmap_map *map)
     return nbytes;
 }
 
-enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece,
+enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece, size_t most,
                                        void (*tick)(void *context, uint64_t n_row), void *context,
                                        struct rmap_history_bytes *bytes, struct rmap_error *err)
 {
@@ -323,11 +323,12 @@ enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece,
     struct rmap_history_builder *builder = NULL;
     RMAP_TRY(rmap_cursor_create(map, RMAP_HISTORY_COLUMNS, &cursor, err));
     RMAP_TRY(rmap_history_builder_create(&builder, err));
-    for (size_t i = 0; i < map->content.n_portion; i++) {
+    for (size_t i = 0; i < map->content.n_portion && most > 0; i++) {
         const struct rmap_portion_info *info = &map->content.portion[i];
         const struct rmap_portion *portion;
         if ((size_t)info->piece != piece)
             continue;
+        most--;
         RMAP_TRY(rmap_cursor_read(cursor, i, &portion, err));
         RMAP_TRY(rmap_history_builder_add(builder, portion, info->digest, err));
         if (tick)

@@ -53,9 +53,10 @@ bool rmap_map_history_stays(const struct rmap_map *map, size_t piece);
  * are kept. */
 size_t rmap_map_history_kept_nbytes(const struct rmap_map *map);
 
-/* Makes the index of a piece from its columns. tick: NULL, or called with the rows of /ray and
- * /segment of each portion once it is done. bytes: rmap_free both. */
-enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece,
+/* Makes the index of a piece from its columns, of the first `most` of its portions. tick: NULL, or
+ * called with the rows of /ray and /segment of each portion once it is done. bytes: rmap_free both.
+ */
+enum rmap_status rmap_map_history_make(const struct rmap_map *map, size_t piece, size_t most,
                                        void (*tick)(void *context, uint64_t n_row), void *context,
                                        struct rmap_history_bytes *bytes,
                                        struct rmap_error *err) RMAP_MUST_USE;

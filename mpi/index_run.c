@@ -16,7 +16,7 @@
 
 /* Indexes take at most this part of the map, and what a small map may have, shared out over its
  * pieces. */
-enum { SHARE_OF_MAP = 10, SMALL_NBYTES = 64 << 10 };
+enum { SHARE_OF_MAP = 10, SMALL_NBYTES = 64 << 10, EARLY = 2 };
 
 struct indexing {
     struct rmap_map *map;
@@ -44,6 +44,11 @@ static void tick(void *context, uint64_t n_row)
 {
     struct indexing *self = context;
     atomic_fetch_add(&self->done, n_row);
+}
+
+static void count(void *context, uint64_t n_row)
+{
+    *(uint64_t *)context += n_row;
 }
 
 static enum rmap_status show(void *context, struct rmap_error *err)
@@ -80,16 +85,51 @@ static bool is_large(const struct indexing *self, size_t piece,
            self->allowed * (double)rmap_map_piece(self->map, piece)->nbytes;
 }
 
+static void leave(struct indexing *self, uint64_t nbytes)
+{
+    (void)pthread_mutex_lock(&self->lock);
+    self->n_large++;
+    self->large_nbytes += nbytes;
+    (void)pthread_mutex_unlock(&self->lock);
+}
+
+/* Whether a piece is left without, by what its first portion takes: where that speaks of twice as
+ * much as there may be, the others are not read, or traced again, for nothing. */
+static enum rmap_status leave_early(struct indexing *self, size_t piece, bool *left_ret,
+                                    struct rmap_error *err)
+{
+    const struct rmap_piece_info *info = rmap_map_piece(self->map, piece);
+    struct rmap_history_bytes bytes = {0};
+    uint64_t n_row = 0;
+    enum rmap_status st = RMAP_OK;
+    *left_ret = false;
+    if (self->flags & RMAP_INDEX_LARGE)
+        return RMAP_OK;
+    RMAP_TRY(rmap_map_history_make(self->map, piece, 1, count, &n_row, &bytes, err));
+    const double nbytes = (double)(bytes.head_nbytes + bytes.body_nbytes) * (double)rows_of(info) /
+                          fmax((double)n_row, 1.0);
+    if (nbytes > EARLY * self->allowed * (double)info->nbytes) {
+        leave(self, (uint64_t)nbytes);
+        tick(self, rows_of(info));
+        *left_ret = true;
+    }
+out:
+    rmap_free(bytes.head);
+    rmap_free(bytes.body);
+    return st;
+}
+
 static enum rmap_status make(struct indexing *self, size_t piece, struct rmap_error *err)
 {
     uint64_t nbytes = 0;
     struct rmap_history_bytes bytes = {0};
-    enum rmap_status st = rmap_map_history_make(self->map, piece, tick, self, &bytes, err);
+    bool left = false;
+    enum rmap_status st = leave_early(self, piece, &left, err);
+    if (st != RMAP_OK || left)
+        return st;
+    st = rmap_map_history_make(self->map, piece, SIZE_MAX, tick, self, &bytes, err);
     if (st == RMAP_OK && !(self->flags & RMAP_INDEX_LARGE) && is_large(self, piece, &bytes)) {
-        (void)pthread_mutex_lock(&self->lock);
-        self->n_large++;
-        self->large_nbytes += bytes.head_nbytes + bytes.body_nbytes;
-        (void)pthread_mutex_unlock(&self->lock);
+        leave(self, bytes.head_nbytes + bytes.body_nbytes);
     } else if (st == RMAP_OK) {
         (void)pthread_mutex_lock(&self->lock);
         st = rmap_history_file_write(self->path, rmap_map_piece(self->map, piece), &bytes, &nbytes,
@@ -148,7 +188,7 @@ void rmap_index_tell_large(const struct rmap_index_result *result, char *line, s
     line[0] = 0;
     if (result->n_large > 0)
         (void)snprintf(line, cap,
-                       "%s %s left without: indexes would take %.1f MB, and more "
+                       "%s %s left without: indexes would take about %.1f MB, and more "
                        "than a tenth of the map (raymap index --large makes them)",
                        rmap_counted(result->n_large, "piece").text,
                        result->n_large == 1 ? "is" : "are", 1e-6 * (double)result->large_nbytes);

@@ -16,7 +16,7 @@ enum {
 
 struct rmap_index_result {
     uint64_t n_piece, n_made;       /* sealed pieces; those that had no index and have one now */
-    uint64_t n_large, large_nbytes; /* those left without, and what theirs would have taken */
+    uint64_t n_large, large_nbytes; /* those left without, and about what theirs would have taken */
     uint64_t nbytes;                /* of all their indexes */
     uint64_t map_nbytes;            /* without them */
     double seconds;

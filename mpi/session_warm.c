@@ -47,7 +47,7 @@ static enum rmap_status make_index(struct warming *self, size_t piece, struct rm
     const uint64_t n_ray = info->n_row[RMAP_TABLE_RAY];
     if (n_ray > self->budget / 2 || atomic_load(&self->nbytes) + 2 * n_ray > self->budget)
         return RMAP_OK; /* its columns are read, then */
-    RMAP_TRY(rmap_map_history_make(self->map, piece, tick, self, &bytes, err));
+    RMAP_TRY(rmap_map_history_make(self->map, piece, SIZE_MAX, tick, self, &bytes, err));
     uint64_t nbytes = bytes.head_nbytes + bytes.body_nbytes;
     if (atomic_fetch_add(&self->nbytes, nbytes) + nbytes <= self->budget)
         st = rmap_map_history_keep(self->map, piece, &bytes, err);

@@ -284,7 +284,7 @@ static void index_pieces(const char *path)
     fixture_must(rmap_map_open(path, &map, &err), &err);
     for (size_t i = 0; i < rmap_map_n_piece(map); i++) {
         struct rmap_history_bytes bytes = {0};
-        fixture_must(rmap_map_history_make(map, i, NULL, NULL, &bytes, &err), &err);
+        fixture_must(rmap_map_history_make(map, i, SIZE_MAX, NULL, NULL, &bytes, &err), &err);
         fixture_must(rmap_history_file_write(path, rmap_map_piece(map, i), &bytes, &nbytes, &err),
                      &err);
         rmap_free(bytes.head);

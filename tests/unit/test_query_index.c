@@ -76,7 +76,7 @@ static int make_map(void **state)
     assert_true(rmap_map_n_piece(indexed) > 3);
     for (size_t p = 0; p + 1 < rmap_map_n_piece(indexed); p++) {
         struct rmap_history_bytes bytes = {0};
-        fixture_must(rmap_map_history_make(indexed, p, NULL, NULL, &bytes, &err), &err);
+        fixture_must(rmap_map_history_make(indexed, p, SIZE_MAX, NULL, NULL, &bytes, &err), &err);
         fixture_must(rmap_map_history_keep(indexed, p, &bytes, &err), &err);
     }
     return 0;
