@@ -5,6 +5,7 @@
 
 #include "analysis/criterion_file.h"
 #include "analysis/criterion_lex.h"
+#include "analysis/criterion_names.h"
 #include "analysis/criterion_tree.h"
 #include "base/alloc.h"
 
@@ -51,13 +52,20 @@ enum rmap_status rmap_criterion_compile(const char *text, const struct rmap_scen
 static enum rmap_status set_name(struct rmap_criterion *criterion,
                                  const struct rmap_criteria *criteria, struct rmap_error *err)
 {
-    for (size_t i = 0; criteria && !criterion->name && i < rmap_criteria_count(criteria); i++)
-        if (strcmp(rmap_criteria_reference(criteria, i), criterion->text) == 0) {
-            criterion->name = rmap_strdup(rmap_criteria_name(criteria, i));
-            if (!criterion->name)
-                return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
-        }
-    return RMAP_OK;
+    struct rmap_token token;
+    struct rmap_error unread; /* what cannot be read is told by the parser */
+    char name[RMAP_TOKEN_NAME_NBYTES + 1];
+    const char *text = criterion->text;
+    if (!criteria || *text != '@' || rmap_token_read(text, 1, &token, &unread) != RMAP_OK ||
+        (token.kind != RMAP_TOKEN_WORD && token.kind != RMAP_TOKEN_QUOTED))
+        return RMAP_OK;
+    rmap_token_name(text, &token, name);
+    const size_t let = rmap_criteria_find(criteria, name);
+    if (let == SIZE_MAX || strcmp(rmap_criteria_reference(criteria, let), text) != 0)
+        return RMAP_OK;
+    criterion->name = rmap_strdup(name);
+    return criterion->name ? RMAP_OK
+                           : rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
 }
 
 static enum rmap_status create(const char *text, const struct rmap_scene *scene,
@@ -69,6 +77,12 @@ static enum rmap_status create(const char *text, const struct rmap_scene *scene,
     if (!criterion || !criterion->text) {
         rmap_criterion_destroy(criterion);
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");
+    }
+    if (strchr(criterion->text, '#')) { /* what is shown, and joined to others, goes without */
+        rmap_criterion_blank_comments(criterion->text);
+        size_t len = strlen(criterion->text);
+        while (len > 0 && strchr(" \t\r\n", criterion->text[len - 1]))
+            criterion->text[--len] = 0;
     }
     criterion->scene = scene;
     *criterion_ret = criterion;
@@ -85,6 +99,11 @@ enum rmap_status rmap_criterion_compile_with(const char *text, const struct rmap
     RMAP_TRY(st);
     RMAP_TRY(set_name(criterion, criteria, err));
     RMAP_TRY(rmap_criterion_parse(criterion, criteria, err));
+    void *fitting = rmap_realloc(criterion->node, criterion->n_node, sizeof *criterion->node);
+    if (fitting) { /* a file may have very many criteria */
+        criterion->node = fitting;
+        criterion->node_cap = criterion->n_node;
+    }
     rmap_criterion_plan(criterion);
     *criterion_ret = criterion;
     criterion = NULL;

@@ -8,30 +8,42 @@
 #include "analysis/criterion_names.h"
 #include "base/alloc.h"
 
-/* Comments become blanks, so that places stay what they are. */
-static void blank_comments(char *text)
-{
-    char quote = 0;
-    for (char *c = text; *c; c++) {
-        if (quote) {
-            quote = *c == quote ? 0 : quote;
-        } else if (*c == '\'' || *c == '"') {
-            quote = *c;
-        } else if (*c == '#') {
-            while (*c && *c != '\n')
-                *c++ = ' ';
-            if (!*c)
-                return;
-        }
-    }
-}
-
 static char *copy_bytes(const char *from, size_t nbytes)
 {
     char *copy = rmap_alloc(nbytes + 1, 1);
     if (copy)
         memcpy(copy, from, nbytes);
     return copy;
+}
+
+/* Where a name stands among the slots, or the free one where it would. */
+static size_t slot_of(const struct rmap_criteria *criteria, const char *name)
+{
+    uint64_t hash = 0xcbf29ce484222325u; /* FNV-1a */
+    for (const char *c = name; *c; c++)
+        hash = (hash ^ (unsigned char)*c) * 0x100000001b3u;
+    size_t at = (size_t)(hash ^ hash >> 32) & (criteria->n_slot - 1);
+    while (criteria->slot[at] && strcmp(criteria->let[criteria->slot[at] - 1].name, name) != 0)
+        at = (at + 1) & (criteria->n_slot - 1);
+    return at;
+}
+
+/* Half of the slots at least stay free. */
+static enum rmap_status enter_name(struct rmap_criteria *criteria, struct rmap_error *err)
+{
+    if (2 * criteria->n > criteria->n_slot) {
+        const size_t n_slot = criteria->n_slot ? 2 * criteria->n_slot : 16;
+        size_t *slot = rmap_alloc(n_slot, sizeof *slot);
+        if (!slot)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
+        rmap_free(criteria->slot);
+        criteria->slot = slot;
+        criteria->n_slot = n_slot;
+        for (size_t i = 0; i + 1 < criteria->n; i++)
+            slot[slot_of(criteria, criteria->let[i].name)] = i + 1;
+    }
+    criteria->slot[slot_of(criteria, criteria->let[criteria->n - 1].name)] = criteria->n;
+    return RMAP_OK;
 }
 
 static enum rmap_status add_let(struct rmap_criteria *criteria, const struct rmap_token *token,
@@ -61,6 +73,7 @@ static enum rmap_status add_let(struct rmap_criteria *criteria, const struct rma
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
     let->reference[0] = '@';
     memcpy(let->reference + 1, criteria->text + token->begin, token->end - token->begin);
+    st = enter_name(criteria, err);
 out:
     return st;
 }
@@ -147,7 +160,7 @@ enum rmap_status rmap_criteria_create(const char *text, const char *label,
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
         goto out;
     }
-    blank_comments(criteria->text);
+    rmap_criterion_blank_comments(criteria->text);
     st = read_lets(criteria, err);
     if (st == RMAP_INPUT)
         rmap_criterion_relabel(criteria->label, err);
@@ -169,6 +182,7 @@ void rmap_criteria_destroy(struct rmap_criteria *criteria)
         rmap_free(criteria->let[i].reference);
     }
     rmap_free(criteria->let);
+    rmap_free(criteria->slot);
     rmap_free(criteria->label);
     rmap_free(criteria->text);
     rmap_free(criteria);
@@ -196,8 +210,8 @@ const char *rmap_criteria_reference(const struct rmap_criteria *criteria, size_t
 
 size_t rmap_criteria_find(const struct rmap_criteria *criteria, const char *name)
 {
-    for (size_t i = 0; i < criteria->n; i++)
-        if (strcmp(criteria->let[i].name, name) == 0)
-            return i;
-    return SIZE_MAX;
+    if (criteria->n_slot == 0)
+        return SIZE_MAX;
+    const size_t found = criteria->slot[slot_of(criteria, name)];
+    return found > 0 ? found - 1 : SIZE_MAX;
 }

@@ -15,6 +15,8 @@ struct rmap_criteria {
     char *label;
     struct rmap_let *let; /* [n] */
     size_t n, cap;
+    size_t *slot; /* [n_slot] 1 + let by its name's hash, 0: free; n_slot is a power of two */
+    size_t n_slot;
 };
 
 #endif

@@ -185,3 +185,20 @@ bool rmap_token_is(const char *text, const struct rmap_token *token, const char 
     return token->kind == RMAP_TOKEN_WORD && token->end - token->begin == len &&
            memcmp(text + token->begin, word, len) == 0;
 }
+
+void rmap_criterion_blank_comments(char *text)
+{
+    char quote = 0;
+    for (char *c = text; *c; c++) {
+        if (quote) {
+            quote = *c == quote ? 0 : quote;
+        } else if (*c == '\'' || *c == '"') {
+            quote = *c;
+        } else if (*c == '#') {
+            while (*c && *c != '\n')
+                *c++ = ' ';
+            if (!*c)
+                return;
+        }
+    }
+}

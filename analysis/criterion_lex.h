@@ -46,6 +46,10 @@ struct rmap_token {
 enum rmap_status rmap_token_read(const char *text, size_t begin, struct rmap_token *token_ret,
                                  struct rmap_error *err) RMAP_MUST_USE;
 
+/* Comments, from a '#' outside of quotes to the line's end, become blanks, so that places stay what
+ * they are. */
+void rmap_criterion_blank_comments(char *text);
+
 /* True when the token is this very word. */
 bool rmap_token_is(const char *text, const struct rmap_token *token, const char *word);
 

@@ -56,6 +56,12 @@ static enum rmap_status fail_complex(const struct build *build, const char *what
                             "this path is too complex: it needs more than %d %s", most, what);
 }
 
+/* Spent on all the paths so far. */
+static enum rmap_status fail_work(const struct build *build)
+{
+    return fail_complex(build, "steps of work to be understood", WORK_MAX);
+}
+
 static enum rmap_status add_node(struct build *build, struct node node, uint32_t *index_ret)
 {
     void *block = build->node;
@@ -113,8 +119,10 @@ static enum rmap_status emit(struct build *build, int32_t index, uint32_t next, 
 {
     const struct rmap_path_term *term = &build->regex->term[index];
     enum rmap_status st = RMAP_OK;
-    if (++build->work > WORK_MAX || build->n_node > NODE_MAX)
+    if (build->n_node > NODE_MAX)
         return fail_complex(build, "steps with their repetitions", NODE_MAX);
+    if (++build->work > WORK_MAX)
+        return fail_work(build);
     switch (term->kind) {
     case RMAP_PATH_ATOM:
         return add_node(build, (struct node){(int32_t)term->atom, next, next}, entry);
@@ -182,9 +190,12 @@ static enum rmap_status add_state(struct build *build, size_t n, uint32_t hash)
 {
     enum rmap_status st = RMAP_OK;
     void *block = build->state;
-    if (build->n_state == STATE_MAX || build->n_member + n > SET_MAX ||
-        (build->n_state + 1) * (2 * build->alphabet->n_symbol + 1) > ENTRY_MAX)
-        return fail_complex(build, "states", (int)build->n_state);
+    if (build->n_state == STATE_MAX)
+        return fail_complex(build, "states", STATE_MAX);
+    if (build->n_member + n > SET_MAX)
+        return fail_complex(build, "steps in all its states together", SET_MAX);
+    if ((build->n_state + 1) * (2 * build->alphabet->n_symbol + 1) > ENTRY_MAX)
+        return fail_complex(build, "entries in its table of states and symbols", ENTRY_MAX);
     RMAP_TRY(rmap_reserve(&block, &build->state_cap, build->n_state + 1, sizeof *build->state,
                           build->parser->err));
     build->state = block;
@@ -235,7 +246,7 @@ static enum rmap_status add_transition(struct build *build, size_t from, uint32_
             RMAP_TRY(add_closure(build, node->next, &n));
     }
     if (build->work > WORK_MAX)
-        return fail_complex(build, "states", (int)build->n_state);
+        return fail_work(build);
     uint32_t to = 0;
     RMAP_TRY(find_state(build, n, &to));
     build->next[from * build->alphabet->n_symbol + symbol] = to;

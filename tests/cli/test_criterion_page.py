@@ -57,15 +57,16 @@ def select(*asked):
 
 
 def check_examples(examples):
-    """All in one call: how many rays match, and how many of those that should."""
+    """All in one call: how many rays match, as the line stands there, and how many of those that
+    should."""
     asked = []
-    for text, rays in examples:
-        asked += [text, f"({text}) and ({' or '.join(f'ray == {k}' for k in rays) or 'ray < 0'})"]
+    for line, text, rays in examples:
+        asked += [line, f"({text}) and ({' or '.join(f'ray == {k}' for k in rays) or 'ray < 0'})"]
     done = program("query", "page.raymap", *asked, "--criteria", "names.txt", "--count", "--json")
     if done.returncode != 0:
         return fail(done.stderr)
     count = [answer["rays"]["matched"] for answer in json.loads(done.stdout)]
-    for i, (text, rays) in enumerate(examples):
+    for i, (_, text, rays) in enumerate(examples):
         if count[2 * i] != len(rays) or count[2 * i + 1] != len(rays):
             fail(f"{text}: selects {select(text, '--criteria', 'names.txt')}, the page says {rays}")
     return None
@@ -92,7 +93,7 @@ def main():
     trace = program("trace", "page.yaml", "-o", "page.raymap", "-n", str(N_RAY), "--quiet", "--force")
     if trace.returncode != 0:
         sys.exit(trace.stderr)
-    examples = [parse(line) for kind, lines in found if kind == "criterion" for line in lines]
+    examples = [(line, *parse(line)) for kind, lines in found if kind == "criterion" for line in lines]
     check_examples(examples)
     for kind, lines in found:
         if kind == "console":

@@ -127,7 +127,7 @@ static const struct {
     {"", 1, 1, "the criterion is empty (all rays: write 'all')"},
     {"   ", 4, 1, "the criterion is empty (all rays: write 'all')"},
     {"hit('tube)", 5, 1, "this quote is never closed"},
-    {"all # yes", 5, 1, "unexpected character '#'"},
+    {"all $ yes", 5, 1, "unexpected character '$'"},
     {"registered(sensor, circle(1))", 20, 6,
      "expected rect, ellipse, polygon, cells or where, found 'circle'"},
     {"registered(sensor, rect(1, 2, 3))", 20, 4, "rect wants four numbers x0, y0, x1, y1, not 3"},
@@ -261,7 +261,7 @@ static void test_binary(void **state)
                 rmap_rng(7, round, (uint32_t)(i / 4), 0, u);
             text[i] = (char)(1 + (int)(u[i % 4] * 255.0));
         }
-        text[0] = '#';
+        text[0] = '$';
         text[n] = 0;
         compile_wrong(text, &err);
         assert_memory_equal(err.text, "criterion:", 10);
