@@ -139,6 +139,7 @@ static void read_steps(struct rmap_ray_report *report, const struct rmap_portion
         step->position = vector_of(portion->segment.position + 3 * row);
         step->normal = normal_of(portion->segment.normal + 3 * row);
         step->optical_path = (double)NAN;
+        step->first_direction = nowhere();
         struct rmap_vec3 leg;
         step->length = polyline(report, step, from, &leg);
         step->direction = rmap_dot(leg, leg) > 0.0 ? rmap_normalize(leg) : nowhere();
@@ -295,6 +296,8 @@ static void copy_steps(struct rmap_ray_report *report, const struct rmap_history
         to->position = from->position;
         to->normal = rmap_dot(from->normal, from->normal) > 0.0 ? from->normal : nowhere();
         to->direction = from->direction;
+        to->first_direction =
+            from->events & RMAP_EVENT_GRADIENT ? from->first_direction : nowhere();
         to->length = from->length;
         to->optical_path = from->optical_path;
         for (size_t c = 0; c < n_channel; c++)

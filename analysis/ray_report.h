@@ -22,12 +22,13 @@ struct rmap_report_step {
     uint32_t events;
     int32_t medium;
     struct rmap_vec3 position, normal;
-    struct rmap_vec3 direction;  /* of the leg */
-    double length;               /* 0 for the leg that leaves the scene */
-    size_t first_point, n_point; /* of a curved leg, in the report's points; from a map its
-                                    direction and length are those of the polyline through them */
-    double optical_path;         /* from emission to here; NaN from a map, which keeps the sum */
-    const double *colour;        /* [n_channel] shares on arrival, in the report's own memory */
+    struct rmap_vec3 direction;       /* of the leg */
+    struct rmap_vec3 first_direction; /* of a curved leg traced again; undefined otherwise */
+    double length;                    /* 0 for the leg that leaves the scene */
+    size_t first_point, n_point;      /* of a curved leg, in the report's points; from a map its
+                                         direction and length are those of the polyline through them */
+    double optical_path;  /* from emission to here; NaN from a map, which keeps the sum */
+    const double *colour; /* [n_channel] shares on arrival, in the report's own memory */
 };
 
 /* A point of a curved leg between its ends. From a map: the position alone, the others are NaN. */

@@ -63,6 +63,10 @@ static json_t *step_json(const struct rmap_ray_report *report, const struct rmap
                   colour_list(step->colour, scene->channels.n));
     if (json && (step->events & RMAP_EVENT_GRADIENT))
         json_object_set_new(json, "curve", curve_list(report, step));
+    if (json && !isnan(step->first_direction.x))
+        json_object_set_new(json, "first_direction", vector(step->first_direction));
+    if (json && !isnan(step->optical_path))
+        json_object_set_new(json, "optical_path", rmap_json_number(step->optical_path));
     return json;
 }
 

@@ -5,7 +5,9 @@
  */
 #include <sys/stat.h>
 
+#include <inttypes.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "analysis/ray_report.h"
 #include "geometry/accel.h"
@@ -26,7 +28,8 @@ static const struct rmap_option options[] = {
     {"output", 'o', "OUT", "--energy: OUT.csv, OUT.json, OUT.svg or OUT.png; --html: OUT.html"},
     {"force", 'f', NULL, "replace OUT"},
     {"ray", 'r', "N", "trace ray N of a SCENE and print it with all digits"},
-    {"seed", 's', "S", "of the random numbers (default 1), with --ray"},
+    {"rays", 0, "A..B", "the same of all rays from A to B; with --json one list of them"},
+    {"seed", 's', "S", "of the random numbers (default 1), with --ray or --rays"},
     RMAP_SCENE_OPTIONS,
     {NULL}};
 
@@ -60,10 +63,65 @@ out:
     return st;
 }
 
+/* Rays to trace again: from first to last; a list even of one, when asked for as a range. */
+struct range {
+    uint64_t first, last;
+    bool is_list;
+};
+
+static enum rmap_status read_range(const struct rmap_arguments *given, struct range *range,
+                                   struct rmap_error *err)
+{
+    const char *text = rmap_argument(given, "rays"), *dots = text ? strstr(text, "..") : NULL;
+    char first[32];
+    enum rmap_status st = RMAP_OK;
+    *range = (struct range){.is_list = text != NULL};
+    if (!text) {
+        RMAP_TRY(rmap_argument_count(given, "ray", &range->first, err));
+        range->last = range->first;
+        goto out;
+    }
+    if (!dots || (size_t)(dots - text) >= sizeof first)
+        return rmap_error_set(err, RMAP_USAGE, "--rays takes a range as 0..99, not '%s'", text);
+    snprintf(first, sizeof first, "%.*s", (int)(dots - text), text);
+    RMAP_TRY(rmap_parse_count(first, "--rays", &range->first, err));
+    RMAP_TRY(rmap_parse_count(dots + 2, "--rays", &range->last, err));
+    if (range->last < range->first)
+        st = rmap_error_set(err, RMAP_USAGE, "--rays %s ends before it begins", text);
+out:
+    return st;
+}
+
+static enum rmap_status put(const char *text, struct rmap_error *err)
+{
+    return fputs(text, stdout) == EOF
+               ? rmap_error_set(err, RMAP_SYSTEM, "cannot write the reports: the output failed")
+               : RMAP_OK;
+}
+
+/* A list has one ray a line, so that its memory is that of one. */
+static enum rmap_status print_next(const struct rmap_context *context, const struct range *range,
+                                   const struct rmap_ray_report *report, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const bool is_first = report->ray == range->first;
+    if (!context->json || !range->is_list) {
+        if (!is_first)
+            RMAP_TRY(put("\n", err));
+        return print_report(context, report, err);
+    }
+    RMAP_TRY(put(is_first ? "[" : ",", err));
+    RMAP_TRY(rmap_json_line(rmap_ray_report_json(report), stdout, err));
+    if (report->ray == range->last)
+        st = put("]\n", err);
+out:
+    return st;
+}
+
 /* Not collective. */
 static enum rmap_status trace_and_print(const struct rmap_context *context,
-                                        const struct rmap_scene *scene, uint64_t ray, uint64_t seed,
-                                        struct rmap_error *err)
+                                        const struct rmap_scene *scene, const struct range *range,
+                                        uint64_t seed, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_accel *accel = NULL;
@@ -74,9 +132,13 @@ static enum rmap_status trace_and_print(const struct rmap_context *context,
         RMAP_TRY(rmap_error_set(err, RMAP_INPUT, "the scene has no source of light"));
     RMAP_TRY(rmap_accel_create(scene, context->n_thread, &accel, err));
     struct rmap_tracer tracer = {.scene = scene, .accel = accel, .seed = seed};
-    rmap_trace_ray(&tracer, ray, &history.base);
-    RMAP_TRY(rmap_ray_report_trace(scene, &history, &report, err));
-    RMAP_TRY(print_report(context, report, err));
+    for (uint64_t n = 0; n <= range->last - range->first; n++) {
+        rmap_trace_ray(&tracer, range->first + n, &history.base);
+        RMAP_TRY(rmap_ray_report_trace(scene, &history, &report, err));
+        RMAP_TRY(print_next(context, range, report, err));
+        rmap_ray_report_destroy(report);
+        report = NULL;
+    }
 out:
     rmap_ray_report_destroy(report);
     rmap_history_fini(&history);
@@ -84,16 +146,17 @@ out:
     return st;
 }
 
-static enum rmap_status check_is_scene(const struct rmap_arguments *given, struct rmap_error *err)
+static enum rmap_status check_is_scene(const struct rmap_arguments *given,
+                                       const struct range *range, struct rmap_error *err)
 {
     const char *path = given->operand[0];
     struct stat status;
     if (stat(path, &status) != 0 || !S_ISDIR(status.st_mode))
         return RMAP_OK;
     return rmap_error_set(err, RMAP_INPUT,
-                          "%s is a directory, and --ray traces a ray of a scene file; of a map: "
-                          "raymap report %s %s",
-                          path, path, rmap_argument(given, "ray"));
+                          "%s is a directory, and --%s traces again what a scene file says; of a "
+                          "map: raymap report %s %" PRIu64,
+                          path, range->is_list ? "rays" : "ray", path, range->first);
 }
 
 /* Collective. */
@@ -103,10 +166,11 @@ static enum rmap_status report_scene(const struct rmap_context *context,
     struct rmap_bundle *bundle = NULL;
     struct rmap_scene *scene = NULL;
     struct rmap_scene_options options_given = {0};
-    uint64_t ray = 0, seed = 1;
-    enum rmap_status st = rmap_argument_count(given, "ray", &ray, err);
+    struct range range;
+    uint64_t seed = 1;
+    enum rmap_status st = read_range(given, &range, err);
     if (st == RMAP_OK)
-        st = check_is_scene(given, err);
+        st = check_is_scene(given, &range, err);
     if (st == RMAP_OK)
         st = rmap_argument_count(given, "seed", &seed, err);
     if (st == RMAP_OK)
@@ -114,7 +178,7 @@ static enum rmap_status report_scene(const struct rmap_context *context,
     RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_load_scene(context, given->operand[0], &options_given, &bundle, &scene, err));
     if (context->rank == 0)
-        st = trace_and_print(context, scene, ray, seed, err);
+        st = trace_and_print(context, scene, &range, seed, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_scene_destroy(scene);
@@ -130,9 +194,12 @@ static const char *const of_energy[] = {"where", "criteria", "zemax"}, *const of
 static enum rmap_status run_report(const struct rmap_context *context,
                                    const struct rmap_arguments *given, struct rmap_error *err)
 {
-    const bool scene = rmap_argument(given, "ray") != NULL;
+    const bool range = rmap_argument(given, "rays") != NULL;
+    const bool scene = range || rmap_argument(given, "ray") != NULL;
     const bool energy = rmap_argument(given, "energy") != NULL;
     const bool html = rmap_argument(given, "html") != NULL;
+    if (range && rmap_argument(given, "ray"))
+        return rmap_error_set(err, RMAP_USAGE, "say --ray or --rays");
     if (energy && html)
         return rmap_error_set(err, RMAP_USAGE, "say --energy or --html; the page has the energy");
     if ((energy || html) && (scene || (energy && given->n_operand != 1)))
@@ -154,21 +221,23 @@ static enum rmap_status run_report(const struct rmap_context *context,
         return report_scene(context, given, err);
     if (!scene && given->n_operand == 2)
         return report_map(context, given, err);
-    return rmap_error_set(err, RMAP_USAGE,
-                          "say either a MAP and a RAY, a SCENE and --ray N, or a MAP and --energy "
-                          "or --html; see: raymap report --help");
+    return rmap_error_set(
+        err, RMAP_USAGE,
+        "say either a MAP and a RAY, a SCENE and --ray N or --rays A..B, or a MAP and --energy "
+        "or --html; see: raymap report --help");
 }
 
 const struct rmap_command rmap_command_report = {
     .name = "report",
     .summary = "everything that happened along one ray; a whole map's energy, or a page",
-    .operands = "MAP RAY | SCENE --ray N | MAP --energy | MAP --html",
+    .operands = "MAP RAY | SCENE --ray N | SCENE --rays A..B | MAP --energy | MAP --html",
     .help =
         "Prints a ray's history, leg by leg: the object met, what happened there, the medium\n"
         "travelled, position, direction, colour, and the detectors that registered it.\n\n"
         "From a MAP positions have the 9 digits that are stored. From a SCENE the ray is\n"
         "traced again and printed with 17 digits; its flux is then what it would carry as its\n"
-        "source's only ray. Steps and rays count from 0.\n\n"
+        "source's only ray. Steps and rays count from 0. --rays A..B prints those from A to B,\n"
+        "with --json as one list, written while they are traced.\n\n"
         "With --energy: emitted = absorbed by each object and in each medium + left the scene\n"
         "+ stopped by limits and errors, per source and in all, in rays (exact) and in flux\n"
         "with its standard error; beside it what each detector registered. As\n\n"

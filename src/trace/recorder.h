@@ -30,10 +30,11 @@ struct rmap_step {
     uint32_t events;
     int32_t medium; /* travelled */
     struct rmap_vec3 position, normal;
-    struct rmap_vec3 direction; /* of the leg */
-    double length;              /* of the leg, geometric; 0 when it left the scene */
-    double optical_path;        /* from emission to here */
-    const double *colour;       /* [n_channel], on arrival; borrowed during the call */
+    struct rmap_vec3 direction;       /* of the leg */
+    struct rmap_vec3 first_direction; /* where a curved leg begins; 0 for straight ones */
+    double length;                    /* of the leg, geometric; 0 when it left the scene */
+    double optical_path;              /* from emission to here */
+    const double *colour;             /* [n_channel], on arrival; borrowed during the call */
 };
 
 /* A point of a curved leg between its ends, thinned to the medium's polyline tolerance. */

@@ -53,6 +53,8 @@ static inline void record_step(struct rmap_walk *walk, const struct rmap_arrival
                              .colour = walk->colour.share};
     if (hit)
         step.normal = hit->normal;
+    if (arrival->events & RMAP_EVENT_GRADIENT)
+        step.first_direction = arrival->first_direction;
     if (arrival->end == RMAP_LEG_LEFT)
         step.length = 0.0;
     walk->recorder->step(walk->recorder, &step);

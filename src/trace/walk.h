@@ -49,7 +49,8 @@ struct rmap_arrival {
     uint32_t events;     /* RMAP_EVENT_GRADIENT for a curved leg, else 0 */
     struct rmap_leg leg; /* to: its end; direction: there. Curved: `index` is 0 and `optical_from`
                             the path at its end, or for one that left at its start */
-    struct rmap_hit hit; /* SURFACE */
+    struct rmap_vec3 first_direction; /* of a curved leg */
+    struct rmap_hit hit;              /* SURFACE */
 };
 
 /* Sets all but the colour and the ray. That may start anywhere; its contact is zero unless it

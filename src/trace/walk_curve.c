@@ -220,7 +220,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     walk->foretold = false;
     struct rmap_leg *leg = &arrival->leg;
     leg->from = leg->to = walk->ray.origin;
-    leg->direction = walk->ray.direction;
+    leg->direction = arrival->first_direction = walk->ray.direction;
     leg->optical_from = walk->optical_path;
     leg->length = leg->index = 0.0;
     leg->segment = walk->draw.step++;

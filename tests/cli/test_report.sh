@@ -43,7 +43,7 @@ for ray in sys.argv[1:]:
     m, s = json.load(open(f"map-{ray}.json")), json.load(open(f"scene-{ray}.json"))
     for r in m, s:
         assert set(r) == keys and r["ray"] == int(ray)
-        assert all(set(t) == step_keys for t in r["steps"])
+        assert all(set(t) == step_keys | ({"optical_path"} if r is s else set()) for t in r["steps"])
         assert all(set(t) == registration_keys for t in r["registrations"])
         # path_length leaves out a leg that leaves, whose length is 0
         near(math.fsum(t["length"] for t in r["steps"]), r["path_length"], 1e-5 if r is m else 1e-13, "length")
@@ -78,4 +78,43 @@ PY
 # Ranks change nothing.
 expect 0 '' mpirun -np 2 "$RAYMAP" report scene.yaml --ray 12 --seed 7 --json
 cmp stdout.txt scene-12.json || failures=1
+
+# Many rays in one list: each as it is alone, written by any number of ranks; in a gradient medium
+# the first direction of a leg and the path at every step.
+expect 2 'ends before it begins' "$RAYMAP" report scene.yaml --rays 4..3
+expect 2 'range as 0..99' "$RAYMAP" report scene.yaml --rays 4
+expect 2 'whole number' "$RAYMAP" report scene.yaml --rays 4..x
+expect 2 '--ray or --rays' "$RAYMAP" report scene.yaml --rays 4..5 --ray 4
+expect 3 "of a map: raymap report a.raymap 12" "$RAYMAP" report a.raymap --rays 12..13
+expect 0 '^ray +13' "$RAYMAP" report scene.yaml --rays 12..13
+sed '/name: panel/d' "$SOURCE_DIR/tests/data/curved-legs.yaml" >curved.yaml
+expect 0 '^\[' "$RAYMAP" report curved.yaml --rays 5..24 --seed 3 --json
+cp stdout.txt list.json
+expect 0 '^\[' mpirun -np 2 "$RAYMAP" report curved.yaml --rays 5..24 --seed 3 --json
+cmp stdout.txt list.json || failures=1
+for ray in 5 7 24; do
+    "$RAYMAP" report curved.yaml --ray $ray --seed 3 --json >scene-$ray.json || failures=1
+done
+cat >list.py <<'PY'
+import json, math
+many = json.load(open("list.json"))
+assert [r["ray"] for r in many] == list(range(5, 25))
+for ray in 5, 7, 24:
+    assert many[ray - 5] == json.load(open(f"scene-{ray}.json")), ray
+curved = 0
+for r in many:
+    at, path = r["start"], 0.0
+    for t in r["steps"]:
+        assert ("first_direction" in t) == ("curve" in t) == ("gradient" in t["events"])
+        assert t["optical_path"] >= path + t["length"] * (1 - 1e-12), t
+        if t.get("curve"):
+            first, chord = t["first_direction"], [b - a for a, b in zip(at, t["curve"][0])]
+            assert abs(math.hypot(*first) - 1) < 1e-12
+            assert sum(a * b for a, b in zip(first, chord)) > 0.98 * math.hypot(*chord), t
+            curved += first != t["direction"]
+        at, path = t["position"], t["optical_path"]
+    assert path == r["optical_path"], r
+assert curved > 5, curved
+PY
+/usr/bin/python3 list.py || failures=1
 finish
