@@ -3,6 +3,7 @@
 
 #include <math.h>
 
+#include "analysis/criterion_hint.h"
 #include "base/grouped.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
@@ -16,6 +17,16 @@ static double total_flux(const struct rmap_map *map)
     for (size_t s = 0; s < scene->n_source; s++)
         total += scene->source[s].flux;
     return total;
+}
+
+void rmap_query_count_hint(const struct rmap_context *context, const struct rmap_map *map,
+                           const struct rmap_criterion *criterion, const struct rmap_count *count)
+{
+    char hint[RMAP_CRITERION_HINT_NBYTES] = "";
+    if (count->rays == 0 && !context->quiet)
+        rmap_criterion_hint(criterion, map, hint);
+    if (hint[0])
+        fprintf(stderr, "raymap: no ray matches: %s\n", hint);
 }
 
 json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
@@ -78,6 +89,8 @@ enum rmap_status rmap_query_count_print(const struct rmap_context *context,
 {
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
+    for (size_t c = 0; c < n_criterion; c++)
+        rmap_query_count_hint(context, map, criterion[c], &count[c]);
     if (context->json) {
         json_t *list = json_array();
         for (size_t c = 0; c < n_criterion; c++)

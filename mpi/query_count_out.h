@@ -19,6 +19,10 @@ rmap_query_count_print(const struct rmap_context *context, const struct rmap_map
                        const struct rmap_registered_list *registered, size_t n_criterion,
                        double seconds, struct rmap_error *err) RMAP_MUST_USE;
 
+/* Rank 0. On stderr, unless quiet: why nothing matched, where that can be told without reading. */
+void rmap_query_count_hint(const struct rmap_context *context, const struct rmap_map *map,
+                           const struct rmap_criterion *criterion, const struct rmap_count *count);
+
 /* One of those objects; NULL: memory is short. The caller's. */
 json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
                               const struct rmap_count *count,

@@ -77,13 +77,15 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
     RMAP_TRY(rmap_session_count(context, &session->memo, session->map, criterion, &count,
                                 &registered, err));
     double seconds = rmap_clock_seconds() - begun;
-    if (context->rank == 0 && context->json)
+    if (context->rank == 0 && context->json) {
+        rmap_query_count_hint(context, session->map, criterion, &count);
         st = rmap_json_line(
             rmap_query_count_json(session->map, criterion, &count, registered, seconds), stdout,
             err);
-    else if (context->rank == 0)
+    } else if (context->rank == 0) {
         st = rmap_query_count_print(context, session->map, &criterion, &count, registered, 1,
                                     seconds, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_count_fini(&count);

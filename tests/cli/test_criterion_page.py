@@ -72,6 +72,39 @@ def check_examples(examples):
     return None
 
 
+HINTS = [("registered(sensor, rect(50, 0, 60, 5))", "'sensor' reaches from -18 to 18 and from -12 to 12"),
+         ("hit(lens) and registered(sensor, ellipse(0, 30, 5, 5))", "'sensor' reaches from -18 to 18"),
+         ("registered(sensor, polygon(19, 0, 20, 0, 20, 1))", "lies outside"),
+         ("registered(sensor, rect(1.1, 0, 1.2, 1, rel))", "'sensor' reaches from 0 to 1"),
+         ("registered(far, rect(190 deg, 0 deg, 200 deg, 9 deg))", "'far' reaches from 0 to 180"),
+         ("registered(sensor, cells(36, 0))", "'sensor' has cells 0..35, 0..23"),
+         ('path("T@lens.2 A")', 'wherever in it: path(".* T@lens.2 A .*")'),
+         ('path("T@lens.2 A .*") and hit(lens)', 'wherever in it: path(".* T@lens.2 A .*")'),
+         ('registered(sensor where path("T@lens.2 V"))', 'its registration; wherever in it: path(".* T@lens.2 V")'),
+         ("registered(sensor where time > 1)", "a time without a unit is in seconds"),
+         ("time(sensor) > 0.2", "a time without a unit is in seconds"),
+         ("time(sensor) > 0.2 ns", None), ("registered(sensor, rect(17, 11, 18, 12))", None),
+         ('path(".* E .*")', None), ("not registered(sensor, rect(50, 0, 60, 5)) and ended(error)", None),
+         ("registered(sensor, rect(50, 0, 60, 5)) == 0 and ended(error)", None), ("all", None)]
+
+
+def check_hints():
+    """An answer of 0 comes with a hint on stderr where one can be given, and JSON as ever."""
+    for text, words in HINTS:
+        plain, quiet = (program("query", "page.raymap", text, "--count", "--json", *more) for more in ((), ("-q",)))
+        if ("no ray matches" in plain.stderr) != (words is not None) or (words or "") not in plain.stderr:
+            fail(f"{text}: the hint is {plain.stderr!r}, not {words!r}")
+        answers = [json.loads(done.stdout) for done in (plain, quiet)]
+        for answer in answers:
+            del answer["seconds"]
+        if answers[0] != answers[1] or quiet.stderr or (answers[0]["rays"]["matched"] == 0) != (text != "all"):
+            fail(f"{text}: {answers} {quiet.stderr}")
+    talk = subprocess.run([PROGRAM, "session", "page.raymap"], input='path("T@lens.2 A")\n', capture_output=True,
+                          text=True, check=False)
+    if "wherever in it" not in talk.stderr:
+        fail(f"a session hints {talk.stderr!r}")
+
+
 def check_console(lines):
     shown = "\n".join(lines)
     for command, expected in re.findall(r"^\$ raymap (.*)\n((?:(?!\$ ).*\n?)*)", shown, re.M):
@@ -95,6 +128,7 @@ def main():
         sys.exit(trace.stderr)
     examples = [(line, *parse(line)) for kind, lines in found if kind == "criterion" for line in lines]
     check_examples(examples)
+    check_hints()
     for kind, lines in found:
         if kind == "console":
             check_console(lines)
