@@ -8,6 +8,7 @@
 #include "analysis/compare.h"
 #include "analysis/text_table.h"
 #include "io/json_number.h"
+#include "io/map_json.h"
 
 static const char *flux_unit(const struct rmap_comparison *self)
 {
@@ -183,9 +184,10 @@ static json_t *sample_json(const struct rmap_comparison *self, int k)
     json_t *only = json_array();
     for (size_t i = 0; i < self->n_only[k]; i++)
         json_array_append_new(only, json_string(self->only[k][i]));
-    return json_pack("{s:s, s:s, s:o, s:o}", "map", self->path[k], "criterion",
-                     self->criterion[k] ? self->criterion[k] : "all", "which",
-                     rmap_which_json(self->which[k]), "only_here", only);
+    return rmap_json_of_map(json_pack("{s:s, s:s, s:o, s:o}", "map", self->path[k], "criterion",
+                                      self->criterion[k] ? self->criterion[k] : "all", "which",
+                                      rmap_which_json(self->which[k]), "only_here", only),
+                            self->map[k]);
 }
 
 json_t *rmap_comparison_json(const struct rmap_comparison *self)

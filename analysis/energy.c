@@ -150,6 +150,7 @@ enum rmap_status rmap_energy_create(const struct rmap_map *map, const char *map_
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the energy balance");
     energy->scene = rmap_map_scene(map);
     energy->map = map_name;
+    energy->of = map;
     energy->criterion = criterion;
     energy->unit = energy->scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
     for (size_t s = 0; s < sums->n_source; s++) {

@@ -47,6 +47,7 @@ struct rmap_energy_table {
 
 struct rmap_energy {
     const struct rmap_scene *scene; /* borrowed */
+    const struct rmap_map *of;      /* borrowed */
     const struct rmap_which *which; /* registrations that were counted, borrowed; NULL: all */
     const char *map, *criterion;    /* borrowed; criterion NULL: all rays */
     const char *unit;               /* "W" or "lm" */

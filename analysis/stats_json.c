@@ -2,6 +2,7 @@
 
 #include "analysis/stats_text.h"
 #include "io/json_number.h"
+#include "io/map_json.h"
 
 /* json_object_set_new ignores what could not be made: the document is checked at its end. */
 static void set(json_t *object, const char *key, json_t *value, bool *short_of_memory)
@@ -177,7 +178,7 @@ json_t *rmap_stats_json(const struct rmap_stats *stats, const struct rmap_stats_
         set(object, "groups", groups, &failed);
     }
     if (!failed)
-        return object;
+        return rmap_json_of_map(object, stats->setup->quantities->map);
     json_decref(object);
     return NULL;
 }

@@ -2,6 +2,7 @@
 #include "io/map_rays.h"
 
 #include "base/alloc.h"
+#include "io/selection.h"
 
 struct rmap_ray_range rmap_run_rays(const struct rmap_run_row *run)
 {
@@ -36,4 +37,24 @@ enum rmap_status rmap_rays_wanted(const struct rmap_map *map, struct rmap_ray_se
     enum rmap_status st = rmap_ray_set_make(range, n, set, err);
     rmap_free(range);
     return st;
+}
+
+bool rmap_rays_asked(const struct rmap_map *map, uint64_t *n_ret)
+{
+    struct rmap_ray_set set = {0};
+    *n_ret = 0;
+    if (rmap_map_selection(map) || rmap_map_n_run(map) == 0 ||
+        rmap_rays_wanted(map, &set, NULL) != RMAP_OK)
+        return false;
+    *n_ret = rmap_ray_set_count(&set);
+    rmap_ray_set_fini(&set);
+    return *n_ret <= INT64_MAX;
+}
+
+bool rmap_map_is_whole(const struct rmap_map *map)
+{
+    const struct rmap_selection *picked = rmap_map_selection(map);
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
+    return summary.complete && (!picked || picked->complete);
 }

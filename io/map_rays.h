@@ -18,4 +18,10 @@ enum rmap_status rmap_rays_held(const struct rmap_map_content *content, struct r
 enum rmap_status rmap_rays_wanted(const struct rmap_map *map, struct rmap_ray_set *set,
                                   struct rmap_error *err) RMAP_MUST_USE;
 
+/* How many rays a map's runs were asked for. False: not known, as of picked rays. */
+bool rmap_rays_asked(const struct rmap_map *map, uint64_t *n_ret);
+
+/* It holds all rays that were asked for; of picked rays also the map that they were picked from. */
+bool rmap_map_is_whole(const struct rmap_map *map);
+
 #endif

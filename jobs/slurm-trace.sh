@@ -16,8 +16,8 @@
 # itself back into the queue and goes on with --resume. Whatever else ends the ranks (a node that
 # dies, a rank that is killed) costs what was traced since the last flush, and the job goes on too.
 # It does not go on when an attempt added no ray, so that it never circles in the queue for nothing,
-# nor after a mistake in scene or options (2, 3), a damaged map (4) or a full disk (5): its exit
-# status is then raymap's. `sbatch` again with the same arguments resumes whatever is there.
+# nor after a mistake in scene or options (2, 3), a damaged map (4), a full disk (5) or many rays that
+# ended in errors (7): its exit status is then raymap's. `sbatch` again with the same arguments resumes whatever is there.
 #
 # By the environment: RAYMAP, the program (raymap); LAUNCHER, what starts the ranks
 # ("mpirun --bind-to none"; "srun" where Slurm starts MPI programs itself); RESTARTS, how often the
@@ -72,7 +72,7 @@ if [ $status -eq 0 ]; then
     say "complete: $after rays"
 elif [ -n "$cancelled" ]; then
     say "cancelled with $after of $rays rays; sbatch again goes on"
-elif [ $status -le 5 ]; then
+elif [ $status -le 5 ] || [ $status -eq 7 ]; then
     say "raymap trace left with status $status; the job ends"
 elif [ "$after" -le "$before" ]; then
     say "this attempt added no ray (status $status), so another would not either; the job ends"

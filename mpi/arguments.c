@@ -17,7 +17,8 @@ enum { OPTION_MAX = 48, FIRST_CODE = 256 };
 static const struct rmap_option common_option[] = {
     {"threads", 0, "N", "worker threads per rank (default: the rank's share of the cores)"},
     {"json", 0, NULL, "print exactly one JSON document"},
-    {"quiet", 'q', NULL, "no progress and no remarks"},
+    {"quiet", 'q', NULL,
+     "no progress and no remarks; results, and warnings that they are not of all rays, stay"},
     {"help", 'h', NULL, "this text"},
     {NULL, 0, NULL, NULL},
 };

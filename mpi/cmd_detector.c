@@ -13,6 +13,7 @@
 #include "analysis/spot.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
+#include "io/map_json.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/detector_out.h"
@@ -184,7 +185,8 @@ struct answer {
 };
 
 static enum rmap_status show(const struct rmap_context *context, const struct request *request,
-                             const struct answer *answer, struct rmap_error *err)
+                             const struct rmap_map *map, const struct answer *answer,
+                             struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_detector_image *image = answer->image;
@@ -197,7 +199,7 @@ static enum rmap_status show(const struct rmap_context *context, const struct re
         json_t *document = rmap_detector_image_json(image, request->where);
         if (document && answer->spot)
             rmap_spot_json(answer->spot, document);
-        return rmap_json_print(document, stdout, err);
+        return rmap_json_print(rmap_json_of_map(document, map), stdout, err);
     }
     rmap_detector_image_print(image, request->where, stdout);
     if (answer->spot)
@@ -375,7 +377,7 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     if (request.spot)
         RMAP_TRY(find_spot(context, &request, &ask, &choice, &answer, err));
     if (context->rank == 0)
-        st = show(context, &request, &answer, err);
+        st = show(context, &request, map, &answer, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_spot_destroy(answer.spot);

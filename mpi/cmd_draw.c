@@ -9,6 +9,7 @@
 #include "analysis/figure_draw.h"
 #include "analysis/scene_glb.h"
 #include "base/alloc.h"
+#include "io/map_json.h"
 #include "io/raster.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
@@ -186,10 +187,12 @@ static enum rmap_status tell(const struct drawing *self, struct rmap_error *err)
     const uint64_t n_drawn = self->rays->n_row[RMAP_TABLE_RAY], n_matched = self->count[0].rays;
     const char *path = self->request.output_path;
     if (self->context->json)
-        return rmap_json_print(json_pack("{s:s, s:s, s:{s:I, s:I}}", "output", path, "criterion",
-                                         self->where ? self->where : "all", "rays", "matched",
-                                         (json_int_t)n_matched, "drawn", (json_int_t)n_drawn),
-                               stdout, err);
+        return rmap_json_print(
+            rmap_json_of_map(json_pack("{s:s, s:s, s:{s:I, s:I}}", "output", path, "criterion",
+                                       self->where ? self->where : "all", "rays", "matched",
+                                       (json_int_t)n_matched, "drawn", (json_int_t)n_drawn),
+                             self->map),
+            stdout, err);
     if (self->context->quiet)
         return RMAP_OK;
     printf("%s: %llu of %llu matching rays drawn\n", path, (unsigned long long)n_drawn,

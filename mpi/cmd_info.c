@@ -11,6 +11,7 @@
 #include "io/map_content.h"
 #include "io/map_directory.h"
 #include "io/map_history.h"
+#include "io/map_rays.h"
 #include "io/selection.h"
 #include "mpi/agree.h"
 #include "mpi/balance.h"
@@ -164,6 +165,14 @@ static json_t *info_json(const struct rmap_map *map, const struct rmap_map_summa
                   "index", "pieces", (json_int_t)indexed->n_piece, "bytes",
                   (json_int_t)indexed->nbytes, "unused", (json_int_t)indexed->n_unused, "why",
                   indexed->why.text, "selection", selection_json(rmap_map_selection(map)));
+    uint64_t asked = 0;
+    const bool is_known = rmap_rays_asked(map, &asked);
+    if (info)
+        (void)json_object_set_new(info, "rays_asked",
+                                  is_known ? json_integer((json_int_t)asked) : json_null());
+    if (info)
+        (void)json_object_set_new(info, "rays_traced",
+                                  json_integer((json_int_t)summary->n_row[RMAP_TABLE_RAY]));
     if (info && rmap_scene_is_curved(rmap_map_scene(map)))
         (void)json_object_set_new(info, "curve_points",
                                   json_integer((json_int_t)summary->n_row[RMAP_TABLE_CURVE]));
@@ -220,10 +229,13 @@ static void print_info(const char *path, const struct rmap_map *map,
     char digest[33];
     rmap_digest_text(summary->digest, digest);
     double n_segment = (double)summary->n_row[RMAP_TABLE_SEGMENT];
+    uint64_t asked = 0;
     fprintf(out, "%s: %s\n", path,
             summary->complete ? "complete"
             : damaged         ? "damaged: pieces are missing or cut off"
                               : unfinished(path, map));
+    if (rmap_rays_asked(map, &asked) && asked != summary->n_row[RMAP_TABLE_RAY])
+        fprintf(out, "  asked for: %s\n", rmap_counted(asked, "ray").text);
     fprintf(out, "  %s, %s, %s", rmap_counted(summary->n_row[RMAP_TABLE_RAY], "ray").text,
             rmap_counted(summary->n_row[RMAP_TABLE_SEGMENT], "segment").text,
             rmap_counted(summary->n_row[RMAP_TABLE_REGISTRATION], "registration").text);

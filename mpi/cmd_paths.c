@@ -11,6 +11,7 @@
 #include "analysis/path_matrix.h"
 #include "base/alloc.h"
 #include "io/diagnostics.h"
+#include "io/map_json.h"
 #include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
@@ -184,7 +185,7 @@ static enum rmap_status print_json(const struct request *request, const struct a
     if (document)
         st = rmap_path_matrix_json(&request->matrix, answer->sum, answer->n_sum, document, err);
     if (st == RMAP_OK)
-        return rmap_json_print(document, out, err);
+        return rmap_json_print(rmap_json_of_map(document, answer->report->map), out, err);
     json_decref(document);
     return st;
 }

@@ -6,6 +6,7 @@
 
 #include "analysis/figure_detector.h"
 #include "analysis/figure_energy.h"
+#include "io/map_json.h"
 #include "io/raster.h"
 #include "io/whole_file.h"
 #include "mpi/agree.h"
@@ -57,7 +58,8 @@ static enum rmap_status write_file(const struct rmap_energy *energy, const char 
     if (strcasecmp(strrchr(path, '.'), ".csv") == 0)
         rmap_energy_csv(energy, whole.file);
     else
-        RMAP_TRY(rmap_json_print(rmap_energy_json(energy), whole.file, err));
+        RMAP_TRY(rmap_json_print(rmap_json_of_map(rmap_energy_json(energy), energy->of), whole.file,
+                                 err));
     st = rmap_whole_file_finish(&whole, err);
 out:
     rmap_whole_file_fini(&whole);
@@ -87,7 +89,7 @@ static enum rmap_status show(const struct rmap_context *context, const struct rm
     if (st != RMAP_OK)
         return st;
     if (context->json)
-        return rmap_json_print(rmap_energy_json(energy), stdout, err);
+        return rmap_json_print(rmap_json_of_map(rmap_energy_json(energy), energy->of), stdout, err);
     return rmap_energy_print(energy, stdout, err);
 }
 

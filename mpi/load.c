@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_rays.h"
 #include "io/map_state.h"
 #include "io/map_writer.h"
 #include "mpi/agree.h"
@@ -144,15 +145,24 @@ out:
     return st;
 }
 
-/* An answer from part of the rays must not be taken for one from all. */
-static void remark_incomplete(const struct rmap_context *context, const char *path,
-                              const struct rmap_map *map)
+/* An answer from part of the rays must not be taken for one from all: no wish for quiet silences
+ * that. */
+static void warn_incomplete(const struct rmap_context *context, const char *path,
+                            const struct rmap_map *map)
 {
     struct rmap_map_summary summary;
+    char asked[RMAP_GROUPED_LEN];
+    uint64_t n_asked = 0;
+    if (context->rank != 0 || rmap_map_is_whole(map))
+        return;
     rmap_map_summarise(map, &summary);
-    if (context->rank == 0 && !context->quiet && !summary.complete)
+    const struct rmap_counted held = rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray");
+    if (rmap_rays_asked(map, &n_asked))
+        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s of %s\n", path,
+                held.text, rmap_grouped(n_asked, asked));
+    else
         fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s\n", path,
-                rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray").text);
+                held.text);
 }
 
 enum rmap_status rmap_load_accel(const struct rmap_context *context, const struct rmap_scene *scene,
@@ -199,7 +209,7 @@ enum rmap_status rmap_load_map(const struct rmap_context *context, const char *p
     st = join_map(context, path, st, &map, err);
     if (st != RMAP_OK)
         return st;
-    remark_incomplete(context, path, map);
+    warn_incomplete(context, path, map);
     *map_ret = map;
     return RMAP_OK;
 }

@@ -91,6 +91,7 @@ void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE
           ".TP\n4\ndamaged or foreign map\n"
           ".TP\n5\nthe system failed: disk full, no memory, no permission\n"
           ".TP\n6\nstopped early by a signal or a time limit; the map holds what was traced\n"
+          ".TP\n7\ntraced to the end, but more than 0.1 % of the rays ended in an error\n"
           ".SH EXAMPLES\n.nf\n"
           "mpirun \\-np 4 raymap trace lens.yaml \\-o lens.raymap \\-n 10M\n"
           "raymap query lens.raymap \\(aqregistered(sensor where ghost_order >= 1)\\(aq\n"

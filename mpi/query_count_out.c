@@ -5,6 +5,7 @@
 
 #include "analysis/criterion_hint.h"
 #include "base/grouped.h"
+#include "io/map_json.h"
 #include "mpi/balance.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
@@ -51,7 +52,7 @@ json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_crit
         "seconds", seconds);
     if (document && rmap_criterion_name(criterion))
         (void)json_object_set_new(document, "name", json_string(rmap_criterion_name(criterion)));
-    return document;
+    return rmap_json_of_map(document, map);
 }
 
 static void print_row(const char *what, uint64_t matched, uint64_t total)

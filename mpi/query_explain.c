@@ -7,6 +7,7 @@
 #include "analysis/query_plan.h"
 #include "base/grouped.h"
 #include "io/map_history.h"
+#include "io/map_json.h"
 #include "mpi/json_out.h"
 #include "mpi/query_rays_out.h"
 
@@ -80,7 +81,8 @@ enum rmap_status rmap_query_explain(const struct rmap_context *context, const st
         struct rmap_query_plan plan;
         RMAP_TRY(rmap_query_plan(map, criterion[c], rays_wanted, &plan, err));
         if (context->json)
-            (void)json_array_append_new(list, explain_json(map, criterion[c], &plan, &indexed));
+            (void)json_array_append_new(
+                list, rmap_json_of_map(explain_json(map, criterion[c], &plan, &indexed), map));
         else
             print_text(map, criterion[c], &plan, &indexed);
     }

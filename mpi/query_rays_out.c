@@ -9,6 +9,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/json_memory.h"
+#include "io/map_json.h"
 #include "io/polydata.h"
 #include "io/whole_file.h"
 #include "mpi/balance.h"
@@ -165,9 +166,10 @@ enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *self, struct rmap_er
     if (st != RMAP_OK)
         return st;
     if (self->context->json)
-        return rmap_json_print(
-            json_pack("{s:s, s:I}", "output", self->path, "rays", (json_int_t)self->n_ray), stdout,
-            err);
+        return rmap_json_print(rmap_json_of_map(json_pack("{s:s, s:I}", "output", self->path,
+                                                          "rays", (json_int_t)self->n_ray),
+                                                self->map),
+                               stdout, err);
     if (!self->context->quiet)
         fprintf(stderr, "%s: %s, %s\n", self->path, rmap_counted(self->n_ray, "ray").text,
                 rmap_counted(self->n_segment, "segment").text);

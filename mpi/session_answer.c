@@ -8,6 +8,7 @@
 #include "analysis/ray_report.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_json.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
@@ -134,7 +135,9 @@ static enum rmap_status list_rays(const struct rmap_session *session,
         st = rmap_rays_out_finish(out, err);
     else if (context->rank == 0)
         st = rmap_json_line(
-            json_pack("{s:s, s:O}", "criterion", rmap_criterion_text(criterion), "rays", list.rays),
+            rmap_json_of_map(json_pack("{s:s, s:O}", "criterion", rmap_criterion_text(criterion),
+                                       "rays", list.rays),
+                             session->map),
             stdout, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:

@@ -112,6 +112,27 @@ static void end_without(struct rmap_trace_session *self, enum rmap_status st,
     (void)MPI_Abort(survivors->context.comm, (int)st);
 }
 
+/* Rank 0. More than that share of the map's rays ended in an error: what it says of the rest may be
+ * of another scene than the one that was meant. */
+static enum rmap_status check_errors(const struct rmap_trace_session *self, struct rmap_error *err)
+{
+    const double most = 1e-3;
+    const struct rmap_tally *tally = self->outcome.tally;
+    double errors = 0.0, emitted = 0.0;
+    for (size_t s = 0; s < tally->scene->n_source; s++) {
+        errors += tally->error[s];
+        emitted += tally->emitted[s];
+    }
+    if (!(errors > most * emitted))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_LOST,
+                          "%.3g %% of the rays ended in an error, more than %g %%%s; raymap report "
+                          "SCENE --ray %llu shows the first",
+                          100.0 * errors / emitted, 100.0 * most,
+                          self->request.map_path ? " (the map is whole and kept)" : "",
+                          (unsigned long long)tally->first_error_ray);
+}
+
 enum rmap_status rmap_trace_session_conclude(struct rmap_trace_session *self,
                                              struct rmap_error *err)
 {
@@ -128,6 +149,8 @@ enum rmap_status rmap_trace_session_conclude(struct rmap_trace_session *self,
             outcome->interrupt ? rmap_interrupt_name(outcome->interrupt) : "the time limit",
             rmap_grouped(n_traced, traced), rmap_counted(outcome->n_wanted, "ray").text,
             self->request.map_path ? "; the map holds them, and --resume traces the rest" : "");
+    if (st == RMAP_OK && self->context->rank == 0)
+        st = check_errors(self, err);
     st = rmap_agree(self->context, st, err);
     if (missing && self->context->rank == 0)
         end_without(self, st, err);

@@ -17,7 +17,8 @@ enum rmap_status {
     RMAP_INPUT = 3,    /* scene, criterion or a name in them is wrong, or a file is missing */
     RMAP_FORMAT = 4,   /* a file exists but is no map, or a damaged one */
     RMAP_SYSTEM = 5,   /* disk full, no memory, no permission, a library failed */
-    RMAP_STOPPED = 6   /* ended early by a signal or a time limit */
+    RMAP_STOPPED = 6,  /* ended early by a signal or a time limit */
+    RMAP_LOST = 7      /* traced, but too many rays ended in an error */
 };
 
 #define RMAP_ERROR_TEXT_LEN 1024

@@ -20,7 +20,7 @@ done
 [ "${rays:-0}" -gt 0 ] || fail "a live map shows no rays"
 "$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json 2>remark.txt || fail "a live map answers no query"
 grep -q 'live.raymap is not complete (see: raymap info): it holds [0-9,]* rays' remark.txt || fail "query does not say that the map is not complete"
-[ -z "$("$RAYMAP" query live.raymap 'ray < 5' --limit 1 --quiet 2>&1 >/dev/null)" ] || fail "query --quiet talks"
+"$RAYMAP" query live.raymap 'ray < 5' --limit 1 --quiet 2>&1 >/dev/null | grep -q "is not complete" || fail "query --quiet keeps silent"
 
 # All ranks work on what one of them found: none need find the same at the same moment.
 mpirun -np 3 "$RAYMAP" query live.raymap 'source(star)' --count --json >counted.json || fail "a live map answers no query of ranks"
