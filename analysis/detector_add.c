@@ -44,6 +44,19 @@ static void add_colour(struct rmap_detector_sums *sums, const struct rmap_portio
         sums->colour[3 * hit->cell + k] += llround(sum[k] / 65535.0 * flux / sums->quantum);
 }
 
+/* Of a leg's light, the part of 65535 that channel c has; or how much of it is seen. */
+static double share_of(const struct rmap_detector_sums *sums, const struct rmap_portion *portion,
+                       size_t leg, size_t c)
+{
+    const uint16_t *share = portion->colour + leg * (size_t)portion->n_channel;
+    double seen = 0.0;
+    if (!sums->ask.luminous)
+        return share[c];
+    for (int i = 0; i < portion->n_channel; i++)
+        seen += share[i] * sums->channel_luminous[i];
+    return seen;
+}
+
 /* Registrations of one ray in the same cell (or, cell n_cell, in any), channel by channel. */
 static void add_shares(struct rmap_detector_sums *sums, const struct rmap_portion *portion,
                        const struct rmap_detector_hit *hit, size_t n_hit, size_t source,
@@ -53,7 +66,7 @@ static void add_shares(struct rmap_detector_sums *sums, const struct rmap_portio
     for (size_t c = 0; c < sums->n_channel; c++) {
         double share = 0.0;
         for (size_t k = 0; k < n_hit; k++)
-            share += portion->colour[hit[k].leg * (size_t)portion->n_channel + c];
+            share += share_of(sums, portion, hit[k].leg, c);
         if (share == 0.0)
             continue;
         const uint64_t q = (uint64_t)llround(weight * share);
@@ -198,7 +211,11 @@ static enum rmap_status enter_space(struct rmap_detector_sums *sums,
     sums->space = (int32_t)rays->space;
     if (sums->n_colour)
         channel_colours_as(scene, first->channels.mode, sums->channel_colour);
-    if (sums->n_channel && !same_channels(&scene->channels, &first->channels))
+    for (int i = 0; sums->ask.luminous && i < scene->channels.n; i++)
+        sums->channel_luminous[i] =
+            rmap_channel_luminous(&scene->channels, i) / sums->luminous_unit;
+    if (sums->n_channel && !sums->ask.luminous &&
+        !same_channels(&scene->channels, &first->channels))
         return tell_other_channels(sums->ask.map, err);
     return RMAP_OK;
 }

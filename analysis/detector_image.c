@@ -6,7 +6,7 @@
 #include "base/alloc.h"
 #include "optics/spectrum.h"
 
-static void name_units(struct rmap_detector_image *image)
+static void name_units(struct rmap_detector_image *image, bool luminous)
 {
     static const char *const name[][2] = {
         [RMAP_PER_AREA] = {"irradiance", "illuminance"},
@@ -17,7 +17,7 @@ static void name_units(struct rmap_detector_image *image)
                                           [RMAP_PER_SOLID_ANGLE] = {"W/sr", "cd"},
                                           [RMAP_PER_AREA_AND_ANGLE] = {"W/(m2 sr)", "cd/m2"},
                                           [RMAP_PER_CELL] = {"W", "lm"}};
-    const int lumens = image->scene->flux_unit == RMAP_FLUX_LM;
+    const int lumens = luminous || image->scene->flux_unit == RMAP_FLUX_LM;
     image->flux_unit = unit[RMAP_PER_CELL][lumens];
     image->quantity = name[image->bins.quantity][lumens];
     image->unit = unit[image->bins.quantity][lumens];
@@ -42,6 +42,30 @@ static double error_of(double variance)
     return isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0));
 }
 
+/* Cell c of a channel, or behind the cells its total: flux and standard error. */
+static void channel_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
+                          size_t channel, size_t c, double *value, double *error)
+{
+    double variance = 0.0;
+    *value = 0.0;
+    for (size_t s = 0; s < sums->n_source; s++) {
+        const uint64_t *share =
+            sums->share + (s * sums->n_channel + channel) * (sums->n_cell + 1) + c;
+        add_flux(map, s, (double)share[0] / 65535.0,
+                 (double)share[sums->n_share / 2] / (65535.0 * 65535.0), value, &variance);
+    }
+    *error = error_of(variance);
+}
+
+/* The same of what is seen of it, in lm. */
+static void luminous_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
+                           size_t c, double *value, double *error)
+{
+    channel_value(map, sums, 0, c, value, error);
+    *value *= sums->luminous_unit;
+    *error *= sums->luminous_unit;
+}
+
 static void fill_cells(struct rmap_detector_image *image, const struct rmap_map *map,
                        const struct rmap_detector_sums *sums)
 {
@@ -53,9 +77,11 @@ static void fill_cells(struct rmap_detector_image *image, const struct rmap_map 
             image->rays[c] += w[0];
         }
         uint32_t i = (uint32_t)(c % image->n[0]);
-        double extent = rmap_detector_bins_extent(&image->bins, i);
+        double extent = rmap_detector_bins_extent(&image->bins, i), error = error_of(variance);
+        if (sums->ask.luminous)
+            luminous_value(map, sums, c, &flux, &error);
         image->value[c] = flux / extent;
-        image->standard_error[c] = error_of(variance) / extent;
+        image->standard_error[c] = error / extent;
         image->registrations += image->rays[c];
         for (size_t k = 0; k < 3 && sums->n_colour; k++)
             image->rgb[3 * c + k] = (double)sums->colour[3 * c + k] * sums->quantum / extent;
@@ -96,6 +122,8 @@ static void fill_totals(struct rmap_detector_image *image, const struct rmap_map
         add_flux(map, s, sums->total[s], sums->total[sums->n_source + s], &image->flux, &variance);
     double extent = rmap_detector_bins_whole(&image->bins);
     image->flux_error = error_of(variance);
+    if (sums->ask.luminous)
+        luminous_value(map, sums, sums->n_cell, &image->flux, &image->flux_error);
     image->mean = image->flux / extent;
     image->mean_error = image->flux_error / extent;
     image->peak_x = image->peak_y = (double)NAN;
@@ -105,26 +133,11 @@ static void fill_totals(struct rmap_detector_image *image, const struct rmap_map
     fill_centroid(image, map, sums);
 }
 
-/* Cell c of a channel, or behind the cells its total: flux and standard error. */
-static void channel_value(const struct rmap_map *map, const struct rmap_detector_sums *sums,
-                          size_t channel, size_t c, double *value, double *error)
-{
-    double variance = 0.0;
-    *value = 0.0;
-    for (size_t s = 0; s < sums->n_source; s++) {
-        const uint64_t *share =
-            sums->share + (s * sums->n_channel + channel) * (sums->n_cell + 1) + c;
-        add_flux(map, s, (double)share[0] / 65535.0,
-                 (double)share[sums->n_share / 2] / (65535.0 * 65535.0), value, &variance);
-    }
-    *error = error_of(variance);
-}
-
 static enum rmap_status fill_channels(struct rmap_detector_image *image, const struct rmap_map *map,
                                       const struct rmap_detector_sums *sums, struct rmap_error *err)
 {
     const size_t n = sums->n_cell, n_channel = sums->n_channel;
-    if (n_channel == 0)
+    if (n_channel == 0 || sums->ask.luminous)
         return RMAP_OK;
     image->n_channel = n_channel;
     image->cube = rmap_alloc(n * n_channel, sizeof *image->cube);
@@ -170,7 +183,7 @@ enum rmap_status rmap_detector_image_create(const struct rmap_map *map,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an image of %zu cells",
                               sums->n_cell);
     }
-    name_units(image);
+    name_units(image, sums->ask.luminous);
     fill_cells(image, map, sums);
     fill_totals(image, map, sums);
     RMAP_TRY(fill_channels(image, map, sums, err));

@@ -5,6 +5,7 @@
 
 #include "analysis/fold_blocks.h"
 #include "base/alloc.h"
+#include "optics/spectrum.h"
 #include "trace/tally.h"
 
 /* The map's whole flux, in units of the quantum: leaves room for a ray to be registered 2^11
@@ -18,6 +19,21 @@ enum rmap_status rmap_detector_sums_init(struct rmap_detector_sums *sums,
     struct rmap_detector_ask ask = {.map = map, .detector = detector, .colour = colour};
     rmap_detector_bins_own(rmap_map_scene(map), detector, &ask.bins);
     return rmap_detector_sums_init_as(sums, &ask, err);
+}
+
+double rmap_channel_luminous(const struct rmap_channels *channels, int channel)
+{
+    double alone[RMAP_CHANNEL_MAX] = {0.0};
+    alone[channel] = 1.0;
+    return rmap_luminous_efficacy(channels, alone);
+}
+
+double rmap_luminous_most(const struct rmap_channels *channels)
+{
+    double most = 0.0;
+    for (int i = 0; i < channels->n; i++)
+        most = fmax(most, rmap_channel_luminous(channels, i));
+    return most > 0.0 ? most : 1.0;
 }
 
 /* The arrays of sums, for those who copy them as bytes. */
@@ -54,7 +70,8 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
         .ask = *ask, .n_source = scene->n_source, .n_cell = (size_t)n[0] * n[1], .space = -1};
     sums->n_weight = 2 * sums->n_source * sums->n_cell;
     sums->n_colour = ask->colour ? 3 * sums->n_cell : 0;
-    sums->n_channel = ask->channels ? (size_t)scene->channels.n : 0;
+    sums->n_channel = ask->luminous ? 1 : ask->channels ? (size_t)scene->channels.n : 0;
+    sums->luminous_unit = ask->luminous ? rmap_luminous_most(&scene->channels) : 0.0;
     sums->n_share = 2 * sums->n_source * sums->n_channel * (sums->n_cell + 1);
     double flux = 0.0;
     for (size_t s = 0; s < scene->n_source; s++)
@@ -182,7 +199,7 @@ rmap_column_set rmap_detector_sums_columns(const struct rmap_detector_ask *ask)
         RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) | rmap_detector_bins_columns(&ask->bins);
     if (ask->centre)
         columns |= RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
-    if (ask->colour || ask->channels)
+    if (ask->colour || ask->channels || ask->luminous)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_colour);
     return columns;
 }

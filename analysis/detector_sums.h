@@ -25,6 +25,7 @@ struct rmap_detector_ask {
     struct rmap_detector_bins bins;
     bool colour;   /* per cell, as light looks */
     bool channels; /* per cell and channel of colour space 0 */
+    bool luminous; /* per cell, weighted by V(lambda): of fluxes in W; not with `channels` */
     bool centre;   /* where the light falls, of planes */
 };
 
@@ -41,6 +42,7 @@ struct rmap_detector_sums {
     int64_t *colour; /* [n_cell][3] CIE XYZ (spectral) or linear RGB, in units of quantum */
     double quantum;  /* flux */
     size_t n_channel, n_share; /* 0: no channels wanted */
+    double luminous_unit;      /* lm/W that a share of 65535 stands for, where luminous */
     uint64_t *share;           /* [2][n_source][n_channel][n_cell + 1] sums of shares of 65535 and
                                   of their squares per ray; behind the cells their total */
     struct rmap_exact_sum *centre; /* [n_source][4]: weight, times x, y, x^2 + y^2; or NULL */
@@ -49,6 +51,7 @@ struct rmap_detector_sums {
     size_t cap_hit;
     int32_t space; /* of the colours below; -1: none yet */
     double channel_colour[RMAP_CHANNEL_MAX][3];
+    double channel_luminous[RMAP_CHANNEL_MAX]; /* lm/W over luminous_unit */
 };
 
 /* What one state may take; more is refused. */
@@ -64,6 +67,10 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
                                             const struct rmap_detector_ask *ask,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_detector_sums_fini(struct rmap_detector_sums *sums);
+
+/* lm/W of the light of a channel; the most of any, 1 where none is seen. */
+double rmap_channel_luminous(const struct rmap_channels *channels, int channel);
+double rmap_luminous_most(const struct rmap_channels *channels);
 
 /* Adds the image that was accumulated during the trace, in the detector's own cells: each
  * registration is then taken for a ray of its own. */

@@ -74,8 +74,9 @@ static enum rmap_status find_members(const struct rmap_path_classes *classes, st
     if (st == RMAP_OK)
         rmap_path_hasher_key(&hasher, 0, hasher.keyed.n, -1);
     for (size_t i = 0; st == RMAP_OK && i < hasher.keyed.n; i++)
-        work->member[work->n_member++] = (struct member){rmap_path_key_at(&hasher.keyed, i),
-                                                         rmap_path_place_at(&hasher.keyed, i)};
+        if (i == 0 || hasher.keyed.ray[i] != hasher.keyed.ray[i - 1]) /* of several the first */
+            work->member[work->n_member++] = (struct member){rmap_path_key_at(&hasher.keyed, i),
+                                                             rmap_path_place_at(&hasher.keyed, i)};
     rmap_path_hasher_fini(&hasher);
     return st;
 }

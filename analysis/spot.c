@@ -237,6 +237,23 @@ static void fill_nothing(struct rmap_spot *spot)
         spot->mtf[k] = none;
 }
 
+/* The lowest frequency at which the contrast is down to one half, between two of the curve; its
+ * error is that of the contrast there over the slope. NaN: none. */
+static struct rmap_estimate half_contrast(const struct rmap_spot *spot, size_t direction)
+{
+    const struct rmap_estimate *mtf = spot->mtf + direction * spot->n_frequency;
+    for (size_t k = 1; k < spot->n_frequency; k++) {
+        const double fall = mtf[k - 1].value - mtf[k].value;
+        const double back = (0.5 - mtf[k].value) / fall;
+        if (mtf[k].value < 0.5 && mtf[k - 1].value >= 0.5)
+            return (struct rmap_estimate){
+                spot->frequency_step * ((double)k - back),
+                spot->frequency_step / fall *
+                    (back * mtf[k - 1].standard_error + (1.0 - back) * mtf[k].standard_error)};
+    }
+    return (struct rmap_estimate){(double)NAN, (double)NAN};
+}
+
 enum rmap_status rmap_spot_create(const struct rmap_spot_sums *sums, struct rmap_spot **spot_ret,
                                   struct rmap_error *err)
 {
@@ -267,6 +284,8 @@ enum rmap_status rmap_spot_create(const struct rmap_spot_sums *sums, struct rmap
         RMAP_TRY(fill_rings(&totals, spot, err));
         for (size_t k = 0; k < 2 * ask->n_frequency; k++)
             spot->mtf[k] = modulation(&totals, k);
+        for (size_t d = 0; d < 2; d++)
+            spot->half[d] = half_contrast(spot, d);
     } else {
         fill_nothing(spot);
     }

@@ -35,8 +35,9 @@ struct rmap_spot {
     struct rmap_estimate curve[RMAP_SPOT_CURVE]; /* encircled energy at these radii, of 1 */
     double tangential_deg;
     size_t n_frequency;
-    double frequency_step;     /* cycles per unit of length */
-    struct rmap_estimate *mtf; /* [2][n_frequency], tangential first */
+    double frequency_step;        /* cycles per unit of length */
+    struct rmap_estimate *mtf;    /* [2][n_frequency], tangential first */
+    struct rmap_estimate half[2]; /* the lowest frequency with a contrast of one half; NaN: none */
 };
 
 /* NaN everywhere where no light was registered. */

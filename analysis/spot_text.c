@@ -17,23 +17,6 @@ static void print_line(const char *name, struct rmap_estimate estimate, const ch
     fprintf(out, " %s\n", unit);
 }
 
-/* The lowest frequency at which the contrast is down to one half, between two of the curve; its
- * error is that of the contrast there over the slope. NaN: none. */
-static struct rmap_estimate half_contrast(const struct rmap_spot *spot, size_t direction)
-{
-    const struct rmap_estimate *mtf = spot->mtf + direction * spot->n_frequency;
-    for (size_t k = 1; k < spot->n_frequency; k++) {
-        const double fall = mtf[k - 1].value - mtf[k].value;
-        const double back = (0.5 - mtf[k].value) / fall;
-        if (mtf[k].value < 0.5 && mtf[k - 1].value >= 0.5)
-            return (struct rmap_estimate){
-                spot->frequency_step * ((double)k - back),
-                spot->frequency_step / fall *
-                    (back * mtf[k - 1].standard_error + (1.0 - back) * mtf[k].standard_error)};
-    }
-    return (struct rmap_estimate){(double)NAN, (double)NAN};
-}
-
 void rmap_spot_print(const struct rmap_spot *spot, FILE *out)
 {
     print_line("centroid x", spot->centroid[0], spot->unit, out);
@@ -47,7 +30,7 @@ void rmap_spot_print(const struct rmap_spot *spot, FILE *out)
         print_line(name, spot->radius[i], spot->unit, out);
     }
     for (size_t d = 0; d < 2 && spot->n_frequency; d++) {
-        const struct rmap_estimate half = half_contrast(spot, d);
+        const struct rmap_estimate half = spot->half[d];
         const char *name = d == 0 ? "MTF 50 % tan." : "MTF 50 % sag.";
         char unit[64];
         (void)snprintf(unit, sizeof unit, "cycles/%s", spot->unit);
@@ -89,9 +72,8 @@ static json_t *mtf_json(const struct rmap_spot *spot)
     put_lists(mtf, "sagittal", "sagittal_standard_error", spot->mtf + spot->n_frequency,
               spot->n_frequency);
     (void)json_object_set_new(mtf, "half",
-                              json_pack("{s:o, s:o}", "tangential",
-                                        estimate_json(half_contrast(spot, 0)), "sagittal",
-                                        estimate_json(half_contrast(spot, 1))));
+                              json_pack("{s:o, s:o}", "tangential", estimate_json(spot->half[0]),
+                                        "sagittal", estimate_json(spot->half[1])));
     return mtf;
 }
 

@@ -256,6 +256,34 @@ static bool wants_finer(const struct rmap_spot *spot, const struct rmap_detector
     return fmax(least[0], least[1]) > 0.5 && next < finest(detector);
 }
 
+/* Collective. The lowest frequencies with a contrast of one half are those of the first passes that
+ * have them, whatever frequencies are asked for: a curve of few points would pass them over. */
+static enum rmap_status find_half(const struct rmap_context *context, struct rmap_spot_ask *ask,
+                                  const struct rmap_choice *choice, bool may_go_on,
+                                  struct rmap_spot **spot, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_estimate half[2] = {{(double)NAN, (double)NAN}, {(double)NAN, (double)NAN}};
+    int finer = 0;
+    do {
+        rmap_spot_destroy(*spot);
+        *spot = NULL;
+        RMAP_TRY(sum_spot(context, ask, choice, spot, err));
+        for (int d = 0; d < 2 && *spot; d++) {
+            if (isnan(half[d].value))
+                half[d] = (*spot)->half[d];
+            (*spot)->half[d] = half[d];
+        }
+        finer =
+            *spot && may_go_on &&
+            wants_finer(*spot, &rmap_scene_with(ask->map, ask->overlay)->detector[ask->detector]);
+        RMAP_TRY(RMAP_MPI(MPI_Bcast(&finer, 1, MPI_INT, 0, context->comm)));
+        ask->frequency_step *= FINER;
+    } while (finer);
+out:
+    return st;
+}
+
 /* Collective. More passes over the registrations, about the centre that the image found. */
 static enum rmap_status find_spot(const struct rmap_context *context, const struct request *request,
                                   const struct rmap_detector_ask *image_ask,
@@ -269,14 +297,14 @@ static enum rmap_status find_spot(const struct rmap_context *context, const stru
                                 .bins = image_ask->bins,
                                 .n_frequency = request->mtf ? FREQUENCIES : 0,
                                 .tangential_rad = 0.5 * RMAP_PI};
-    double first[4] = {0.0, 0.0, 0.0, request->frequency};
-    int finer = 0;
+    double first[4] = {0.0, 0.0, 0.0, 0.0};
+    struct rmap_spot *own = NULL;
     if (context->rank == 0 && isfinite(answer->image->rms_radius)) {
         const double *centre = answer->image->centroid, rms = answer->image->rms_radius;
         first[0] = centre[0];
         first[1] = centre[1];
         first[2] = hypot(centre[0], centre[1]) > rms ? atan2(centre[1], centre[0]) : 0.5 * RMAP_PI;
-        if (first[3] == 0.0 && rms > 0.0) /* a Gaussian's MTF is 0.007 there */
+        if (rms > 0.0) /* a Gaussian's MTF is 0.007 there */
             first[3] = fmin(round_above(0.5 * sqrt(2.0) / rms), finest(answer->image->detector));
     }
     RMAP_TRY(RMAP_MPI(MPI_Bcast(first, 4, MPI_DOUBLE, 0, context->comm)));
@@ -285,25 +313,54 @@ static enum rmap_status find_spot(const struct rmap_context *context, const stru
     ask.tangential_rad =
         isnan(request->bins.rotate_deg) ? first[2] : ask.bins.rotate_rad + 0.5 * RMAP_PI;
     ask.frequency_step = (first[3] > 0.0 ? first[3] : 1.0) / (FREQUENCIES - 1);
-    do {
+    RMAP_TRY(find_half(context, &ask, choice, request->mtf && first[3] > 0.0, &answer->spot, err));
+    if (request->frequency > 0.0) {
+        ask.frequency_step = request->frequency / (FREQUENCIES - 1);
+        RMAP_TRY(sum_spot(context, &ask, choice, &own, err));
+    }
+    for (int d = 0; d < 2 && own; d++)
+        own->half[d] = answer->spot->half[d];
+    if (own) {
         rmap_spot_destroy(answer->spot);
-        answer->spot = NULL;
-        RMAP_TRY(sum_spot(context, &ask, choice, &answer->spot, err));
-        if (answer->spot)
-            answer->spot->which = choice->which;
-        finer = answer->spot && request->mtf && request->frequency == 0.0 && first[3] > 0.0 &&
-                wants_finer(answer->spot, answer->image->detector);
-        RMAP_TRY(RMAP_MPI(MPI_Bcast(&finer, 1, MPI_INT, 0, context->comm)));
-        ask.frequency_step *= FINER;
-    } while (finer);
+        answer->spot = own;
+    }
+    if (answer->spot)
+        answer->spot->which = choice->which;
 out:
     return st;
 }
 
+/* A list of rays that each have a wavelength. */
+static bool has_own_wavelengths(const struct rmap_source *source)
+{
+    for (size_t i = 0; i < source->n_list; i++)
+        if (source->list[i].channel < 0)
+            return false;
+    return source->n_list > 0;
+}
+
+/* Whether lm are asked for of sources in W: V(lambda) makes them of what the scene says of their
+ * spectra. */
+static enum rmap_status ask_luminous(const struct rmap_scene *scene, const char *quantity,
+                                     bool *luminous_ret, struct rmap_error *err)
+{
+    *luminous_ret =
+        quantity && scene->flux_unit == RMAP_FLUX_W && strcmp(quantity, "illuminance") == 0;
+    for (size_t s = 0; *luminous_ret && s < scene->n_source; s++)
+        if (!scene->source[s].spectrum_given && !has_own_wavelengths(&scene->source[s]))
+            return rmap_error_set(
+                err, RMAP_INPUT,
+                "--quantity %s: the flux of source '%.60s' is in W, and the scene "
+                "does not say its spectrum: give that, or the flux in lm, and "
+                "trace anew; or ask for %s",
+                quantity, scene->source[s].name, *quantity == 'i' ? "irradiance" : "radiance");
+    return RMAP_OK;
+}
+
 /* What is to be summed. */
-static enum rmap_status choose(const struct request *request, const struct rmap_map *map,
-                               const struct rmap_overlay *overlay, struct rmap_detector_ask *ask,
-                               struct rmap_error *err)
+static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
+                               const struct rmap_map *map, const struct rmap_overlay *overlay,
+                               struct rmap_detector_ask *ask, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_scene *scene = rmap_scene_with(map, overlay);
@@ -313,8 +370,12 @@ static enum rmap_status choose(const struct request *request, const struct rmap_
                                       .centre = request->spot,
                                       .colour = request->figure.true_colour &&
                                                 request->output_path != NULL};
+    RMAP_TRY(ask_luminous(rmap_map_scene(map), request->bins.quantity, &ask->luminous, err));
     RMAP_TRY(rmap_find_detector(scene, request->detector, &ask->detector, err));
     RMAP_TRY(rmap_detector_bins_read(scene, ask->detector, &request->bins, &ask->bins, err));
+    if (context->rank == 0 && request->bins.quantity && scene->flux_unit == RMAP_FLUX_W &&
+        strcmp(request->bins.quantity, "luminance") == 0)
+        fputs("raymap: --quantity luminance: the sources are in W: this is the radiance\n", stderr);
     if (request->spot && scene->detector[ask->detector].type != RMAP_DETECTOR_PLANE)
         st = rmap_error_set(err, RMAP_USAGE, "'%s' is an intensity grid: a spot lies on a plane",
                             request->detector);
@@ -358,7 +419,7 @@ static enum rmap_status run_detector(const struct rmap_context *context,
     RMAP_TRY(rmap_asked_load_where(context, given, &request.where, &selected.asked, err));
     RMAP_TRY(rmap_load_map(context, request.map_path, &map, err));
     RMAP_TRY(rmap_overlay_load(context, given, map, &overlay, err));
-    st = choose(&request, map, overlay, &ask, err);
+    st = choose(context, &request, map, overlay, &ask, err);
     if (st == RMAP_OK)
         st = select(context, given, &request, &ask, &selected, err);
     const struct rmap_choice choice = {selected.criterion, selected.which};

@@ -146,7 +146,8 @@ struct rmap_source {
     double cone_rad, cosine_power;
     double flux; /* in the scene's flux_unit */
     double colour[RMAP_CHANNEL_MAX];
-    double share; /* rays_share, > 0 */
+    bool spectrum_given; /* the scene says how the flux is spread over the channels */
+    double share;        /* rays_share, > 0 */
     int32_t medium;
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_list_ray *list; /* RAYS */

@@ -235,6 +235,10 @@ d = detector("halo.raymap", "sensor", "--mtf")
 assert d["spot"]["rms"]["radius"]["value"] > 0.2, d["spot"]["rms"]
 half = d["mtf"]["half"]["sagittal"]
 assert abs(half["value"] / (math.sqrt(math.log(2) / 2) / (math.pi * 0.01)) - 1) < 0.1, half
+# Where the contrast is one half does not depend on the frequencies that are shown.
+halves = [detector("disc.raymap", "sensor", "--mtf", *more)["mtf"]["half"] for more in ((), ("--frequency", "1e5"), ("--frequency", "0.3"))]
+assert halves[0] == halves[1] == halves[2] and halves[0]["tangential"]["value"] > 0, halves
+
 # All light in one place: no frequency finer than the stored steps; of a single ray no errors.
 trace_points("place", np.array([[1.0, 2.0]] * 9))
 d = detector("place.raymap", "sensor", "--mtf")
