@@ -17,7 +17,8 @@
 # dies, a rank that is killed) costs what was traced since the last flush, and the job goes on too.
 # It does not go on when an attempt added no ray, so that it never circles in the queue for nothing,
 # nor after a mistake in scene or options (2, 3), a damaged map (4), a full disk (5) or many rays that
-# ended in errors (7): its exit status is then raymap's. `sbatch` again with the same arguments resumes whatever is there.
+# ended in errors (7): its exit status is then raymap's. `sbatch` again with the same arguments
+# resumes whatever is there.
 #
 # By the environment: RAYMAP, the program (raymap); LAUNCHER, what starts the ranks
 # ("mpirun --bind-to none"; "srun" where Slurm starts MPI programs itself); RESTARTS, how often the

@@ -66,13 +66,13 @@ done
 for call in 'read:stat */piece-0000[07].h5' 'read:stat *.history.h5' 'read:stat */shard-00001' 'read:open *piece-00001.h5'; do
     faults=(env "LD_PRELOAD=$FAULTS" "FAULTS_DIR=$PWD" "FAULTS_CALLS=${call%% *}" "FAULTS_PATH=${call#* }")
     rm -rf m.raymap log.0 && cp -r few.raymap m.raymap
-    "${faults[@]}" "FAULTS_LOG=$PWD/log" "$RAYMAP" repair m.raymap >out.txt 2>&1
+    "${faults[@]}" "FAULTS_LOG=$PWD/log" "$RAYMAP" repair m.raymap --threads 1 >out.txt 2>&1
     [ -s log.0 ] || fail "no $call"
     n=$(wc -l <log.0)
     [ "${call#*shard-00001}" ] || n=1 # later ones look at what stands in it
     for ((at = 1; at <= n; at++)); do
         rm -rf m.raymap && cp -r few.raymap m.raymap
-        expect 5 'Input/output error' "${faults[@]}" FAULTS_ACTION=EIO FAULTS_AT=$at "$RAYMAP" repair m.raymap
+        expect 5 'Input/output error' "${faults[@]}" FAULTS_ACTION=EIO FAULTS_AT=$at "$RAYMAP" repair m.raymap --threads 1
     done
 done
 
