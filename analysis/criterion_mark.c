@@ -121,6 +121,16 @@ static unsigned side_by_geometry(const struct rmap_portion *portion, size_t row,
     return along > 0.0 ? 2 : 1;
 }
 
+unsigned rmap_side_met(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                       size_t row, size_t ray, size_t ray_row)
+{
+    const struct rmap_object *met = &scene->object[portion->segment.object[row]];
+    if (!rmap_object_medium_tells(met))
+        return side_by_geometry(portion, row, ray, ray_row);
+    const int16_t medium = portion->segment.medium[row];
+    return (unsigned)(medium == met->medium_front) | (unsigned)(medium == met->medium_back) << 1;
+}
+
 static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *side,
                        const struct rmap_portion *portion, const struct rmap_strip *strip,
                        uint8_t *flag)
@@ -133,16 +143,11 @@ static void keep_sides(const struct rmap_criterion *criterion, const uint8_t *si
         while (row >= ray_row + portion->ray.segment_count[ray])
             ray_row += portion->ray.segment_count[ray++];
         int32_t object = portion->segment.object[row];
-        const struct rmap_object *met = &criterion->scene->object[object];
-        int16_t medium = portion->segment.medium[row];
         if (side[object] == 0)
             flag[i] = 0;
         if (side[object] == 0 || side[object] == 3)
             continue;
-        unsigned own = rmap_object_medium_tells(met)
-                           ? (unsigned)(medium == met->medium_front) |
-                                 (unsigned)(medium == met->medium_back) << 1
-                           : side_by_geometry(portion, row, ray, ray_row);
+        const unsigned own = rmap_side_met(criterion->scene, portion, row, ray, ray_row);
         flag[i] = (side[object] & own) != 0;
     }
 }

@@ -28,6 +28,17 @@ static void set_bits(const struct rmap_index_set *set, uint64_t *bits, uint32_t 
         }
 }
 
+rmap_column_set rmap_side_columns(const struct rmap_scene *scene, const uint8_t *side)
+{
+    rmap_column_set columns = RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+    for (size_t o = 0; o < scene->n_object; o++)
+        if ((side[o] == 1 || side[o] == 2) && !rmap_object_medium_tells(&scene->object[o]))
+            columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_position) |
+                       RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+                       RMAP_COLUMN_BIT(RMAP_RAY_start);
+    return columns;
+}
+
 static rmap_column_set plan_steps(const struct rmap_scene *scene, struct rmap_step_test *test)
 {
     rmap_column_set columns = RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
@@ -36,16 +47,12 @@ static rmap_column_set plan_steps(const struct rmap_scene *scene, struct rmap_st
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_object);
     if (test->events | test->events_not)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_event);
-    if (test->of_medium || test->side)
+    if (test->of_medium)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
     if (test->part != RMAP_PART_ALL)
         columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_primitive);
-    for (size_t o = 0; test->side && o < scene->n_object; o++)
-        if ((test->side[o] == 1 || test->side[o] == 2) &&
-            !rmap_object_medium_tells(&scene->object[o]))
-            columns |= RMAP_COLUMN_BIT(RMAP_SEGMENT_position) |
-                       RMAP_COLUMN_BIT(RMAP_SEGMENT_normal) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
-                       RMAP_COLUMN_BIT(RMAP_RAY_start);
+    if (test->side)
+        columns |= rmap_side_columns(scene, test->side);
     return columns;
 }
 

@@ -234,6 +234,28 @@ enum rmap_status rmap_parse_bounces(struct rmap_parser *parser, struct rmap_crit
     return RMAP_OK;
 }
 
+/* Objects that make ghosts, and on which side where that matters. */
+static enum rmap_status set_ghosts(struct rmap_parser *parser, const struct rmap_path_order *order,
+                                   struct rmap_step_test *steps)
+{
+    enum rmap_status st = RMAP_OK;
+    void *block = NULL;
+    uint8_t *mark = rmap_alloc(order->n_object + 1, 1);
+    if (!mark)
+        return rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the criterion");
+    for (size_t o = 0; o < order->n_object; o++)
+        mark[o] = order->makes_ghosts[o] != 0;
+    RMAP_TRY(rmap_parser_pack_set(parser, mark, order->n_object, &steps->object));
+    if (!order->by_side)
+        goto out;
+    RMAP_TRY(
+        rmap_criterion_block_add(parser->criterion, order->n_object + 1, 1, &block, parser->err));
+    steps->side = memcpy(block, order->makes_ghosts, order->n_object);
+out:
+    rmap_free(mark);
+    return st;
+}
+
 enum rmap_status rmap_parse_ghost_order(struct rmap_parser *parser,
                                         struct rmap_criterion_node *node)
 {
@@ -243,7 +265,7 @@ enum rmap_status rmap_parse_ghost_order(struct rmap_parser *parser,
     node->steps.of_object = true;
     node->steps.events = RMAP_PATH_GHOST_EVENTS;
     if (st == RMAP_OK)
-        st = rmap_parser_pack_set(parser, order.makes_ghosts, order.n_object, &node->steps.object);
+        st = set_ghosts(parser, &order, &node->steps);
     rmap_path_order_fini(&order);
     return st;
 }

@@ -236,6 +236,16 @@ static inline bool rmap_object_medium_tells(const struct rmap_object *object)
            object->medium_back != RMAP_MEDIUM_ANY;
 }
 
+/* The side of an object that light met in a row of /segment: bit 0 front, bit 1 back. ray: row of
+ * /ray, whose legs begin at ray_row. Reads the medium where it tells; else position, normal, event
+ * and ray.start: rmap_side_columns. */
+unsigned rmap_side_met(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                       size_t row, size_t ray, size_t ray_row);
+
+/* Columns that tell which of these sides light met. side: [n_object] as in struct rmap_step_test.
+ */
+rmap_column_set rmap_side_columns(const struct rmap_scene *scene, const uint8_t *side);
+
 /* A stored coordinate as 0..1, or in the detector's own units: lengths about the centre, degrees
  * on an intensity grid. It never falls as `stored` rises. */
 double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,

@@ -23,7 +23,7 @@ struct hit {
 
 rmap_column_set rmap_path_matrix_columns(const struct rmap_path_matrix *matrix)
 {
-    return rmap_path_keys_columns(matrix->keys) | RMAP_PATH_ORDER_COLUMNS |
+    return rmap_path_keys_columns(matrix->keys) | matrix->order->columns |
            RMAP_COLUMN_BIT(RMAP_RAY_weight);
 }
 
@@ -121,7 +121,7 @@ static enum rmap_status add_hit(struct rmap_path_matrix_sums *self, const struct
     const int32_t *label = rmap_path_labels(matrix->keys);
     uint32_t ghost = 0, scatter = 0, by[2] = {0, 0};
     for (size_t i = hit->segment; i < hit->segment + hit->leg; i++) {
-        if (rmap_path_ghost_step(matrix->order, rows->object[i], rows->event[i])) {
+        if (rmap_path_ghost_step(matrix->order, hit->portion, i, hit->ray, hit->segment)) {
             if (ghost < 2)
                 by[ghost] = (uint32_t)label[rows->object[i]];
             ghost++;

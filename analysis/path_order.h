@@ -5,8 +5,8 @@
  * GHOST ORDER: number of specular reflections at surfaces that are not meant to reflect: those that
  * can let light through (dielectric interfaces, bare or coated; mixtures with a share of
  * transmission), and opaque ones that reflect less than half of it at every wavelength, at normal
- * incidence (a sensor). Neither a mirror's reflection nor a total internal one counts. An object
- * makes ghosts when either of its sides does.
+ * incidence (a sensor). Neither a mirror's reflection nor a total internal one counts. Of an object
+ * with two different sides the one that light met says so.
  * SCATTER ORDER: number of diffuse reflections, diffuse transmissions and volume scatterings.
  *
  * Of a ray: over its whole history. Of a registration: over the steps before the leg on which the
@@ -15,13 +15,18 @@
 #ifndef RMAP_PATH_ORDER_H
 #define RMAP_PATH_ORDER_H
 
+#include "analysis/criterion_tree.h"
 #include "scene/scene.h"
 #include "trace/event.h"
 #include "trace/portion.h"
 
 struct rmap_path_order {
-    uint8_t *makes_ghosts; /* [n_object] 1: a specular reflection there does */
+    const struct rmap_scene *scene; /* borrowed */
+    uint8_t *makes_ghosts; /* [n_object] bit 0: a specular reflection at its front does; bit 1: at
+                              its back. Both where the other side reflects none */
     size_t n_object;
+    bool by_side;            /* some objects have one of these bits alone */
+    rmap_column_set columns; /* that the functions below read */
 };
 
 enum rmap_status rmap_path_order_init(struct rmap_path_order *order, const struct rmap_scene *scene,
@@ -34,25 +39,25 @@ void rmap_path_order_fini(struct rmap_path_order *order);
     ((uint32_t)(RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE |                         \
                 RMAP_EVENT_SCATTER_VOLUME))
 
-/* What one step adds, 0 or 1. object: -1 for none. */
-static inline uint32_t rmap_path_ghost_step(const struct rmap_path_order *order, int32_t object,
-                                            uint32_t events)
+/* What one step adds, 0 or 1. ray: row of /ray, whose legs begin at ray_row. */
+static inline uint32_t rmap_path_ghost_step(const struct rmap_path_order *order,
+                                            const struct rmap_portion *portion, size_t row,
+                                            size_t ray, size_t ray_row)
 {
-    return events & RMAP_PATH_GHOST_EVENTS && (size_t)(uint32_t)object < order->n_object
-               ? order->makes_ghosts[object]
-               : 0;
+    const int32_t object = portion->segment.object[row];
+    if (!(portion->segment.event[row] & RMAP_PATH_GHOST_EVENTS) ||
+        (size_t)(uint32_t)object >= order->n_object)
+        return 0;
+    const uint8_t side = order->makes_ghosts[object];
+    if (side == 0 || side == 3)
+        return side != 0;
+    return (rmap_side_met(order->scene, portion, row, ray, ray_row) & side) != 0;
 }
 
 static inline uint32_t rmap_path_scatter_step(uint32_t events)
 {
     return (events & RMAP_PATH_SCATTER_EVENTS) != 0;
 }
-
-/* Columns that the functions below read. */
-#define RMAP_PATH_ORDER_COLUMNS                                                                    \
-    (RMAP_COLUMN_BIT(RMAP_RAY_segment_count) | RMAP_COLUMN_BIT(RMAP_RAY_registration_count) |      \
-     RMAP_COLUMN_BIT(RMAP_SEGMENT_object) | RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |                  \
-     RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment))
 
 /* Of all rays of a portion: [n_ray] each. */
 void rmap_path_orders_of_rays(const struct rmap_path_order *order,

@@ -310,8 +310,8 @@ static void add_plain_steps(struct text *text, const struct rmap_path_keys *keys
     const struct rmap_object *object = keys->scene->object;
     add_text(text, "([^RDdS]");
     for (size_t o = 0; o < order->n_object; o++)
-        if (!order->makes_ghosts[o] && (can_reflect(keys->scene, object[o].surface_front) ||
-                                        can_reflect(keys->scene, object[o].surface_back))) {
+        if (order->makes_ghosts[o] != 3 && (can_reflect(keys->scene, object[o].surface_front) ||
+                                            can_reflect(keys->scene, object[o].surface_back))) {
             add_text(text, "|R@");
             add_name(text, object[o].name);
         }
@@ -340,6 +340,12 @@ enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
 {
     struct text text = {.err = err};
     const size_t pair[2] = {first, second};
+    /* A path has no sides: where they matter, that it makes two ghosts and no more is said, too. */
+    if (order->by_side) {
+        add_text(&text, "registered(");
+        add_name(&text, keys->scene->detector[detector].name);
+        add_text(&text, " where ghost_order == 2 and ");
+    }
     add_text(&text, "path(\"");
     for (int k = 0; k < 2; k++) {
         add_plain_steps(&text, keys, order);
@@ -350,6 +356,6 @@ enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
     add_plain_steps(&text, keys, order);
     add_text(&text, keys->hit[detector].follows ? " [^V] V* V@" : " V@");
     add_name(&text, keys->scene->detector[detector].name);
-    add_text(&text, " .*\")");
+    add_text(&text, order->by_side ? "\"))" : " .*\")");
     return finish(&text, text_ret);
 }

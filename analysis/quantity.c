@@ -224,7 +224,7 @@ static rmap_column_set columns_of(const struct rmap_quantity *quantity)
         return rmap_criterion_columns(quantity->counted);
     case RMAP_QUANTITY_GHOST_ORDER:
     case RMAP_QUANTITY_SCATTER_ORDER:
-        return RMAP_PATH_ORDER_COLUMNS;
+        return 0; /* its own: see rmap_quantities_create_over */
     case RMAP_QUANTITY_CELL:
     case RMAP_QUANTITY_CELL_I:
     case RMAP_QUANTITY_CELL_J:
@@ -332,6 +332,7 @@ rmap_quantities_create_over(const struct rmap_map *map, const struct rmap_overla
     for (size_t i = 0; i < n && !self->order.makes_ghosts; i++)
         if (is_order(self->of[i].kind))
             RMAP_TRY(rmap_path_order_init(&self->order, self->scene, err));
+    self->columns |= self->order.columns;
     *quantities_ret = self;
     self = NULL;
 out:

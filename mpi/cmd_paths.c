@@ -252,6 +252,8 @@ static enum rmap_status sum_matrix(const struct rmap_context *context, struct re
     matrix->order = &request->order;
     matrix->criterion = paths->criterion ? rmap_criterion_text(paths->criterion) : NULL;
     matrix->detector = paths->view.detector;
+    st = rmap_path_order_init(&request->order, rmap_map_scene(paths->map), err);
+    RMAP_TRY(rmap_agree(context, st, err));
     const struct rmap_fold fold = {.kind = &rmap_path_matrix_kind,
                                    .context = matrix,
                                    .map = paths->map,
@@ -259,8 +261,6 @@ static enum rmap_status sum_matrix(const struct rmap_context *context, struct re
                                    .criterion = paths->criterion,
                                    .which = paths->which,
                                    .columns = rmap_path_matrix_columns(matrix)};
-    st = rmap_path_order_init(&request->order, rmap_map_scene(paths->map), err);
-    RMAP_TRY(rmap_agree(context, st, err));
     RMAP_TRY(rmap_fold_run(context, &fold, &sums, err));
     if (sums)
         st = rmap_path_matrix_list(sums, &answer->sum, &answer->n_sum, err);
