@@ -36,6 +36,15 @@ double rmap_affine_determinant(const struct rmap_affine *a)
     return rmap_dot(column(a, 0), rmap_cross(column(a, 1), column(a, 2)));
 }
 
+double rmap_affine_norm(const struct rmap_affine *a)
+{
+    double sum = 0;
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            sum += a->m[i][j] * a->m[i][j];
+    return sqrt(sum);
+}
+
 bool rmap_affine_invert(const struct rmap_affine *a, struct rmap_affine *inverse)
 {
     double det = rmap_affine_determinant(a);

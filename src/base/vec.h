@@ -126,6 +126,9 @@ void rmap_affine_congruent(const struct rmap_affine *a, double form[3][3]);
 
 double rmap_affine_determinant(const struct rmap_affine *a);
 
+/* Root of the sum of the squared entries of m: no vector is stretched by more. */
+double rmap_affine_norm(const struct rmap_affine *a);
+
 /* False, with *inverse unset, when the map is singular or it, its determinant or the inverse is not
  * finite: scales of about 1e-102 and 1e102 are the last that have one. */
 bool rmap_affine_invert(const struct rmap_affine *a, struct rmap_affine *inverse);

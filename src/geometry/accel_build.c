@@ -23,15 +23,6 @@
  * of boxes, which lie up to twice the radius away. */
 #define BOX_ERRORS 4
 
-static double norm(const struct rmap_affine *a)
-{
-    double sum = 0;
-    for (int i = 0; i < 3; i++)
-        for (int j = 0; j < 3; j++)
-            sum += a->m[i][j] * a->m[i][j];
-    return sqrt(sum);
-}
-
 static bool keeps_lengths(const struct rmap_affine *a)
 {
     for (int i = 0; i < 3; i++)
@@ -108,11 +99,11 @@ static void set_tolerances(struct rmap_accel_object *object)
     double size = rmap_length(rmap_sub(upper, lower));
     double place = reach_of(lower, upper);
     object->exact = 1e-12 * size + 64 * DBL_EPSILON * place;
-    object->local_exact = object->exact * norm(&object->to_local);
+    object->local_exact = object->exact * rmap_affine_norm(&object->to_local);
     object->tolerance = object->exact;
     if (object->mesh)
-        object->tolerance +=
-            4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper) * norm(&object->to_world);
+        object->tolerance += 4 * RMAP_FLOAT_EPS * reach_of(object->lower, object->upper) *
+                             rmap_affine_norm(&object->to_world);
 }
 
 static void set_object(struct rmap_accel *accel, const struct rmap_scene *scene, size_t i)
@@ -385,6 +376,7 @@ enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_sc
         return rmap_error_set(err, RMAP_SYSTEM, "no memory for %zu objects", scene->n_object);
     for (size_t i = 0; i < scene->n_object; i++)
         set_object(accel, scene, i);
+    RMAP_TRY(rmap_joints_build(accel, err));
     RMAP_TRY(set_world(accel, err));
     RMAP_TRY(build_bottoms(accel, scene, err));
     RMAP_TRY(build_top(accel, err));

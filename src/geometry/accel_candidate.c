@@ -140,12 +140,15 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
     double from = own ? 0 : -RMAP_GRAZING_MAX * tolerance;
     double to = rmap_greater(query->limit, 0) + RMAP_GRAZING_MAX * tolerance;
     rmap_query_local(query, object);
+    struct rmap_joints joints = {.query = query, .object = object};
     /* roots that touch the start without counting are passed over: at most two, as a quadric
      * has no more and an asphere's others lie farther off */
+    bool passed = false; /* the root at a joint at which the ray starts: the next one counts */
     for (int i = 0; i < 3; i++) {
         struct rmap_shape_hit hit;
         const struct rmap_shape_query line = {
-            query->local.origin, query->local.direction, own, from, to, query->accel->behind};
+            query->local.origin,  query->local.direction,  own, from, to,
+            query->accel->behind, o->rims ? &joints : NULL};
         if (!rmap_shape_solve(o->shape, &line, &hit))
             return false;
         double facing = rmap_dot(hit.normal, query->local.direction);
@@ -159,10 +162,12 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
                                            .point = hit.point,
                                            .normal = hit.normal,
                                            .object = object,
-                                           .foretold = hit.foretold,
+                                           .foretold = hit.foretold && !joints.overruled,
                                            .rank = rmap_candidate_rank(query, object, facing)};
-        if (own || shape_counts(query, &candidate, facing, length, tolerance))
+        if (own || (passed && hit.t > 0) ||
+            shape_counts(query, &candidate, facing, length, tolerance))
             return rmap_candidate_add(query, &candidate);
+        passed = o->rims && candidate.touches;
         from = rmap_greater(hit.t, 0);
     }
     return false;

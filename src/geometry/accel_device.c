@@ -147,6 +147,7 @@ void rmap_accel_destroy(struct rmap_accel *accel)
         rtcReleaseDevice(accel->device);
     rmap_free(accel->meshes.part);
     rmap_free(accel->shapes.part);
+    rmap_joints_release(accel);
     rmap_free(accel->object);
     rmap_free(accel->facets);
     rmap_free(accel->bottom);

@@ -10,6 +10,7 @@
 #include <stdatomic.h>
 
 #include "geometry/accel.h"
+#include "geometry/shape_rim.h"
 #include "scene/scene.h"
 
 /* Vectors as wide as the machine has them; what passes is decided in double all the same. */
@@ -60,12 +61,26 @@ static inline double rmap_greater(double a, double b)
 #define RMAP_PARALLEL_OTHER 1e-4
 #define RMAP_PARALLEL_OWN   1e-6
 
+/* The rims of a shape of which some coincide with rims of other shapes. */
+struct rmap_object_rims {
+    struct rmap_rim rim[RMAP_RIM_MAX];
+    int32_t joint[RMAP_RIM_MAX]; /* index of the joint; negative: none */
+    double error[RMAP_RIM_MAX];  /* by which the rims of the joint differ, local */
+    int n;
+};
+
+/* Rims that coincide, and the one of them that stands for all. */
+struct rmap_joint {
+    int32_t object, rim;
+};
+
 /* An object as the query needs it. Distances are in the world unless said otherwise. */
 struct rmap_accel_object {
     struct rmap_affine to_local, to_world;
     const struct rmap_shape *shape; /* NULL: a mesh */
     const struct rmap_mesh *mesh;
     const struct rmap_facets *facets;
+    const struct rmap_object_rims *rims; /* NULL: no other shape shares one */
     RTCScene bottom;
     bool ball;                     /* among the balls: the sieve does not hold it */
     struct rmap_vec3 lower, upper; /* local bounds */
@@ -155,6 +170,9 @@ struct rmap_accel {
     size_t n_bottom;
     struct rmap_accel_object *object; /* [n_object] */
     size_t n_object;
+    struct rmap_joint *joint; /* [n_joint] */
+    size_t n_joint;
+    struct rmap_object_rims *rims;          /* of the objects that have joints */
     struct rmap_accel_parts meshes, shapes; /* that callbacks serve */
     struct rmap_vec3 centre;                /* origin of Embree's world */
     double radius;
@@ -348,6 +366,20 @@ struct rmap_touch {
     struct rmap_vec3 normal; /* unit, world */
     struct rmap_vec3 point;  /* of the surface, world */
 };
+
+/* What rmap_joints_decide asks about: a shape's roots. */
+struct rmap_joints {
+    const struct rmap_query *query;
+    int32_t object;
+    bool overruled; /* the shape's own numbers, at one root at least */
+};
+
+/* accel_joint.c. rmap_joints_build: after the objects have their tolerances. rmap_joint_at_start:
+ * do the start's shape and this one share a rim at which the ray starts? Then *meets_ret: does the
+ * ray cross this one there? */
+enum rmap_status rmap_joints_build(struct rmap_accel *accel, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_joints_release(struct rmap_accel *accel);
+bool rmap_joint_at_start(const struct rmap_query *query, int32_t object, bool *meets_ret);
 
 /* accel_start.c */
 void rmap_start_find(struct rmap_query *query);

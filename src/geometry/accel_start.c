@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT
  *
- * Where the ray starts. Three questions are decided here, all by topology rather than by a
+ * Where the ray starts. Four questions are decided here, all by topology rather than by a
  * distance to be skipped:
  *
  * - A start at an edge of its triangle, to double rounding: does the neighbour lie ahead? Topology
  *   is then decided for a point a hair inside the triangle, and on the side that the ray takes.
  * - A surface that coincides with the start and is parallel to it: touching faces. The contact
  *   list says whether it is still to be met.
+ * - A shape that shares the rim at which the ray starts: see accel_joint.c.
  * - One that crosses the start: it counts when the start's triangle lies on the side from which
  *   the ray would meet it.
  */
@@ -148,8 +149,11 @@ bool rmap_start_meets(struct rmap_query *query, struct rmap_touch *touch)
 {
     const struct rmap_contact *contact = &query->ray->contact;
     struct rmap_start *start = &query->start;
+    bool meets;
     if (start->object < 0)
         return meets_from_space(query, touch);
+    if (rmap_joint_at_start(query, touch->object, &meets))
+        return meets;
     for (int32_t k = 0; k < contact->n; k++)
         if (is_listed(query, k, touch)) {
             touch->primitive = contact->surface[k].primitive;

@@ -9,7 +9,8 @@ bool rmap_shape_intersect(const struct rmap_shape *shape, struct rmap_vec3 origi
                           struct rmap_vec3 direction, bool on_surface, double t_min, double t_max,
                           struct rmap_shape_hit *hit)
 {
-    const struct rmap_shape_query query = {origin, direction, on_surface, t_min, t_max, -HUGE_VAL};
+    const struct rmap_shape_query query = {origin, direction, on_surface, t_min,
+                                           t_max,  -HUGE_VAL, NULL};
     return rmap_shape_solve(shape, &query, hit);
 }
 

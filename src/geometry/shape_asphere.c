@@ -226,9 +226,9 @@ static bool accept(const struct rmap_shape *shape, const struct ray2 *ray,
 {
     struct rmap_vec3 q = rmap_axpy(t, ray->d, ray->p);
     double s = q.x * q.x + q.y * q.y;
-    if (s > shape->aperture * shape->aperture || s < shape->inner * shape->inner)
-        return false;
-    if (!(t + shift > query->t_min && t + shift < query->t_max))
+    bool plain = s <= shape->aperture * shape->aperture && s >= shape->inner * shape->inner;
+    if (!(t + shift > query->t_min && t + shift < query->t_max) ||
+        !rmap_root_belongs(query, t + shift, &q, plain))
         return false;
     hit->t = t + shift;
     hit->point = q;
@@ -270,9 +270,22 @@ static bool search(const struct rmap_shape *shape, const struct ray2 *ray,
     return false;
 }
 
+/* A little beyond its rim, where another shape may share that. */
+static struct rmap_shape widened(const struct rmap_shape *shape)
+{
+    struct rmap_shape wide = *shape;
+    wide.aperture *= 1 + 1e-9;
+    return wide;
+}
+
 bool rmap_asphere_intersect(const struct rmap_shape *shape, const struct rmap_shape_query *query,
                             struct rmap_shape_hit *hit)
 {
+    struct rmap_shape wide;
+    if (query->joints) {
+        wide = widened(shape);
+        shape = &wide;
+    }
     struct rmap_vec3 d = query->direction;
     double shift = query->on_surface ? 0 : -rmap_dot(query->origin, d) / rmap_dot(d, d);
     struct ray2 ray = {.p = rmap_axpy(shift, d, query->origin), .d = d};

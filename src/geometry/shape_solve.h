@@ -109,7 +109,8 @@ static inline bool rmap_quadric_take(const struct rmap_shape *shape, const struc
                                      const struct rmap_shape_query *query, double t,
                                      struct rmap_vec3 point, struct rmap_shape_hit *hit)
 {
-    if (!(t > query->t_min && t < query->t_max) || !rmap_quadric_belongs(shape, point))
+    if (!(t > query->t_min && t < query->t_max) ||
+        !rmap_root_belongs(query, t, &point, rmap_quadric_belongs(shape, point)))
         return false;
     hit->t = t;
     hit->point = point;
@@ -187,10 +188,11 @@ static inline bool rmap_flat_intersect(const struct rmap_shape *shape,
     if (query->on_surface || d.z == 0)
         return false;
     double t = -p.z / d.z;
-    double x = p.x + t * d.x, y = p.y + t * d.y;
-    if (!(t > query->t_min && t < query->t_max) || !rmap_inside_flat(shape, x, y))
+    struct rmap_vec3 at = rmap_vec3(p.x + t * d.x, p.y + t * d.y, 0);
+    if (!(t > query->t_min && t < query->t_max) ||
+        !rmap_root_belongs(query, t, &at, rmap_inside_flat(shape, at.x, at.y)))
         return false;
-    *hit = (struct rmap_shape_hit){t, rmap_vec3(x, y, 0), rmap_vec3(0, 0, 1), true};
+    *hit = (struct rmap_shape_hit){t, at, rmap_vec3(0, 0, 1), true};
     return true;
 }
 

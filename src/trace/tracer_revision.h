@@ -7,6 +7,6 @@
 #ifndef RMAP_TRACER_REVISION_H
 #define RMAP_TRACER_REVISION_H
 
-#define RMAP_TRACER_REVISION 2 /* maps that do not say are of 1: older than the number */
+#define RMAP_TRACER_REVISION 3 /* maps that do not say are of 1: older than the number */
 
 #endif
