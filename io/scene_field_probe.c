@@ -6,6 +6,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/grouped.h"
 #include "io/scene_reader.h"
 
 enum { ROUND = 8, LEVELS = 5, MESH_POINT_MAX = 200, TRIANGLE_MAX = 1000000, OBJECT_MAX = 2000 };
@@ -181,6 +182,87 @@ static void tell(struct rmap_reader *reader, const struct rmap_medium_frame *fra
     else
         rmap_reader_error(reader, frame->node,
                           "%s: change the model's numbers or the size of the body", text);
+}
+
+/* ---- what light may pass unseen ---- */
+
+/* Objects that a straight piece beside the curve may miss, of one medium. */
+struct overlooked {
+    size_t n;
+    int32_t object; /* the smallest */
+    double across, sag;
+};
+
+/* The second of the three lengths of its box: no plane cuts a body in less than about this. */
+static double breadth(const struct rmap_scene *scene, const struct rmap_object *object)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+    struct rmap_vec3 lower, upper;
+    if (geometry->kind == RMAP_GEOMETRY_MESH)
+        rmap_mesh_bounds(geometry->mesh, &lower, &upper);
+    else
+        rmap_shape_bounds(&geometry->shape, &lower, &upper);
+    struct rmap_vec3 d = rmap_sub(upper, lower);
+    double x = rmap_length(rmap_affine_vector(&object->to_world, rmap_vec3(d.x, 0, 0)));
+    double y = rmap_length(rmap_affine_vector(&object->to_world, rmap_vec3(0, d.y, 0)));
+    double z = rmap_length(rmap_affine_vector(&object->to_world, rmap_vec3(0, 0, d.z)));
+    return fmax(fmin(x, y), fmin(fmax(x, y), z));
+}
+
+static void look_at(const struct rmap_scene *scene, int32_t object, int32_t gradient,
+                    struct overlooked *overlooked)
+{
+    if (gradient <= 0)
+        return;
+    const struct rmap_gradient *place = &scene->gradient[gradient - 1];
+    struct overlooked *of = &overlooked[place->medium];
+    double across = breadth(scene, &scene->object[object]);
+    if (!(across < place->options.sag))
+        return;
+    if (of->n++ == 0 || across < of->across)
+        *of = (struct overlooked){of->n, object, across, place->options.sag};
+}
+
+/* A value of two digits that is surely small enough. */
+static double curing_sag(double across)
+{
+    double unit = pow(10, floor(log10(across / 4)) - 1);
+    return floor(across / 4 / unit) * unit;
+}
+
+static void tell_overlooked(struct rmap_reader *reader, const struct rmap_medium_frame *frame,
+                            const struct overlooked *of)
+{
+    const struct rmap_scene *scene = reader->scene;
+    char others[60] = "";
+    if (!of->n)
+        return;
+    if (of->n > 1)
+        (void)snprintf(others, sizeof others, ", and %s so small",
+                       rmap_counted(of->n - 1, "other").text);
+    rmap_reader_warn(
+        reader, frame->node,
+        "light in medium '%.60s' may pass '%.60s' unseen: it is %.3g %s across%s, and the straight "
+        "pieces that are tested may leave the curve by 'sag', %g: write 'sag: %g' here",
+        scene->medium[frame->medium].name, scene->object[of->object].name, of->across, scene->unit,
+        others, of->sag, curing_sag(of->across));
+}
+
+enum rmap_status rmap_reader_probe_sag(struct rmap_reader *reader)
+{
+    const struct rmap_scene *scene = reader->scene;
+    struct overlooked *overlooked = rmap_reader_alloc(reader, scene->n_medium, sizeof *overlooked);
+    if (!overlooked)
+        return rmap_reader_no_memory(reader);
+    for (size_t o = 0; o < scene->n_object; o++) {
+        const struct rmap_object *object = &scene->object[o];
+        look_at(scene, (int32_t)o, object->gradient_front, overlooked);
+        if (object->gradient_back != object->gradient_front)
+            look_at(scene, (int32_t)o, object->gradient_back, overlooked);
+    }
+    for (size_t i = 0; i < reader->n_frame; i++)
+        tell_overlooked(reader, &reader->frame[i], &overlooked[reader->frame[i].medium]);
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_reader_probe_gradients(struct rmap_reader *reader)

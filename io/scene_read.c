@@ -133,8 +133,10 @@ static enum rmap_status read_scene(struct rmap_reader *reader)
         reader->diagnostics = reader->receivers->diagnostics;
     st = finish(reader);
     /* Scenes from maps, and from other ranks, were looked at where they came from. */
-    if (st == RMAP_OK && !reader->bundle->meshes_complete && reader->scene->n_gradient)
+    if (st == RMAP_OK && !reader->bundle->meshes_complete && reader->scene->n_gradient) {
         RMAP_TRY(rmap_reader_probe_gradients(reader));
+        RMAP_TRY(rmap_reader_probe_sag(reader));
+    }
     if (st == RMAP_OK || st == RMAP_INPUT)
         st = verdict(reader);
 out:

@@ -337,6 +337,9 @@ enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader) RMAP_MUS
 /* Once the scene is finished: mistakes of gradient media that show where they are. */
 enum rmap_status rmap_reader_probe_gradients(struct rmap_reader *reader) RMAP_MUST_USE;
 
+/* The same: warns of objects in them that light may pass unseen. */
+enum rmap_status rmap_reader_probe_sag(struct rmap_reader *reader) RMAP_MUST_USE;
+
 /* A gradient medium on a side of an object gets its place; 0 for any other. closes: the side is
  * the inside of a closed body, or of an element of a lens. */
 struct rmap_object_side {

@@ -13,6 +13,12 @@ static const double greatest_change = 6.0;
 /* A way of more steps is not divided evenly: its end is too far off to be planned for. */
 static const double equal_parts = 4.0;
 
+/* Square of the cosine of T to the gradient below which |T| is left alone, and the most that it is
+ * taken to be wrong by, in errors of a step: a field whose gradient is not that of its index does
+ * not keep it. */
+static const double least_along = 0.1;
+static const double most_errors = 100.0;
+
 bool rmap_curve_evaluate(struct rmap_curve *curve, struct rmap_curve_state *state)
 {
     struct rmap_vec3 slope;
@@ -178,6 +184,20 @@ static inline const struct rmap_curve_pair *plan_step(const struct rmap_curve *c
     return last || blank ? &rmap_curve_pair_6 : &rmap_curve_pair_8;
 }
 
+/* |T| = n again, by a push along the gradient: where the index falls later on, what |T|^2 - n^2 is
+ * wrong by bends light by the square of that fall more. T across the gradient, which a rod and a
+ * ball keep, stays as it is. (Projection onto an invariant: Hairer, Lubich & Wanner 2006, Geometric
+ * Numerical Integration, IV.4.) */
+static inline void keep_invariant(const struct rmap_gradient *gradient,
+                                  struct rmap_curve_state *state)
+{
+    double square = rmap_dot(state->T, state->T), along = rmap_dot(state->T, state->D);
+    double wrong = state->n * state->n - square;
+    if (fabs(wrong) * gradient->size < most_errors * gradient->options.tolerance * square &&
+        along * along > least_along * square * rmap_dot(state->D, state->D))
+        state->T = rmap_axpy(wrong / (2 * along), state->D, state->T);
+}
+
 /* Error-controlled; `way`, to where the caller would like to get, and `longest` are in t. */
 RMAP_COPIED bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_step *step,
                                   double way, double longest)
@@ -199,6 +219,7 @@ RMAP_COPIED bool advance_adaptive(struct rmap_curve *curve, struct rmap_curve_st
         double error = curve->rough ? rmap_curve_nystrom_error_square(curve, step)
                                     : rmap_curve_nystrom_error(curve, step);
         if (error <= 1.0) {
+            keep_invariant(curve->gradient, &step->to);
             curve->last_h = h;
             curve->last_pair = pair;
             curve->last_error = error;

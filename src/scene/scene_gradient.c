@@ -142,29 +142,54 @@ out:
 
 /* ---- what a place implies ---- */
 
-/* Sizes: diagonals of the boxes about the objects that bound each; the scene's for media that
- * only sources stand in. */
+/* Longest diagonal in the world of a box in some frame. */
+static double diagonal(const struct rmap_bounds *box, const struct rmap_affine *to_world)
+{
+    struct rmap_vec3 d = rmap_sub(box->upper, box->lower);
+    double longest = 0;
+    for (int k = 0; k < 4; k++) {
+        struct rmap_vec3 across = rmap_vec3(d.x, k & 1 ? -d.y : d.y, k & 2 ? -d.z : d.z);
+        longest = rmap_max(longest, rmap_length(rmap_affine_vector(to_world, across)));
+    }
+    return longest;
+}
+
+/* Sizes: diagonals of the boxes about the objects that bound each, in the frame of the first of
+ * them, so that they do not depend on how the body is turned; the scene's for media that only
+ * sources stand in. */
 static enum rmap_status measure(struct rmap_scene *scene, struct rmap_error *err)
 {
     struct rmap_bounds *box = rmap_alloc(scene->n_gradient, sizeof *box);
-    if (!box)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for gradient media");
+    const struct rmap_object **first = rmap_alloc(scene->n_gradient, sizeof *first);
+    enum rmap_status st = RMAP_OK;
+    if (!box || !first) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for gradient media");
+        goto out;
+    }
     for (size_t i = 0; i < scene->n_gradient; i++)
         box[i] = rmap_bounds_empty();
     for (size_t o = 0; o < scene->n_object; o++) {
         const struct rmap_object *object = &scene->object[o];
         const int32_t side[2] = {object->gradient_front, object->gradient_back};
-        for (int k = 0; k < 2; k++)
-            if (side[k] > 0)
-                rmap_bounds_include_geometry(&box[side[k] - 1], &scene->geometry[object->geometry],
-                                             &object->to_world);
+        for (int k = 0; k < 2; k++) {
+            if (side[k] <= 0)
+                continue;
+            const struct rmap_object **frame = &first[side[k] - 1];
+            *frame = *frame ? *frame : object;
+            struct rmap_affine to_frame =
+                rmap_affine_compose(&(*frame)->to_local, &object->to_world);
+            rmap_bounds_include_geometry(&box[side[k] - 1], &scene->geometry[object->geometry],
+                                         &to_frame);
+        }
     }
     for (size_t i = 0; i < scene->n_gradient; i++) {
-        double size = rmap_length(rmap_sub(box[i].upper, box[i].lower));
+        double size = first[i] ? diagonal(&box[i], &first[i]->to_world) : 0;
         scene->gradient[i].size = size > 0 && isfinite(size) ? size : 2 * scene->radius;
     }
+out:
     rmap_free(box);
-    return RMAP_OK;
+    rmap_free(first);
+    return st;
 }
 
 static double or_else(double given, double chosen)

@@ -31,12 +31,12 @@ GOLDEN = {
     (2, "selfoc"): "b120c949665c7c35067cf6461fb2a2c1",
     (2, "telescope"): "689611ed38eae1a37964ec94e637f399",
     (3, "double-gauss"): "d9cb3de018cfe8bb62fba0e622465d39",
-    (3, "gradient-sphere"): "f9d1a979806eb33934ef1de19b55e231",
+    (3, "gradient-sphere"): "b15201f0f7a1868518d83ba7421dc25b",
     (3, "luneburg"): "4ee59e1bb5a868f12fc7f0c5d539594f",
-    (3, "mirage"): "6319ac54782a9a403489f2c287c5376d",
+    (3, "mirage"): "0cad1c8ab68fc74f09104d84e040ac3e",
     (3, "room"): "45632c052522c38e1941ff2e62da1534",
     (3, "selfoc"): "b120c949665c7c35067cf6461fb2a2c1",
-    (3, "telescope"): "689611ed38eae1a37964ec94e637f399",
+    (3, "telescope"): "9c81cacfef4b6faa784fd5d379169e5b",
 }
 
 
