@@ -6,6 +6,7 @@
 
 #include "base/grouped.h"
 #include "io/map_history.h"
+#include "io/map_json.h"
 #include "io/map_lock.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
@@ -112,12 +113,14 @@ static enum rmap_status summarise(const struct rmap_context *context, const stru
     rmap_digest_text(after->digest, digest);
     if (context->json)
         return rmap_json_print(
-            json_pack("{s:s, s:s, s:I, s:I, s:I, s:I, s:f, s:b, s:s, s:f}", "map", request->to,
-                      "encoding", encoding, "rays", (json_int_t)after->n_row[RMAP_TABLE_RAY],
-                      "segments", (json_int_t)after->n_row[RMAP_TABLE_SEGMENT], "bytes",
-                      (json_int_t)after->nbytes, "bytes_before", (json_int_t)self->before.nbytes,
-                      "bytes_per_segment", per_segment, "complete", (int)after->complete, "digest",
-                      digest, "seconds", seconds),
+            rmap_json_of_map(
+                json_pack("{s:s, s:s, s:I, s:I, s:I, s:I, s:f, s:b, s:s, s:f}", "map", request->to,
+                          "encoding", encoding, "rays", (json_int_t)after->n_row[RMAP_TABLE_RAY],
+                          "segments", (json_int_t)after->n_row[RMAP_TABLE_SEGMENT], "bytes",
+                          (json_int_t)after->nbytes, "bytes_before",
+                          (json_int_t)self->before.nbytes, "bytes_per_segment", per_segment,
+                          "complete", (int)after->complete, "digest", digest, "seconds", seconds),
+                self->map),
             stdout, err);
     if (!context->quiet)
         printf("%s: %s, %s, %.1f MB (before: %.1f MB), %.2f bytes per segment, in %.2f s\n"

@@ -19,6 +19,7 @@
 #include "mpi/detector_out.h"
 #include "mpi/find_detector.h"
 #include "mpi/fold_run.h"
+#include "mpi/hint.h"
 #include "mpi/image_scan.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
@@ -437,8 +438,10 @@ static enum rmap_status run_detector(const struct rmap_context *context,
         answer.image->which = selected.which;
     if (request.spot)
         RMAP_TRY(find_spot(context, &request, &ask, &choice, &answer, err));
-    if (context->rank == 0)
+    if (context->rank == 0) {
+        rmap_tell_hint(context, map, &choice, answer.image->registrations > 0);
         st = show(context, &request, map, &answer, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_spot_destroy(answer.spot);

@@ -4,6 +4,7 @@
  */
 #include "base/grouped.h"
 #include "io/map_directory.h"
+#include "io/map_json.h"
 #include "io/map_lock.h"
 #include "mpi/agree.h"
 #include "mpi/index_run.h"
@@ -20,14 +21,21 @@ static enum rmap_status tell(const struct rmap_context *context, const char *pat
     char line[256];
     double share =
         result->map_nbytes > 0 ? (double)result->nbytes / (double)result->map_nbytes : 0.0;
-    if (context->json)
-        return rmap_json_print(
+    if (context->json) {
+        struct rmap_map *map = NULL;
+        enum rmap_status st = rmap_map_open(path, &map, err);
+        if (st != RMAP_OK)
+            return st;
+        json_t *document = rmap_json_of_map(
             json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:f, s:f}", "map", path, "pieces",
                       (json_int_t)result->n_piece, "made", (json_int_t)result->n_made, "left",
                       (json_int_t)result->n_large, "left_bytes", (json_int_t)result->large_nbytes,
                       "bytes", (json_int_t)result->nbytes, "map_bytes",
                       (json_int_t)result->map_nbytes, "share", share, "seconds", result->seconds),
-            stdout, err);
+            map);
+        rmap_map_close(map);
+        return rmap_json_print(document, stdout, err);
+    }
     if (!context->quiet)
         printf("%s: history indexes of %s, %llu of them made now: %.1f MB, %.1f %% of the "
                "map\n",

@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_json.h"
 #include "io/map_lock.h"
 #include "io/map_writer.h"
 #include "io/merge.h"
@@ -65,14 +66,16 @@ static enum rmap_status summarise(const struct rmap_context *context, const char
     rmap_digest_text(summary.digest, digest);
     double seconds = rmap_clock_seconds() - begun;
     if (context->json)
-        st = rmap_json_print(json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:b, s:s, s:f}", "map", to,
+        st = rmap_json_print(
+            rmap_json_of_map(json_pack("{s:s, s:I, s:I, s:I, s:I, s:I, s:b, s:s, s:f}", "map", to,
                                        "rays", (json_int_t)summary.n_row[RMAP_TABLE_RAY],
                                        "segments", (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT],
                                        "bytes", (json_int_t)summary.nbytes, "pieces",
                                        (json_int_t)rmap_map_n_piece(map), "symbolic_links",
                                        (json_int_t)n_symbolic, "complete", (int)summary.complete,
                                        "digest", digest, "seconds", seconds),
-                             stdout, err);
+                             map),
+            stdout, err);
     else if (!context->quiet)
         printf("%s: %s in %s, %s, digest %s\n", to,
                rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray").text,

@@ -17,6 +17,7 @@
 #include "mpi/asked.h"
 #include "mpi/find_detector.h"
 #include "mpi/fold_run.h"
+#include "mpi/hint.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/output.h"
@@ -307,8 +308,11 @@ static enum rmap_status run_paths(const struct rmap_context *context,
     RMAP_TRY(rmap_path_run(context, paths, &answer.report, err));
     if (request.matrix.parts)
         RMAP_TRY(sum_matrix(context, &request, &answer, err));
-    if (context->rank == 0)
+    if (context->rank == 0) {
+        rmap_tell_hint(context, map, &(struct rmap_choice){criterion, which},
+                       answer.report->total.rays);
         st = show(context, &request, &answer, err);
+    }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_path_report_destroy(answer.report);

@@ -44,6 +44,7 @@ struct request {
     enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: not given */
     bool map;                    /* the answer is a ray map */
     bool count, explain, force;
+    bool listed; /* the answer is a list, of one criterion too */
     struct rmap_asked asked;
     const char **text; /* criteria as they were given, borrowed */
 };
@@ -130,6 +131,7 @@ static enum rmap_status read_criteria(const struct rmap_context *context,
     enum rmap_status st = RMAP_OK;
     struct rmap_asked *asked = &request->asked;
     size_t n = 0;
+    request->listed = rmap_argument(given, "criteria") != NULL;
     RMAP_TRY(list_criteria(given, &request->text, &n, err));
     RMAP_TRY(rmap_asked_load(context, given, request->text, n, asked, err));
     rmap_asked_take_file(asked);
@@ -226,7 +228,8 @@ static enum rmap_status count_rays(const struct rmap_context *context,
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0)
         st = rmap_query_count_print(context, search->map, search->criterion, search->count,
-                                    search->registered, request->asked.n, seconds, err);
+                                    search->registered, request->asked.n, request->listed, seconds,
+                                    err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     return st;

@@ -11,6 +11,7 @@
 
 #include "analysis/ray_report.h"
 #include "geometry/accel.h"
+#include "io/map_json.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
 #include "mpi/energy_run.h"
@@ -33,11 +34,13 @@ static const struct rmap_option options[] = {
     RMAP_SCENE_OPTIONS,
     {NULL}};
 
-static enum rmap_status print_report(const struct rmap_context *context,
+/* map: that it was read from, or NULL. */
+static enum rmap_status print_report(const struct rmap_context *context, const struct rmap_map *map,
                                      const struct rmap_ray_report *report, struct rmap_error *err)
 {
+    json_t *document = context->json ? rmap_ray_report_json(report) : NULL;
     if (context->json)
-        return rmap_json_print(rmap_ray_report_json(report), stdout, err);
+        return rmap_json_print(map ? rmap_json_of_map(document, map) : document, stdout, err);
     return rmap_ray_report_print(report, stdout, err);
 }
 
@@ -54,7 +57,7 @@ static enum rmap_status report_map(const struct rmap_context *context,
     if (context->rank == 0) {
         st = rmap_ray_report_read(map, ray, &report, err);
         if (st == RMAP_OK)
-            st = print_report(context, report, err);
+            st = print_report(context, map, report, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
 out:
@@ -108,7 +111,7 @@ static enum rmap_status print_next(const struct rmap_context *context, const str
     if (!context->json || !range->is_list) {
         if (!is_first)
             RMAP_TRY(put("\n", err));
-        return print_report(context, report, err);
+        return print_report(context, NULL, report, err);
     }
     RMAP_TRY(put(is_first ? "[" : ",", err));
     RMAP_TRY(rmap_json_line(rmap_ray_report_json(report), stdout, err));

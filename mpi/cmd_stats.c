@@ -7,6 +7,7 @@
 #include "analysis/stats_text.h"
 #include "mpi/agree.h"
 #include "mpi/asked.h"
+#include "mpi/hint.h"
 #include "mpi/json_out.h"
 #include "mpi/load.h"
 #include "mpi/overlay_load.h"
@@ -137,6 +138,8 @@ static enum rmap_status run_stats(const struct rmap_context *context,
             .n_ray = summary.n_row[RMAP_TABLE_RAY]};
         if (!criterion)
             answer.stats->known.n_ray = labels.n_ray;
+        rmap_tell_hint(context, map, &(struct rmap_choice){criterion, which},
+                       answer.stats->known.n_reading);
         st = show(context, &given, answer.stats, &labels, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));

@@ -62,10 +62,11 @@ const struct rmap_command rmap_command_trace = {
         "Traces the rays of a scene file and records every step of every one of them. A ray is\n"
         "a pure function of the scene, the seed and its number: any number of ranks and\n"
         "threads gives the same map. SIGTERM, SIGINT, SIGUSR1 and --time-limit end it in good\n"
-        "order: what was traced is in the map, and the exit status is 6. After any other end,\n"
-        "what was flushed is in the map. --resume traces what is missing, with any number of\n"
-        "ranks, and gives the map of an undisturbed run; --append -n MORE adds rays, also in\n"
-        "another colour space (--color, --set spectrum...).",
+        "order: what was traced is in the map, and the exit status is 6. It is 7 where more than\n"
+        "0.1 % of the map's rays ended in an error: the map is whole, the scene is at fault.\n"
+        "After any other end, what was flushed is in the map. --resume traces what is missing,\n"
+        "with any number of ranks, and gives the map of an undisturbed run; --append -n MORE adds\n"
+        "rays, also in another colour space (--color, --set spectrum...).",
     .options = rmap_trace_options,
     .min_operands = 1,
     .max_operands = 1,

@@ -5,6 +5,7 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/map_directory.h"
+#include "io/map_json.h"
 #include "mpi/agree.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
@@ -53,12 +54,17 @@ static json_t *to_json(const struct rmap_findings *findings, const struct rmap_v
     json_t *list = json_array();
     for (size_t i = 0; i < findings->n; i++)
         (void)json_array_append_new(list, finding_json(&findings->row[i]));
-    return json_pack("{s:b, s:b, s:o, s:{s:I, s:I, s:I, s:I, s:I, s:I}, s:f}", "ok",
-                     findings->n == 0, "complete", (int)is_complete(verification), "findings", list,
-                     "checked", "pieces", (json_int_t)verified->pieces, "chunks",
-                     (json_int_t)verified->chunks, "portions", (json_int_t)verified->portions,
-                     "rays", (json_int_t)verified->rays, "segments", (json_int_t)verified->segments,
-                     "bytes", (json_int_t)verified->bytes, "seconds", verified->seconds);
+    json_t *document =
+        json_pack("{s:b, s:b, s:o, s:{s:I, s:I, s:I, s:I, s:I, s:I}, s:f}", "ok", findings->n == 0,
+                  "complete", (int)is_complete(verification), "findings", list, "checked", "pieces",
+                  (json_int_t)verified->pieces, "chunks", (json_int_t)verified->chunks, "portions",
+                  (json_int_t)verified->portions, "rays", (json_int_t)verified->rays, "segments",
+                  (json_int_t)verified->segments, "bytes", (json_int_t)verified->bytes, "seconds",
+                  verified->seconds);
+    document = verification->map ? rmap_json_of_map(document, verification->map) : document;
+    if (document) /* without the pieces that are gone */
+        (void)json_object_set_new(document, "complete", json_boolean(is_complete(verification)));
+    return document;
 }
 
 static void print_finding(const struct rmap_finding *finding, FILE *out)

@@ -7,9 +7,34 @@
 
 #include "io/json_memory.h"
 
+/* Each object at the top says which shape it has, first. */
+static json_t *versioned(json_t *object)
+{
+    json_t *with = json_pack("{s:i}", "version", RMAP_JSON_VERSION);
+    if (json_object_update(with, object) != 0) { /* out of memory: told by the watch */
+        json_decref(with);
+        with = NULL;
+    }
+    json_decref(object);
+    return with;
+}
+
+json_t *rmap_json_versioned(json_t *document)
+{
+    if (json_is_object(document))
+        return versioned(document);
+    for (size_t i = 0; i < json_array_size(document); i++) {
+        json_t *item = json_array_get(document, i);
+        if (json_is_object(item))
+            (void)json_array_set_new(document, i, versioned(json_incref(item)));
+    }
+    return document;
+}
+
 static enum rmap_status write_document(json_t *document, size_t flags, FILE *out,
                                        struct rmap_error *err)
 {
+    document = rmap_json_versioned(document);
     bool whole = document && !rmap_json_memory_failed();
     errno = 0;
     int failed = whole ? json_dumpf(document, out, flags | JSON_REAL_PRECISION(17)) : 0;

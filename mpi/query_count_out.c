@@ -3,10 +3,10 @@
 
 #include <math.h>
 
-#include "analysis/criterion_hint.h"
 #include "base/grouped.h"
 #include "io/map_json.h"
 #include "mpi/balance.h"
+#include "mpi/hint.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
 
@@ -18,16 +18,6 @@ static double total_flux(const struct rmap_map *map)
     for (size_t s = 0; s < scene->n_source; s++)
         total += scene->source[s].flux;
     return total;
-}
-
-void rmap_query_count_hint(const struct rmap_context *context, const struct rmap_map *map,
-                           const struct rmap_criterion *criterion, const struct rmap_count *count)
-{
-    char hint[RMAP_CRITERION_HINT_NBYTES] = "";
-    if (count->rays == 0 && !context->quiet)
-        rmap_criterion_hint(criterion, map, hint);
-    if (hint[0])
-        fprintf(stderr, "raymap: no ray matches: %s\n", hint);
 }
 
 json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,
@@ -81,25 +71,26 @@ static void print_text(const struct rmap_map *map, const struct rmap_map_summary
     rmap_registered_print(registered, stdout);
 }
 
-enum rmap_status rmap_query_count_print(const struct rmap_context *context,
-                                        const struct rmap_map *map,
-                                        struct rmap_criterion *const *criterion,
-                                        const struct rmap_count *count,
-                                        const struct rmap_registered_list *registered,
-                                        size_t n_criterion, double seconds, struct rmap_error *err)
+enum rmap_status
+rmap_query_count_print(const struct rmap_context *context, const struct rmap_map *map,
+                       struct rmap_criterion *const *criterion, const struct rmap_count *count,
+                       const struct rmap_registered_list *registered, size_t n_criterion,
+                       bool listed, double seconds, struct rmap_error *err)
 {
     struct rmap_map_summary summary;
     rmap_map_summarise(map, &summary);
     for (size_t c = 0; c < n_criterion; c++)
-        rmap_query_count_hint(context, map, criterion[c], &count[c]);
+        rmap_tell_hint(context, map, &(struct rmap_choice){criterion[c], NULL}, count[c].rays);
     if (context->json) {
         json_t *list = json_array();
         for (size_t c = 0; c < n_criterion; c++)
             (void)json_array_append_new(
                 list, rmap_query_count_json(map, criterion[c], &count[c], &registered[c], seconds));
-        json_t *document = n_criterion == 1 ? json_incref(json_array_get(list, 0)) : list;
-        if (document != list)
+        json_t *document = list;
+        if (n_criterion == 1 && !listed) {
+            document = json_incref(json_array_get(list, 0));
             json_decref(list);
+        }
         return rmap_json_print(document, stdout, err);
     }
     uint64_t nbytes = 0, read = 0;

@@ -10,18 +10,14 @@
 #include "analysis/query.h"
 #include "mpi/registered.h"
 
-/* Rank 0. One object, or with several criteria an array of them, in order; else a table. The
- * table alone does not depend on how the work was shared out: bytes and seconds are talk.
- * nbytes_read UINT64_MAX: not counted, null. registered: [n_criterion]. */
+/* Rank 0. One object, or an array of them, in order, of several criteria or where `listed`; else a
+ * table. The table alone does not depend on how the work was shared out: bytes and seconds are
+ * talk. nbytes_read UINT64_MAX: not counted, null. registered: [n_criterion]. */
 enum rmap_status
 rmap_query_count_print(const struct rmap_context *context, const struct rmap_map *map,
                        struct rmap_criterion *const *criterion, const struct rmap_count *count,
                        const struct rmap_registered_list *registered, size_t n_criterion,
-                       double seconds, struct rmap_error *err) RMAP_MUST_USE;
-
-/* Rank 0. On stderr, unless quiet: why nothing matched, where that can be told without reading. */
-void rmap_query_count_hint(const struct rmap_context *context, const struct rmap_map *map,
-                           const struct rmap_criterion *criterion, const struct rmap_count *count);
+                       bool listed, double seconds, struct rmap_error *err) RMAP_MUST_USE;
 
 /* One of those objects; NULL: memory is short. The caller's. */
 json_t *rmap_query_count_json(const struct rmap_map *map, const struct rmap_criterion *criterion,

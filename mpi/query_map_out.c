@@ -6,6 +6,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map_json.h"
 #include "io/map_lock.h"
 #include "io/map_run.h"
 #include "mpi/agree.h"
@@ -133,12 +134,14 @@ static enum rmap_status summarise(const struct rmap_context *context, const stru
     double seconds = rmap_clock_seconds() - self->begun;
     if (context->json)
         st = rmap_json_print(
-            json_pack("{s:s, s:s, s:s, s:s, s:I, s:I, s:I, s:s, s:f}", "output", answer->to,
-                      "criterion", answer->criterion, "answer", answer->answer, "encoding",
-                      rmap_encoding_name(self->encoding), "rays",
-                      (json_int_t)summary.n_row[RMAP_TABLE_RAY], "segments",
-                      (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT], "bytes",
-                      (json_int_t)summary.nbytes, "digest", digest, "seconds", seconds),
+            rmap_json_of_map(
+                json_pack("{s:s, s:s, s:s, s:s, s:I, s:I, s:I, s:s, s:f}", "output", answer->to,
+                          "criterion", answer->criterion, "answer", answer->answer, "encoding",
+                          rmap_encoding_name(self->encoding), "rays",
+                          (json_int_t)summary.n_row[RMAP_TABLE_RAY], "segments",
+                          (json_int_t)summary.n_row[RMAP_TABLE_SEGMENT], "bytes",
+                          (json_int_t)summary.nbytes, "digest", digest, "seconds", seconds),
+                answer->map),
             stdout, err);
     else if (!context->quiet)
         printf("%s: %s, %s, %s, %.1f MB\ndigest %s\n", answer->to,

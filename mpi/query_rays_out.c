@@ -28,7 +28,7 @@ struct format {
 static enum rmap_status write_json(const struct rmap_ray_report *report, FILE *out,
                                    struct rmap_error *err)
 {
-    json_t *ray = rmap_ray_report_json(report);
+    json_t *ray = rmap_json_versioned(rmap_ray_report_json(report));
     int failed = ray ? json_dumpf(ray, out, JSON_COMPACT | JSON_REAL_PRECISION(17)) : 0;
     json_decref(ray);
     if (!ray || rmap_json_memory_failed())

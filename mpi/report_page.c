@@ -6,6 +6,7 @@
 
 #include "analysis/figure_draw.h"
 #include "analysis/run_report.h"
+#include "io/map_json.h"
 #include "io/whole_file.h"
 #include "mpi/agree.h"
 #include "mpi/energy_run.h"
@@ -145,8 +146,10 @@ static enum rmap_status write_page(const struct rmap_context *context,
     else if (st == RMAP_OK)
         (void)fwrite(text, 1, nbytes, stdout); /* main sees to its errors */
     if (st == RMAP_OK && context->json)
-        st = rmap_json_print(json_pack("{s:s, s:I}", "output", path, "bytes", (json_int_t)nbytes),
-                             stdout, err);
+        st = rmap_json_print(
+            rmap_json_of_map(json_pack("{s:s, s:I}", "output", path, "bytes", (json_int_t)nbytes),
+                             report->map),
+            stdout, err);
     else if (st == RMAP_OK && path && !context->quiet)
         printf("%s: %.1f MB\n", path, 1e-6 * (double)nbytes);
     free(text);

@@ -10,6 +10,7 @@
 #include "base/grouped.h"
 #include "io/map_json.h"
 #include "mpi/agree.h"
+#include "mpi/hint.h"
 #include "mpi/json_out.h"
 #include "mpi/progress.h"
 #include "mpi/query_count_out.h"
@@ -79,12 +80,12 @@ static enum rmap_status count_rays(struct rmap_session *session, struct rmap_cri
                                 &registered, err));
     double seconds = rmap_clock_seconds() - begun;
     if (context->rank == 0 && context->json) {
-        rmap_query_count_hint(context, session->map, criterion, &count);
+        rmap_tell_hint(context, session->map, &(struct rmap_choice){criterion, NULL}, count.rays);
         st = rmap_json_line(
             rmap_query_count_json(session->map, criterion, &count, registered, seconds), stdout,
             err);
     } else if (context->rank == 0) {
-        st = rmap_query_count_print(context, session->map, &criterion, &count, registered, 1,
+        st = rmap_query_count_print(context, session->map, &criterion, &count, registered, 1, false,
                                     seconds, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
@@ -202,8 +203,10 @@ static enum rmap_status show_names(const struct rmap_session *session, struct rm
     const struct rmap_scene *scene = rmap_map_scene(session->map);
     enum rmap_status st = RMAP_OK;
     if (context->rank == 0 && context->json)
-        st = rmap_json_line(json_pack("{s:o}", "names", rmap_session_names_json(scene)), stdout,
-                            err);
+        st = rmap_json_line(
+            rmap_json_of_map(json_pack("{s:o}", "names", rmap_session_names_json(scene)),
+                             session->map),
+            stdout, err);
     else if (context->rank == 0)
         rmap_session_names_print(scene, stderr);
     return rmap_agree(context, st, err);

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/session_status.h"
+#include "io/map_json.h"
 
 #include <stdio.h>
 
@@ -25,7 +26,7 @@ enum rmap_status rmap_session_status(const struct rmap_context *context, const s
     RMAP_TRY(
         RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, sum, KINDS, MPI_UINT64_T, MPI_SUM, context->comm)));
     if (context->rank == 0 && context->json)
-        st = rmap_json_line(as_json(sum), stdout, err);
+        st = rmap_json_line(rmap_json_of_map(as_json(sum), map), stdout, err);
     else if (context->rank == 0)
         printf("in memory: %.1f MB of at most %.0f MB: history indexes %.1f, their portions opened "
                "%.1f, columns %.1f\n",

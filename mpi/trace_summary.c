@@ -46,13 +46,15 @@ static json_t *to_json(const struct summary *summary)
 {
     const struct rmap_trace_outcome *outcome = summary->report->outcome;
     json_t *document = json_pack(
-        "{s:s?, s:I, s:I, s:I, s:f, s:f, s:f, s:f, s:b, s:i, s:i, s:I}", "map",
+        "{s:s?, s:I, s:I, s:I, s:f, s:f, s:f, s:f, s:b, s:I, s:I, s:i, s:i, s:I}", "map",
         summary->report->map_path, "rays", (json_int_t)(summary->report->n_held + outcome->n_ray),
         "traced", (json_int_t)outcome->n_ray, "segments", (json_int_t)summary->segments,
         "mean_path", summary->mean_path, "seconds", outcome->seconds, "seconds_until_tracing",
         summary->report->until_tracing, "rays_per_second", summary->rate, "complete",
-        outcome->n_ray == outcome->n_wanted, "ranks", summary->context->size, "threads",
-        outcome->n_thread, "seed", (json_int_t)summary->report->plan->seed);
+        outcome->n_ray == outcome->n_wanted, "rays_asked",
+        (json_int_t)(summary->report->n_held + outcome->n_wanted), "rays_traced",
+        (json_int_t)(summary->report->n_held + outcome->n_ray), "ranks", summary->context->size,
+        "threads", outcome->n_thread, "seed", (json_int_t)summary->report->plan->seed);
     if (summary->report->map_path) {
         const struct rmap_map_content *content = summary->report->content;
         const uint64_t nbytes = summary->report->map_nbytes;

@@ -99,6 +99,13 @@ def check_hints():
             del answer["seconds"]
         if answers[0] != answers[1] or quiet.stderr or (answers[0]["rays"]["matched"] == 0) != (text != "all"):
             fail(f"{text}: {answers} {quiet.stderr}")
+    missed, words = HINTS[0]
+    for more in (("detector", "sensor"), ("stats", "--of", "bounces"), ("stats", "--of", "x(sensor)"), ("paths",),
+                 ("paths", "--detector", "sensor")):
+        for quiet in ((), ("-q",)):
+            said = program(more[0], "page.raymap", *more[1:], "--where", missed, *quiet).stderr
+            if (words in said) != (not quiet):
+                fail(f"{more}: the hint is {said!r}, not {words!r}")
     talk = subprocess.run([PROGRAM, "session", "page.raymap"], input='path("T@lens.2 A")\n', capture_output=True,
                           text=True, check=False)
     if "wherever in it" not in talk.stderr:

@@ -169,7 +169,7 @@ def compare(path, criterion=None):
     columns = Columns(path, criterion)
     where = ["--where", criterion] if criterion else []
     told = json.loads(run("report", path, "--energy", "--json", *where))
-    assert list(told) == ["map", "criterion", "which", "rays", "flux", "total", "sources", "complete", "rays_asked", "rays_traced"]
+    assert list(told) == ["version", "map", "criterion", "which", "rays", "flux", "total", "sources", "complete", "rays_asked", "rays_traced"]
     assert told["map"] == path and told["criterion"] == (criterion or "all")
     assert told["rays"] == {"total": columns.map.n_rays, "matched": len(columns.rays)}
     assert told["total"]["source"] is None

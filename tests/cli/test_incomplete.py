@@ -23,24 +23,32 @@ def check_every_answer(file, complete, asked, traced):
                       ["detector", file, "sensor"], ["stats", file, "--of", "bounces"], ["paths", file, "--top", 3],
                       ["report", file, "--energy"], ["compare", file, file], ["info", file],
                       ["query", file, "ray < 9", "-o", "some.csv", "--force"],
+                      ["query", file, "ray < 9", "-o", "picked.raymap", "--force"], ["report", file, 0],
+                      ["report", file, "--html", "-o", "some.html", "--force"], ["index", file], ["verify", file],
+                      ["convert", file, "-o", "other.raymap", "--encoding", "plain", "--force"],
                       ["draw", file, "-o", "some.svg", "--limit", 9, "--force"], ["session", file]):
-        done = call(*arguments, "--json", "--quiet", text="list 1 all\n" if arguments[0] == "session" else None)
-        document = json.loads(done.stdout)
-        parts = document if isinstance(document, list) else document.get("samples", [document])
+        done = call(*arguments, "--json", "--quiet",
+                    text="list 1 all\nall\nstatus\nnames\n" if arguments[0] == "session" else None)
+        documents = [json.loads(line) for line in done.stdout.splitlines()] if arguments[0] == "session" else json.loads(done.stdout)
+        parts = documents if isinstance(documents, list) else documents.get("samples", [documents])
         for part in parts:
             said = part["complete"], part["rays_asked"], part["rays_traced"]
             assert said == (complete, asked, traced), (arguments, said)
         lines = [line for line in done.stderr.splitlines() if "is not complete" in line]
-        opened = 0 if complete or arguments[0] == "info" else 2 if arguments[0] == "compare" else 1
+        opened = 0 if complete or arguments[0] in ("info", "verify") else 2 if arguments[0] == "compare" else 1
         assert len(lines) == opened, (arguments, done.stderr)
         assert all(f"holds {traced:,} rays of {asked:,}" in line for line in lines), lines
 
 
 call("trace", GAUSS, "-o", "whole.raymap", "-n", 3000, "--force", "--quiet")
 check_every_answer("whole.raymap", True, 3000, 3000)
-call("trace", GAUSS, "-o", "part.raymap", "-n", 10**9, "--time-limit", "0.2s", "--force", "--quiet", status=6)
+told = json.loads(call("trace", GAUSS, "-o", "part.raymap", "-n", 10**9, "--time-limit", "0.2s", "--force", "--json", status=6).stdout)
 held = json.loads(call("info", "part.raymap", "--json").stdout)["rays"]
 check_every_answer("part.raymap", False, 10**9, held)
+assert (told["complete"], told["rays_asked"], told["rays_traced"]) == (False, 10**9, held), told
+call("trace", GAUSS, "-o", "next.raymap", "-n", 1000, "--first-ray", 10**9, "--force", "--quiet")
+merged = json.loads(call("merge", "part.raymap", "next.raymap", "-o", "both.raymap", "--force", "--json").stdout)
+assert (merged["complete"], merged["rays_asked"], merged["rays_traced"]) == (False, 10**9 + 1000, held + 1000), merged
 assert "asked for: 1,000,000,000 rays" in call("info", "part.raymap").stdout
 call("query", "part.raymap", "ray < 100", "-o", "picked.raymap", "--force", "--quiet")
 picked = json.loads(call("query", "picked.raymap", "all", "--json").stdout)

@@ -51,7 +51,7 @@ assert all(source["unit"] == "W" for source in info["sources"])
 assert sum(shard["rays"] for shard in info["shards"]) == 20001
 
 count = run("query", "a.raymap", "all", "--count")
-same_keys(count, "criterion rays segments flux registered portions bytes_read seconds complete rays_asked rays_traced")
+same_keys(count, "version criterion rays segments flux registered portions bytes_read seconds complete rays_asked rays_traced")
 same_keys(count["rays"], "total matched")
 same_keys(count["segments"], "total matched")
 same_keys(count["flux"], "total matched standard_error unit")
@@ -77,7 +77,7 @@ rays = run("query", "a.raymap", ghost, "--limit", "5")
 written = run("query", "a.raymap", ghost, "-o", "rays.json")
 with open("rays.json") as file:
     everything = json.load(file)
-same_keys(written, "output rays complete rays_asked rays_traced")
+same_keys(written, "version output rays complete rays_asked rays_traced")
 assert written["output"] == "rays.json" and written["rays"] == len(everything) > 5
 assert rays == everything[:5]
 assert [ray["ray"] for ray in everything] == sorted(ray["ray"] for ray in everything)

@@ -271,7 +271,7 @@ def check_narrowed(judge):
     assert math.isclose(rest["flux"], sum(row["flux"] for row in left), rel_tol=1e-9)
     assert whole["remainder"]["rays"] == 0 and whole["remainder"]["flux"] == 0
     for row in some["classes"]:
-        answer = json.loads(run("query", judge.file, "--criteria", "names.txt", row["criterion"], "--json"))
+        answer, = json.loads(run("query", judge.file, "--criteria", "names.txt", row["criterion"], "--json"))
         assert answer["rays"]["matched"] == row["rays"] and answer["flux"]["matched"] == row["flux"]
     with open("x.csv") as file:
         lines = [line for line in file if not line.startswith("#")]

@@ -109,8 +109,8 @@ def ask_again(path, told):
         if os.path.exists(name):
             os.remove(name)
     run("report", path, "--html", "page.html", "--quiet")
-    assert json.loads(run("report", path, "--html", "-o", "again.html", "--json")) == {
-        "output": "again.html", "bytes": len(told)}
+    said = json.loads(run("report", path, "--html", "-o", "again.html", "--json"))
+    assert (said["output"], said["bytes"]) == ("again.html", len(told)), said
     for name in ("page.html", "again.html"):
         with open(name, "rb") as file:
             assert file.read() == told, name

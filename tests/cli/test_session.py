@@ -150,7 +150,7 @@ def test_names_and_lists():
     ghost = "source(star) and hit(*, reflect_specular) >= 2"
     got = lines(MAP, text=f"let g = {ghost}\n@g\nlet g = @h\n@g\nlet h = not @g\n@h\nlist 3 @g\nquit\nall\n",
                 status=3)
-    assert got[0] == {"defined": f"let g = {ghost}"}, got[0]
+    assert got[0] == {"version": 1, "defined": f"let g = {ghost}"}, got[0]
     got = [answer for answer in got if "defined" not in answer]
     assert len(got) == 5, got
     want = counted(ghost)["rays"]
@@ -159,7 +159,7 @@ def test_names_and_lists():
     assert got[2]["rays"] == want  # a mistaken definition changed nothing
     assert got[3]["rays"]["matched"] == want["total"] - want["matched"]
     code, out, _ = run("query", MAP, ghost, "--limit", "3", "--json", "--quiet")
-    assert code == 0 and got[4]["rays"] == json.loads(out)
+    assert code == 0 and [{"version": 1, **ray} for ray in got[4]["rays"]] == json.loads(out)
     got = lines(MAP, text="let g = source(star)\nlet g = @g\n@g\n", status=3)
     assert "error" in got[1] and got[2]["rays"] == counted("source(star)")["rays"], got
     with open("names.txt", "w", encoding="utf-8") as f:

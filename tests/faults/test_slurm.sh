@@ -109,6 +109,9 @@ ends() { # STATUS WORDS JOB
 }
 ends 3 'missing.yaml' "$(sbatch --parsable -n 1 -o "$PWD/job-%j.log" "$SOURCE_DIR/jobs/slurm-trace.sh" missing.yaml x.raymap 10)"
 ends 2 'usage' "$(sbatch --parsable -n 1 -o "$PWD/job-%j.log" "$SOURCE_DIR/jobs/slurm-trace.sh" scene.yaml)"
+sed 's/^sources:/&\n  - {name: lost, type: collimated, at: [0, 0, 0], direction: [0, 0, 1], shape: {disc: 0.1}, flux: 1 W, rays_share: 1, medium: glass}/' \
+    scene.yaml >lossy.yaml
+ends 7 'left with status 7' "$(sbatch --parsable -n 1 -o "$PWD/job-%j.log" "$SOURCE_DIR/jobs/slurm-trace.sh" lossy.yaml lossy.raymap 1000 --quiet)"
 export RESTARTS=0
 ends 6 'after 0 restarts' "$(submit late.raymap 100M --time-limit 1s --quiet --threads 1)"
 export LAUNCHER="timeout --signal=KILL 0.01 mpirun -np 1"

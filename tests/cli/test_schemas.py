@@ -1,0 +1,151 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The promise: docs/schemas describes every JSON document, key by key. Runs every command once with --json, and validates that
+and whatever the tests before this one have had printed (tests/schemas/seen.sh), with no key that is not described."""
+import copy
+import glob
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+try:
+    import jsonschema
+except ImportError:
+    print("python3-jsonschema is missing: jobs/install-packages.sh tests installs it")
+    sys.exit(77)
+
+PROGRAM = os.environ["RAYMAP"]
+EXAMPLES = pathlib.Path(os.environ["SOURCE_DIR"]) / "examples"
+GAUSS = EXAMPLES / "double-gauss" / "scene.yaml"
+
+
+def strict(schema):
+    """The schema with no keys but those that it names; the public one lets documents grow."""
+    if isinstance(schema, list):
+        return [strict(one) for one in schema]
+    if not isinstance(schema, dict):
+        return schema
+    schema = {key: strict(value) for key, value in schema.items()}
+    if isinstance(schema.get("properties"), dict) and "type" in schema:
+        schema.setdefault("additionalProperties", False)
+    return schema
+
+
+store = {}
+for path in sorted((pathlib.Path(os.environ["SOURCE_DIR"]) / "docs" / "schemas").glob("*.json")):
+    with open(path, encoding="utf-8") as file:
+        schema = json.load(file)
+    jsonschema.Draft7Validator.check_schema(schema)
+    store[path.name] = strict(schema)
+validators = {name[:-5]: jsonschema.Draft7Validator(schema, resolver=jsonschema.RefResolver(name, schema, store=store))
+              for name, schema in store.items()}
+validated, failures = {}, []
+
+
+def shape(value):
+    """Documents of one shape are validated once."""
+    if isinstance(value, dict):
+        return tuple((key, shape(one)) for key, one in value.items())
+    if isinstance(value, list):
+        return tuple(sorted({shape(one) for one in value}, key=repr))
+    return value if isinstance(value, str) and len(value) < 12 else type(value).__name__
+
+
+def schema_of(words):
+    """Of what a command prints."""
+    command = words[0]
+    if command == "report":
+        return "energy" if "--energy" in words else "page" if "--html" in words else "rays"
+    if command == "query":
+        listed = "--limit" in words or "--sample" in words
+        written = any(word in ("-o", "--output") or word.startswith("--output=") for word in words)
+        return "query-explain" if "--explain" in words else "query-output" if written else "rays" if listed else "query"
+    return command
+
+
+def validate(name, document, what):
+    for one in document if isinstance(document, list) else [document]:
+        key = name, shape(one)
+        if key in validated:
+            continue
+        validated[key] = one
+        for error in validators[name].iter_errors(one):
+            failures.append(f"{what}: {name}.json: {'/'.join(map(str, error.absolute_path))}: {error.message[:300]}")
+
+
+def run(*words, text=None, status=0, name=None, file=None):
+    words = [str(word) for word in words]
+    done = subprocess.run([PROGRAM, *words, "--json"], capture_output=True, text=True, check=False, input=text)
+    if done.returncode != status:
+        sys.exit(f"{words}: {done.returncode} {done.stderr}")
+    lines = done.stdout.splitlines() if words[0] == "session" else [done.stdout]
+    documents = [json.loads(line) for line in lines]
+    for document in documents:
+        validate(name or schema_of(words), document, " ".join(words))
+    if file:
+        with open(file, encoding="utf-8") as written:
+            validate(name or schema_of([words[0], *words[3:]]), json.load(written), f"{file} of {' '.join(words)}")
+    return documents[0]
+
+
+seen = sorted(glob.glob(os.path.join(os.environ["JSON_SEEN"], "*.words")))
+for path in seen:
+    with open(path, encoding="utf-8") as file:
+        words = file.read().splitlines()
+    with open(path[:-6], encoding="utf-8") as file:
+        text = file.read()
+    try:
+        validate(schema_of(words), json.loads(text), " ".join(words))
+    except ValueError:  # --html to stdout, lines of a table
+        if words[0] not in ("report", "bench"):
+            failures.append(f"{' '.join(words)}: no JSON: {text[:200]}")
+    os.remove(path)
+    os.remove(path[:-6])
+
+run("check", GAUSS)
+run("check", EXAMPLES / "mirage" / "scene.yaml")
+run("trace", GAUSS, "-o", "a.raymap", "-n", 3000, "--force")
+run("trace", GAUSS, "-o", "b.raymap", "-n", 3000, "--first-ray", 3000, "--force")
+run("info", "a.raymap")
+run("convert", "a.raymap", "-o", "p.raymap", "--encoding", "plain", "--force")
+run("merge", "a.raymap", "b.raymap", "-o", "m.raymap", "--force")
+run("index", "p.raymap")
+run("verify", "p.raymap")
+run("repair", "p.raymap")
+one = run("query", "a.raymap", "registered(sensor)")
+assert isinstance(one, dict) and one["version"] == 1
+assert isinstance(run("query", "a.raymap", "all", "hit(*)"), list)
+with open("names.txt", "w", encoding="utf-8") as file:
+    file.write("let seen = registered(sensor)\n")
+assert isinstance(run("query", "a.raymap", "--criteria", "names.txt"), list)
+assert isinstance(run("query", "a.raymap", "all", "--explain"), list)
+run("query", "a.raymap", "all", "--limit", 3)
+run("query", "a.raymap", "ray < 9", "-o", "rays.json", "--force")
+with open("rays.json", encoding="utf-8") as file:
+    validate("rays", json.load(file), "rays.json")
+run("query", "a.raymap", "registered(sensor)", "-o", "x.raymap", "--force")
+run("info", "x.raymap")
+run("draw", "a.raymap", "-o", "a.svg", "--limit", 9, "--force")
+run("detector", "a.raymap", "sensor", "--where", "source(star)", "--mtf")
+run("stats", "a.raymap", "--of", "bounces", "-o", "s.json", "--force", file="s.json", name="stats")
+run("stats", "a.raymap", "--of", "x(sensor)", "--of", "y(sensor)", "--by", "source")
+run("paths", "a.raymap", "--detector", "sensor", "--matrix", "all", "-o", "w.json", "--force", file="w.json", name="paths")
+run("compare", "a.raymap", "b.raymap")
+run("report", "a.raymap", 0)
+run("report", GAUSS, "--rays", "0..3")
+run("report", EXAMPLES / "luneburg" / "scene.yaml", "--ray", 0)
+run("report", "a.raymap", "--energy", "-o", "e.json", "--force", file="e.json", name="energy")
+run("report", "a.raymap", "--html", "-o", "a.html", "--force")
+run("session", "a.raymap", text="all\nlist 2 all\nlet g = hit(*)\nnames\nhelp\nstatus\nhit(\n", status=3)
+run("render", EXAMPLES / "mirage" / "scene.yaml", "-o", "m.png", "--size", "16x12", "--samples", 1, "--force")
+
+# A key that is not described, one of another type and one that is missing are seen.
+for change in (lambda d: d.update(surprise=1), lambda d: d.update(complete="yes"), lambda d: d.pop("version"),
+               lambda d: d["flux"].update(more=0)):
+    wrong = copy.deepcopy(one)
+    change(wrong)
+    assert list(validators["query"].iter_errors(wrong)), wrong
+print(f"{len(seen)} documents of other tests, {len(validated)} shapes")
+sys.exit("\n".join(failures) if failures else 0)
