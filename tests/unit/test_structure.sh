@@ -41,7 +41,7 @@ unlicensed=$(find src io analysis mpi tests jobs -type f \
 twins=$(find src io analysis mpi -name '*.[ch]' -printf '%f\n' | sort | uniq -d)
 [ -z "$twins" ] || fail 'file names are unique' "$twins"
 
-build=$(dirname "${RAYMAP:?}")
+build=$(dirname "${RAYMAP_PROGRAM:-${RAYMAP:?}}") # not what looks at its answers
 for library in "$build"/librmap_*.a; do
     alien=$(nm --extern-only --defined-only --no-sort "$library" 2>/dev/null |
         awk 'NF == 3 && $3 !~ /^(rmap_|__(a|ub)san|__odr_asan|__gcov)/ {print $3}')
