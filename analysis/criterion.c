@@ -7,6 +7,7 @@
 #include "analysis/criterion_lex.h"
 #include "analysis/criterion_names.h"
 #include "analysis/criterion_tree.h"
+#include "analysis/path_store.h"
 #include "base/alloc.h"
 
 enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
@@ -145,6 +146,7 @@ void rmap_criterion_destroy(struct rmap_criterion *criterion)
     for (size_t i = 0; i < criterion->n_block; i++)
         rmap_free(criterion->block[i]);
     rmap_free(criterion->block);
+    rmap_path_store_release(criterion->paths);
     rmap_free(criterion->node);
     rmap_free(criterion->name);
     rmap_free(criterion->text);

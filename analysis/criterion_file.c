@@ -6,6 +6,7 @@
 #include "analysis/criterion_file_internal.h"
 #include "analysis/criterion_lex.h"
 #include "analysis/criterion_names.h"
+#include "analysis/path_store.h"
 #include "base/alloc.h"
 
 static char *copy_bytes(const char *from, size_t nbytes)
@@ -155,8 +156,9 @@ enum rmap_status rmap_criteria_create(const char *text, const char *label,
     if (criteria) { /* editors put a byte order mark at the front */
         criteria->text = rmap_strdup(text + (strncmp(text, "\xef\xbb\xbf", 3) == 0 ? 3 : 0));
         criteria->label = rmap_strdup(label);
+        criteria->paths = rmap_path_store_create();
     }
-    if (!criteria || !criteria->text || !criteria->label) {
+    if (!criteria || !criteria->text || !criteria->label || !criteria->paths) {
         st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
         goto out;
     }
@@ -182,6 +184,7 @@ void rmap_criteria_destroy(struct rmap_criteria *criteria)
         rmap_free(criteria->let[i].reference);
     }
     rmap_free(criteria->let);
+    rmap_path_store_release(criteria->paths);
     rmap_free(criteria->slot);
     rmap_free(criteria->label);
     rmap_free(criteria->text);

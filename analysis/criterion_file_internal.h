@@ -10,6 +10,8 @@ struct rmap_let {
     size_t begin, end;           /* of the definition; `end` where the next `let` begins */
 };
 
+struct rmap_path_store;
+
 struct rmap_criteria {
     char *text; /* comments are blanks */
     char *label;
@@ -17,6 +19,7 @@ struct rmap_criteria {
     size_t n, cap;
     size_t *slot; /* [n_slot] 1 + let by its name's hash, 0: free; n_slot is a power of two */
     size_t n_slot;
+    struct rmap_path_store *paths; /* of all criteria that are compiled with these definitions */
 };
 
 #endif

@@ -2,8 +2,9 @@
  *
  * The test path("...").
  */
+#include "analysis/criterion_file_internal.h"
+#include "analysis/path_store.h"
 #include "analysis/path_table.h"
-#include "base/alloc.h"
 
 /* A ray's sources of symbols: with names, what tells them. */
 static rmap_column_set columns_of(const struct rmap_path_table *table)
@@ -19,48 +20,24 @@ static rmap_column_set columns_of(const struct rmap_path_table *table)
     return columns;
 }
 
-static enum rmap_status begin_table(struct rmap_parser *parser, struct rmap_path_table **table_ret)
+/* That of the definitions, which criteria share; else one of the criterion's own. */
+static enum rmap_status find_store(struct rmap_parser *parser, struct rmap_path_store **store_ret)
 {
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_scene *scene = parser->criterion->scene;
-    void *block = NULL, *follows = NULL;
-    RMAP_TRY(rmap_criterion_block_add(parser->criterion, 1, sizeof(struct rmap_path_table), &block,
-                                      parser->err));
-    RMAP_TRY(rmap_criterion_block_add(parser->criterion, scene->n_detector + 1, 1, &follows,
-                                      parser->err));
-    struct rmap_path_table *table = block;
-    uint8_t *mark = follows;
-    for (size_t d = 0; d < scene->n_detector; d++)
-        mark[d] = rmap_detector_lies_on(&scene->detector[d]);
-    *table = (struct rmap_path_table){.n_object = scene->n_object,
-                                      .n_medium = scene->n_medium,
-                                      .n_detector = scene->n_detector,
-                                      .follows_object = follows};
-    *table_ret = table;
-out:
-    return st;
-}
-
-static enum rmap_status compile(struct rmap_parser *parser, const struct rmap_token *string,
-                                struct rmap_path_table *table)
-{
-    enum rmap_status st = RMAP_OK;
-    struct rmap_path_regex regex = {0};
-    struct rmap_path_alphabet alphabet = {0};
-    RMAP_TRY(rmap_path_regex_parse(parser, string, &regex));
-    RMAP_TRY(rmap_path_alphabet_create(parser, string, &regex, table, &alphabet));
-    RMAP_TRY(rmap_path_needs_create(parser, &regex, &alphabet, table));
-    RMAP_TRY(rmap_path_automaton_create(parser, string, &regex, &alphabet, table));
-out:
-    rmap_free(alphabet.has);
-    rmap_path_regex_fini(&regex);
-    return st;
+    struct rmap_criterion *criterion = parser->criterion;
+    if (!criterion->paths)
+        criterion->paths = parser->criteria ? rmap_path_store_hold(parser->criteria->paths)
+                                            : rmap_path_store_create();
+    *store_ret = criterion->paths;
+    return criterion->paths
+               ? RMAP_OK
+               : rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the criterion");
 }
 
 enum rmap_status rmap_parse_path(struct rmap_parser *parser, struct rmap_criterion_node *node)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_path_table *table = NULL;
+    const struct rmap_path_table *table = NULL;
+    struct rmap_path_store *store = NULL;
     node->kind = RMAP_CRITERION_PATH;
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
     struct rmap_token string = parser->token;
@@ -69,8 +46,8 @@ enum rmap_status rmap_parse_path(struct rmap_parser *parser, struct rmap_criteri
                                     "a sequence in double quotes, such as \"T@lens.* R .*\"");
     RMAP_TRY(rmap_parser_advance(parser));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
-    RMAP_TRY(begin_table(parser, &table));
-    RMAP_TRY(compile(parser, &string, table));
+    RMAP_TRY(find_store(parser, &store));
+    RMAP_TRY(rmap_path_store_table(store, parser, &string, &table));
     node->path.table = table;
     node->path.columns = columns_of(table);
 out:

@@ -24,7 +24,7 @@ static inline bool rmap_interval_holds(const struct rmap_interval *interval, dou
 struct rmap_index_set {
     int32_t low;
     uint32_t span;
-    uint8_t *member; /* [span], NULL: all; owned by the criterion */
+    uint8_t *member; /* [span], NULL: all; of the criterion's store */
 };
 
 static inline bool rmap_index_set_has(const struct rmap_index_set *set, int32_t k)
@@ -171,6 +171,8 @@ struct rmap_criterion_node {
     };
 };
 
+struct rmap_path_store;
+
 struct rmap_criterion {
     char *text;
     char *name;                     /* of the definition that it is, or NULL */
@@ -179,6 +181,7 @@ struct rmap_criterion {
     size_t n_node, node_cap;
     void **block; /* arrays that nodes point to */
     size_t n_block, block_cap;
+    struct rmap_path_store *paths; /* held; NULL: no path is in it */
     int32_t root;
     int n_mask; /* intermediate results that evaluation holds at once */
     rmap_column_set columns;
