@@ -194,8 +194,10 @@ def main():
     check_picked(file)
     check_pair(file)
     check_receivers(file)
+    # mirage and gradient-sphere have no detectors
     for name, detector, condition in (("telescope", "disturbed", "angle < 0.001 or x > 0"),
-                                      ("luneburg", "focus", "hit(*) > 2"), ("selfoc", "image", "x > 0")):
+                                      ("luneburg", "focus", "hit(*) > 2"), ("selfoc", "image", "x > 0"),
+                                      ("room", "floor_map", "hit(*, reflect_diffuse) == 0")):
         check_law(trace(name, 2000, "compact"), detector, [condition], ["all"], 1)
 
 
