@@ -9,7 +9,7 @@ const scaleBytes = unpack(data.detectors.scale);
 const FRAME = { left: 46, right: 10, top: 8, bottom: 22, bar: 52 }; // CSS pixels about the picture
 
 /* detector: index; kind: "rect" or "ellipse"; region: four numbers of the criterion, or null */
-const sensor = { index: 0, kind: "rect", region: null, area: null, pressed: null, pictures: new Map() };
+const sensor = { index: 0, kind: "rect", region: null, area: null, pressed: null, picture: null, pictures: new Map() };
 const current = () => detectors[sensor.index];
 
 /* Axis of the detector that runs to the right: x of a plane, phi of an intensity grid. */
@@ -98,7 +98,7 @@ function layOut(detector) {
 
 function drawDots(detector) {
   const right = rightAxis(detector), style = getComputedStyle(document.documentElement);
-  paint.fillStyle = detector.image ? "#7fe0ff" : style.getPropertyValue("--strong");
+  paint.fillStyle = detector.image && allCriteriaOn() ? "#7fe0ff" : style.getPropertyValue("--strong");
   paint.globalAlpha = Math.max(0.15, Math.min(0.9, 30 / Math.sqrt(ray.count)));
   for (const [i, r] of registrationsOn(sensor.index)) {
     if (shown.state[r] === HIDDEN) continue;
@@ -142,6 +142,11 @@ function drawFrameAndScale(detector, picture) {
   });
   paint.textBaseline = "middle";
   paint.fillText(names[1 - right], left - 5, top + height / 2);
+  if (detector.image && !picture) {
+    paint.textAlign = "left";
+    paint.textBaseline = "top";
+    paint.fillText("the image is of all criteria; these are rays of those that are on", left + 4, top + 4, width - 8);
+  }
   if (!picture) return;
   const x = left + width + 10;
   for (let k = 0; k < height; k++) {
@@ -188,13 +193,15 @@ function drawImage() {
   if (!detector) return;
   layOut(detector);
   const { left, top, width, height } = sensor.area;
-  const picture = detector.image ? pictureOf(detector, byId("log").checked) : null;
+  /* The image is of the light of all criteria; where some are off, the rays of the page stand for the others'. */
+  const picture = detector.image && allCriteriaOn() ? pictureOf(detector, byId("log").checked) : null;
   paint.clearRect(0, 0, image.width, image.height);
   paint.imageSmoothingEnabled = false;
   if (picture) paint.drawImage(picture.cells, left, top, width, height);
   if (!picture || byId("dots").checked) drawDots(detector);
   drawFrameAndScale(detector, picture);
   drawRegion(detector);
+  sensor.picture = picture;
   hangPicture(picture);
 }
 scheme.told.push(drawImage);

@@ -130,6 +130,7 @@ window.raymap = {
     return Math.abs(p.x) <= 1 && Math.abs(p.y) <= 1;
   }),
   draw: redraw,
+  hasImage: () => sensor.picture !== null,
   statistics: () => ({ rays: ray.count, legs: leg.count, strokes: strokes.count, shown: shown.count,
     frames: frames.drawn, milliseconds: frames.milliseconds.slice(), travelled: player.at, level: pace.level, resting: !pace.moving }),
   /* Ids of the rays that are shown, and the largest id in the page. */

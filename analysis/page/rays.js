@@ -153,6 +153,7 @@ const colouring = { mode: data.color };
 const where = data.where.list;
 ray.where = unpack(data.where.match);
 let whereOn = -1;
+const allCriteriaOn = () => where.every((_, index) => whereOn & (1 << index));
 
 /* The first of them that a ray matches, of those that are on. */
 function whereOf(r) {

@@ -145,10 +145,12 @@ async function switchesCriteria(page) {
     const left = counted("a.raymap", `(${criterion}) and ray <= ${last}`);
     check((await statistics(page)).shown === left && left > 0 && left < all, `without criterion ${k} ${left} of ${all} rays are shown`);
     check((await changed(page, both)) > 300, "a switch changes the picture");
+    check(!(await page.evaluate(() => raymap.hasImage())), "no image with light of what is off");
     await picture(page, `criterion-${k}.png`);
     await boxes.nth(k).check();
   }
   check((await statistics(page)).shown === all, "both switched on again");
+  check(await page.evaluate(() => raymap.hasImage()), "and the image with them");
   await settle(page);
   const before = await pixels(page, "#canvas");
   await page.selectOption("#colour", "natural");
