@@ -234,7 +234,7 @@ static void tell_overlooked(struct rmap_reader *reader, const struct rmap_medium
                             const struct overlooked *of)
 {
     const struct rmap_scene *scene = reader->scene;
-    char others[60] = "";
+    char others[80] = "";
     if (!of->n)
         return;
     if (of->n > 1)

@@ -16,6 +16,7 @@
 
 #include "base/alloc.h"
 #include "geometry/accel_internal.h"
+#include "geometry/shape_internal.h"
 
 /* A rim decides within this share of its size. */
 #define NEAR_RIM 1e-4

@@ -152,7 +152,7 @@ static void open_body(struct builder *b, const struct body *body, struct rmap_af
 static double draw(uint64_t ray, uint64_t k)
 {
     double u[4];
-    rmap_rng(11, ray, k, RMAP_RNG_EMIT_POINT, u);
+    rmap_rng(11, ray, (uint32_t)k, RMAP_RNG_EMIT_POINT, u);
     return u[0];
 }
 
