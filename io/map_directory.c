@@ -184,28 +184,47 @@ enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_
     return rmap_directory_visit(map_path, remove_half_index, &map_path, err);
 }
 
+static enum rmap_status see_entry(void *context, int directory, const char *name,
+                                  struct rmap_error *err)
+{
+    bool *is_bare = context;
+    (void)directory;
+    (void)err;
+    *is_bare = *is_bare && strcmp(name, RMAP_MAP_LOCK_NAME) == 0;
+    return RMAP_OK;
+}
+
+static enum rmap_status exists_already(const char *path, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_USAGE, "%s exists already: use another name, or --force", path);
+}
+
+/* Between its making and its locking another writer may have taken the directory for its own. */
 enum rmap_status rmap_map_create(const char *path, bool force, const char *command,
                                  struct rmap_map_lock *lock, struct rmap_error *err)
 {
     struct stat info;
-    if (mkdir(path, 0777) == 0) {
-        enum rmap_status made = rmap_map_lock_take(path, command, lock, err);
-        return made == RMAP_OK ? rmap_sync_parent(path, err) : made;
-    }
+    struct rmap_map_listing found;
+    enum rmap_status st = RMAP_OK;
+    bool is_bare = mkdir(path, 0777) == 0;
     int reason = errno;
-    if (reason != EEXIST)
+    if (!is_bare && reason != EEXIST)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: cannot make the directory: %s", path,
                               strerror(reason));
-    if (!force)
-        return rmap_error_set(err, RMAP_USAGE, "%s exists already: use another name, or --force",
-                              path);
+    if (!is_bare && !force)
+        return exists_already(path, err);
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode))
         return rmap_error_set(err, RMAP_USAGE,
                               "%s is no directory, so no ray map: it is left as it is", path);
-    struct rmap_map_listing found;
-    enum rmap_status st = rmap_map_lock_take(path, command, lock, err);
+    st = rmap_map_lock_take(path, command, lock, err);
+    if (st == RMAP_OK && is_bare)
+        st = rmap_directory_visit(path, see_entry, &is_bare, err);
     if (st != RMAP_OK)
         return st;
+    if (is_bare)
+        return rmap_sync_parent(path, err);
+    if (!force)
+        return exists_already(path, err);
     st = rmap_map_await_writers(path, &found, err);
     rmap_map_listing_fini(&found);
     return st == RMAP_OK ? clear_map(path, lock != NULL, err) : st;

@@ -82,6 +82,8 @@ static enum rmap_status open_map(struct rmap_trace_session *self, struct rmap_er
         st = rmap_map_lock_take(path, command_of(&self->request), &self->lock, err);
     if (context->rank == 0 && st == RMAP_OK)
         st = look_for_map(path, &stands, err);
+    if (st == RMAP_OK && stands) /* it may have come since */
+        st = rmap_map_lock_take(path, command_of(&self->request), &self->lock, err);
     RMAP_TRY(rmap_agree_patiently(context, st, err));
     RMAP_TRY(RMAP_MPI(MPI_Bcast(&stands, 1, MPI_INT, 0, context->comm)));
     if (!stands && self->request.mode == RMAP_TRACE_APPEND)

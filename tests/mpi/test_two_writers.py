@@ -118,6 +118,18 @@ run("index", "bare.raymap", env=env)
 rays("bare.raymap")
 shutil.rmtree("bare.raymap")
 
+# One that made the folder and was overtaken before it locked it: what the other one traced is not mixed with its own.
+for mode, status, n in (([], 2, 1000), (["--force"], 0, 3000)):
+    slow = start(*TRACE, "-o", "late.raymap", "-n", "3000", *mode, env=faults("open", "stop"))
+    os.waitid(os.P_PID, slow.pid, os.WSTOPPED | os.WNOWAIT)
+    assert os.listdir("late.raymap") == []
+    run(*TRACE, "-o", "late.raymap", "-n", "1000", "--resume")
+    slow.send_signal(signal.SIGCONT)
+    said = slow.communicate(timeout=60)[1]
+    assert slow.returncode == status and ("exists already" in said) == (status == 2), (slow.returncode, said)
+    assert rays("late.raymap") == n
+    shutil.rmtree("late.raymap")
+
 # Started at one moment, to a map that stands and to one that does not.
 for _ in range(3):
     n = rays("old.raymap")
