@@ -213,10 +213,12 @@ enum rmap_status rmap_map_create(const char *path, bool force, const char *comma
                               strerror(reason));
     if (!is_bare && !force)
         return exists_already(path, err);
-    if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode))
-        return rmap_error_set(err, RMAP_USAGE,
-                              "%s is no directory, so no ray map: it is left as it is", path);
-    st = rmap_map_lock_take(path, command, lock, err);
+    st = rmap_path_look(path, &info, err);
+    if (st == RMAP_OK && !S_ISDIR(info.st_mode))
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "%s is no directory, so no ray map: it is left as it is", path);
+    if (st == RMAP_OK)
+        st = rmap_map_lock_take(path, command, lock, err);
     if (st == RMAP_OK && is_bare)
         st = rmap_directory_visit(path, see_entry, &is_bare, err);
     if (st != RMAP_OK)
