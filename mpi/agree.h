@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
-#include "mpi/command.h"
+#include "mpi/context.h"
 
 /* Collective. `mine` is this rank's status and err its detail. When any rank failed, returns the
  * status of the lowest rank that did, with its text in every rank's err; else RMAP_OK. */

@@ -10,7 +10,11 @@
 #ifndef RMAP_BLOCKS_H
 #define RMAP_BLOCKS_H
 
-#include "mpi/command.h"
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "mpi/context.h"
 
 struct rmap_blocks;
 

@@ -11,22 +11,11 @@
 #ifndef RMAP_COMMAND_H
 #define RMAP_COMMAND_H
 
-#include <mpi.h>
 #include <stdbool.h>
 
 #include "base/status.h"
 #include "mpi/arguments.h"
-
-struct rmap_watchdog;
-
-struct rmap_context {
-    MPI_Comm comm; /* the program's own duplicate of the world */
-    int rank, size;
-    int n_thread;                   /* worker threads of this rank, >= 1 */
-    bool json;                      /* --json: exactly one JSON document on stdout */
-    bool quiet;                     /* --quiet: no talk but errors */
-    struct rmap_watchdog *watchdog; /* tells of ranks that do not answer; NULL: nobody does */
-};
+#include "mpi/context.h"
 
 struct rmap_command {
     const char *name;

@@ -5,8 +5,9 @@
 #ifndef RMAP_DEAL_H
 #define RMAP_DEAL_H
 
+#include "base/status.h"
 #include "io/map_reader.h"
-#include "mpi/command.h"
+#include "mpi/context.h"
 
 /* A chunk of /ray is 16 traced portions: so many are decoded together. */
 #define RMAP_DEAL_STEP_MAX 16

@@ -6,8 +6,9 @@
 #ifndef RMAP_GATHER_CONTENT_H
 #define RMAP_GATHER_CONTENT_H
 
+#include "base/status.h"
 #include "io/map_content.h"
-#include "mpi/command.h"
+#include "mpi/context.h"
 
 /* Collective. Appends the pieces of every rank's `mine` (NULL: none; without tails) to rank 0's
  * content, in the order of ranks. */

@@ -5,8 +5,9 @@
 #ifndef RMAP_GATHER_FINDINGS_H
 #define RMAP_GATHER_FINDINGS_H
 
+#include "base/status.h"
 #include "io/findings.h"
-#include "mpi/command.h"
+#include "mpi/context.h"
 
 /* Collective. Rank 0's findings become those of all ranks, in a stable order. */
 enum rmap_status rmap_gather_findings(const struct rmap_context *context,

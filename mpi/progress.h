@@ -6,10 +6,13 @@
 #ifndef RMAP_PROGRESS_H
 #define RMAP_PROGRESS_H
 
+#include <stdbool.h>
+
 #include <stdint.h>
 
 #include "base/grouped.h"
-#include "mpi/command.h"
+#include "base/status.h"
+#include "mpi/context.h"
 
 struct rmap_progress {
     const char *what; /* "rays" */

@@ -6,7 +6,8 @@
 #ifndef RMAP_SURVIVORS_H
 #define RMAP_SURVIVORS_H
 
-#include "mpi/command.h"
+#include "base/status.h"
+#include "mpi/context.h"
 
 struct rmap_survivors {          /* zeroed: all ranks answer */
     struct rmap_context context; /* of those that answer */

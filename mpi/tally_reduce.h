@@ -5,7 +5,8 @@
 #ifndef RMAP_TALLY_REDUCE_H
 #define RMAP_TALLY_REDUCE_H
 
-#include "mpi/command.h"
+#include "base/status.h"
+#include "mpi/context.h"
 #include "trace/tally.h"
 
 /* Collective. Rank 0's tally becomes the sum of all ranks', which keep their own; the first error's

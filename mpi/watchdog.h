@@ -7,7 +7,10 @@
 #ifndef RMAP_WATCHDOG_H
 #define RMAP_WATCHDOG_H
 
-#include "mpi/command.h"
+#include <stdbool.h>
+
+#include "base/status.h"
+#include "mpi/context.h"
 
 struct rmap_watchdog;
 

@@ -8,8 +8,6 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "scene/scene.h"
-
 #define LUMEN_PER_WATT 683.0
 
 /* Luminance of the linear sRGB components: y of the primaries of IEC 61966-2-1. */

@@ -10,7 +10,17 @@
 
 #include "base/status.h"
 
-struct rmap_channels;
+#define RMAP_CHANNEL_MAX 128
+
+/* How light is described. A ray's colour is a vector of shares of its flux, one per channel,
+ * summing to 1: shares of watts for sources given in W, of lumens for sources given in lm. */
+enum rmap_colour_mode { RMAP_COLOUR_SPECTRAL, RMAP_COLOUR_RGB };
+
+struct rmap_channels {
+    enum rmap_colour_mode mode;
+    int n;                                  /* RGB: 3 */
+    double wavelength_nm[RMAP_CHANNEL_MAX]; /* increasing; RGB: all 587.56 */
+};
 
 /* A table over wavelength, linear in between, constant beyond its ends. Borrowed arrays. */
 struct rmap_table1 {

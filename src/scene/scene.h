@@ -19,18 +19,7 @@
 #include "geometry/mesh.h"
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
-
-#define RMAP_CHANNEL_MAX 128
-
-/* How light is described. A ray's colour is a vector of shares of its flux, one per channel,
- * summing to 1: shares of watts for sources given in W, of lumens for sources given in lm. */
-enum rmap_colour_mode { RMAP_COLOUR_SPECTRAL, RMAP_COLOUR_RGB };
-
-struct rmap_channels {
-    enum rmap_colour_mode mode;
-    int n;                                  /* RGB: 3 */
-    double wavelength_nm[RMAP_CHANNEL_MAX]; /* increasing; RGB: all 587.56 */
-};
+#include "optics/spectrum.h"
 
 struct rmap_medium {
     char *name;
