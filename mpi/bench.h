@@ -8,10 +8,10 @@
 
 #include <jansson.h>
 
-#include "geometry/accel.h"
-#include "io/bundle.h"
-#include "io/map_writer.h"
-#include "mpi/command.h"
+#include "accel/accel.h"
+#include "io/map/map_writer.h"
+#include "io/mesh/bundle.h"
+#include "mpi/command/command.h"
 
 enum { RMAP_BENCH_REPEAT_MAX = 32 };
 

@@ -4,12 +4,12 @@
  * against decoding.
  */
 #include "base/alloc.h"
-#include "io/map_reader.h"
+#include "io/map/map_reader.h"
 #include "mpi/bench.h"
 #include "mpi/bench_seed.h"
-#include "mpi/parts.h"
-#include "mpi/progress.h"
-#include "mpi/verify_run.h"
+#include "mpi/parallel/parts.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/upkeep/verify_run.h"
 
 /* All portions of a map, read by cursors of the threads. */
 struct reading {

@@ -4,8 +4,8 @@
  * against the trace that they are part of.
  */
 #include "base/alloc.h"
-#include "io/codec.h"
-#include "io/map_reader.h"
+#include "io/codec/codec.h"
+#include "io/map/map_reader.h"
 #include "mpi/bench.h"
 
 /* So often that what a flush costs stands out of what else the machine does; how often it comes by

@@ -7,16 +7,16 @@
  */
 #include <string.h>
 
-#include "analysis/energy_sums.h"
+#include "analysis/energy/energy_sums.h"
 #include "base/alloc.h"
 #include "mpi/bench.h"
 #include "mpi/bench_questions.h"
-#include "mpi/energy_run.h"
-#include "mpi/fold_run.h"
-#include "mpi/path_run.h"
-#include "mpi/progress.h"
-#include "mpi/scan.h"
-#include "mpi/stats_run.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/scan/energy_run.h"
+#include "mpi/scan/fold_run.h"
+#include "mpi/scan/path_run.h"
+#include "mpi/scan/scan.h"
+#include "mpi/scan/stats_run.h"
 
 struct task {
     struct rmap_bench *bench;

@@ -7,13 +7,13 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "mpi/agree.h"
 #include "mpi/bench.h"
 #include "mpi/bench_search.h"
 #include "mpi/bench_seed.h"
-#include "mpi/index_run.h"
-#include "mpi/progress.h"
-#include "mpi/scan.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/scan/index_run.h"
+#include "mpi/scan/scan.h"
 
 enum { QUESTION_MAX = 8 };
 

@@ -7,7 +7,7 @@
 
 #include "base/alloc.h"
 #include "base/vec.h"
-#include "trace/event.h"
+#include "portion/event.h"
 
 enum { ANY = 1 << 30 };
 

@@ -5,9 +5,9 @@
  */
 #include <unistd.h>
 
-#include "mpi/agree.h"
 #include "mpi/bench.h"
-#include "mpi/load.h"
+#include "mpi/command/load.h"
+#include "mpi/parallel/agree.h"
 
 static enum rmap_status start_partner(MPI_Comm *pair, struct rmap_error *err)
 {

@@ -2,11 +2,11 @@
  *
  * Measurements of recording: against tracing alone and against the reference.
  */
-#include "io/map_reader.h"
-#include "mpi/agree.h"
+#include "io/map/map_reader.h"
 #include "mpi/bench.h"
 #include "mpi/bench_seed.h"
-#include "mpi/trace_run.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/trace/trace_run.h"
 
 const struct rmap_bench_encoding rmap_bench_encoding[RMAP_BENCH_ENCODINGS] = {
     {RMAP_ENCODING_PLAIN, "plain"},

@@ -4,10 +4,10 @@
  * evaluation nor the search for surfaces.
  */
 #include "base/alloc.h"
-#include "mpi/agree.h"
 #include "mpi/bench.h"
-#include "mpi/progress.h"
-#include "mpi/render_pass.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/trace/render_pass.h"
 
 /* ---- pictures a second ---- */
 

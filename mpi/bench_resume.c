@@ -4,10 +4,10 @@
  * the map anew.
  */
 #include "mpi/bench.h"
-#include "mpi/load.h"
-#include "mpi/progress.h"
-#include "mpi/trace_session.h"
-#include "trace/portion.h"
+#include "mpi/command/load.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/trace/trace_session.h"
+#include "portion/portion.h"
 
 static enum rmap_status run_session(const struct rmap_bench *bench, const char *scene_path,
                                     const struct rmap_trace_request *request, double *seconds_ret,

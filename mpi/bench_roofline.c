@@ -4,7 +4,7 @@
  */
 #include "base/alloc.h"
 #include "mpi/bench.h"
-#include "mpi/progress.h"
+#include "mpi/parallel/progress.h"
 #include "trace/tracer.h"
 
 /* Keeps the query of every leg, as the tracer asked it. */

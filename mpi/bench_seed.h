@@ -10,7 +10,7 @@
 
 #include <stdbool.h>
 
-#include "geometry/accel.h"
+#include "accel/accel.h"
 #include "scene/scene.h"
 
 struct rmap_seed_result {

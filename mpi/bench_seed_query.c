@@ -12,8 +12,8 @@
 #include "base/workers.h"
 #include "mpi/bench_seed.h"
 #include "mpi/bench_seed_record.h"
-#include "mpi/progress.h"
-#include "trace/event.h"
+#include "mpi/parallel/progress.h"
+#include "portion/event.h"
 
 struct reader {
     const struct rmap_seed_question *question; /* NULL: inflate only, by libdeflate */

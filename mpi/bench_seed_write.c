@@ -11,9 +11,9 @@
 #include "base/workers.h"
 #include "mpi/bench_seed.h"
 #include "mpi/bench_seed_record.h"
-#include "mpi/progress.h"
-#include "trace/portion.h"
-#include "trace/portion_recorder.h"
+#include "mpi/parallel/progress.h"
+#include "portion/portion.h"
+#include "portion/portion_recorder.h"
 #include "trace/tracer.h"
 
 /* A growing array of one stream's bytes. */

@@ -4,9 +4,9 @@
  */
 #include "base/alloc.h"
 #include "mpi/bench_search.h"
-#include "mpi/progress.h"
-#include "mpi/session_memo.h"
-#include "mpi/session_warm.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/session/session_memo.h"
+#include "mpi/session/session_warm.h"
 
 enum { SESSION_NBYTES = 1 << 30 };
 

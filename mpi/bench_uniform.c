@@ -7,7 +7,7 @@
 
 #include "base/alloc.h"
 #include "mpi/bench.h"
-#include "mpi/load.h"
+#include "mpi/command/load.h"
 #include "trace/tracer.h"
 
 /* What an example scene needs for the ball: the item that follows its objects. */

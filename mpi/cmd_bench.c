@@ -11,10 +11,10 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
-#include "mpi/agree.h"
 #include "mpi/bench.h"
-#include "mpi/json_out.h"
-#include "mpi/load.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/load.h"
+#include "mpi/parallel/agree.h"
 #include "version.h"
 
 static const struct rmap_option options[] = {

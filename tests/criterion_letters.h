@@ -6,7 +6,7 @@
 #ifndef RMAP_TEST_CRITERION_LETTERS_H
 #define RMAP_TEST_CRITERION_LETTERS_H
 
-#include "trace/event.h"
+#include "portion/event.h"
 
 enum {
     R = RMAP_EVENT_REFLECT_SPECULAR,

@@ -18,9 +18,9 @@
 #include <string.h>
 
 #include "base/vec.h"
+#include "portion/event.h"
+#include "portion/portion.h"
 #include "scene/scene.h"
-#include "trace/event.h"
-#include "trace/portion.h"
 
 struct test_scene {
     struct rmap_scene scene;

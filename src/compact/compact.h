@@ -17,9 +17,9 @@
 #include <stdbool.h>
 
 #include "base/status.h"
+#include "compact/layout.h"
+#include "portion/portion.h"
 #include "scene/scene.h"
-#include "trace/layout.h"
-#include "trace/portion.h"
 
 /* Constant, the same for both modes. What rmap_layout_of(RMAP_ENCODING_COMPACT, mode) is. */
 extern const struct rmap_layout rmap_compact_layout;

@@ -14,7 +14,7 @@
 #include <string.h>
 
 #include "base/status.h"
-#include "trace/portion.h"
+#include "portion/portion.h"
 
 /* In the order in which the header and the pools have them. */
 #define RMAP_LANES(X)                                                                              \

@@ -7,7 +7,7 @@
 
 #include "compact/compact.h"
 #include "compact/lane.h"
-#include "trace/event.h"
+#include "portion/event.h"
 
 enum rmap_facing_kind {
     RMAP_FACING_FLAT,    /* z = 0 */

@@ -9,8 +9,8 @@
 #include "compact/model.h"
 #include "compact/portable.h"
 #include "optics/fresnel.h"
-#include "trace/event.h"
-#include "trace/portion_recorder.h"
+#include "portion/event.h"
+#include "portion/portion_recorder.h"
 
 static void trim(struct rmap_compact_light *light)
 {

@@ -8,8 +8,8 @@
 
 #include "base/rng.h"
 #include "compact/model.h"
+#include "portion/event.h"
 #include "trace/azimuth.h"
-#include "trace/event.h"
 
 static inline float rmap_step_float(double x)
 {

@@ -6,7 +6,7 @@
 #ifndef RMAP_COMPACT_STREAMS_H
 #define RMAP_COMPACT_STREAMS_H
 
-#include "trace/layout.h"
+#include "compact/layout.h"
 
 /* clang-format off */
 #define RMAP_COMPACT_TABLES(X)                                                                     \

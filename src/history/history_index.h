@@ -19,7 +19,7 @@
 
 #include "base/bit_groups.h"
 #include "base/status.h"
-#include "trace/portion.h"
+#include "portion/portion.h"
 
 /* Columns that an index is built of; it gives the discrete ones back. */
 #define RMAP_HISTORY_COLUMNS                                                                       \

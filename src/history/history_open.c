@@ -7,7 +7,7 @@
 
 #include "base/alloc.h"
 #include "history/history_parts.h"
-#include "trace/event.h"
+#include "portion/event.h"
 
 static enum rmap_status bad(struct rmap_error *err, const char *what)
 {

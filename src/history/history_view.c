@@ -8,7 +8,7 @@
 
 #include "base/alloc.h"
 #include "history/history_parts.h"
-#include "trace/event.h"
+#include "portion/event.h"
 
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__OPTIMIZE__)
 #define WIDE __attribute__((target_clones("avx2", "popcnt", "default")))

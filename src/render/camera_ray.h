@@ -5,7 +5,7 @@
 #ifndef RMAP_CAMERA_RAY_H
 #define RMAP_CAMERA_RAY_H
 
-#include "geometry/accel.h"
+#include "accel/accel.h"
 #include "scene/scene.h"
 
 /* The ray of pixel (x to the right, y down) of a picture of size[0] x size[1] pixels: u[0], u[1] in

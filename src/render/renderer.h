@@ -20,7 +20,7 @@
 #ifndef RMAP_RENDERER_H
 #define RMAP_RENDERER_H
 
-#include "geometry/accel.h"
+#include "accel/accel.h"
 #include "render/light.h"
 #include "scene/scene.h"
 

@@ -12,7 +12,7 @@
 #ifndef RMAP_CURVE_SEARCH_H
 #define RMAP_CURVE_SEARCH_H
 
-#include "geometry/accel.h"
+#include "accel/accel.h"
 #include "gradient/curve.h"
 
 #define RMAP_CURVE_RUN_MAX 16

@@ -7,8 +7,8 @@
 #define RMAP_DETECTOR_H
 
 #include "gradient/curve.h"
+#include "portion/recorder.h"
 #include "scene/scene.h"
-#include "trace/recorder.h"
 
 /* A straight leg. `to` must be the very point at which the next leg starts: a plane is crossed
  * when `from` lies on one side of it and `to` on it or on the other, so that no crossing is

@@ -5,8 +5,8 @@
 
 #include "base/rng.h"
 #include "optics/fresnel.h"
+#include "portion/event.h"
 #include "trace/azimuth.h"
-#include "trace/event.h"
 
 /* The side of a surface that light meets. */
 struct side {

@@ -6,7 +6,7 @@
 #ifndef RMAP_INTERACT_H
 #define RMAP_INTERACT_H
 
-#include "geometry/accel.h"
+#include "accel/accel.h"
 #include "scene/scene.h"
 #include "trace/colour.h"
 

@@ -5,9 +5,9 @@
 #ifndef RMAP_SOURCE_H
 #define RMAP_SOURCE_H
 
+#include "portion/recorder.h"
 #include "scene/scene.h"
 #include "trace/colour.h"
-#include "trace/recorder.h"
 
 /* Emits ray id `ray`: fills *colour and *emission (whose colour points at colour->share).
  * A list of rays gives its row (running number of the source's ray modulo the list's length).

@@ -8,9 +8,9 @@
 #ifndef RMAP_TALLY_H
 #define RMAP_TALLY_H
 
+#include "portion/portion.h"
+#include "portion/recorder.h"
 #include "scene/scene.h"
-#include "trace/portion.h"
-#include "trace/recorder.h"
 
 struct rmap_tally {
     const struct rmap_scene *scene; /* borrowed */

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "trace/event.h"
+#include "portion/event.h"
 #include "trace/tally.h"
 
 /* A ray's rows in the other tables. */

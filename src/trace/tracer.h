@@ -9,9 +9,9 @@
 
 #include <stdint.h>
 
-#include "geometry/accel.h"
+#include "accel/accel.h"
+#include "portion/recorder.h"
 #include "scene/scene.h"
-#include "trace/recorder.h"
 
 struct rmap_tracer {
     const struct rmap_scene *scene; /* borrowed */

@@ -16,9 +16,9 @@
 
 #include <math.h>
 
+#include "portion/recorder.h"
 #include "trace/detector.h"
 #include "trace/interact.h"
-#include "trace/recorder.h"
 #include "trace/tracer.h"
 #include "trace/turbid.h"
 

@@ -7,7 +7,7 @@
 #include <math.h>
 
 #include "base/rng.h"
-#include "trace/curve_points.h"
+#include "portion/curve_points.h"
 #include "trace/curve_search.h"
 #include "trace/walk.h"
 

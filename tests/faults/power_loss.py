@@ -154,7 +154,7 @@ class Disk:
 
 
 def committed(journal):
-    """Rays that the bytes of a journal (io/journal.h) commit."""
+    """Rays that the bytes of a journal (io/map/journal.h) commit."""
     commit, at, rays = 5, 0, 0
     while at + 8 <= len(journal):
         kind, nbytes = struct.unpack_from("<II", journal, at)

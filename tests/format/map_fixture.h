@@ -18,10 +18,10 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
-#include "io/map_reader.h"
-#include "io/map_writer.h"
+#include "io/map/map_reader.h"
+#include "io/map/map_writer.h"
 #include "map_fixture_scene.h"
-#include "trace/portion_recorder.h"
+#include "portion/portion_recorder.h"
 
 struct fixture {
     struct rmap_bundle *bundle;

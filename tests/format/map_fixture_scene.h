@@ -6,7 +6,7 @@
 #ifndef RMAP_MAP_FIXTURE_SCENE_H
 #define RMAP_MAP_FIXTURE_SCENE_H
 
-#include "io/bundle.h"
+#include "io/mesh/bundle.h"
 
 static const char fixture_scene_head[] = "raymap: 1\n"
                                          "units: mm\n"

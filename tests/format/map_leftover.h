@@ -7,7 +7,7 @@
 
 #include "map_fixture.h"
 
-#include "io/map_directory.h"
+#include "io/map/map_directory.h"
 
 enum { BLOCK = 400 };
 

@@ -3,7 +3,7 @@
  * The promise: blocks that are appended in parts become the file that they become in one, byte by
  * byte; when memory runs short in between, it is said and nothing is kept of the block.
  */
-#include "io/map_content.h"
+#include "io/map/map_content.h"
 #include "map_fixture.h"
 
 enum { BLOCKS = 3, RAYS = 900 };

@@ -16,7 +16,7 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
-#include "io/journal_writer.h"
+#include "io/write/journal_writer.h"
 
 enum { N_COMMIT = 6, N_CHANNEL = 3 };
 

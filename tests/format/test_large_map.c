@@ -8,7 +8,7 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 
-#include "io/map_internal.h"
+#include "io/map/map_internal.h"
 
 enum { BLOCK = 300, N_BLOCK = 4 };
 

@@ -7,7 +7,7 @@
 
 #include <time.h>
 
-#include "io/map_content.h"
+#include "io/map/map_content.h"
 
 enum { BLOCK = 200, N_BLOCK = 24 };
 

@@ -9,9 +9,9 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
-#include "io/journal.h"
-#include "io/map_scan.h"
-#include "io/seal.h"
+#include "io/file/seal.h"
+#include "io/map/journal.h"
+#include "io/map/map_scan.h"
 
 enum { BLOCK = 400, N_BLOCK = 24 };
 

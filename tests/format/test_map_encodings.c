@@ -5,8 +5,8 @@
  */
 #include "map_fixture.h"
 
-#include "io/map_internal.h"
-#include "io/map_paths.h"
+#include "io/map/map_internal.h"
+#include "io/map/map_paths.h"
 
 enum { BLOCK = 500, N_BLOCK = 60 };
 

@@ -10,8 +10,8 @@
 #include <sys/wait.h>
 #include <time.h>
 
-#include "io/map_content.h"
-#include "io/salvage.h"
+#include "io/map/map_content.h"
+#include "io/recovery/salvage.h"
 
 /* Blocks [first, last) flushed by a writer that goes without finishing. */
 static void leave(struct fixture *f, int shard, uint64_t first, uint64_t last)

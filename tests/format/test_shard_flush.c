@@ -11,8 +11,8 @@
 #include <sys/wait.h>
 #include <time.h>
 
-#include "io/map_state.h"
-#include "io/verify.h"
+#include "io/map/map_state.h"
+#include "io/recovery/verify.h"
 
 /* A file that failed to write is left to HDF5 as it is (closing it may crash), and with it some of
  * HDF5's own memory: the leak checker, where there is one, asks this function. */

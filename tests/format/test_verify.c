@@ -8,9 +8,9 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 
-#include "io/codec.h"
-#include "io/seal.h"
-#include "io/verify.h"
+#include "io/codec/codec.h"
+#include "io/file/seal.h"
+#include "io/recovery/verify.h"
 
 enum { BLOCK = 300, N_BLOCK = 20, FOOTER = 32, DATA_MAX = 1 << 16 };
 

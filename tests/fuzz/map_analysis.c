@@ -3,16 +3,16 @@
 
 #include <string.h>
 
-#include "analysis/figure_draw.h"
-#include "analysis/figure_energy.h"
-#include "analysis/fold.h"
-#include "analysis/path_class.h"
-#include "analysis/path_count.h"
-#include "analysis/quantity.h"
+#include "analysis/figure/figure_draw.h"
+#include "analysis/figure/figure_energy.h"
+#include "analysis/paths/path_class.h"
+#include "analysis/paths/path_count.h"
+#include "analysis/query/fold.h"
+#include "analysis/query/quantity.h"
 #include "base/alloc.h"
-#include "io/map_scan.h"
-#include "io/polydata.h"
-#include "io/verify.h"
+#include "io/export/polydata.h"
+#include "io/map/map_scan.h"
+#include "io/recovery/verify.h"
 #include "target.h"
 
 /* Memory that cannot be had counts as a failure here: so small a map never needs much. */

@@ -5,7 +5,7 @@
 #ifndef RMAP_MAP_ANALYSIS_H
 #define RMAP_MAP_ANALYSIS_H
 
-#include "io/map_reader.h"
+#include "io/map/map_reader.h"
 
 /* Demands that a status is RMAP_OK or tells of a wrong file; returns it. */
 enum rmap_status map_analysis_judge(enum rmap_status st, const struct rmap_error *err);

@@ -10,11 +10,11 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "io/codec.h"
-#include "io/h5.h"
-#include "io/map_content.h"
-#include "io/seal.h"
-#include "io/shuffle.h"
+#include "io/codec/codec.h"
+#include "io/codec/shuffle.h"
+#include "io/file/seal.h"
+#include "io/hdf5/h5.h"
+#include "io/map/map_content.h"
 #include "target.h"
 
 enum { FOOTER = 32, SPARE = 1 << 20, CHANNELS = 3 /* RGB */ };

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/bundle.h"
+#include "io/mesh/bundle.h"
 #include "target.h"
 
 const unsigned rmap_fuzz_rounds = 60000;

@@ -8,8 +8,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/codec.h"
-#include "io/shuffle.h"
+#include "io/codec/codec.h"
+#include "io/codec/shuffle.h"
 #include "target.h"
 
 const unsigned rmap_fuzz_rounds = 8000;

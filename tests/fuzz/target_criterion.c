@@ -6,10 +6,10 @@
  */
 #include <string.h>
 
-#include "analysis/criterion.h"
-#include "analysis/criterion_file.h"
-#include "analysis/criterion_lex.h"
-#include "analysis/zemax_filter.h"
+#include "analysis/criterion/criterion.h"
+#include "analysis/criterion/criterion_file.h"
+#include "analysis/criterion/criterion_lex.h"
+#include "analysis/report/zemax_filter.h"
 #include "base/alloc.h"
 #include "target.h"
 #include "tests/criterion_scene.h"

@@ -13,8 +13,8 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "io/journal_format.h"
-#include "io/journal_writer.h"
+#include "io/map/journal_format.h"
+#include "io/write/journal_writer.h"
 #include "target.h"
 
 const unsigned rmap_fuzz_rounds = 1500;

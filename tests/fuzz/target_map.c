@@ -11,9 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "analysis/query.h"
-#include "analysis/ray_report.h"
-#include "io/map_scan.h"
+#include "analysis/query/query.h"
+#include "analysis/report/ray_report.h"
+#include "io/map/map_scan.h"
 #include "map_analysis.h"
 #include "map_image.h"
 #include "target.h"

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "analysis/quantity.h"
+#include "analysis/query/quantity.h"
 #include "fuzz_map.h"
 
 const unsigned rmap_fuzz_rounds = 20000;

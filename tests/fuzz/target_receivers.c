@@ -4,8 +4,8 @@
  * register what they register, or in mistakes with their places.
  */
 
-#include "analysis/overlay.h"
-#include "analysis/quantity.h"
+#include "analysis/overlay/overlay.h"
+#include "analysis/query/quantity.h"
 #include "fuzz_map.h"
 
 const unsigned rmap_fuzz_rounds = 4000;

@@ -14,7 +14,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "io/seal.h"
+#include "io/file/seal.h"
 #include "target.h"
 
 const unsigned rmap_fuzz_rounds = 1500;

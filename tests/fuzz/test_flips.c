@@ -13,17 +13,17 @@
 #define XXH_INLINE_ALL
 #include <xxhash.h>
 
-#include "analysis/figure_draw.h"
-#include "analysis/figure_energy.h"
-#include "analysis/fold.h"
-#include "analysis/path_count.h"
-#include "analysis/query.h"
-#include "analysis/ray_report.h"
+#include "analysis/figure/figure_draw.h"
+#include "analysis/figure/figure_energy.h"
+#include "analysis/paths/path_count.h"
+#include "analysis/query/fold.h"
+#include "analysis/query/query.h"
+#include "analysis/report/ray_report.h"
 #include "base/rng.h"
-#include "io/history_file.h"
-#include "io/map_directory.h"
-#include "io/map_history.h"
-#include "io/verify.h"
+#include "io/map/history_file.h"
+#include "io/map/map_directory.h"
+#include "io/map/map_history.h"
+#include "io/recovery/verify.h"
 #include "tests/format/map_fixture.h"
 
 enum {

@@ -14,9 +14,9 @@
 
 #include <cmocka.h>
 
+#include "accel/accel.h"
 #include "base/alloc.h"
 #include "base/rng.h"
-#include "geometry/accel.h"
 #include "scene/scene.h"
 
 struct builder {

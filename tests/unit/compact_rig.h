@@ -18,13 +18,13 @@
 
 #include <cmocka.h>
 
+#include "accel/accel.h"
 #include "base/alloc.h"
 #include "compact/compact.h"
 #include "compact/streams.h"
-#include "geometry/accel.h"
-#include "io/bundle.h"
-#include "io/codec.h"
-#include "trace/portion_recorder.h"
+#include "io/codec/codec.h"
+#include "io/mesh/bundle.h"
+#include "portion/portion_recorder.h"
 #include "trace/tracer.h"
 
 #define RIG_SEED 77

@@ -6,7 +6,7 @@
 #define HAND_BENCH_H
 
 #include "hand_scene.h"
-#include "trace/history.h"
+#include "portion/history.h"
 #include "trace/tracer.h"
 
 /* Air is medium 0. Everything that a test owns. */

@@ -10,7 +10,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/bundle.h"
+#include "io/mesh/bundle.h"
 
 /* A bundle of the text, whose meshes would be looked for in `folder`. NULL when memory is short. */
 static inline struct rmap_bundle *bundle_of(const char *folder, const char *text)

@@ -10,7 +10,7 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
-#include "io/chunk_cache.h"
+#include "io/map/chunk_cache.h"
 
 enum { N_CACHE = 6, N_SHARD = 40, N_VISIT = 20000 };
 

@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "io/chunk_cycle.h"
-#include "io/shuffle.h"
+#include "io/codec/shuffle.h"
+#include "io/map/chunk_cycle.h"
 
 enum { ROWS = 1000, CYCLE = 7 };
 static const int32_t element[CYCLE] = {3, 0, 1, 300, 2, 0, 5};

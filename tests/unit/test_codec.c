@@ -12,8 +12,8 @@
 #include <zlib.h>
 
 #include "base/alloc.h"
-#include "io/codec.h"
-#include "io/shuffle.h"
+#include "io/codec/codec.h"
+#include "io/codec/shuffle.h"
 
 enum { N_MAX = 3 * 65536, N_KIND = 6 };
 

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/colour_map.h"
+#include "analysis/table/colour_map.h"
 
 static double decoded(uint8_t byte)
 {

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/compare_cut.h"
+#include "analysis/compare/compare_cut.h"
 #include "base/alloc.h"
 
 enum { MOST = 250 };

@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion.h"
-#include "analysis/criterion_lex.h"
+#include "analysis/criterion/criterion.h"
+#include "analysis/criterion/criterion_lex.h"
 #include "base/alloc.h"
 #include "base/rng.h"
 #include "tests/criterion_scene.h"

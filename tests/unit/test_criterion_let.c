@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion.h"
-#include "analysis/criterion_file.h"
+#include "analysis/criterion/criterion.h"
+#include "analysis/criterion/criterion_file.h"
 #include "base/alloc.h"
 #include "tests/criterion_scene.h"
 

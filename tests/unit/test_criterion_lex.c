@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion_lex.h"
-#include "analysis/criterion_names.h"
+#include "analysis/criterion/criterion_lex.h"
+#include "analysis/criterion/criterion_names.h"
 
 static void expect_kinds(const char *text, const enum rmap_token_kind *kind, size_t n)
 {

@@ -12,8 +12,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion.h"
-#include "analysis/criterion_tree.h"
+#include "analysis/criterion/criterion.h"
+#include "analysis/criterion/criterion_tree.h"
 #include "base/alloc.h"
 #include "tests/criterion_scene.h"
 

@@ -12,7 +12,7 @@
 #include <zlib.h>
 
 #include "base/alloc.h"
-#include "io/deflate_planes.h"
+#include "io/codec/deflate_planes.h"
 
 enum { N_DEFLATER = 64, N_PLANE = 40, N_MAX = 70000 };
 

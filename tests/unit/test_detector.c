@@ -11,8 +11,8 @@
 
 #include "hand_scene.h"
 #include "near.h"
+#include "portion/history.h"
 #include "trace/detector.h"
-#include "trace/history.h"
 
 /* Lists of detectors as rmap_scene_finish makes them, without the geometry. */
 static void list_by_hand(struct rmap_scene *scene)

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/figure_axes.h"
+#include "analysis/table/figure_axes.h"
 
 static void must_be(const struct rmap_ticks *ticks, const double *value, int n)
 {

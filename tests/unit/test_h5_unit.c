@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "io/h5_unit.h"
+#include "io/hdf5/h5_unit.h"
 
 static void must_be(const char *name, double si, const double dimension[7])
 {

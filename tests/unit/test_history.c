@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "hand_scene.h"
-#include "trace/history.h"
+#include "portion/history.h"
 #include "trace/tally.h"
 
 /* A ray of n steps with a registration each; step k has colour (k, -k). */

@@ -14,9 +14,9 @@
 #include <zlib.h>
 
 #include "base/alloc.h"
-#include "io/huffman_plane.h"
-#include "io/huffman_wide.h"
-#include "io/uniform_plane.h"
+#include "io/codec/huffman_plane.h"
+#include "io/codec/huffman_wide.h"
+#include "io/codec/uniform_plane.h"
 
 enum { N_MAX = 300000 };
 

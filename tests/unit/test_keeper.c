@@ -12,8 +12,8 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
-#include "io/column_store.h"
-#include "io/keeper.h"
+#include "io/map/column_store.h"
+#include "io/map/keeper.h"
 
 enum { N_BLOCK = 4000 };
 

@@ -7,7 +7,7 @@
 #include <dlfcn.h>
 
 #include "build_scene.h"
-#include "io/bundle.h"
+#include "io/mesh/bundle.h"
 
 static uint64_t n_compared, n_committed;
 

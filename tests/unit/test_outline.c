@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/figure_outline.h"
-#include "analysis/tessellation.h"
+#include "analysis/figure/figure_outline.h"
+#include "analysis/figure/tessellation.h"
 #include "base/alloc.h"
 
 /* Looking along -x at the plane x = 0: z to the right, y upwards. */

@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion.h"
+#include "analysis/criterion/criterion.h"
 #include "base/alloc.h"
 #include "tests/criterion_letters.h"
 #include "tests/criterion_scene.h"

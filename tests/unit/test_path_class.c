@@ -12,9 +12,9 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion.h"
-#include "analysis/path_class.h"
-#include "analysis/path_order.h"
+#include "analysis/criterion/criterion.h"
+#include "analysis/criterion/path_order.h"
+#include "analysis/paths/path_class.h"
 #include "base/alloc.h"
 #include "tests/criterion_letters.h"
 #include "tests/criterion_scene.h"

@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/path_hash.h"
-#include "analysis/path_key_internal.h"
+#include "analysis/paths/path_hash.h"
+#include "analysis/paths/path_key_internal.h"
 #include "base/alloc.h"
 
 enum { N_RAY = 203, HITS_MOST = 40, N_ROW = N_RAY * HITS_MOST + 1 };

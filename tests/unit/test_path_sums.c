@@ -10,9 +10,9 @@
 
 #include <cmocka.h>
 
-#include "analysis/class_cache.h"
-#include "analysis/key_sums.h"
-#include "analysis/path_steps.h"
+#include "analysis/paths/path_steps.h"
+#include "analysis/table/class_cache.h"
+#include "analysis/table/key_sums.h"
 #include "base/alloc.h"
 
 static struct rmap_key key_of(uint64_t number)

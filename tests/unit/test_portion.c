@@ -13,7 +13,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "trace/portion_recorder.h"
+#include "portion/portion_recorder.h"
 
 #define N_CHANNEL 3
 

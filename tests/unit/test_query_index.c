@@ -7,11 +7,11 @@
  */
 #include "tests/format/map_fixture.h"
 
-#include "analysis/query.h"
-#include "analysis/query_mark.h"
-#include "analysis/query_marker.h"
+#include "analysis/query/query.h"
+#include "analysis/query/query_mark.h"
+#include "analysis/query/query_marker.h"
 #include "history/history_index.h"
-#include "io/map_history.h"
+#include "io/map/map_history.h"
 
 enum { BLOCK = 500, N_BLOCK = 16, N_RANDOM = 200, TEXT = 2000, N_TOGETHER = 20 };
 

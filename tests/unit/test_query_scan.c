@@ -5,7 +5,7 @@
  */
 #include "tests/format/map_fixture.h"
 
-#include "analysis/query.h"
+#include "analysis/query/query.h"
 #include "base/workers.h"
 
 enum { BLOCK = 300, N_BLOCK = 40, N_RAY = BLOCK * N_BLOCK };

@@ -12,8 +12,8 @@
 #include <cmocka.h>
 
 #include "base/alloc.h"
-#include "trace/portion.h"
-#include "trace/ray_plan.h"
+#include "portion/portion.h"
+#include "portion/ray_plan.h"
 
 static struct rmap_ray_set make(const struct rmap_ray_range *range, size_t n)
 {

@@ -10,7 +10,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/sample.h"
+#include "analysis/query/sample.h"
 #include "base/alloc.h"
 
 enum { N = 3000 };

@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "io/shuffle.h"
+#include "io/codec/shuffle.h"
 
 enum { MOST = 3000, STRIDE = 4096 };
 

@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/significance.h"
+#include "analysis/table/significance.h"
 #include "base/alloc.h"
 
 static void near_ratio(double got, double want, double tolerance)

@@ -15,7 +15,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/stats.h"
+#include "analysis/stats/stats.h"
 #include "base/alloc.h"
 #include "base/rng.h"
 

@@ -12,7 +12,7 @@
 
 #include <cmocka.h>
 
-#include "analysis/step_hash.h"
+#include "analysis/paths/step_hash.h"
 
 enum { LONGEST = RMAP_STEP_HASH_BLOCK * RMAP_STEP_HASH_BLOCKS / 2 + 40 };
 

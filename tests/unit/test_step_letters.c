@@ -10,8 +10,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/step_letters.h"
-#include "trace/event.h"
+#include "analysis/paths/step_letters.h"
+#include "portion/event.h"
 
 enum { CODES = 1 << 13, ANY = 13, INSIDE = 1 << 4 | 1 << 10, N = 100 };
 static const char *const letters_in_order = "EKOFSIRTDdAXV";

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: MIT
 #
-# The walls of the house: what each storey may include, what it may export, how the tree is
-# formatted, and that no file knows the machine it was written on.
+# The walls of the house: what each layer and each room in it may include, what it may export, how the
+# tree is formatted, and that no file knows the machine it was written on.
 set -u
 cd "${SOURCE_DIR:?}" || exit 1
 failures=0
@@ -25,11 +25,32 @@ forbid io '(analysis|mpi)/' 'io includes nothing of analysis or mpi'
 forbid analysis 'mpi/' 'analysis includes nothing of mpi'
 forbid 'src analysis mpi' 'hdf5' 'hdf5.h is included under io alone'
 forbid 'src io analysis' 'mpi\.h' 'mpi.h is included under mpi alone'
-forbid 'io analysis mpi' 'embree' 'Embree is included by src/geometry/accel*.c alone'
+forbid 'io analysis mpi' 'embree' 'Embree is included under src/accel alone'
 forbid 'src io analysis mpi' '\.\./' 'no include climbs out of its folder'
-embree=$(grep -rlE --include='*.[ch]' 'include[[:space:]]*<embree' src |
-    grep -vE '^src/geometry/accel[^/]*\.[ch]$')
-[ -z "$embree" ] || fail 'Embree is included by src/geometry/accel*.c alone' "$embree"
+embree=$(grep -rlE --include='*.[ch]' 'include[[:space:]]*<embree' src | grep -v '^src/accel/')
+[ -z "$embree" ] || fail 'Embree is included under src/accel alone' "$embree"
+
+# Rooms of each layer: one includes what stands before it, so that there are no circles.
+rooms_src='base optics geometry gradient scene portion accel trace render compact history'
+rooms_io='file codec hdf5 export mesh scene map write recovery'
+rooms_analysis='table criterion overlay query detector paths stats compare energy figure page report'
+rooms_mpi='parallel command scan trace upkeep answer session cli'
+for layer in src io analysis mpi; do
+    rooms=rooms_$layer
+    below=$([ $layer = src ] || echo "$layer/")
+    later=" ${!rooms} "
+    for room in ${!rooms}; do
+        later=${later# "$room"}
+        [ -s "$layer/$room/README.md" ] || fail 'every room says what lives there' "$layer/$room/README.md"
+        # shellcheck disable=SC2086 # a list of rooms
+        [ -z "${later// /}" ] ||
+            forbid "$layer/$room" "$below($(echo $later | tr ' ' '|'))/" "$layer/$room includes no later room"
+    done
+    unknown=$(find $layer -mindepth 1 -maxdepth 1 -type d -printf '%f\n' | grep -vxE "$(echo "${!rooms}" | tr ' ' '|')")
+    [ -z "$unknown" ] || fail "every room of $layer has its place in the order" "$unknown"
+    lobby=$(find $layer -maxdepth 1 -name '*.c' | wc -l)
+    [ "$lobby" -le 12 ] || fail 'at most 12 .c files directly in a layer' "$layer: $lobby"
+done
 
 # Every source names its licence in one line.
 unlicensed=$(find src io analysis mpi tests jobs -type f \

@@ -15,7 +15,7 @@
 #include <png.h>
 
 #include "base/alloc.h"
-#include "io/raster.h"
+#include "io/export/raster.h"
 
 static void draw(struct rmap_svg **svg)
 {

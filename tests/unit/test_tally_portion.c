@@ -11,9 +11,9 @@
 
 #include <cmocka.h>
 
-#include "geometry/accel.h"
-#include "io/scene_reader.h"
-#include "trace/portion_recorder.h"
+#include "accel/accel.h"
+#include "io/scene/scene_reader.h"
+#include "portion/portion_recorder.h"
 #include "trace/tally.h"
 #include "trace/tracer.h"
 

@@ -11,7 +11,7 @@
 
 #include "hand_bench.h"
 #include "near.h"
-#include "trace/portion_recorder.h"
+#include "portion/portion_recorder.h"
 #include "trace/tally.h"
 
 /* Two coloured sources in a box of mixed walls around an absorbing glass ball. */

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "io/yaml_tree.h"
+#include "io/scene/yaml_tree.h"
 #include "tests/unit/read_text.h"
 
 /* The tree of a text, or NULL; in either case what was said. */

@@ -11,8 +11,8 @@
 
 #include <cmocka.h>
 
-#include "analysis/criterion.h"
-#include "analysis/zemax_filter.h"
+#include "analysis/criterion/criterion.h"
+#include "analysis/report/zemax_filter.h"
 #include "base/alloc.h"
 #include "tests/criterion_scene.h"
 

@@ -1,0 +1,26 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Verdicts from what a test found of each ray, without a branch per ray.
+ */
+#ifndef RMAP_CRITERION_COMPARE_H
+#define RMAP_CRITERION_COMPARE_H
+
+#include "analysis/criterion/criterion_evaluate.h"
+
+/* What a count says of the one that is asked for: that it is the same, or anything up to it. */
+enum rmap_told { RMAP_EXACTLY, RMAP_AT_MOST };
+
+/* verdict: [n], enum rmap_verdict, where the interval holds count [n]. */
+void rmap_compare_counts(const uint32_t *count, size_t n, const struct rmap_interval *interval,
+                         enum rmap_told told, uint8_t *verdict);
+
+/* The same of n rays' marks, as far as it can be told without counting them: else false. bits: [2]
+ * [words of n] for use on the way. */
+bool rmap_compare_marks(const struct rmap_marks *marks, size_t n,
+                        const struct rmap_interval *interval, enum rmap_told told, uint64_t *bits,
+                        uint8_t *verdict);
+
+void rmap_compare_numbers(const double *number, size_t n, const struct rmap_interval *interval,
+                          uint8_t *verdict);
+
+#endif

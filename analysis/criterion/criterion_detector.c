@@ -1,0 +1,235 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Tests of a ray's registrations: registered, crossed, angle, x, y, time, optical_path, where.
+ */
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_parser.h"
+
+static const struct its_number {
+    const char *word;
+    enum rmap_registration_number number;
+} its_number_table[] = {
+    {"angle", RMAP_REGISTRATION_ANGLE},
+    {"x", RMAP_REGISTRATION_X},
+    {"y", RMAP_REGISTRATION_Y},
+    {"time", RMAP_REGISTRATION_TIME},
+    {"optical_path", RMAP_REGISTRATION_OPTICAL_PATH},
+};
+
+/* Tests of the steps before a registration, which stand in `where`, too (criterion_word.c). */
+static const char *const step_words[] = {"hit",     "surface",     "event",         "medium",
+                                         "bounces", "ghost_order", "scatter_order", "path",
+                                         "after",   "at"};
+enum { N_STEP_WORD = sizeof step_words / sizeof *step_words };
+
+enum { N_ITS_NUMBER = sizeof its_number_table / sizeof *its_number_table };
+
+bool rmap_parser_at_its_number(const struct rmap_parser *parser,
+                               enum rmap_registration_number *number_ret)
+{
+    for (size_t row = 0; row < N_ITS_NUMBER; row++)
+        if (rmap_parser_at_word(parser, its_number_table[row].word)) {
+            *number_ret = its_number_table[row].number;
+            return true;
+        }
+    return false;
+}
+
+enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
+                                              enum rmap_registration_number number,
+                                              const struct rmap_index_set *detector)
+{
+    switch (number) {
+    case RMAP_REGISTRATION_ANGLE:
+        return RMAP_DIMENSION_ANGLE;
+    case RMAP_REGISTRATION_TIME:
+        return RMAP_DIMENSION_TIME;
+    case RMAP_REGISTRATION_OPTICAL_PATH:
+        return RMAP_DIMENSION_LENGTH;
+    case RMAP_REGISTRATION_X:
+    case RMAP_REGISTRATION_Y:
+        break;
+    }
+    return rmap_detector_dimension(scene, detector);
+}
+
+/* The comparison behind a number of a registration, as a node of its own. */
+static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
+                                             const struct its_number *row,
+                                             const struct rmap_token *word,
+                                             const struct rmap_index_set *detector,
+                                             int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion_node node = {.kind = RMAP_CRITERION_ITS_NUMBER,
+                                       .first = -1,
+                                       .next = -1,
+                                       .begin = word->begin,
+                                       .its_number = row->number};
+    size_t written = parser->taken_end - word->begin; /* with the detector's name, if any */
+    if (!rmap_parser_at_comparison(parser))
+        return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",
+                                row->word, (int)(written < 48 ? written : 48),
+                                parser->text + word->begin);
+    RMAP_TRY(rmap_parse_interval(
+        parser, rmap_its_number_dimension(parser->criterion->scene, row->number, detector),
+        &node.interval));
+    node.end = parser->taken_end;
+    RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node_ret)
+{
+    const char *candidate[N_ITS_NUMBER + N_STEP_WORD];
+    struct rmap_token word = parser->token;
+    size_t row = 0;
+    while (row < N_ITS_NUMBER && !rmap_parser_at_word(parser, its_number_table[row].word))
+        row++;
+    for (size_t i = 0; i < N_ITS_NUMBER; i++)
+        candidate[i] = its_number_table[i].word;
+    memcpy(candidate + N_ITS_NUMBER, step_words, sizeof step_words);
+    if (word.kind != RMAP_TOKEN_WORD)
+        return rmap_parser_expected(parser, "angle, x, y, time, optical_path, or a test of the "
+                                            "steps before such as hit(NAME)");
+    if (row == N_ITS_NUMBER)
+        return rmap_parser_fail_word(parser, &word, "number of a registration", candidate,
+                                     N_ITS_NUMBER + N_STEP_WORD);
+    enum rmap_status st = rmap_parser_advance(parser);
+    if (st == RMAP_OK)
+        st =
+            parse_its_comparison(parser, &its_number_table[row], &word, parser->detector, node_ret);
+    return st;
+}
+
+/* The condition of one registration. */
+static enum rmap_status parse_condition(struct rmap_parser *parser,
+                                        struct rmap_registration_test *test)
+{
+    parser->detector = &test->detector;
+    enum rmap_status st = rmap_parse_logic(parser, &test->where);
+    parser->detector = NULL;
+    return st;
+}
+
+static enum rmap_status parse_where(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    enum rmap_status st = rmap_parser_advance(parser);
+    return st == RMAP_OK ? parse_condition(parser, test) : st;
+}
+
+/* What chooses registrations, as it is written from `begin` on; before: words in front of it. */
+static enum rmap_status keep_chooses(struct rmap_parser *parser, const char *before, size_t begin,
+                                     const char **chooses_ret)
+{
+    const size_t n = parser->taken_end - begin, n_before = strlen(before);
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, n_before + n + 1, 1, &block, parser->err);
+    if (st != RMAP_OK)
+        return st;
+    memcpy(block, before, n_before);
+    memcpy((char *)block + n_before, parser->text + begin, n);
+    *chooses_ret = block;
+    return RMAP_OK;
+}
+
+static enum rmap_status parse_registrations(struct rmap_parser *parser,
+                                            struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_registration_test *test = &node->registrations;
+    size_t begin = SIZE_MAX;
+    node->kind = RMAP_CRITERION_REGISTRATIONS;
+    test->where = -1;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
+    while (parser->token.kind == RMAP_TOKEN_COMMA) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        begin = begin < parser->token.begin ? begin : parser->token.begin;
+        if (rmap_parser_at_word(parser, "where"))
+            break;
+        RMAP_TRY(rmap_parse_region(parser, test));
+    }
+    if (rmap_parser_at_word(parser, "where")) {
+        begin = begin < parser->token.begin ? begin : parser->token.begin;
+        RMAP_TRY(parse_where(parser, test));
+    }
+    if (begin < SIZE_MAX)
+        RMAP_TRY(keep_chooses(parser, "", begin, &test->chooses));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE,
+                              test->where < 0 ? "',', 'where' or ')'" : "'and', 'or' or ')'"));
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_which(struct rmap_parser *parser, const struct rmap_index_set *detector,
+                                  struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_registration_test *test = &node->registrations;
+    const size_t begin = parser->token.begin;
+    const bool at_region = rmap_parser_at_region(parser);
+    *node = (struct rmap_criterion_node){.kind = RMAP_CRITERION_REGISTRATIONS,
+                                         .first = -1,
+                                         .next = -1,
+                                         .begin = begin,
+                                         .interval = {1.0, (double)INFINITY, false},
+                                         .registrations = {.detector = *detector, .where = -1}};
+    if (at_region)
+        RMAP_TRY(rmap_parse_region(parser, test));
+    if (at_region && parser->token.kind == RMAP_TOKEN_COMMA)
+        RMAP_TRY(rmap_parser_advance(parser));
+    if (rmap_parser_at_word(parser, "where"))
+        RMAP_TRY(parse_where(parser, test));
+    else if (!at_region)
+        RMAP_TRY(parse_condition(parser, test));
+    node->end = parser->taken_end;
+    RMAP_TRY(keep_chooses(parser, "", begin, &test->chooses));
+    if (parser->token.kind != RMAP_TOKEN_END)
+        st = rmap_parser_expected(parser, test->where < 0 ? "'where' or the end"
+                                                          : "'and', 'or' or the end");
+out:
+    return st;
+}
+
+enum rmap_status rmap_parse_registered(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    return parse_registrations(parser, node);
+}
+
+enum rmap_status rmap_parse_crossed(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    node->registrations.crossed = true;
+    return parse_registrations(parser, node);
+}
+
+enum rmap_status rmap_parse_any_number(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_registration_test *test = &node->registrations;
+    struct rmap_token word = parser->word;
+    size_t row = 0;
+    char before[40];
+    while (row + 1 < N_ITS_NUMBER &&
+           !rmap_token_is(parser->text, &word, its_number_table[row].word))
+        row++;
+    node->kind = RMAP_CRITERION_REGISTRATIONS;
+    test->where = -1;
+    test->of_number = true;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    const size_t begin = parser->token.begin;
+    RMAP_TRY(
+        parse_its_comparison(parser, &its_number_table[row], &word, &test->detector, &test->where));
+    (void)snprintf(before, sizeof before, "where %s ", its_number_table[row].word);
+    RMAP_TRY(keep_chooses(parser, before, begin, &test->chooses));
+out:
+    return st;
+}

@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Evaluation: every test becomes a byte per ray; and, or, not combine bytes. A test whose columns
+ * may not all be fetched counts the rows that could count: more it cannot be.
+ */
+#include "analysis/criterion/criterion_evaluate.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_compare.h"
+#include "analysis/criterion/criterion_tests.h"
+#include "base/alloc.h"
+#include "base/wide.h"
+
+static void compare_ray_numbers(const struct rmap_evaluation *ev,
+                                const struct rmap_criterion_node *node, uint8_t *verdict)
+{
+    const struct rmap_ray_columns *ray = &ev->portion->ray;
+    const double *stored = node->ray_number == RMAP_RAY_NUMBER_WAVELENGTH     ? ray->wavelength
+                           : node->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH  ? ray->path_length
+                           : node->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
+                                                                              : NULL;
+    const bool is_flux = node->ray_number == RMAP_RAY_NUMBER_FLUX;
+    size_t n_source = ev->criterion->scene->n_source;
+    if (stored) {
+        rmap_compare_numbers(stored, ev->n_ray, &node->interval, verdict);
+        return;
+    }
+    if (node->ray_number == RMAP_RAY_NUMBER_ID) {
+        for (size_t i = 0; i < ev->n_ray; i++) {
+            bool inside = (ray->id[i] >= node->id_low) & (ray->id[i] <= node->id_high);
+            verdict[i] = inside != node->interval.outside ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+        }
+        return;
+    }
+    for (size_t i = 0; i < ev->n_ray; i++) {
+        double number = (double)NAN;
+        if (!is_flux)
+            number = ray->segment_count[i];
+        else if ((size_t)ray->source[i] < n_source)
+            number = ray->weight[i] * ev->evidence->flux_per_weight[ray->source[i]];
+        verdict[i] =
+            rmap_interval_holds(&node->interval, number) ? RMAP_VERDICT_YES : RMAP_VERDICT_NO;
+    }
+}
+
+/* Verdicts by what a test counts. index: of the node, which may stand looser here. */
+static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t index,
+                                     const struct rmap_criterion_node *node, enum rmap_told told,
+                                     uint8_t *verdict, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_marks marks;
+    RMAP_TRY(rmap_test_mark(ev, index, node, &marks, err));
+    if (rmap_compare_marks(&marks, ev->n_ray, &node->interval, told, ev->judge->reach, verdict))
+        return RMAP_OK;
+    rmap_test_count(ev, &marks);
+    rmap_compare_counts(ev->count, ev->n_ray, &node->interval, told, verdict);
+out:
+    return st;
+}
+
+/* A test that asks for columns which may not be fetched: without what needs them. */
+static enum rmap_status bound_test(const struct rmap_evaluation *ev, int32_t index,
+                                   uint8_t *verdict, struct rmap_error *err)
+{
+    struct rmap_criterion_node loose = ev->criterion->node[index];
+    loose.columns &= ev->evidence->columns;
+    if (loose.kind == RMAP_CRITERION_STEPS) {
+        loose.steps.part = RMAP_PART_ALL;
+        loose.steps.side = NULL;
+    } else if (loose.kind == RMAP_CRITERION_REGISTRATIONS) {
+        loose.registrations.region = RMAP_REGION_ALL;
+        loose.registrations.box = NULL;
+        loose.registrations.where = -1;
+    } else {
+        memset(verdict, RMAP_VERDICT_OPEN, ev->n_ray);
+        return RMAP_OK;
+    }
+    return compare_rows(ev, index, &loose, RMAP_AT_MOST, verdict, err);
+}
+
+static enum rmap_status evaluate_test(const struct rmap_evaluation *ev, int32_t index,
+                                      uint8_t *verdict, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_criterion_node *node = &ev->criterion->node[index];
+    if (node->columns & ~ev->evidence->columns)
+        return bound_test(ev, index, verdict, err);
+    if (node->kind == RMAP_CRITERION_ALL) {
+        bool holds = rmap_interval_holds(&node->interval, 1.0);
+        memset(verdict, holds ? RMAP_VERDICT_YES : RMAP_VERDICT_NO, ev->n_ray);
+    } else if (node->kind == RMAP_CRITERION_NUMBER) {
+        RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
+        compare_ray_numbers(ev, node, verdict);
+    } else {
+        st = compare_rows(ev, index, node, RMAP_EXACTLY, verdict, err);
+    }
+out:
+    return st;
+}
+
+/* True when every ray has this verdict, which further children cannot change. */
+RMAP_WIDE static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
+{
+    uint8_t other = 0;
+    for (size_t i = 0; i < n; i++)
+        other |= verdict[i] ^ which;
+    return !other;
+}
+
+static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
+                                      uint8_t *verdict, struct rmap_error *err);
+
+RMAP_WIDE static void combine(const uint8_t *restrict own, size_t n, bool is_and,
+                              uint8_t *restrict verdict)
+{
+    if (is_and)
+        for (size_t i = 0; i < n; i++)
+            verdict[i] &= own[i];
+    else
+        for (size_t i = 0; i < n; i++)
+            verdict[i] |= own[i];
+}
+
+/* level: masks that are in use above. is_rest: as in the evidence, and this node is its `and` or
+ * `or`. */
+static enum rmap_status evaluate_logic(const struct rmap_evaluation *ev,
+                                       const struct rmap_criterion_node *node, int level,
+                                       bool is_rest, uint8_t *verdict, struct rmap_error *err)
+{
+    size_t n = ev->n_ray;
+    bool is_and = node->kind == RMAP_CRITERION_AND;
+    const uint8_t last_word = is_and ? RMAP_VERDICT_NO : RMAP_VERDICT_YES;
+    uint8_t *own = ev->judge->mask + (size_t)level * n;
+    enum rmap_status st = RMAP_OK;
+    memset(verdict, last_word ^ RMAP_VERDICT_YES, n);
+    for (int32_t child = node->first;
+         st == RMAP_OK && child >= 0 && !all_are(verdict, last_word, n);
+         child = ev->criterion->node[child].next) {
+        if (is_rest && !(ev->criterion->node[child].columns & ~RMAP_COLUMNS_DISCRETE))
+            continue;
+        st = evaluate_node(ev, child, level + 1, own, err);
+        combine(own, n, is_and, verdict);
+    }
+    return st;
+}
+
+RMAP_WIDE static void negate(uint8_t *verdict, size_t n)
+{
+    for (size_t i = 0; i < n; i++)
+        verdict[i] = rmap_verdict_not(verdict[i]);
+}
+
+/* A node whose verdicts are not known yet. */
+static enum rmap_status evaluate_anew(const struct rmap_evaluation *ev, int32_t index, int level,
+                                      bool is_rest, uint8_t *verdict, struct rmap_error *err)
+{
+    const struct rmap_criterion_node *node = &ev->criterion->node[index];
+    if (node->kind == RMAP_CRITERION_AND || node->kind == RMAP_CRITERION_OR)
+        return evaluate_logic(ev, node, level, is_rest, verdict, err);
+    if (node->kind != RMAP_CRITERION_NOT)
+        return evaluate_test(ev, index, verdict, err);
+    enum rmap_status st = is_rest ? evaluate_anew(ev, node->first, level, true, verdict, err)
+                                  : evaluate_node(ev, node->first, level, verdict, err);
+    if (st == RMAP_OK)
+        negate(verdict, ev->n_ray);
+    return st;
+}
+
+static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
+                                      uint8_t *verdict, struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    int32_t slot = ev->slot ? ev->slot[index] : -1;
+    if (slot >= 0 && judge->is_kept[slot]) {
+        memcpy(verdict, judge->kept + (size_t)slot * ev->n_ray, ev->n_ray);
+        return RMAP_OK;
+    }
+    enum rmap_status st = evaluate_anew(ev, index, level, false, verdict, err);
+    if (slot >= 0 && st == RMAP_OK) {
+        memcpy(judge->kept + (size_t)slot * ev->n_ray, verdict, ev->n_ray);
+        judge->is_kept[slot] = 1;
+    }
+    return st;
+}
+
+void rmap_judge_fini(struct rmap_judge *judge)
+{
+    rmap_free(judge->count);
+    rmap_free(judge->mask);
+    rmap_free(judge->kept);
+    rmap_free(judge->is_kept);
+    rmap_free(judge->mark);
+    rmap_free(judge->reach);
+    rmap_free(judge->at_objects);
+    rmap_free(judge->in_region);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        rmap_bit_groups_fini(&judge->rows[t]);
+    *judge = (struct rmap_judge){0};
+}
+
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t n_slot,
+                                  size_t n_ray, struct rmap_error *err)
+{
+    void *kept = judge->kept, *is_kept = judge->is_kept;
+    enum rmap_status st = rmap_reserve(&kept, &judge->kept_cap, n_slot * n_ray, 1, err);
+    judge->kept = kept;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&is_kept, &judge->is_kept_cap, n_slot, 1, err);
+    judge->is_kept = is_kept;
+    if (st == RMAP_OK && n_slot > 0)
+        memset(judge->is_kept, 0, n_slot);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        judge->groups[t] = NULL;
+    judge->has_objects &= is_same;
+    judge->has_region &= is_same;
+    return st;
+}
+
+enum rmap_status rmap_judge_reserve(struct rmap_judge *judge, size_t n_ray, struct rmap_error *err)
+{
+    void *reach = judge->reach;
+    enum rmap_status st = rmap_reserve(&reach, &judge->reach_cap, 2 * rmap_bit_words(n_ray),
+                                       sizeof *judge->reach, err);
+    judge->reach = reach;
+    return st;
+}
+
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
+                                      const struct rmap_evidence *evidence,
+                                      struct rmap_judge *judge, uint8_t *verdict,
+                                      struct rmap_error *err)
+{
+    size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
+    void *count = judge->count, *mask = judge->mask;
+    if (n_ray == 0)
+        return RMAP_OK;
+    enum rmap_status st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
+    judge->count = count;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&mask, &judge->mask_cap, n_ray * (size_t)criterion->n_mask, 1, err);
+    judge->mask = mask;
+    if (st == RMAP_OK)
+        st = rmap_judge_reserve(judge, n_ray, err);
+    if (st != RMAP_OK)
+        return st;
+    struct rmap_evaluation ev = {.criterion = criterion,
+                                 .evidence = evidence,
+                                 .portion = evidence->portion,
+                                 .slot = slot,
+                                 .judge = judge,
+                                 .n_ray = n_ray,
+                                 .count = judge->count};
+    return evidence->is_rest ? evaluate_anew(&ev, criterion->root, 0, true, verdict, err)
+                             : evaluate_node(&ev, criterion->root, 0, verdict, err);
+}
+
+static bool sums_to(const uint32_t *rows, size_t n_ray, size_t n_row)
+{
+    uint64_t sum = 0;
+    for (size_t i = 0; i < n_ray; i++)
+        sum += rows[i];
+    return sum == n_row;
+}
+
+static enum rmap_status check_portion(const struct rmap_criterion *criterion,
+                                      const struct rmap_portion *portion, struct rmap_error *err)
+{
+    size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        const struct rmap_column_info *info = rmap_column_info((enum rmap_column)c);
+        if (criterion->columns & RMAP_COLUMN_BIT(c) && portion->n_row[info->table] > 0 &&
+            !rmap_portion_column(portion, (enum rmap_column)c))
+            return rmap_error_set(err, RMAP_INTERNAL, "column %s was not read", info->path);
+    }
+    if ((portion->ray.segment_count &&
+         !sums_to(portion->ray.segment_count, n_ray, portion->n_row[RMAP_TABLE_SEGMENT])) ||
+        (portion->ray.registration_count &&
+         !sums_to(portion->ray.registration_count, n_ray, portion->n_row[RMAP_TABLE_REGISTRATION])))
+        return rmap_error_set(err, RMAP_FORMAT,
+                              "the rays from id %llu on do not add up to the rows of their tables",
+                              (unsigned long long)portion->first_ray);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,
+                                         const struct rmap_portion *portion,
+                                         const double *flux_per_weight, uint8_t *match,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_judge judge = {0};
+    const struct rmap_evidence evidence = {
+        .portion = portion, .columns = RMAP_COLUMNS_ALL, .flux_per_weight = flux_per_weight};
+    RMAP_TRY(check_portion(criterion, portion, err));
+    RMAP_TRY(rmap_criterion_judge(criterion, NULL, &evidence, &judge, match, err));
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
+        match[i] &= 1;
+out:
+    rmap_judge_fini(&judge);
+    return st;
+}
+
+enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
+                                      const struct rmap_portion *portion, uint32_t *count,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_judge judge = {0};
+    struct rmap_marks marks;
+    const struct rmap_criterion_node *node = &criterion->node[criterion->root];
+    const struct rmap_evidence evidence = {.portion = portion, .columns = RMAP_COLUMNS_ALL};
+    struct rmap_evaluation ev = {.criterion = criterion,
+                                 .evidence = &evidence,
+                                 .portion = portion,
+                                 .judge = &judge,
+                                 .n_ray = portion->n_row[RMAP_TABLE_RAY],
+                                 .count = count};
+    RMAP_TRY(check_portion(criterion, portion, err));
+    RMAP_TRY(rmap_test_mark(&ev, criterion->root, node, &marks, err));
+    rmap_test_count(&ev, &marks);
+out:
+    rmap_judge_fini(&judge);
+    return st;
+}

@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Evaluation of a criterion on rays of which not everything need be known: columns are fetched
+ * when a test first asks for them, and what may not be fetched leaves a verdict open.
+ */
+#ifndef RMAP_CRITERION_EVALUATE_H
+#define RMAP_CRITERION_EVALUATE_H
+
+#include "analysis/criterion/criterion_tree.h"
+#include "base/bit_groups.h"
+
+/* Bit 0: the ray may match; bit 1: it does. `and` is &, `or` is |. */
+enum rmap_verdict { RMAP_VERDICT_NO = 0, RMAP_VERDICT_OPEN = 1, RMAP_VERDICT_YES = 3 };
+
+static inline uint8_t rmap_verdict_not(uint8_t verdict)
+{
+    return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
+}
+
+/* What a test counts: a bit per row, in groups that are the rays' rows; or a bit per ray. */
+struct rmap_marks {
+    const uint64_t *bits;           /* borrowed; one word more may be read */
+    struct rmap_bit_groups *groups; /* NULL: per ray */
+};
+
+/* Rays, and how to learn about them. */
+struct rmap_evidence {
+    const struct rmap_portion *portion; /* its rays are counted; columns, and rows of the other
+                                           tables, as far as fetched */
+    rmap_column_set columns;            /* that may be fetched */
+    bool is_rest; /* discrete columns left the rays of interest open: what only they decide, and is
+                     joined to the rest by one `and` or `or`, need not be asked again. Verdicts of
+                     other rays mean nothing */
+    const double *flux_per_weight; /* [n_source]; NULL: `flux` may not be fetched */
+    void *context;
+    /* Makes the portion have these columns, too. NULL: it has all that may be fetched. */
+    enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
+    /* What a test of discrete columns marks, found otherwise; bits NULL: look at the columns.
+     * Valid until the next. index: of a node, whose test may stand looser in `node`. NULL: always
+     * the columns. */
+    enum rmap_status (*mark)(void *context, int32_t index, const struct rmap_criterion_node *node,
+                             struct rmap_marks *marks, struct rmap_error *err);
+    /* The rows of each ray in /registration or /segment as groups; *groups_ret NULL: none are at
+     * hand. NULL: never. */
+    enum rmap_status (*group)(void *context, enum rmap_table table,
+                              struct rmap_bit_groups **groups_ret, struct rmap_error *err);
+};
+
+/* Memory of an evaluation, to be used again. All zero at first. */
+struct rmap_judge {
+    uint32_t *count; /* [n_ray] */
+    uint8_t *mask;   /* [n_mask][n_ray] */
+    size_t count_cap, mask_cap;
+    uint8_t *kept; /* [n_slot][n_ray] verdicts on the same evidence, of shared subtrees */
+    size_t kept_cap;
+    uint8_t *is_kept; /* [n_slot] */
+    size_t is_kept_cap;
+    uint64_t *mark, *reach; /* bits: of rows or rays; of rays, twice */
+    size_t mark_cap, reach_cap;
+    uint64_t *at_objects; /* bits: of rows at the objects that were asked for last: */
+    size_t at_objects_cap;
+    bool has_objects;
+    struct rmap_index_set objects;
+    uint64_t *in_region; /* bits: of registrations that passed the test that was put last: */
+    size_t in_region_cap;
+    bool has_region;
+    struct rmap_registration_test region;                     /* but for `where` */
+    struct rmap_bit_groups rows[RMAP_TABLE_HISTORY_COUNT];    /* of a table: its own, */
+    struct rmap_bit_groups *groups[RMAP_TABLE_HISTORY_COUNT]; /* or what the same evidence has */
+};
+void rmap_judge_fini(struct rmap_judge *judge);
+
+/* New evidence: what is kept of earlier evidence is forgotten. is_same: its rows are those of the
+ * one before, so that what was found of them holds, but verdicts on rays do not. */
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t n_slot,
+                                  size_t n_ray, struct rmap_error *err) RMAP_MUST_USE;
+
+/* What the criterion, one test that can be counted, counts per ray: count [n_ray]. The portion has
+ * the criterion's columns. RMAP_FORMAT when its rows do not add up. */
+enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
+                                      const struct rmap_portion *portion, uint32_t *count,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* verdict: [n_ray], enum rmap_verdict; none is open when all the criterion's columns may be
+ * fetched. Stops as soon as every ray is decided. slot: [n_node] where the judge keeps a subtree's
+ * verdicts, or -1; NULL: nowhere. */
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
+                                      const struct rmap_evidence *evidence,
+                                      struct rmap_judge *judge, uint8_t *verdict,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

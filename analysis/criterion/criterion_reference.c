@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * @NAME: the definition's text is parsed where it is used, so that its tests become part of the
+ * tree like any others. Definitions may use each other in any order, but not themselves.
+ */
+#include <string.h>
+
+#include "analysis/criterion/criterion_file_internal.h"
+#include "analysis/criterion/criterion_parser.h"
+#include "base/alloc.h"
+#include "io/file/diagnostics.h"
+
+/* Definitions used in definitions multiply. */
+enum { NODE_MAX = 100000 };
+
+/* Open definitions, the innermost first. */
+struct rmap_reference {
+    size_t let;
+    const struct rmap_reference *outer;
+};
+
+static enum rmap_status fail_unknown(const struct rmap_parser *parser,
+                                     const struct rmap_token *token, const char *name)
+{
+    const struct rmap_criteria *criteria = parser->criteria;
+    char shown[RMAP_SHOWN_NBYTES];
+    rmap_criterion_shorten(name, shown);
+    if (!criteria)
+        return RMAP_PARSER_FAIL(parser, token,
+                                "no criterion is named '%s': --criteria FILE defines names, as "
+                                "let %s = ...",
+                                shown, shown);
+    const char **known = rmap_alloc(criteria->n, sizeof *known);
+    for (size_t i = 0; known && i < criteria->n; i++)
+        known[i] = criteria->let[i].name;
+    const char *near = known ? rmap_nearest_word(name, known, criteria->n) : NULL;
+    const char *hint[3] = {near ? " (did you mean '" : "", near ? near : "", near ? "'?)" : ""};
+    rmap_free(known);
+    if (strcmp(criteria->label, RMAP_CRITERION_LABEL) == 0) /* lines, not a file */
+        return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' so far%s%s%s", shown,
+                                hint[0], hint[1], hint[2]);
+    return RMAP_PARSER_FAIL(parser, token, "no criterion is named '%s' in %.64s%s%s%s", shown,
+                            criteria->label, hint[0], hint[1], hint[2]);
+}
+
+/* The name behind '@', and which definition it is. */
+static enum rmap_status find_let(struct rmap_parser *parser, struct rmap_token *token, size_t *let)
+{
+    enum rmap_status st = RMAP_OK;
+    char name[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
+    RMAP_TRY(rmap_parser_advance(parser));
+    RMAP_TRY(rmap_parser_take_name(parser, "the name of a criterion", token));
+    rmap_token_name(parser->text, token, name);
+    *let = parser->criteria ? rmap_criteria_find(parser->criteria, name) : SIZE_MAX;
+    if (*let == SIZE_MAX)
+        return fail_unknown(parser, token, name);
+    for (const struct rmap_reference *open = parser->reference; open; open = open->outer)
+        if (open->let == *let) {
+            rmap_criterion_shorten(name, shown);
+            return RMAP_PARSER_FAIL(parser, token, "'%s' is defined by itself", shown);
+        }
+    if (rmap_parser_at_comparison(parser))
+        st = RMAP_PARSER_FAIL(parser, &parser->token,
+                              "only a single test can be counted, not a named criterion");
+out:
+    return st;
+}
+
+/* Parses the definition with the same parser: what it was about to read comes back afterwards. */
+static enum rmap_status parse_definition(struct rmap_parser *parser, size_t index,
+                                         int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_let *let = &parser->criteria->let[index];
+    const struct rmap_parser outer = *parser;
+    struct rmap_reference reference = {index, outer.reference};
+    parser->text = parser->criteria->text;
+    parser->reference = &reference;
+    parser->definition_end = let->end;
+    parser->token = (struct rmap_token){.end = let->begin};
+    RMAP_TRY(rmap_parser_advance(parser));
+    RMAP_TRY(rmap_parse_logic(parser, node_ret));
+    if (parser->token.kind != RMAP_TOKEN_END)
+        st = rmap_parser_expected(parser, "'and', 'or' or the end of the definition");
+out:
+    if (st == RMAP_INPUT)
+        rmap_criterion_relabel(outer.criteria->label, outer.err);
+    parser->text = outer.text;
+    parser->reference = outer.reference;
+    parser->definition_end = outer.definition_end;
+    parser->token = outer.token;
+    parser->taken_end = outer.taken_end;
+    parser->word = outer.word;
+    return st;
+}
+
+enum rmap_status rmap_parse_reference(struct rmap_parser *parser, int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion *criterion = parser->criterion;
+    struct rmap_token at = parser->token, name = at;
+    size_t first = criterion->n_node, let = 0;
+    RMAP_TRY(find_let(parser, &name, &let));
+    if (++parser->depth > RMAP_CRITERION_DEPTH)
+        return RMAP_PARSER_FAIL(parser, &name, "definitions stand in definitions more than %d deep",
+                                RMAP_CRITERION_DEPTH);
+    RMAP_TRY(parse_definition(parser, let, node_ret));
+    parser->depth--;
+    if (criterion->n_node > NODE_MAX)
+        return RMAP_PARSER_FAIL(parser, &name,
+                                "with all its definitions the criterion has more than %d tests",
+                                NODE_MAX);
+    for (size_t i = first; i < criterion->n_node; i++) {
+        criterion->node[i].begin = at.begin;
+        criterion->node[i].end = name.end;
+    }
+out:
+    return st;
+}

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The test surface(...): which objects have such a surface, and on which side.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_parser.h"
+#include "base/alloc.h"
+
+/* Objects that carry a marked surface, and on which side where that matters. */
+static enum rmap_status set_surfaces(struct rmap_parser *parser, const struct rmap_index_set *set,
+                                     struct rmap_step_test *steps)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = parser->criterion->scene;
+    bool one_sided = false;
+    uint8_t *mark = rmap_alloc(scene->n_object, 1);
+    void *block = NULL;
+    RMAP_TRY(rmap_criterion_block_add(parser->criterion, scene->n_object, 1, &block, parser->err));
+    if (!mark) {
+        st = rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the surfaces");
+        goto out;
+    }
+    uint8_t *side = block;
+    for (size_t o = 0; o < scene->n_object; o++) {
+        bool front = rmap_index_set_has(set, scene->object[o].surface_front);
+        bool back = rmap_index_set_has(set, scene->object[o].surface_back);
+        side[o] = (uint8_t)(front | back << 1);
+        mark[o] = front || back;
+        one_sided |= front != back;
+    }
+    steps->of_object = true;
+    steps->side = one_sided ? side : NULL;
+    RMAP_TRY(rmap_parser_pack_set(parser, mark, scene->n_object, &steps->object));
+out:
+    rmap_free(mark);
+    return st;
+}
+
+static double channel_mean(const struct rmap_scene *scene, const double *value)
+{
+    double sum = 0.0;
+    for (int c = 0; c < scene->channels.n; c++)
+        sum += value[c];
+    return scene->channels.n > 0 ? sum / scene->channels.n : 0.0;
+}
+
+enum parameter {
+    PARAMETER_REFLECTANCE,
+    PARAMETER_REFLECT_SPECULAR,
+    PARAMETER_REFLECT_DIFFUSE,
+    PARAMETER_TRANSMIT_SPECULAR,
+    PARAMETER_TRANSMIT_DIFFUSE,
+    PARAMETER_ABSORB
+};
+static const char *const parameter_words[] = {
+    "reflectance",       "reflect_specular", "reflect_diffuse",
+    "transmit_specular", "transmit_diffuse", "absorb",
+};
+
+static bool is_parameter(const struct rmap_parser *parser, const struct rmap_token *token)
+{
+    for (size_t i = 0; i < sizeof parameter_words / sizeof *parameter_words; i++)
+        if (rmap_token_is(parser->text, token, parameter_words[i]))
+            return true;
+    return false;
+}
+
+/* Mean over the channels; NaN where it depends on the angle (bare glass, metal). */
+static double surface_parameter(const struct rmap_scene *scene, const struct rmap_surface *surface,
+                                enum parameter parameter)
+{
+    bool fresnel = surface->type == RMAP_SURFACE_FRESNEL;
+    bool bare = fresnel && surface->coat == RMAP_COAT_NONE;
+    bool metal = surface->type == RMAP_SURFACE_MIRROR && surface->is_metal;
+    double reflect = channel_mean(scene, surface->reflect_specular);
+    double diffuse = channel_mean(scene, surface->reflect_diffuse);
+    double transmit = channel_mean(scene, surface->transmit_specular);
+    double transmit_diffuse = channel_mean(scene, surface->transmit_diffuse);
+    if (bare || metal)
+        reflect = (double)NAN;
+    if (metal)
+        transmit = (double)NAN;
+    else if (fresnel && surface->coat == RMAP_COAT_IDEAL)
+        reflect = 0.0;
+    if (fresnel)
+        transmit = 1.0 - reflect;
+    switch (parameter) {
+    case PARAMETER_REFLECTANCE:
+        return reflect + diffuse;
+    case PARAMETER_REFLECT_SPECULAR:
+        return reflect;
+    case PARAMETER_REFLECT_DIFFUSE:
+        return diffuse;
+    case PARAMETER_TRANSMIT_SPECULAR:
+        return transmit;
+    case PARAMETER_TRANSMIT_DIFFUSE:
+        return transmit_diffuse;
+    case PARAMETER_ABSORB:
+        return fresnel ? 0.0 : 1.0 - reflect - diffuse - transmit - transmit_diffuse;
+    }
+    return (double)NAN;
+}
+
+static enum rmap_status parse_parameter(struct rmap_parser *parser, const struct rmap_token *token,
+                                        struct rmap_index_set *set)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_word = sizeof parameter_words / sizeof *parameter_words;
+    const struct rmap_scene *scene = parser->criterion->scene;
+    char word[RMAP_TOKEN_NAME_NBYTES + 1];
+    size_t parameter = 0;
+    struct rmap_interval interval;
+    uint8_t *mark = NULL;
+    rmap_parser_word(parser, token, word);
+    while (parameter < n_word && strcmp(word, parameter_words[parameter]) != 0)
+        parameter++;
+    if (parameter == n_word)
+        return rmap_parser_fail_word(parser, token, "surface parameter", parameter_words, n_word);
+    RMAP_TRY(rmap_parse_interval(parser, RMAP_DIMENSION_NONE, &interval));
+    mark = rmap_alloc(scene->n_surface, 1);
+    if (!mark) {
+        st = rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the surfaces");
+        goto out;
+    }
+    for (size_t s = 0; s < scene->n_surface; s++)
+        mark[s] = rmap_interval_holds(
+            &interval, surface_parameter(scene, &scene->surface[s], (enum parameter)parameter));
+    RMAP_TRY(rmap_parser_pack_set(parser, mark, scene->n_surface, set));
+out:
+    rmap_free(mark);
+    return st;
+}
+
+enum rmap_status rmap_parse_surface(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token name;
+    struct rmap_index_set set = {0};
+    node->kind = RMAP_CRITERION_STEPS;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parser_take_name(parser, "the name of a surface property", &name));
+    if (rmap_parser_at_comparison(parser)) {
+        RMAP_TRY(parse_parameter(parser, &name, &set));
+    } else {
+        bool found = false;
+        RMAP_TRY(rmap_parser_look_up(parser, &name, RMAP_WANTED_SURFACE, &set, &found));
+        if (!found && is_parameter(parser, &name)) {
+            st = RMAP_PARSER_FAIL(parser, &name,
+                                  "'%.*s' is a number: compare it, as in 'surface(%.*s < 0.1)'",
+                                  (int)(name.end - name.begin), parser->text + name.begin,
+                                  (int)(name.end - name.begin), parser->text + name.begin);
+            goto out;
+        }
+        if (!found) {
+            st = rmap_names_fail(parser->names, parser->text, &name, RMAP_WANTED_SURFACE,
+                                 parser->err);
+            goto out;
+        }
+    }
+    RMAP_TRY(set_surfaces(parser, &set, &node->steps));
+    if (parser->token.kind == RMAP_TOKEN_COMMA) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        RMAP_TRY(rmap_parse_event(parser, &node->steps.events));
+    }
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+out:
+    return st;
+}

@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rows are marked strip by strip, rays all at once, without a branch per ray.
+ */
+#include "analysis/criterion/criterion_tests.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "base/byte_set.h"
+
+/* Rows marked at a time, whole words of bits: they stay in the first-level cache. */
+enum { STRIP_ROWS = 4096 };
+
+enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,
+                                       struct rmap_error *err)
+{
+    return ev->evidence->fetch ? ev->evidence->fetch(ev->evidence->context, columns, err) : RMAP_OK;
+}
+
+/* Room for a bit per row, or per ray; one word more is read. */
+static enum rmap_status reserve(const struct rmap_evaluation *ev, size_t n_bit,
+                                struct rmap_error *err)
+{
+    void *mark = ev->judge->mark;
+    enum rmap_status st =
+        rmap_reserve(&mark, &ev->judge->mark_cap, rmap_bit_words(n_bit) + 2, sizeof(uint64_t), err);
+    ev->judge->mark = mark;
+    return st;
+}
+
+/* Bytes that are 0 or 1 as bits. */
+static void keep_bits(const uint8_t *flag, size_t n, uint64_t *bits)
+{
+    static const uint8_t is_marked[256] = {0, 1};
+    rmap_byte_set_bits(flag, n, is_marked, bits);
+}
+
+/* A bit for each leg. size: [n_ray] legs of each ray. */
+static void mark_legs(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
+                      const uint32_t *size, size_t n_row)
+{
+    uint8_t flag[STRIP_ROWS];
+    struct rmap_strip strip = {0};
+    for (; strip.first < n_row; strip.first += strip.n) {
+        strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
+        while (test->side && strip.ray_row + size[strip.ray] <= strip.first)
+            strip.ray_row += size[strip.ray++];
+        rmap_steps_mark(ev->criterion, test, ev->portion, &strip, flag);
+        keep_bits(flag, strip.n, ev->judge->mark + strip.first / 64);
+    }
+}
+
+/* Whether two tests, but for what stands behind `where`, ask the same of detectors that follow each
+ * other. */
+static bool ask_alike(const struct rmap_registration_test *a,
+                      const struct rmap_registration_test *b)
+{
+    const struct rmap_index_set *x = &a->detector, *y = &b->detector;
+    if (x->member || y->member || x->low != y->low || x->span != y->span ||
+        a->crossed != b->crossed || a->region != b->region || !a->box != !b->box)
+        return false;
+    return a->box ? memcmp(a->box + x->low, b->box + y->low, x->span * sizeof *a->box) == 0
+                  : a->region == RMAP_REGION_ALL;
+}
+
+/* A bit for each registration, in judge->in_region. Several tests may ask for the same. */
+static enum rmap_status mark_regions(const struct rmap_evaluation *ev,
+                                     const struct rmap_registration_test *test, size_t n_row,
+                                     struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    uint8_t flag[STRIP_ROWS];
+    void *block = judge->in_region;
+    enum rmap_status st = rmap_reserve(&block, &judge->in_region_cap, rmap_bit_words(n_row) + 2,
+                                       sizeof *judge->in_region, err);
+    judge->in_region = block;
+    if (st != RMAP_OK || (judge->has_region && ask_alike(&judge->region, test)))
+        return st;
+    for (struct rmap_strip strip = {0}; strip.first < n_row; strip.first += strip.n) {
+        strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
+        rmap_registrations_mark(ev->criterion, test, ev->portion, &strip, flag);
+        keep_bits(flag, strip.n, judge->in_region + strip.first / 64);
+    }
+    judge->has_region = true;
+    judge->region = *test;
+    return RMAP_OK;
+}
+
+/* The same, and of what stands behind `where`: in judge->mark. */
+static enum rmap_status mark_registrations(const struct rmap_evaluation *ev,
+                                           const struct rmap_registration_test *test, size_t n_row,
+                                           struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    enum rmap_status st = mark_regions(ev, test, n_row, err);
+    if (st != RMAP_OK || n_row == 0)
+        return st;
+    memcpy(judge->mark, judge->in_region, rmap_bit_words(n_row) * sizeof *judge->mark);
+    if (test->where >= 0)
+        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, judge->mark);
+    return RMAP_OK;
+}
+
+/* The rows of each ray in a table. */
+static enum rmap_status group_rows(const struct rmap_evaluation *ev, enum rmap_table table,
+                                   struct rmap_bit_groups **groups_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bit_groups **known = &ev->judge->groups[table];
+    const struct rmap_ray_columns *ray = &ev->portion->ray;
+    if (!*known && ev->evidence->group)
+        RMAP_TRY(ev->evidence->group(ev->evidence->context, table, known, err));
+    if (!*known) {
+        RMAP_TRY(rmap_bit_groups_set(&ev->judge->rows[table],
+                                     table == RMAP_TABLE_SEGMENT ? ray->segment_count
+                                                                 : ray->registration_count,
+                                     ev->n_ray, ev->portion->n_row[table], err));
+        *known = &ev->judge->rows[table];
+    }
+out:
+    *groups_ret = *known;
+    return st;
+}
+
+/* By objects that follow each other, or all, and by events. */
+static bool is_plain(const struct rmap_step_test *test)
+{
+    return !(test->of_object && test->object.member) && !test->of_medium &&
+           test->part == RMAP_PART_ALL && !test->side;
+}
+
+/* A bit for each leg that ended at one of the objects, which follow each other. Several tests may
+ * ask for the same. */
+static enum rmap_status mark_objects(const struct rmap_evaluation *ev,
+                                     const struct rmap_index_set *objects, size_t n_row,
+                                     struct rmap_error *err)
+{
+    struct rmap_judge *judge = ev->judge;
+    void *block = judge->at_objects;
+    enum rmap_status st = rmap_reserve(&block, &judge->at_objects_cap, rmap_bit_words(n_row),
+                                       sizeof *judge->at_objects, err);
+    judge->at_objects = block;
+    if (st != RMAP_OK)
+        return st;
+    if (!judge->has_objects || judge->objects.low != objects->low ||
+        judge->objects.span != objects->span)
+        rmap_range_bits(ev->portion->segment.object, n_row, (uint32_t)objects->low, objects->span,
+                        judge->at_objects);
+    judge->has_objects = true;
+    judge->objects = *objects;
+    if (n_row > 0)
+        memcpy(judge->mark, judge->at_objects, rmap_bit_words(n_row) * sizeof *judge->mark);
+    return RMAP_OK;
+}
+
+/* A bit for each leg, of such a test. */
+static enum rmap_status mark_steps(const struct rmap_evaluation *ev,
+                                   const struct rmap_step_test *test, size_t n_row,
+                                   struct rmap_error *err)
+{
+    const struct rmap_segment_columns *segment = &ev->portion->segment;
+    uint64_t *mark = ev->judge->mark;
+    enum rmap_status st = RMAP_OK;
+    if (test->of_object)
+        st = mark_objects(ev, &test->object, n_row, err);
+    else
+        memset(mark, UINT8_MAX, rmap_bit_words(n_row) * sizeof *mark);
+    if (st == RMAP_OK && test->events)
+        rmap_keep_any_bits(segment->event, n_row, test->events, mark);
+    if (st == RMAP_OK && test->events_not)
+        rmap_keep_none_bits(segment->event, n_row, test->events_not, mark);
+    return st;
+}
+
+static enum rmap_status mark_table(const struct rmap_evaluation *ev,
+                                   const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    enum rmap_table table =
+        node->kind == RMAP_CRITERION_STEPS ? RMAP_TABLE_SEGMENT : RMAP_TABLE_REGISTRATION;
+    struct rmap_bit_groups *groups;
+    RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
+    RMAP_TRY(group_rows(ev, table, &groups, err));
+    if (table == RMAP_TABLE_REGISTRATION)
+        RMAP_TRY(mark_registrations(ev, &node->registrations, ev->portion->n_row[table], err));
+    else if (is_plain(&node->steps))
+        RMAP_TRY(mark_steps(ev, &node->steps, ev->portion->n_row[table], err));
+    else
+        mark_legs(ev, &node->steps, groups->size, ev->portion->n_row[table]);
+    *marks = (struct rmap_marks){ev->judge->mark, groups};
+out:
+    return st;
+}
+
+/* 1 where the ray ended so, and there. */
+static void mark_endings(const struct rmap_evaluation *ev, const struct rmap_ending_test *test,
+                         uint8_t *flag)
+{
+    const struct rmap_portion *portion = ev->portion;
+    const bool of_medium = test->medium.span > 0;
+    size_t row = 0;
+    for (size_t i = 0; i < ev->n_ray; i++)
+        flag[i] = portion->ray.stop[i] == test->stop;
+    for (size_t i = 0; test->somewhere && i < ev->n_ray; i++) {
+        uint32_t n = portion->ray.segment_count[i];
+        row += n;
+        if (n == 0) {
+            flag[i] = 0;
+            continue;
+        }
+        int32_t object = portion->segment.object[row - 1];
+        flag[i] &= test->object.member ? rmap_index_set_member(&test->object, object)
+                                       : rmap_index_set_has(&test->object, object);
+        if (of_medium && object < 0)
+            flag[i] = portion->ray.stop[i] == test->stop &&
+                      rmap_index_set_has(&test->medium, portion->segment.medium[row - 1]);
+    }
+}
+
+/* 1 where the whole history is such a path. */
+static enum rmap_status mark_path(const struct rmap_evaluation *ev,
+                                  const struct rmap_criterion_node *node, uint8_t *flag,
+                                  struct rmap_error *err)
+{
+    struct rmap_criterion_node own = *node;
+    own.interval = (struct rmap_interval){1.0, 1.0, false};
+    return rmap_path_mark(ev->criterion, &own, ev->portion, flag, err);
+}
+
+/* A bit for each ray that ended so. */
+static void keep_stops(const struct rmap_evaluation *ev, uint32_t stop)
+{
+    uint8_t is_it[256] = {0};
+    if (stop < sizeof is_it)
+        is_it[stop] = 1;
+    rmap_byte_set_bits(ev->portion->ray.stop, ev->n_ray, is_it, ev->judge->mark);
+}
+
+/* Of rays that ended so, 1 for those whose last leg ended at one of the objects, which follow each
+ * other. */
+static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
+                                  const struct rmap_ending_test *test, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *portion = ev->portion;
+    size_t n_row = portion->n_row[RMAP_TABLE_SEGMENT];
+    uint64_t *mark = ev->judge->mark, *last;
+    struct rmap_bit_groups *groups;
+    RMAP_TRY(rmap_judge_reserve(ev->judge, ev->n_ray, err));
+    last = ev->judge->reach;
+    RMAP_TRY(group_rows(ev, RMAP_TABLE_SEGMENT, &groups, err));
+    rmap_range_bits(portion->segment.object, n_row, (uint32_t)test->object.low, test->object.span,
+                    mark);
+    rmap_bit_groups_last(groups, mark, last);
+    keep_stops(ev, test->stop);
+    for (size_t w = 0; w < rmap_bit_words(ev->n_ray); w++)
+        mark[w] &= last[w];
+out:
+    return st;
+}
+
+static enum rmap_status mark_rays(const struct rmap_evaluation *ev,
+                                  const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *flag = (uint8_t *)ev->count; /* has room for them */
+    const size_t n_leg = ev->portion->n_row[RMAP_TABLE_SEGMENT];
+    RMAP_TRY(reserve(ev, ev->n_ray > n_leg ? ev->n_ray : n_leg, err));
+    *marks = (struct rmap_marks){ev->judge->mark, NULL};
+    if (node->kind == RMAP_CRITERION_ENDED && node->ending.somewhere &&
+        !node->ending.object.member && node->ending.medium.span == 0)
+        return mark_ends(ev, &node->ending, err);
+    if (node->kind == RMAP_CRITERION_PATH)
+        RMAP_TRY(mark_path(ev, node, flag, err));
+    else if (node->kind == RMAP_CRITERION_ENDED)
+        mark_endings(ev, &node->ending, flag);
+    else
+        rmap_index_set_mark(&node->source, ev->portion->ray.source, ev->n_ray, flag);
+    keep_bits(flag, ev->n_ray, ev->judge->mark);
+out:
+    return st;
+}
+
+enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
+                                const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *marks = (struct rmap_marks){NULL, NULL};
+    if (ev->evidence->mark && !(node->columns & ~RMAP_COLUMNS_DISCRETE))
+        RMAP_TRY(ev->evidence->mark(ev->evidence->context, index, node, marks, err));
+    if (marks->bits)
+        return RMAP_OK;
+    RMAP_TRY(rmap_evaluation_fetch(ev, node->columns, err));
+    if (node->kind == RMAP_CRITERION_STEPS || node->kind == RMAP_CRITERION_REGISTRATIONS)
+        st = mark_table(ev, node, marks, err);
+    else
+        st = mark_rays(ev, node, marks, err);
+out:
+    return st;
+}
+
+void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks)
+{
+    const struct rmap_bit_groups *groups = marks->groups;
+    if (groups)
+        rmap_bits_count_groups(marks->bits, groups->size, groups->n_group, ev->count);
+    else
+        for (size_t i = 0; i < ev->n_ray; i++)
+            ev->count[i] = marks->bits[i / 64] >> i % 64 & 1;
+}

@@ -1,0 +1,35 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a test counts, as bits: a bit per row of a table, or per ray.
+ */
+#ifndef RMAP_CRITERION_TESTS_H
+#define RMAP_CRITERION_TESTS_H
+
+#include "analysis/criterion/criterion_evaluate.h"
+
+struct rmap_evaluation {
+    const struct rmap_criterion *criterion;
+    const struct rmap_evidence *evidence;
+    const struct rmap_portion *portion; /* of the evidence */
+    const int32_t *slot;
+    struct rmap_judge *judge;
+    size_t n_ray;
+    uint32_t *count; /* [n_ray] of the judge */
+};
+
+enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Room for bits of rays: judge->reach. */
+enum rmap_status rmap_judge_reserve(struct rmap_judge *judge, size_t n_ray,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* What a test marks; valid until the next. index: of the node, which may stand looser here. */
+enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
+                                const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Marks of each ray: ev->count. */
+void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks);
+
+#endif

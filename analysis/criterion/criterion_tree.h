@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A criterion as a typed tree: and, or, not over elementary tests. Names are resolved to sets of
+ * indices, units to the map's own, and every comparison to one interval.
+ */
+#ifndef RMAP_CRITERION_TREE_H
+#define RMAP_CRITERION_TREE_H
+
+#include "analysis/criterion/criterion.h"
+
+/* True for v in the closed [low, high], or, when `outside`, for v beyond it. Never for NaN. */
+struct rmap_interval {
+    double low, high;
+    bool outside;
+};
+
+static inline bool rmap_interval_holds(const struct rmap_interval *interval, double v)
+{
+    return interval->outside ? (v < interval->low) | (v > interval->high)
+                             : (v >= interval->low) & (v <= interval->high);
+}
+
+/* Indices k with low <= k < low + span, all of them or those marked. */
+struct rmap_index_set {
+    int32_t low;
+    uint32_t span;
+    uint8_t *member; /* [span], NULL: all; of the criterion's store */
+};
+
+static inline bool rmap_index_set_has(const struct rmap_index_set *set, int32_t k)
+{
+    uint32_t at = (uint32_t)k - (uint32_t)set->low;
+    return at < set->span && (!set->member || set->member[at]);
+}
+
+/* The same for a set with members, without a branch: which of them a row meets is random. */
+static inline uint8_t rmap_index_set_member(const struct rmap_index_set *set, int32_t k)
+{
+    uint32_t at = (uint32_t)k - (uint32_t)set->low;
+    uint32_t inside = at < set->span;
+    return (uint8_t)(inside & set->member[at & (0u - inside)]);
+}
+
+enum rmap_criterion_kind {
+    RMAP_CRITERION_ALL,
+    RMAP_CRITERION_AND, /* of the children; so OR; NOT of the one child */
+    RMAP_CRITERION_OR,
+    RMAP_CRITERION_NOT,
+    RMAP_CRITERION_SOURCE,        /* a count, 0 or 1 */
+    RMAP_CRITERION_ENDED,         /* a count, 0 or 1 */
+    RMAP_CRITERION_NUMBER,        /* of the ray */
+    RMAP_CRITERION_STEPS,         /* a count of rows of /segment; below `where` of those before the
+                                     leg on which the detector was reached */
+    RMAP_CRITERION_REGISTRATIONS, /* a count of rows of /registration */
+    RMAP_CRITERION_PATH,          /* a count, 0 or 1: the whole history as a sequence; below
+                                     `where` the history up to and with the registration */
+    RMAP_CRITERION_ITS_NUMBER     /* of one registration; below `where` only */
+};
+
+enum rmap_ray_number {
+    RMAP_RAY_NUMBER_ID,
+    RMAP_RAY_NUMBER_SEGMENTS,
+    RMAP_RAY_NUMBER_WAVELENGTH, /* nm */
+    RMAP_RAY_NUMBER_FLUX,       /* the scene's flux unit */
+    RMAP_RAY_NUMBER_PATH_LENGTH,
+    RMAP_RAY_NUMBER_OPTICAL_PATH /* scene's length unit, both */
+};
+
+enum rmap_registration_number {
+    RMAP_REGISTRATION_ANGLE, /* degrees */
+    RMAP_REGISTRATION_X,     /* scene's length unit, or degrees on an intensity grid */
+    RMAP_REGISTRATION_Y,
+    RMAP_REGISTRATION_TIME,        /* s */
+    RMAP_REGISTRATION_OPTICAL_PATH /* scene's length unit, from emission */
+};
+
+/* Cosine and sine of an interval's ends, kept within 0 to 180 degrees. Not set: they tell nothing.
+ */
+struct rmap_angle_ends {
+    bool is_set;
+    double low[2], high[2];
+};
+
+/* Part of an object. Ranges are closed. */
+enum rmap_part { RMAP_PART_ALL, RMAP_PART_FACE, RMAP_PART_TRIANGLE };
+
+/* Of a ray all steps, of a registration those before it; below `where` also the last one at an
+ * object of these, or the step at the detector's own place. */
+enum rmap_steps_of { RMAP_STEPS_ALL, RMAP_STEPS_LAST, RMAP_STEPS_OWN };
+
+/* Which rows of /segment count. What is not given holds for every row. */
+struct rmap_step_test {
+    bool of_object, of_medium;
+    enum rmap_steps_of of;
+    struct rmap_index_set object, medium;
+    uint64_t object_bits[4]; /* as in struct rmap_portion_summary */
+    uint32_t events;         /* any of these bits; 0: not given */
+    uint32_t events_not;     /* and none of these */
+    enum rmap_part part;
+    uint32_t part_low, part_high;
+    uint8_t *side; /* [n_object] which sides of an object count: bit 0 front, bit 1 back; NULL: no
+                      object needs the question; owned by the criterion */
+};
+
+struct rmap_ending_test {
+    uint32_t stop;
+    bool somewhere; /* last row's object in `object`, or no object and its medium in `medium` */
+    struct rmap_index_set object, medium;
+    uint64_t object_bits[4];
+};
+
+enum rmap_region {
+    RMAP_REGION_ALL,
+    RMAP_REGION_RECT,
+    RMAP_REGION_ELLIPSE,
+    RMAP_REGION_POLYGON,
+    RMAP_REGION_CELLS
+};
+
+/* Closed ranges of the two stored 16-bit coordinates (relative, or cell); empty: low > high. */
+struct rmap_box {
+    uint32_t low[2], high[2];
+};
+
+/* Which rows of /registration count. */
+struct rmap_registration_test {
+    struct rmap_index_set detector;
+    uint64_t detector_bits;
+    bool crossed; /* also where it was not registered */
+    enum rmap_region region;
+    bool relative;        /* region in 0..1 instead of the detector's own units */
+    double bound[4];      /* RECT x0 y0 x1 y1; ELLIPSE cx cy rx ry */
+    struct rmap_box *box; /* RECT, CELLS [n_detector]; owned by the criterion */
+    double (*corner)[2];  /* POLYGON [n_corner]; owned by the criterion */
+    size_t n_corner;
+    int32_t where;       /* node, or -1 */
+    const char *chooses; /* "REGION where CONDITION" as it is written, NULL: neither; owned by the
+                            criterion */
+    bool of_number;      /* x(detector) > 1 and its like */
+};
+
+/* path("..."): an automaton over the letters and names of steps and registrations. */
+struct rmap_path_test {
+    rmap_column_set columns;             /* that rmap_path_mark reads */
+    const struct rmap_path_table *table; /* owned by the criterion */
+};
+
+struct rmap_criterion_node {
+    enum rmap_criterion_kind kind;
+    int32_t first, next;     /* first child, next sibling; -1: none */
+    size_t begin, end;       /* bytes of the text */
+    rmap_column_set columns; /* that decide it; set by the plan, so that of a subtree */
+    struct rmap_interval interval;
+    union {
+        struct {
+            enum rmap_ray_number ray_number;
+            uint64_t id_low, id_high; /* of ID the interval, exactly: a double holds 2^53 */
+        };
+        struct {
+            enum rmap_registration_number its_number;
+            struct rmap_angle_ends angle; /* of ANGLE; set by the plan */
+        };
+        struct {
+            struct rmap_index_set source;
+            uint64_t source_bits;
+        };
+        struct rmap_ending_test ending;
+        struct rmap_step_test steps;
+        struct rmap_registration_test registrations;
+        struct rmap_path_test path;
+    };
+};
+
+struct rmap_path_store;
+
+struct rmap_criterion {
+    char *text;
+    char *name;                     /* of the definition that it is, or NULL */
+    const struct rmap_scene *scene; /* borrowed */
+    struct rmap_criterion_node *node;
+    size_t n_node, node_cap;
+    void **block; /* arrays that nodes point to */
+    size_t n_block, block_cap;
+    struct rmap_path_store *paths; /* held; NULL: no path is in it */
+    int32_t root;
+    int n_mask; /* intermediate results that evaluation holds at once */
+    rmap_column_set columns;
+};
+
+/* Parentheses nest no deeper than this: the parser and the evaluator recurse. */
+#define RMAP_CRITERION_DEPTH 2000
+
+/* A new node with no children; *index_ret may be kept, pointers to nodes may not. */
+enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
+                                         const struct rmap_criterion_node *node, int32_t *index_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Zeroed memory that lives as long as the criterion. */
+enum rmap_status rmap_criterion_block_add(struct rmap_criterion *criterion, size_t n, size_t size,
+                                          void **block_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+struct rmap_criteria;
+
+/* A criterion that is one test of registrations on these detectors (copied), as may stand in
+ * registered(NAME, ...) behind the name. RMAP_INPUT: "--which:1:7: error: ...". */
+enum rmap_status rmap_criterion_compile_which(const char *text,
+                                              const struct rmap_criteria *criteria,
+                                              const struct rmap_scene *scene,
+                                              const struct rmap_index_set *detector,
+                                              struct rmap_criterion **criterion_ret,
+                                              struct rmap_error *err) RMAP_MUST_USE;
+
+/* Parses the text into criterion->node and root. criteria: NULL, no names are defined. */
+enum rmap_status rmap_criterion_parse(struct rmap_criterion *criterion,
+                                      const struct rmap_criteria *criteria,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same of what may stand in registered(NAME, ...) behind the name, for these detectors: root is
+ * that test. A condition alone may stand for `where` and it. */
+enum rmap_status rmap_criterion_parse_which(struct rmap_criterion *criterion,
+                                            const struct rmap_criteria *criteria,
+                                            const struct rmap_index_set *detector,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* Orders children by cost and sets columns, n_mask and the bits of every test. */
+void rmap_criterion_plan(struct rmap_criterion *criterion);
+
+/* Rays with larger ids cannot match; UINT64_MAX without such a bound. */
+uint64_t rmap_criterion_last_ray(const struct rmap_criterion *criterion);
+
+/* True when no ray of a portion with this first ray and summary can match. */
+bool rmap_criterion_skips(const struct rmap_criterion *criterion, uint64_t first_ray,
+                          const struct rmap_portion_summary *summary);
+
+/* True when the medium travelled tells the side of the object that light met; else geometry. */
+static inline bool rmap_object_medium_tells(const struct rmap_object *object)
+{
+    return object->medium_front != object->medium_back && object->medium_front != RMAP_MEDIUM_ANY &&
+           object->medium_back != RMAP_MEDIUM_ANY;
+}
+
+/* The side of an object that light met in a row of /segment: bit 0 front, bit 1 back. ray: row of
+ * /ray, whose legs begin at ray_row. Reads the medium where it tells; else position, normal, event
+ * and ray.start: rmap_side_columns. */
+unsigned rmap_side_met(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                       size_t row, size_t ray, size_t ray_row);
+
+/* Columns that tell which of these sides light met. side: [n_object] as in struct rmap_step_test.
+ */
+rmap_column_set rmap_side_columns(const struct rmap_scene *scene, const uint8_t *side);
+
+/* A stored coordinate as 0..1, or in the detector's own units: lengths about the centre, degrees
+ * on an intensity grid. It never falls as `stored` rises. */
+double rmap_detector_coordinate(const struct rmap_detector *detector, uint16_t stored, int axis,
+                                bool as_relative);
+
+/* flag[i] = 1 or 0 for index[i] in [0, n). */
+void rmap_index_set_mark(const struct rmap_index_set *set, const int32_t *index, size_t n,
+                         uint8_t *flag);
+
+/* Some rows of a table, and the ray that the first of them belongs to. */
+struct rmap_strip {
+    size_t first, n; /* rows */
+    size_t ray;      /* row of /ray */
+    size_t ray_row;  /* where that ray's rows begin */
+};
+
+/* Mark rows that count: flag[i] = 1 or 0 for row strip->first + i. Of registrations, whatever the
+ * test says of them behind `where`. */
+void rmap_steps_mark(const struct rmap_criterion *criterion, const struct rmap_step_test *test,
+                     const struct rmap_portion *portion, const struct rmap_strip *strip,
+                     uint8_t *flag);
+void rmap_registrations_mark(const struct rmap_criterion *criterion,
+                             const struct rmap_registration_test *test,
+                             const struct rmap_portion *portion, const struct rmap_strip *strip,
+                             uint8_t *flag);
+
+/* Bits stay of those rows of /registration for which `where`, a node, holds. bits: [words of
+ * n_row]. */
+void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
+                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits);
+
+/* A number of a registration (row of /registration), and the columns that it is made of. */
+double rmap_registration_number(const struct rmap_scene *scene, const struct rmap_portion *portion,
+                                size_t row, enum rmap_registration_number number);
+rmap_column_set rmap_registration_number_columns(enum rmap_registration_number number);
+
+/* Evaluates a PATH node, its comparison included: match[i] = 1 or 0 for row i of /ray. Discrete
+ * columns alone decide it (node->path.columns), so that it may run on a dictionary of histories.
+ * RMAP_FORMAT when the rows do not add up, RMAP_SYSTEM. Thread-safe. */
+enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
+                                const struct rmap_criterion_node *node,
+                                const struct rmap_portion *portion, uint8_t *match,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rows of /segment as classes of (object, event, medium): row k is of class row_class[k], whose
+ * symbol[class] is what rmap_path_symbol says of it. */
+struct rmap_path_rows {
+    const uint16_t *row_class; /* [n_segment] */
+    const uint16_t *symbol;    /* [n_class] */
+    bool is_padded;            /* row_class has seven more, and any uint16_t is a class */
+    const uint8_t *skip;       /* [n_ray] 1: what is marked means nothing; NULL: none is skipped */
+};
+uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
+                          int32_t medium);
+
+/* rmap_path_mark without the columns of /segment; the portion has the counts and the columns of
+ * /registration. rows NULL: with them. */
+enum rmap_status rmap_path_mark_rows(const struct rmap_criterion_node *node,
+                                     const struct rmap_portion *portion,
+                                     const struct rmap_path_rows *rows, uint8_t *match,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,405 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Values in a criterion: numbers with units, comparisons, ranges, regions.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_parser.h"
+#include "base/alloc.h"
+
+/* A value in the written unit times `times`, over `over`, is in the map's. Two factors, so that
+ * powers of ten stay exact: 120 um are 120 / 1000 mm. */
+struct unit_factor {
+    double times, over;
+};
+
+static const struct {
+    const char *name;
+    enum rmap_dimension dimension;
+    double base; /* in m, degrees, s, or the flux unit */
+    enum rmap_flux_unit flux_unit;
+} unit_table[] = {
+    {"pm", RMAP_DIMENSION_LENGTH, 1e-12, 0},
+    {"nm", RMAP_DIMENSION_LENGTH, 1e-9, 0},
+    {"um", RMAP_DIMENSION_LENGTH, 1e-6, 0},
+    {"mm", RMAP_DIMENSION_LENGTH, 1e-3, 0},
+    {"cm", RMAP_DIMENSION_LENGTH, 1e-2, 0},
+    {"m", RMAP_DIMENSION_LENGTH, 1.0, 0},
+    {"km", RMAP_DIMENSION_LENGTH, 1e3, 0},
+    {"in", RMAP_DIMENSION_LENGTH, 0.0254, 0},
+    {"deg", RMAP_DIMENSION_ANGLE, 1.0, 0},
+    {"rad", RMAP_DIMENSION_ANGLE, 180.0 / RMAP_PI, 0},
+    {"mrad", RMAP_DIMENSION_ANGLE, 0.18 / RMAP_PI, 0},
+    {"s", RMAP_DIMENSION_TIME, 1.0, 0},
+    {"ms", RMAP_DIMENSION_TIME, 1e-3, 0},
+    {"us", RMAP_DIMENSION_TIME, 1e-6, 0},
+    {"ns", RMAP_DIMENSION_TIME, 1e-9, 0},
+    {"ps", RMAP_DIMENSION_TIME, 1e-12, 0},
+    {"fs", RMAP_DIMENSION_TIME, 1e-15, 0},
+    {"W", RMAP_DIMENSION_FLUX, 1.0, RMAP_FLUX_W},
+    {"kW", RMAP_DIMENSION_FLUX, 1e3, RMAP_FLUX_W},
+    {"mW", RMAP_DIMENSION_FLUX, 1e-3, RMAP_FLUX_W},
+    {"uW", RMAP_DIMENSION_FLUX, 1e-6, RMAP_FLUX_W},
+    {"lm", RMAP_DIMENSION_FLUX, 1.0, RMAP_FLUX_LM},
+    {"klm", RMAP_DIMENSION_FLUX, 1e3, RMAP_FLUX_LM},
+    {"mlm", RMAP_DIMENSION_FLUX, 1e-3, RMAP_FLUX_LM},
+};
+
+static struct unit_factor factor_of(double base, double own)
+{
+    double ratio = base / own;
+    double times = round(ratio), over = round(1.0 / ratio);
+    /* Ratios of powers of ten come out within a few ulp of a whole number. */
+    if (ratio >= 1.0 && fabs(ratio - times) <= 1e-14 * ratio)
+        return (struct unit_factor){times, 1.0};
+    if (ratio < 1.0 && fabs(1.0 / ratio - over) <= 1e-14 / ratio)
+        return (struct unit_factor){1.0, over};
+    return (struct unit_factor){ratio, 1.0};
+}
+
+static const char *units_of(enum rmap_dimension dimension, const struct rmap_scene *scene)
+{
+    switch (dimension) {
+    case RMAP_DIMENSION_NONE:
+        return "none: this is a plain number";
+    case RMAP_DIMENSION_LENGTH:
+    case RMAP_DIMENSION_WAVELENGTH:
+        return "nm um mm cm m in";
+    case RMAP_DIMENSION_ANGLE:
+        return "deg rad mrad";
+    case RMAP_DIMENSION_TIME:
+        return "s ms us ns ps fs";
+    case RMAP_DIMENSION_FLUX:
+        return scene->flux_unit == RMAP_FLUX_W ? "W kW mW uW" : "lm klm mlm";
+    case RMAP_DIMENSION_MIXED:
+        return "none: the detectors differ in theirs";
+    }
+    return "";
+}
+
+/* A word behind a number is a unit, unless it begins the next test (a forgotten `and`). */
+static bool at_unit(const struct rmap_parser *parser)
+{
+    const char *behind = parser->text + parser->token.end;
+    return parser->token.kind == RMAP_TOKEN_WORD && behind[strspn(behind, " \t\r\n")] != '(' &&
+           !rmap_parser_at_word(parser, "where");
+}
+
+static enum rmap_status parse_unit(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                   struct unit_factor *factor)
+{
+    const struct rmap_scene *scene = parser->criterion->scene;
+    enum rmap_dimension wanted =
+        dimension == RMAP_DIMENSION_WAVELENGTH ? RMAP_DIMENSION_LENGTH : dimension;
+    double own = dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
+                 : dimension == RMAP_DIMENSION_LENGTH   ? scene->unit_m
+                                                        : 1.0;
+    for (size_t i = 0; i < sizeof unit_table / sizeof *unit_table; i++) {
+        if (!rmap_parser_at_word(parser, unit_table[i].name) || unit_table[i].dimension != wanted ||
+            (wanted == RMAP_DIMENSION_FLUX && unit_table[i].flux_unit != scene->flux_unit))
+            continue;
+        *factor = factor_of(unit_table[i].base, own);
+        return rmap_parser_advance(parser);
+    }
+    return RMAP_PARSER_FAIL(parser, &parser->token, "'%.*s' is no unit here (%s)",
+                            (int)(parser->token.end - parser->token.begin < 32
+                                      ? parser->token.end - parser->token.begin
+                                      : 32),
+                            parser->text + parser->token.begin, units_of(dimension, scene));
+}
+
+struct value {
+    double number;
+    bool has_unit;
+    struct unit_factor factor;
+};
+
+static enum rmap_status parse_value(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                    struct value *value)
+{
+    enum rmap_status st = RMAP_OK;
+    *value = (struct value){.number = parser->token.number, .factor = {1.0, 1.0}};
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_NUMBER, "a number"));
+    value->has_unit = at_unit(parser);
+    if (value->has_unit)
+        RMAP_TRY(parse_unit(parser, dimension, &value->factor));
+out:
+    return st;
+}
+
+static double value_in(const struct value *value, const struct unit_factor *factor)
+{
+    return value->number * factor->times / factor->over;
+}
+
+enum rmap_status rmap_parse_range(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                  struct rmap_interval *interval)
+{
+    enum rmap_status st = RMAP_OK;
+    struct value low, high;
+    struct rmap_token begin = parser->token;
+    RMAP_TRY(parse_value(parser, dimension, &low));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_RANGE, "'..' and the end of the range"));
+    RMAP_TRY(parse_value(parser, dimension, &high));
+    /* In `10..20 um` the unit is meant for both. */
+    interval->low = value_in(&low, low.has_unit ? &low.factor : &high.factor);
+    interval->high = value_in(&high, &high.factor);
+    if (interval->low > interval->high)
+        st = RMAP_PARSER_FAIL(parser, &begin, "this range runs backwards");
+out:
+    return st;
+}
+
+bool rmap_parser_at_comparison(const struct rmap_parser *parser)
+{
+    return (parser->token.kind >= RMAP_TOKEN_EQ && parser->token.kind <= RMAP_TOKEN_GE) ||
+           rmap_parser_at_word(parser, "in");
+}
+
+enum rmap_status rmap_parse_interval(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                     struct rmap_interval *interval)
+{
+    enum rmap_status st = RMAP_OK;
+    const double infinity = (double)INFINITY;
+    enum rmap_token_kind relation = parser->token.kind;
+    *interval = (struct rmap_interval){-infinity, infinity, relation == RMAP_TOKEN_NE};
+    RMAP_TRY(rmap_parser_advance(parser));
+    if (relation == RMAP_TOKEN_WORD)
+        return rmap_parse_range(parser, dimension, interval);
+    struct value value;
+    RMAP_TRY(parse_value(parser, dimension, &value));
+    double v = value_in(&value, &value.factor);
+    if (relation == RMAP_TOKEN_LT)
+        interval->high = nextafter(v, -infinity);
+    else if (relation == RMAP_TOKEN_LE)
+        interval->high = v;
+    else if (relation == RMAP_TOKEN_GT)
+        interval->low = nextafter(v, infinity);
+    else if (relation == RMAP_TOKEN_GE)
+        interval->low = v;
+    else
+        interval->low = interval->high = v;
+out:
+    return st;
+}
+
+static enum rmap_status parse_index(struct rmap_parser *parser, uint32_t *index)
+{
+    const struct rmap_token *token = &parser->token;
+    double v = token->number;
+    if (token->kind == RMAP_TOKEN_NUMBER && (v < 0 || v > INT32_MAX || v != floor(v)))
+        return RMAP_PARSER_FAIL(parser, token, "expected a whole number from 0");
+    *index = token->kind == RMAP_TOKEN_NUMBER ? (uint32_t)v : 0;
+    return rmap_parser_take(parser, RMAP_TOKEN_NUMBER, "a whole number");
+}
+
+enum rmap_status rmap_parse_index_range(struct rmap_parser *parser, uint32_t *low, uint32_t *high)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token begin = parser->token;
+    RMAP_TRY(parse_index(parser, low));
+    *high = *low;
+    if (parser->token.kind == RMAP_TOKEN_RANGE) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        RMAP_TRY(parse_index(parser, high));
+    }
+    if (*low > *high)
+        st = RMAP_PARSER_FAIL(parser, &begin, "this range runs backwards");
+out:
+    return st;
+}
+
+enum rmap_dimension rmap_detector_dimension(const struct rmap_scene *scene,
+                                            const struct rmap_index_set *detector)
+{
+    bool has[2] = {false, false};
+    for (size_t d = 0; d < scene->n_detector; d++)
+        if (rmap_index_set_has(detector, (int32_t)d))
+            has[scene->detector[d].type == RMAP_DETECTOR_INTENSITY] = true;
+    if (has[0] && has[1])
+        return RMAP_DIMENSION_MIXED;
+    return has[1] ? RMAP_DIMENSION_ANGLE : RMAP_DIMENSION_LENGTH;
+}
+
+/* Numbers of a region up to its closing parenthesis, with `rel` as the last word if it stands. */
+struct coordinates {
+    struct value *value;
+    size_t n, cap;
+    bool relative;
+};
+
+static enum rmap_status parse_coordinates(struct rmap_parser *parser, enum rmap_dimension dimension,
+                                          struct coordinates *list)
+{
+    enum rmap_status st = RMAP_OK;
+    for (;;) {
+        if (list->n > 0 && rmap_parser_at_word(parser, "rel")) {
+            list->relative = true;
+            RMAP_TRY(rmap_parser_advance(parser));
+            break;
+        }
+        void *block = list->value;
+        RMAP_TRY(rmap_reserve(&block, &list->cap, list->n + 1, sizeof *list->value, parser->err));
+        list->value = block;
+        RMAP_TRY(parse_value(parser, dimension, &list->value[list->n]));
+        list->n++;
+        if (parser->token.kind != RMAP_TOKEN_COMMA)
+            break;
+        RMAP_TRY(rmap_parser_advance(parser));
+    }
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+out:
+    return st;
+}
+
+static enum rmap_status set_polygon(struct rmap_parser *parser, const struct rmap_token *word,
+                                    const struct coordinates *list,
+                                    struct rmap_registration_test *test)
+{
+    if (list->n < 6 || list->n % 2)
+        return RMAP_PARSER_FAIL(parser, word, "polygon wants pairs x, y for three corners or more");
+    void *block = NULL;
+    enum rmap_status st = rmap_criterion_block_add(parser->criterion, list->n / 2,
+                                                   sizeof *test->corner, &block, parser->err);
+    if (st != RMAP_OK)
+        return st;
+    test->corner = block;
+    test->n_corner = list->n / 2;
+    for (size_t i = 0; i < list->n; i++)
+        test->corner[i / 2][i % 2] = value_in(&list->value[i], &list->value[i].factor);
+    return RMAP_OK;
+}
+
+static enum rmap_status add_boxes(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, parser->criterion->scene->n_detector,
+                                 sizeof *test->box, &block, parser->err);
+    if (st == RMAP_OK)
+        test->box = block;
+    return st;
+}
+
+/* How many of the stored values 0 to 65535 are below v, or at most v. */
+static uint32_t count_below(const struct rmap_detector *detector, int axis, bool relative, double v,
+                            bool at_most)
+{
+    uint32_t low = 0, high = 65536;
+    while (low < high) {
+        uint32_t middle = (low + high) / 2;
+        double its = rmap_detector_coordinate(detector, (uint16_t)middle, axis, relative);
+        if (its < v || (at_most && its == v))
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* A rectangle becomes the ranges of stored values that lie in it, per detector: rows then need
+ * no arithmetic. */
+static enum rmap_status set_rect(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    const struct rmap_scene *scene = parser->criterion->scene;
+    enum rmap_status st = add_boxes(parser, test);
+    for (size_t d = 0; st == RMAP_OK && d < scene->n_detector; d++)
+        for (int axis = 0; axis < 2; axis++) {
+            double from = fmin(test->bound[axis], test->bound[axis + 2]);
+            double to = fmax(test->bound[axis], test->bound[axis + 2]);
+            const struct rmap_detector *detector = &scene->detector[d];
+            uint32_t below = count_below(detector, axis, test->relative, from, false);
+            uint32_t most = count_below(detector, axis, test->relative, to, true);
+            test->box[d].low[axis] = most > 0 ? below : 1; /* 1 > 0: empty */
+            test->box[d].high[axis] = most > 0 ? most - 1 : 0;
+        }
+    return st;
+}
+
+static enum rmap_status set_bounds(struct rmap_parser *parser, const struct rmap_token *word,
+                                   const struct coordinates *list,
+                                   struct rmap_registration_test *test)
+{
+    double *b = test->bound;
+    bool rect = test->region == RMAP_REGION_RECT;
+    if (list->n != 4)
+        return RMAP_PARSER_FAIL(parser, word, "%s, not %zu",
+                                rect ? "rect wants four numbers x0, y0, x1, y1"
+                                     : "ellipse wants four numbers cx, cy, rx, ry",
+                                list->n);
+    for (size_t i = 0; i < 4; i++)
+        b[i] = value_in(&list->value[i], &list->value[i].factor);
+    if (rect)
+        return set_rect(parser, test);
+    if (!(b[2] > 0 && b[3] > 0))
+        return RMAP_PARSER_FAIL(parser, word, "the half-axes of an ellipse must be > 0");
+    return RMAP_OK;
+}
+
+static enum rmap_status parse_cells(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_box box;
+    RMAP_TRY(rmap_parse_index_range(parser, &box.low[0], &box.high[0]));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_COMMA, "',' and the second range of cells"));
+    RMAP_TRY(rmap_parse_index_range(parser, &box.low[1], &box.high[1]));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+    RMAP_TRY(add_boxes(parser, test));
+    for (size_t d = 0; d < parser->criterion->scene->n_detector; d++)
+        test->box[d] = box;
+out:
+    return st;
+}
+
+static enum rmap_region region_at(const struct rmap_parser *parser)
+{
+    static const struct {
+        const char *word;
+        enum rmap_region region;
+    } table[] = {{"rect", RMAP_REGION_RECT},
+                 {"ellipse", RMAP_REGION_ELLIPSE},
+                 {"polygon", RMAP_REGION_POLYGON},
+                 {"cells", RMAP_REGION_CELLS}};
+    for (size_t i = 0; i < sizeof table / sizeof *table; i++)
+        if (rmap_parser_at_word(parser, table[i].word))
+            return table[i].region;
+    return RMAP_REGION_ALL;
+}
+
+bool rmap_parser_at_region(const struct rmap_parser *parser)
+{
+    return region_at(parser) != RMAP_REGION_ALL;
+}
+
+enum rmap_status rmap_parse_region(struct rmap_parser *parser, struct rmap_registration_test *test)
+{
+    enum rmap_status st = RMAP_OK;
+    struct coordinates list = {0};
+    struct rmap_token word = parser->token;
+    if (test->region != RMAP_REGION_ALL)
+        return RMAP_PARSER_FAIL(parser, &word, "only one region can be given");
+    test->region = region_at(parser);
+    if (test->region == RMAP_REGION_ALL)
+        return rmap_parser_expected(parser, "rect, ellipse, polygon, cells or where");
+    RMAP_TRY(rmap_parser_advance(parser));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    if (test->region == RMAP_REGION_CELLS) {
+        RMAP_TRY(parse_cells(parser, test));
+        goto out;
+    }
+    RMAP_TRY(parse_coordinates(
+        parser, rmap_detector_dimension(parser->criterion->scene, &test->detector), &list));
+    test->relative = list.relative;
+    for (size_t i = 0; i < list.n; i++)
+        if (list.relative && list.value[i].has_unit) {
+            st = RMAP_PARSER_FAIL(parser, &word, "relative coordinates have no unit");
+            goto out;
+        }
+    st = test->region == RMAP_REGION_POLYGON ? set_polygon(parser, &word, &list, test)
+                                             : set_bounds(parser, &word, &list, test);
+out:
+    rmap_free(list.value);
+    return st;
+}

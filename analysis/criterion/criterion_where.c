@@ -1,0 +1,127 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What stands behind `where`, put to one registration: its numbers, the steps before it, the step
+ * at its own place, and the history up to it.
+ */
+#include "analysis/criterion/path_walk.h"
+#include "analysis/criterion/registration_angle.h"
+
+/* Walks that go on from one registration of a ray to its next; a further path("...") of the same
+ * condition may have to begin anew. */
+enum { N_WALK = 4 };
+
+/* A registration, and the legs before that on which the detector was reached. */
+struct seen {
+    const struct rmap_criterion *criterion;
+    const struct rmap_portion *portion;
+    size_t row;
+    size_t ray_row;           /* where the rows of /registration of its ray begin */
+    struct rmap_strip before; /* of one ray */
+    struct rmap_path_walk walk[N_WALK];
+};
+
+/* Goes on to registration `row`, further on in the portion. */
+static void see_next(struct seen *seen, size_t row)
+{
+    const struct rmap_ray_columns *ray = &seen->portion->ray;
+    size_t at = seen->before.ray, first = seen->before.first;
+    for (; row >= seen->ray_row + ray->registration_count[at]; at++) {
+        seen->ray_row += ray->registration_count[at];
+        first += ray->segment_count[at];
+    }
+    size_t leg = seen->portion->registration.segment[row];
+    seen->before =
+        (struct rmap_strip){.first = first,
+                            .n = leg < ray->segment_count[at] ? leg : ray->segment_count[at],
+                            .ray = at,
+                            .ray_row = first};
+    seen->row = row;
+}
+
+/* The steps that a test asks for. */
+static struct rmap_strip steps_of(const struct seen *seen, enum rmap_steps_of of)
+{
+    struct rmap_strip part = seen->before;
+    const size_t end = part.first + part.n;
+    const int32_t detector = seen->portion->registration.detector[seen->row];
+    if (of == RMAP_STEPS_OWN) {
+        part.n = rmap_detector_lies_on(&seen->criterion->scene->detector[detector]) &&
+                 part.n < seen->portion->ray.segment_count[part.ray];
+        part.first = end;
+    } else if (of == RMAP_STEPS_LAST) {
+        part.first = end;
+        while (part.first > seen->before.first && seen->portion->segment.object[part.first - 1] < 0)
+            part.first--;
+        part.n = part.first > seen->before.first;
+        part.first -= part.n;
+    }
+    return part;
+}
+
+static uint32_t count_steps(const struct seen *seen, const struct rmap_step_test *test)
+{
+    enum { N = 256 };
+    uint8_t flag[N];
+    uint32_t sum = 0;
+    struct rmap_strip part = steps_of(seen, test->of);
+    for (const size_t end = part.first + part.n; part.first < end; part.first += N) {
+        part.n = end - part.first < N ? end - part.first : N;
+        rmap_steps_mark(seen->criterion, test, seen->portion, &part, flag);
+        for (size_t i = 0; i < part.n; i++)
+            sum += flag[i];
+    }
+    return sum;
+}
+
+static bool path_matches(struct seen *seen, int32_t index)
+{
+    struct rmap_path_walk *walk = &seen->walk[index % N_WALK];
+    const struct rmap_path_table *table = seen->criterion->node[index].path.table;
+    if (walk->table != table || walk->ray != seen->before.ray)
+        *walk = rmap_path_walk_from(table, seen->before.ray, seen->before.first, seen->ray_row);
+    return rmap_path_walk_to(walk, seen->portion, seen->row);
+}
+
+static bool where_holds(struct seen *seen, int32_t index)
+{
+    const struct rmap_criterion *criterion = seen->criterion;
+    const struct rmap_criterion_node *node = &criterion->node[index];
+    const struct rmap_registration_columns *its = &seen->portion->registration;
+    if (node->kind == RMAP_CRITERION_ITS_NUMBER && node->its_number == RMAP_REGISTRATION_ANGLE)
+        return rmap_angle_holds(&criterion->scene->detector[its->detector[seen->row]],
+                                its->direction + 3 * seen->row, &node->interval, &node->angle);
+    if (node->kind == RMAP_CRITERION_ITS_NUMBER)
+        return rmap_interval_holds(
+            &node->interval,
+            rmap_registration_number(criterion->scene, seen->portion, seen->row, node->its_number));
+    if (node->kind == RMAP_CRITERION_STEPS)
+        return rmap_interval_holds(&node->interval, count_steps(seen, &node->steps));
+    if (node->kind == RMAP_CRITERION_PATH)
+        return rmap_interval_holds(&node->interval, path_matches(seen, index));
+    if (node->kind == RMAP_CRITERION_NOT)
+        return !where_holds(seen, node->first);
+    bool is_and = node->kind == RMAP_CRITERION_AND, own = is_and;
+    for (int32_t child = node->first; child >= 0 && own == is_and;
+         child = criterion->node[child].next)
+        own = where_holds(seen, child);
+    return own;
+}
+
+void rmap_where_keep(const struct rmap_criterion *criterion, int32_t where,
+                     const struct rmap_portion *portion, size_t n_row, uint64_t *bits)
+{
+    const bool of_steps =
+        (criterion->node[where].columns & RMAP_COLUMN_BIT(RMAP_RAY_segment_count)) != 0;
+    struct seen seen = {.criterion = criterion, .portion = portion};
+    for (size_t first = 0; first < n_row; first += 64) {
+        uint64_t kept = n_row - first < 64 ? (UINT64_C(1) << (n_row - first)) - 1 : UINT64_MAX;
+        kept &= bits[first / 64];
+        for (uint64_t left = kept; left != 0; left &= left - 1) {
+            seen.row = first + (size_t)__builtin_ctzll(left);
+            if (of_steps)
+                see_next(&seen, seen.row);
+            kept ^= (left & (0 - left)) * !where_holds(&seen, where);
+        }
+        bits[first / 64] = kept;
+    }
+}

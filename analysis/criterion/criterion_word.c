@@ -1,0 +1,378 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Elementary tests: which word begins which, tests of the ray as a whole, and what all of them
+ * share: names and sets.
+ */
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_parser.h"
+#include "base/alloc.h"
+#include "io/file/diagnostics.h"
+#include "portion/event.h"
+
+/* Packs marks [n] into a set; without gaps it needs no memory of its own. */
+enum rmap_status rmap_parser_pack_set(struct rmap_parser *parser, const uint8_t *mark, size_t n,
+                                      struct rmap_index_set *set)
+{
+    size_t low = 0, high = n, n_marked = 0;
+    while (low < high && !mark[low])
+        low++;
+    while (high > low && !mark[high - 1])
+        high--;
+    for (size_t i = low; i < high; i++)
+        n_marked += mark[i];
+    *set = (struct rmap_index_set){.low = (int32_t)low, .span = (uint32_t)(high - low)};
+    if (n_marked == high - low)
+        return RMAP_OK;
+    void *block = NULL;
+    enum rmap_status st =
+        rmap_criterion_block_add(parser->criterion, high - low, 1, &block, parser->err);
+    if (st != RMAP_OK)
+        return st;
+    memcpy(block, mark + low, high - low);
+    set->member = block;
+    return RMAP_OK;
+}
+
+/* The set that a name token stands for among the wanted kind; *found_ret: it names something. */
+enum rmap_status rmap_parser_look_up(struct rmap_parser *parser, const struct rmap_token *token,
+                                     enum rmap_name_wanted wanted, struct rmap_index_set *set,
+                                     bool *found_ret)
+{
+    char name[RMAP_TOKEN_NAME_NBYTES + 1];
+    rmap_token_name(parser->text, token, name);
+    size_t n = rmap_names_count(parser->names, wanted);
+    uint8_t *mark = rmap_alloc(n, 1);
+    if (!mark)
+        return rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for %zu names", n);
+    rmap_names_mark(parser->names, name, strpbrk(name, "*?") != NULL, wanted, mark, found_ret);
+    enum rmap_status st = *found_ret ? rmap_parser_pack_set(parser, mark, n, set) : RMAP_OK;
+    rmap_free(mark);
+    return st;
+}
+
+enum rmap_status rmap_parser_take_name(struct rmap_parser *parser, const char *what,
+                                       struct rmap_token *token_ret)
+{
+    *token_ret = parser->token;
+    if (parser->token.kind == RMAP_TOKEN_WORD || parser->token.kind == RMAP_TOKEN_QUOTED)
+        return rmap_parser_advance(parser);
+    if (parser->token.kind != RMAP_TOKEN_NUMBER)
+        return rmap_parser_expected(parser, what);
+    char more[96];
+    (void)snprintf(more, sizeof more, "%s (one that begins with a digit stands in single quotes)",
+                   what);
+    return rmap_parser_expected(parser, more);
+}
+
+enum rmap_status rmap_parse_set(struct rmap_parser *parser, enum rmap_name_wanted wanted,
+                                struct rmap_index_set *set)
+{
+    static const char *const what[] = {
+        [RMAP_WANTED_OBJECT] = "the name of an object",
+        [RMAP_WANTED_SOURCE] = "the name of a source",
+        [RMAP_WANTED_DETECTOR] = "the name of a detector",
+        [RMAP_WANTED_SURFACE] = "the name of a surface property",
+        [RMAP_WANTED_MEDIUM] = "the name of a medium",
+    };
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token token;
+    bool found = false;
+    RMAP_TRY(rmap_parser_take_name(parser, what[wanted], &token));
+    RMAP_TRY(rmap_parser_look_up(parser, &token, wanted, set, &found));
+    if (!found)
+        st = rmap_names_fail(parser->names, parser->text, &token, wanted, parser->err);
+out:
+    return st;
+}
+
+/* Text of a token as a word, for messages and tables. */
+void rmap_parser_word(const struct rmap_parser *parser, const struct rmap_token *token,
+                      char word[RMAP_TOKEN_NAME_NBYTES + 1])
+{
+    size_t len = token->end - token->begin;
+    if (len > RMAP_TOKEN_NAME_NBYTES)
+        len = RMAP_TOKEN_NAME_NBYTES;
+    memcpy(word, parser->text + token->begin, len);
+    word[len] = 0;
+}
+
+/* The shortest candidate that a word of three letters or more begins; NULL: none. */
+static const char *beginning_with(const char *word, const char *const *candidate, size_t n)
+{
+    const char *shortest = NULL;
+    size_t len = strlen(word);
+    for (size_t i = 0; len >= 3 && i < n; i++)
+        if (strncmp(candidate[i], word, len) == 0 &&
+            (!shortest || strlen(candidate[i]) < strlen(shortest)))
+            shortest = candidate[i];
+    return shortest;
+}
+
+/* "unknown KIND 'word' (did you mean 'x'?)" */
+enum { KNOWN_NBYTES = 288 }; /* all words of the longest list */
+
+enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
+                                       const struct rmap_token *token, const char *kind,
+                                       const char *const *candidate, size_t n)
+{
+    char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
+    rmap_parser_word(parser, token, word);
+    rmap_criterion_shorten(word, shown);
+    const char *near = beginning_with(word, candidate, n);
+    if (!near)
+        near = rmap_nearest_word(word, candidate, n);
+    if (near)
+        return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s' (did you mean '%s'?)", kind, shown,
+                                near);
+    char known[KNOWN_NBYTES] = "";
+    for (size_t i = 0, len = 0; i < n && len < sizeof known; i++)
+        len += (size_t)snprintf(known + len, sizeof known - len, " %s", candidate[i]);
+    return RMAP_PARSER_FAIL(parser, token, "unknown %s '%s': say one of%s", kind, shown, known);
+}
+
+static enum rmap_status parse_all(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    (void)parser;
+    node->kind = RMAP_CRITERION_ALL;
+    return RMAP_OK;
+}
+
+static enum rmap_status parse_source(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    node->kind = RMAP_CRITERION_SOURCE;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_SOURCE, &node->source));
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
+out:
+    return st;
+}
+
+/* An object, a group or a medium; both where both have the name. */
+static enum rmap_status parse_place(struct rmap_parser *parser, struct rmap_ending_test *ending)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token token;
+    bool object = false, medium = false;
+    ending->somewhere = true;
+    RMAP_TRY(rmap_parser_take_name(parser, "the name of an object or a medium", &token));
+    RMAP_TRY(rmap_parser_look_up(parser, &token, RMAP_WANTED_OBJECT, &ending->object, &object));
+    RMAP_TRY(rmap_parser_look_up(parser, &token, RMAP_WANTED_MEDIUM, &ending->medium, &medium));
+    if (!object && !medium)
+        st = rmap_names_fail(parser->names, parser->text, &token, RMAP_WANTED_PLACE, parser->err);
+out:
+    return st;
+}
+
+static const char *const stop_words[] = {
+#define ROW(symbol, value, word) [value] = word,
+    RMAP_STOP_TABLE(ROW)
+#undef ROW
+};
+
+static enum rmap_status parse_ended(struct rmap_parser *parser, struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_ending_test *ending = &node->ending;
+    node->kind = RMAP_CRITERION_ENDED;
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_OPEN, "'('"));
+    struct rmap_token word = parser->token;
+    while (ending->stop < RMAP_STOP_COUNT && !rmap_parser_at_word(parser, stop_words[ending->stop]))
+        ending->stop++;
+    if (word.kind != RMAP_TOKEN_WORD)
+        return rmap_parser_expected(parser, "absorbed, left, limit or error");
+    if (ending->stop == RMAP_STOP_COUNT)
+        return rmap_parser_fail_word(parser, &word, "ending", stop_words, RMAP_STOP_COUNT);
+    RMAP_TRY(rmap_parser_advance(parser));
+    if (parser->token.kind == RMAP_TOKEN_COMMA) {
+        RMAP_TRY(rmap_parser_advance(parser));
+        RMAP_TRY(parse_place(parser, ending));
+    }
+    RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "',' or ')'"));
+out:
+    return st;
+}
+
+/* What a test is of decides where it may stand: STEPS, those of the ray, or inside `where` those
+ * before the registration; REGISTRATION, there alone. */
+enum scope { OF_RAY, OF_STEPS, OF_REGISTRATION };
+
+/* Every word that begins a test. A number must be compared; a count need not. */
+static const struct word {
+    const char *word;
+    enum rmap_status (*parse)(struct rmap_parser *parser, struct rmap_criterion_node *node);
+    bool is_number;
+    enum rmap_ray_number ray_number; /* where parse is NULL */
+    enum rmap_dimension dimension;
+    enum scope scope;
+} word_table[] = {
+    {"all", parse_all},
+    {"source", parse_source},
+    {"hit", rmap_parse_hit, .scope = OF_STEPS},
+    {"surface", rmap_parse_surface, .scope = OF_STEPS},
+    {"event", rmap_parse_event_test, .scope = OF_STEPS},
+    {"medium", rmap_parse_medium, .scope = OF_STEPS},
+    {"after", rmap_parse_after, .scope = OF_REGISTRATION},
+    {"at", rmap_parse_at, .scope = OF_REGISTRATION},
+    {"registered", rmap_parse_registered},
+    {"crossed", rmap_parse_crossed},
+    {"ended", parse_ended},
+    {"path", rmap_parse_path, .scope = OF_STEPS},
+    {"segments", NULL, true, RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE},
+    {"bounces", rmap_parse_bounces, true, .scope = OF_STEPS},
+    {"ghost_order", rmap_parse_ghost_order, true, .scope = OF_STEPS},
+    {"scatter_order", rmap_parse_scatter_order, true, .scope = OF_STEPS},
+    {"wavelength", NULL, true, RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH},
+    {"flux", NULL, true, RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX},
+    {"path_length", NULL, true, RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH},
+    {"optical_path", NULL, true, RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH},
+    {"ray", NULL, true, RMAP_RAY_NUMBER_ID, RMAP_DIMENSION_NONE},
+    {"angle", rmap_parse_any_number},
+    {"x", rmap_parse_any_number},
+    {"y", rmap_parse_any_number},
+    {"time", rmap_parse_any_number},
+};
+enum { N_WORD = sizeof word_table / sizeof *word_table };
+
+/* The word of a number of the ray where a detector stands behind it. */
+static const struct word its_word = {"", rmap_parse_any_number};
+
+bool rmap_parser_at_ray_number(const struct rmap_parser *parser, enum rmap_ray_number *number_ret,
+                               enum rmap_dimension *dimension_ret)
+{
+    for (size_t i = 0; i < N_WORD; i++)
+        if (!word_table[i].parse && rmap_parser_at_word(parser, word_table[i].word)) {
+            *number_ret = word_table[i].ray_number;
+            *dimension_ret = word_table[i].dimension;
+            return true;
+        }
+    return false;
+}
+
+/* The word is none: say which one was meant, or how to ask for what it names. */
+static enum rmap_status fail_unknown(const struct rmap_parser *parser)
+{
+    const struct rmap_token *token = &parser->token;
+    const char *candidate[N_WORD];
+    char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
+    if (rmap_parser_at_word(parser, "let"))
+        return RMAP_PARSER_FAIL(parser, token,
+                                "'let' defines names in a file that --criteria names");
+    if (token->kind != RMAP_TOKEN_WORD && token->kind != RMAP_TOKEN_QUOTED)
+        return rmap_parser_expected(parser, "a test such as hit(name) or all");
+    rmap_token_name(parser->text, token, word);
+    rmap_criterion_shorten(word, shown);
+    const struct rmap_name *name = rmap_names_lookup(parser->names, word);
+    if (name) {
+        char written[RMAP_SHOWN_NBYTES];
+        rmap_token_shorten(parser->text, token, written);
+        return RMAP_PARSER_FAIL(parser, token, "'%s' is %s, not a test (use %s(%s))", shown,
+                                rmap_name_kind_phrase(name->kind), rmap_name_kind_usage(name->kind),
+                                written);
+    }
+    for (size_t i = 0; i < N_WORD; i++)
+        candidate[i] = word_table[i].word;
+    return rmap_parser_fail_word(parser, token, "test", candidate, N_WORD);
+}
+
+static enum rmap_status parse_comparison(struct rmap_parser *parser, const struct word *word,
+                                         const struct rmap_token *token,
+                                         struct rmap_interval *interval)
+{
+    if (rmap_parser_at_comparison(parser))
+        return rmap_parse_interval(parser, word->dimension, interval);
+    if (word->is_number)
+        return RMAP_PARSER_FAIL(parser, token,
+                                "'%s' is a number: compare it, as in '%s > 10' or '%s in 1..10'",
+                                word->word, word->word, word->word);
+    *interval = (struct rmap_interval){1.0, (double)INFINITY, false};
+    return RMAP_OK;
+}
+
+static uint64_t id_of(long double v)
+{
+    return v >= (long double)UINT64_MAX ? UINT64_MAX : (uint64_t)v;
+}
+
+/* The ids that the comparison at byte `begin`, parsed already, holds for. */
+static enum rmap_status set_ids(struct rmap_parser *parser, size_t begin,
+                                struct rmap_criterion_node *node)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *text = parser->text;
+    struct rmap_token relation, low, high;
+    RMAP_TRY(rmap_token_read(text, begin, &relation, parser->err));
+    RMAP_TRY(rmap_token_read(text, relation.end, &low, parser->err));
+    high = low;
+    if (relation.kind == RMAP_TOKEN_WORD) {
+        RMAP_TRY(rmap_token_read(text, low.end, &high, parser->err));
+        RMAP_TRY(rmap_token_read(text, high.end, &high, parser->err));
+    }
+    long double v = strtold(text + low.begin, NULL), from = ceill(v);
+    long double to = floorl(strtold(text + high.begin, NULL));
+    if (relation.kind == RMAP_TOKEN_LT || relation.kind == RMAP_TOKEN_LE)
+        from = 0;
+    else if (relation.kind == RMAP_TOKEN_GT || relation.kind == RMAP_TOKEN_GE)
+        to = (long double)INFINITY;
+    if (relation.kind == RMAP_TOKEN_LT)
+        to = ceill(v) - 1;
+    else if (relation.kind == RMAP_TOKEN_GT)
+        from = floorl(v) + 1;
+    from = fmaxl(from, 0);
+    node->id_low = from <= to ? id_of(from) : 1; /* 1 > 0: none */
+    node->id_high = from <= to ? id_of(to) : 0;
+out:
+    return st;
+}
+
+/* NULL: none is next. */
+static const struct word *find_word(const struct rmap_parser *parser)
+{
+    for (size_t i = 0; i < N_WORD; i++)
+        if (rmap_parser_at_word(parser, word_table[i].word))
+            return &word_table[i];
+    return NULL;
+}
+
+enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_token token = parser->token;
+    const struct word *word = find_word(parser);
+    if (parser->detector && (!word || word->scope == OF_RAY))
+        return rmap_parse_where_test(parser, node_ret);
+    if (token.kind == RMAP_TOKEN_AT)
+        return rmap_parse_reference(parser, node_ret);
+    if (!word)
+        return fail_unknown(parser);
+    if (!parser->detector && word->scope == OF_REGISTRATION)
+        return RMAP_PARSER_FAIL(parser, &token,
+                                "'%s' is of a registration: registered(NAME where %s(OBJECT))",
+                                word->word, word->word);
+    struct rmap_criterion_node node = {.first = -1, .next = -1, .begin = token.begin};
+    parser->word = token;
+    enum rmap_registration_number its_number;
+    const bool may_be_its = rmap_parser_at_its_number(parser, &its_number);
+    RMAP_TRY(rmap_parser_advance(parser));
+    if (may_be_its && !parser->detector && parser->token.kind == RMAP_TOKEN_OPEN)
+        word = &its_word; /* optical_path(sensor) */
+    if (word->parse) {
+        RMAP_TRY(word->parse(parser, &node));
+    } else {
+        node.kind = RMAP_CRITERION_NUMBER;
+        node.ray_number = word->ray_number;
+    }
+    size_t begin = parser->token.begin;
+    RMAP_TRY(parse_comparison(parser, word, &token, &node.interval));
+    if (node.kind == RMAP_CRITERION_NUMBER && node.ray_number == RMAP_RAY_NUMBER_ID)
+        RMAP_TRY(set_ids(parser, begin, &node));
+    node.end = parser->taken_end;
+    RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
+out:
+    return st;
+}

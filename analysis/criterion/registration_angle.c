@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/criterion/registration_angle.h"
+
+#include <math.h>
+
+/* A direction against the axis: its parts across and along, >= 0 and any. */
+struct tilt {
+    double across, along;
+};
+
+/* As the tracer counts them. */
+static struct tilt tilt_of(const struct rmap_detector *detector, const float *direction)
+{
+    double sign = detector->type == RMAP_DETECTOR_INTENSITY ? 1.0 : -1.0;
+    struct rmap_vec3 d = rmap_vec3(sign * (double)direction[0], sign * (double)direction[1],
+                                   sign * (double)direction[2]);
+    return (struct tilt){rmap_length(rmap_cross(d, detector->axis)), rmap_dot(d, detector->axis)};
+}
+
+/* atan2 keeps its digits near 0 and 180. */
+static double degrees(struct tilt tilt)
+{
+    return atan2(tilt.across, tilt.along) * (180.0 / RMAP_PI);
+}
+
+double rmap_registration_angle(const struct rmap_detector *detector, const float *direction)
+{
+    return degrees(tilt_of(detector, direction));
+}
+
+static void set_end(double end[2], double deg)
+{
+    end[0] = cos(deg * (RMAP_PI / 180.0));
+    end[1] = sin(deg * (RMAP_PI / 180.0));
+}
+
+void rmap_angle_ends_set(struct rmap_angle_ends *ends, const struct rmap_interval *interval)
+{
+    ends->is_set = interval->low <= 180.0 && interval->high >= 0.0;
+    set_end(ends->low, fmax(interval->low, 0.0));
+    set_end(ends->high, fmin(interval->high, 180.0));
+}
+
+/* 1 beyond an end, -1 before it, by the sine of the angle between them; 0: as near as rounding, or
+ * not a number. */
+static int compare_end(struct tilt tilt, const double end[2])
+{
+    const double close = 1e-9 * (tilt.across + fabs(tilt.along));
+    double beyond = tilt.across * end[0] - tilt.along * end[1];
+    return (beyond > close) - (beyond < -close);
+}
+
+bool rmap_angle_holds(const struct rmap_detector *detector, const float *direction,
+                      const struct rmap_interval *interval, const struct rmap_angle_ends *ends)
+{
+    struct tilt tilt = tilt_of(detector, direction);
+    int low = ends->is_set ? interval->low <= 0.0 ? 1 : compare_end(tilt, ends->low) : 0;
+    int high = ends->is_set ? compare_end(tilt, ends->high) : 0;
+    if (low == 0 || high == 0)
+        return rmap_interval_holds(interval, degrees(tilt));
+    return (low > 0 && high < 0) != interval->outside;
+}

@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure/figure_detector.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "analysis/table/figure_axes.h"
+#include "base/alloc.h"
+#include "base/grouped.h"
+#include "io/export/raster.h"
+
+enum { LEFT = 82, TOP = 84, RIGHT = 150, BOTTOM = 60, IMAGE_WIDTH = 720, IMAGE_HEIGHT = 560 };
+enum { PANELS_MOST = 9, PANEL_GAP = 84, PANEL_ROW = 76, PANEL_TITLE = 20 };
+enum { BAR_GAP = 22, BAR_WIDTH = 22, SHORTEST_BAR = 160, NARROWEST = 24, FIGURE_NARROWEST = 640 };
+
+/* Colours brighter than all but this part of the lit cells are white or clipped. */
+static const double BRIGHTEST_PART = 0.005;
+
+/* A logarithmic scale goes down to this part of the largest value, or further below the smallest
+ * one by this part of its decades: a cell with one ray must look different from an empty one. */
+static const double LOG_DEPTH = 1e-5, LOG_MARGIN = 0.2;
+
+/* The scale is logarithmic where half the lit cells lie below this part of the largest value: on a
+ * linear one they are nearly black. */
+static const double DARK_PART = 0.03;
+
+struct picture {
+    const struct rmap_detector_image *image;
+    const struct rmap_figure_detector *options;
+    struct rmap_axes axes;
+    struct rmap_colour_bar bar;
+    struct rmap_colour_map map;
+    bool logarithmic;
+    double top;     /* value at the upper end of the scale */
+    double white;   /* true colour: value that is shown as 1 */
+    size_t n_panel; /* channels, each by itself; 0: their sum */
+};
+
+static bool is_plane(const struct rmap_detector_image *image)
+{
+    return !image->bins.directions;
+}
+
+static void lay_out(struct picture *picture)
+{
+    const struct rmap_detector_image *image = picture->image;
+    struct rmap_axes *axes = &picture->axes;
+    *axes = (struct rmap_axes){.x = LEFT, .y = TOP};
+    if (is_plane(image)) {
+        const struct rmap_detector_bins *bins = &image->bins;
+        bool turned = bins->rotate_rad != 0.0;
+        for (int k = 0; k < 2; k++) {
+            axes->x_range[k] = k == 0 ? bins->low[0] : bins->high[0];
+            axes->y_range[k] = k == 0 ? bins->low[1] : bins->high[1];
+        }
+        axes->x_label = turned ? "x′" : "x";
+        axes->y_label = turned ? "y′" : "y";
+        axes->x_unit = axes->y_unit = image->scene->unit;
+    } else {
+        const struct rmap_detector_bins *bins = &image->bins;
+        const double degree = 180.0 / RMAP_PI;
+        axes->x_range[0] = (bins->low[1] + bins->rotate_rad) * degree;
+        axes->x_range[1] = (bins->high[1] + bins->rotate_rad) * degree;
+        axes->y_range[0] = bins->low[0] * degree;
+        axes->y_range[1] = bins->high[0] * degree;
+        axes->x_label = "φ";
+        axes->y_label = "θ";
+        axes->x_unit = axes->y_unit = "deg";
+    }
+    double aspect = (axes->x_range[1] - axes->x_range[0]) / (axes->y_range[1] - axes->y_range[0]);
+    if (!is_plane(image)) /* two angles that are not alike */
+        aspect = fmin(aspect, 2.0);
+    axes->width = fmax(rint(fmin(IMAGE_WIDTH, IMAGE_HEIGHT * aspect)), NARROWEST);
+    axes->height = fmax(rint(fmin(IMAGE_HEIGHT, IMAGE_WIDTH / aspect)), NARROWEST);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+/* The value that so large a part of the lit cells lies below; 0: none is lit. */
+static enum rmap_status lit_quantile(const struct picture *picture, double part, double *value_ret,
+                                     struct rmap_error *err)
+{
+    const struct rmap_detector_image *image = picture->image;
+    size_t n_cell = (size_t)image->n[0] * image->n[1], n_lit = 0;
+    double *brightness = rmap_alloc(n_cell, sizeof *brightness);
+    if (!brightness)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
+    for (size_t c = 0; c < n_cell; c++) {
+        const double *rgb = picture->options->true_colour ? image->rgb + 3 * c : NULL;
+        double most = rgb ? fmax(rgb[0], fmax(rgb[1], rgb[2])) : image->value[c];
+        if (most > 0.0)
+            brightness[n_lit++] = most;
+    }
+    qsort(brightness, n_lit, sizeof *brightness, ascending);
+    *value_ret = n_lit > 0 ? brightness[(size_t)((double)(n_lit - 1) * part)] : 0.0;
+    rmap_free(brightness);
+    return RMAP_OK;
+}
+
+static enum rmap_status choose_white(struct picture *picture, struct rmap_error *err)
+{
+    enum rmap_status st = lit_quantile(picture, 1.0 - BRIGHTEST_PART, &picture->white, err);
+    if (!(picture->white > 0.0))
+        picture->white = 1.0;
+    return st;
+}
+
+/* Cells near the poles of directions are so small that one ray makes them bright: the scale ends
+ * with the cell that is brightest for sure, three standard errors less counted, and its error. */
+static double brightest_sure(const struct rmap_detector_image *image)
+{
+    double sure = 0.0, top = image->peak;
+    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1] && !is_plane(image); c++) {
+        const double error = image->standard_error[c];
+        if (image->value[c] - 3.0 * error > sure) { /* not where the error is not known */
+            sure = image->value[c] - 3.0 * error;
+            top = fmin(image->value[c] + error, image->peak);
+        }
+    }
+    return top;
+}
+
+static enum rmap_status choose_scale(struct picture *picture, struct rmap_error *err)
+{
+    double middle = 0.0;
+    picture->top = brightest_sure(picture->image);
+    picture->logarithmic = picture->options->scale == RMAP_SCALE_LOGARITHMIC;
+    if (picture->options->scale != RMAP_SCALE_AUTO || picture->options->true_colour)
+        return RMAP_OK;
+    enum rmap_status st = lit_quantile(picture, 0.5, &middle, err);
+    picture->logarithmic = middle > 0.0 && middle < DARK_PART * picture->top;
+    return st;
+}
+
+static void choose_range(struct picture *picture)
+{
+    const struct rmap_detector_image *image = picture->image;
+    struct rmap_colour_bar *bar = &picture->bar;
+    double least = picture->top;
+    for (size_t c = 0; c < (size_t)image->n[0] * image->n[1]; c++)
+        if (image->value[c] > 0.0)
+            least = fmin(least, image->value[c]);
+    *bar = (struct rmap_colour_bar){.x = picture->axes.x + picture->axes.width + BAR_GAP,
+                                    .y = picture->axes.y,
+                                    .width = BAR_WIDTH,
+                                    .height = picture->axes.height,
+                                    .range = {0.0, picture->top > 0.0 ? picture->top : 1.0},
+                                    .logarithmic = picture->logarithmic,
+                                    .label = image->quantity,
+                                    .unit = image->unit};
+    bar->height = fmax(bar->height, SHORTEST_BAR);
+    if (bar->logarithmic) {
+        double depth = fmin(fmax(least / bar->range[1], LOG_DEPTH), 0.1);
+        bar->range[0] = bar->range[1] * depth * pow(depth, LOG_MARGIN);
+    }
+}
+
+/* Cells [first, last) that output pixel p of n_pixel covers, of n_cell. */
+static void covered(uint32_t p, uint32_t n_pixel, uint32_t n_cell, uint32_t *first, uint32_t *last)
+{
+    *first = (uint32_t)((uint64_t)p * n_cell / n_pixel);
+    *last = (uint32_t)((uint64_t)(p + 1) * n_cell / n_pixel);
+    if (*last <= *first)
+        *last = *first + 1;
+}
+
+/* Colour of the cells [i0, i1) x [j0, j1), averaged as light, not as colours. */
+static void paint(const struct picture *picture, const uint32_t i[2], const uint32_t j[2],
+                  uint8_t rgb[3])
+{
+    const struct rmap_detector_image *image = picture->image;
+    double value = 0.0, colour[3] = {0.0, 0.0, 0.0};
+    double part = 1.0 / ((double)(i[1] - i[0]) * (j[1] - j[0]));
+    for (uint32_t row = j[0]; row < j[1]; row++)
+        for (uint32_t column = i[0]; column < i[1]; column++) {
+            size_t c = column + (size_t)row * image->n[0];
+            value += part * image->value[c];
+            for (size_t k = 0; k < 3 && picture->options->true_colour; k++)
+                colour[k] += part * image->rgb[3 * c + k];
+        }
+    if (!picture->options->true_colour) {
+        rmap_colour_map_at(&picture->map, rmap_colour_bar_place(&picture->bar, value), rgb);
+        return;
+    }
+    double gain = 1.0 / picture->white;
+    double most = fmax(colour[0], fmax(colour[1], colour[2]));
+    if (picture->logarithmic && most > 0.0)
+        gain = fmax(1.0 - log(most / picture->white) / log(LOG_DEPTH), 0.0) / most;
+    for (int k = 0; k < 3; k++)
+        colour[k] *= gain;
+    rmap_srgb_encode(colour, rgb);
+}
+
+static enum rmap_status draw_image(const struct picture *picture, struct rmap_svg *svg,
+                                   struct rmap_error *err)
+{
+    const struct rmap_detector_image *image = picture->image;
+    const struct rmap_axes *axes = &picture->axes;
+    uint32_t width = (uint32_t)(axes->width * RMAP_FIGURE_SCALE);
+    uint32_t height = (uint32_t)(axes->height * RMAP_FIGURE_SCALE);
+    uint8_t *rgb = rmap_alloc((size_t)width * height, 3), *png = NULL;
+    size_t nbytes = 0;
+    if (!rgb)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a picture");
+    for (uint32_t y = 0; y < height; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            uint32_t across[2], up[2];
+            bool plane = is_plane(image);
+            covered(x, width, image->n[plane ? 0 : 1], &across[0], &across[1]);
+            covered(height - 1 - y, height, image->n[plane ? 1 : 0], &up[0], &up[1]);
+            paint(picture, plane ? across : up, plane ? up : across,
+                  rgb + 3 * ((size_t)y * width + x));
+        }
+    enum rmap_status st = rmap_png_encode(rgb, width, height, &png, &nbytes, err);
+    rmap_free(rgb);
+    if (st == RMAP_OK)
+        rmap_svg_image(svg, axes->x, axes->y, axes->width, axes->height, png, nbytes);
+    rmap_free(png);
+    return st;
+}
+
+static void draw_captions(const struct picture *picture, struct rmap_svg *svg)
+{
+    const struct rmap_detector_image *image = picture->image;
+    const char *criterion = picture->options->criterion;
+    double room = rmap_svg_width(svg) - 32;
+    struct rmap_svg_text text = {.x = 16, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1};
+    char line[1024];
+    (void)snprintf(line, sizeof line, "%s: %s", image->detector->name, image->quantity);
+    rmap_caption(svg, &text, room, line);
+    text = (struct rmap_svg_text){.x = 16, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
+    rmap_which_caption(image->which, criterion, line, sizeof line);
+    rmap_caption(svg, &text, room, line);
+    char error[64] = "";
+    const char *none = image->registrations > 0.0 ? "" : " (nothing was registered)";
+    if (isfinite(image->flux_error))
+        (void)snprintf(error, sizeof error, " ± %.2g", image->flux_error);
+    int n = snprintf(line, sizeof line, "%s, %.4g%s %s%s",
+                     rmap_counted((uint64_t)llround(image->registrations), "registration").text,
+                     image->flux, error, image->flux_unit, none);
+    if (picture->options->true_colour && n > 0)
+        (void)snprintf(line + n, sizeof line - (size_t)n, "; true colour, white at %.3g %s%s",
+                       picture->white, rmap_unit_text(image->unit).text,
+                       picture->logarithmic ? ", logarithmic" : "");
+    else if (picture->logarithmic && n > 0)
+        (void)snprintf(line + n, sizeof line - (size_t)n, "; logarithmic scale");
+    size_t len = strlen(line);
+    if (picture->top < image->peak && !picture->options->true_colour && picture->n_panel == 0)
+        (void)snprintf(line + len, sizeof line - len, "; cells of few rays go beyond the scale");
+    len = strlen(line);
+    if (picture->n_panel > 0)
+        (void)snprintf(line + len, sizeof line - len,
+                       picture->n_panel < image->n_channel ? "; %zu of %zu channels"
+                                                           : "; part of each channel",
+                       picture->n_panel, image->n_channel);
+    const double turned = is_plane(image) ? image->bins.rotate_rad * 180.0 / RMAP_PI : 0.0;
+    len = strlen(line);
+    if (turned != 0.0) /* what the dashes at the axes mean */
+        (void)snprintf(line + len, sizeof line - len, "; axes turned by %s%.6g°",
+                       turned < 0.0 ? "−" : "", fabs(turned));
+    text.y = 68;
+    rmap_caption(svg, &text, room, line);
+}
+
+/* The channel that panel k of n shows: the first, the last, and an even choice between. */
+static size_t channel_of(const struct picture *picture, size_t k)
+{
+    const size_t n = picture->n_panel, n_channel = picture->image->n_channel;
+    return n > 1 ? k * (n_channel - 1) / (n - 1) : 0;
+}
+
+/* One scale for all panels. part: the image, to be given each channel's values. */
+static void choose_common_range(struct picture *panel, struct rmap_detector_image *part)
+{
+    const size_t n_cell = (size_t)part->n[0] * part->n[1];
+    double least = (double)INFINITY;
+    part->peak = 0.0;
+    for (size_t i = 0; i < n_cell * part->n_channel; i++)
+        part->peak = fmax(part->peak, part->cube[i]);
+    panel->top = part->peak;
+    for (size_t c = 0; c < part->n_channel; c++) {
+        part->value = part->cube + c * n_cell;
+        choose_range(panel);
+        least = fmin(least, panel->bar.range[0]);
+    }
+    panel->bar.range[0] = least;
+}
+
+static enum rmap_status draw_panel(struct picture *panel, const char *title, struct rmap_svg *svg,
+                                   struct rmap_error *err)
+{
+    const struct rmap_axes *axes = &panel->axes;
+    enum rmap_status st = draw_image(panel, svg, err);
+    if (st != RMAP_OK)
+        return st;
+    rmap_axes_draw(svg, axes);
+    rmap_svg_string(svg,
+                    &(struct rmap_svg_text){.x = axes->x + 0.5 * axes->width,
+                                            .y = axes->y - 6,
+                                            .size = RMAP_TICK_SIZE,
+                                            .anchor = RMAP_SVG_MIDDLE},
+                    title);
+    return RMAP_OK;
+}
+
+/* What each channel has, panel by panel. */
+static enum rmap_status draw_channels(const struct picture *picture, struct rmap_svg **svg_ret,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = picture->n_panel, across = n == 4 ? 2 : n < 3 ? n : 3;
+    const size_t down = (n + across - 1) / across;
+    struct rmap_svg *svg = NULL;
+    struct rmap_detector_image part = *picture->image;
+    struct picture panel = *picture;
+    panel.image = &part;
+    panel.axes.width = fmax(rint(panel.axes.width / 2.2), NARROWEST);
+    panel.axes.height = fmax(rint(panel.axes.height / 2.2), NARROWEST);
+    const double column = panel.axes.width + PANEL_GAP, row = panel.axes.height + PANEL_ROW;
+    choose_common_range(&panel, &part);
+    panel.bar.x = LEFT + column * (double)across - PANEL_GAP + BAR_GAP;
+    panel.bar.y = TOP + PANEL_TITLE;
+    RMAP_TRY(rmap_svg_create(fmax(panel.bar.x - BAR_GAP + RIGHT, FIGURE_NARROWEST),
+                             TOP + PANEL_TITLE +
+                                 fmax(row * (double)down - PANEL_ROW, panel.bar.height) + BOTTOM,
+                             part.detector->name, &svg, err));
+    for (size_t k = 0; k < n; k++) {
+        const size_t c = channel_of(picture, k);
+        char title[32];
+        part.value = part.cube + c * (size_t)part.n[0] * part.n[1];
+        panel.axes.x = LEFT + column * (double)(k % across);
+        panel.axes.y = TOP + PANEL_TITLE + row * (double)(k / across);
+        rmap_detector_image_channel(&part, c, title);
+        RMAP_TRY(draw_panel(&panel, title, svg, err));
+    }
+    RMAP_TRY(rmap_colour_bar_draw(svg, &panel.bar, &panel.map, err));
+    draw_captions(picture, svg);
+    *svg_ret = svg;
+    svg = NULL;
+out:
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
+                                      const struct rmap_figure_detector *options,
+                                      struct rmap_svg **svg_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_svg *svg = NULL;
+    struct picture picture = {.image = image, .options = options};
+    rmap_colour_map_init(&picture.map);
+    lay_out(&picture);
+    RMAP_TRY(choose_scale(&picture, err));
+    if (image->cube && image->n_channel > 1 && !options->true_colour) {
+        picture.n_panel = image->n_channel < PANELS_MOST ? image->n_channel : PANELS_MOST;
+        return draw_channels(&picture, svg_ret, err);
+    }
+    choose_range(&picture);
+    if (options->true_colour)
+        RMAP_TRY(choose_white(&picture, err));
+    double right = options->true_colour ? 30 : RIGHT;
+    double height = TOP + fmax(picture.axes.height, options->true_colour ? 0 : picture.bar.height);
+    RMAP_TRY(rmap_svg_create(fmax(LEFT + picture.axes.width + right, FIGURE_NARROWEST),
+                             height + BOTTOM, image->detector->name, &svg, err));
+    RMAP_TRY(draw_image(&picture, svg, err));
+    rmap_axes_draw(svg, &picture.axes);
+    if (!options->true_colour)
+        RMAP_TRY(rmap_colour_bar_draw(svg, &picture.bar, &picture.map, err));
+    draw_captions(&picture, svg);
+    *svg_ret = svg;
+    svg = NULL;
+out:
+    rmap_svg_destroy(svg);
+    return st;
+}

@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a detector: its image in false colour with a scale, or in true colour, with
+ * axes in the detector's own units. PLANE: x to the right, y upwards; INTENSITY: phi to the
+ * right, theta upwards.
+ */
+#ifndef RMAP_FIGURE_DETECTOR_H
+#define RMAP_FIGURE_DETECTOR_H
+
+#include "analysis/detector/detector_image.h"
+#include "io/export/svg.h"
+
+/* AUTO: in false colours logarithmic where most of what is lit would be dark on a linear scale, as
+ * ghosts beside an image of the sun; in true colours linear. */
+enum rmap_figure_scale { RMAP_SCALE_AUTO, RMAP_SCALE_LINEAR, RMAP_SCALE_LOGARITHMIC };
+
+struct rmap_figure_detector {
+    const char *criterion; /* NULL: all rays */
+    bool true_colour;      /* the image must have rgb */
+    enum rmap_figure_scale scale;
+};
+
+/* PNG pixels per SVG pixel that the image inside is made for. */
+#define RMAP_FIGURE_SCALE 2.0
+
+enum rmap_status rmap_figure_detector(const struct rmap_detector_image *image,
+                                      const struct rmap_figure_detector *options,
+                                      struct rmap_svg **svg_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure/figure_draw.h"
+
+#include <math.h>
+#include <stdio.h>
+
+#include "analysis/figure/figure_legend.h"
+#include "analysis/figure/figure_marks.h"
+#include "analysis/figure/figure_rays.h"
+#include "analysis/figure/figure_section.h"
+#include "analysis/figure/figure_solid.h"
+#include "analysis/figure/scene_mesh.h"
+#include "analysis/table/figure_axes.h"
+#include "base/alloc.h"
+#include "base/grouped.h"
+
+enum { MARGIN = 24, TOP = 84, BELOW = 22, WIDEST = 1040, HIGHEST = 660, NARROWEST = 620 };
+enum { LOWEST = 200, SCALE_BAR = 34 /* with its text */ };
+
+/* White around the scene, and length of a leg that leaves, as parts of the scene's size. */
+static const double BORDER = 0.08, LEAVING = 0.12;
+
+static double fit(const struct rmap_scene *scene, const struct rmap_view *view,
+                  struct rmap_view_frame *frame)
+{
+    struct rmap_view_box box;
+    rmap_view_bounds(scene, view, &box);
+    double w = box.high[0] - box.low[0], h = box.high[1] - box.low[1], size = fmax(w, h);
+    if (!(size > 0.0))
+        size = 1.0;
+    w = fmax(w, 0.01 * size) + 2.0 * BORDER * size;
+    h = fmax(h, 0.01 * size) + 2.0 * BORDER * size;
+    double scale = fmin(WIDEST / w, HIGHEST / h);
+    *frame = (struct rmap_view_frame){
+        .view = view,
+        .x = MARGIN,
+        .y = TOP,
+        .width = fmax(rint(w * scale), NARROWEST),
+        .height = fmax(rint(h * scale), LOWEST),
+        .scale = scale,
+        .centre = {0.5 * (box.low[0] + box.high[0]), 0.5 * (box.low[1] + box.high[1])}};
+    return size;
+}
+
+/* What the camera sees, as large as there is room; narrow pictures show more at their sides. */
+static double fit_camera(const struct rmap_scene *scene, struct rmap_view *view,
+                         struct rmap_view_frame *frame)
+{
+    const double height = fmin(HIGHEST, WIDEST * view->slope[1] / view->slope[0]);
+    *frame = (struct rmap_view_frame){
+        .view = view,
+        .x = MARGIN,
+        .y = TOP,
+        .width = fmax(rint(height * view->slope[0] / view->slope[1]), NARROWEST),
+        .height = fmax(rint(height), LOWEST),
+        .scale = 0.5 * height / view->slope[1]};
+    view->slope[0] = 0.5 * frame->width / frame->scale;
+    view->slope[1] = 0.5 * frame->height / frame->scale;
+    return 2.0 * scene->radius;
+}
+
+static void draw_captions(const struct rmap_portion *rays, const struct rmap_figure_draw *options,
+                          const struct rmap_view *view, struct rmap_svg *svg)
+{
+    double room = rmap_svg_width(svg) - 2 * MARGIN;
+    char line[1024], drawn[RMAP_GROUPED_LEN], matched[RMAP_GROUPED_LEN];
+    rmap_caption(svg,
+                 &(struct rmap_svg_text){.x = MARGIN, .y = 30, .size = RMAP_TITLE_SIZE, .bold = 1},
+                 room, options->title);
+    struct rmap_svg_text text = {.x = MARGIN, .y = 50, .size = RMAP_TICK_SIZE, .fill = "#444444"};
+    (void)snprintf(line, sizeof line, "rays: %s", options->criterion ? options->criterion : "all");
+    rmap_caption(svg, &text, room, line);
+    uint64_t n_drawn = rays->n_row[RMAP_TABLE_RAY];
+    if (n_drawn == 0)
+        (void)snprintf(line, sizeof line, "no ray matches; %s", view->description);
+    else if (n_drawn < options->n_matched)
+        (void)snprintf(line, sizeof line, "%s of %s rays drawn, those with the smallest ids%s; %s",
+                       rmap_grouped(n_drawn, drawn), rmap_grouped(options->n_matched, matched),
+                       options->paint && options->paint->dealt ? " of each criterion" : "",
+                       view->description);
+    else
+        (void)snprintf(line, sizeof line, "%s ray%s drawn; %s", rmap_grouped(n_drawn, drawn),
+                       n_drawn == 1 ? "" : "s", view->description);
+    text.y = 68;
+    rmap_caption(svg, &text, room, line);
+}
+
+static void choose_view(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                        const struct rmap_figure_draw *options, struct rmap_view *view)
+{
+    if (options->camera) {
+        rmap_view_camera(scene, options->camera, view);
+        return;
+    }
+    rmap_view_choose(scene, options->kind, rays, view);
+    if (options->eye && !view->section)
+        rmap_view_turn(scene, options->eye[0], options->eye[1], view);
+    if (options->cut && view->section)
+        rmap_view_move(scene, *options->cut, view);
+    if (options->misses_ret)
+        *options->misses_ret =
+            options->cut && view->section && !rmap_view_meets_objects(scene, view);
+}
+
+/* Scene, rays and marks, inside the frame. */
+static enum rmap_status draw_inside(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                    const struct rmap_figure_draw *options,
+                                    struct rmap_ray_lines *lines, struct rmap_svg *svg,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_view_frame *frame = lines->frame;
+    struct rmap_mesh **mesh = NULL;
+    struct rmap_solid *solid = NULL;
+    RMAP_TRY(rmap_scene_meshes_create(scene, &mesh, err));
+    rmap_svg_open_clip(svg, frame->x, frame->y, frame->width, frame->height);
+    if (frame->view->section) {
+        RMAP_TRY(rmap_section_draw(scene, mesh, frame, svg, err));
+    } else {
+        RMAP_TRY(rmap_solid_create(scene, mesh, frame, &solid, err));
+        RMAP_TRY(rmap_solid_draw(solid, svg, err));
+    }
+    lines->solid = solid;
+    lines->map = options->map;
+    lines->paint = options->paint;
+    lines->opacity = options->opacity;
+    RMAP_TRY(rmap_rays_draw(scene, rays, lines, svg, err));
+    struct rmap_labels labels = {.area = {frame->x, frame->y, frame->width, frame->height}};
+    const double foot = frame->y + frame->height; /* where the axes' arrows stand */
+    rmap_label_reserve(&labels, (const double[2]){frame->x, foot - 86},
+                       (const double[2]){frame->x + 96, foot});
+    rmap_marks_draw(scene, rays, frame, &labels, svg);
+    rmap_svg_close(svg);
+out:
+    rmap_solid_destroy(solid);
+    rmap_scene_meshes_destroy(mesh, scene->n_geometry);
+    return st;
+}
+
+enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                  const struct rmap_figure_draw *options, struct rmap_svg **svg_ret,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_svg *svg = NULL;
+    struct rmap_view view;
+    struct rmap_view_frame frame;
+    const bool mixed = options->map && rmap_map_n_space(options->map) > 1;
+    choose_view(scene, rays, options, &view);
+    struct rmap_ray_lines lines = {.frame = &frame};
+    lines.leaving =
+        LEAVING * (view.perspective ? fit_camera(scene, &view, &frame) : fit(scene, &view, &frame));
+    double marks;
+    const double legend =
+        rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, NULL);
+    RMAP_TRY(rmap_svg_create(frame.width + 2 * MARGIN,
+                             TOP + frame.height +
+                                 fmax(legend, marks + SCALE_BAR - RMAP_LEGEND_ROW) + BELOW,
+                             options->title, &svg, err));
+    RMAP_TRY(draw_inside(scene, rays, options, &lines, svg, err));
+    rmap_svg_rect(svg, frame.x, frame.y, frame.width, frame.height,
+                  &(struct rmap_svg_style){.stroke = "#b0b0b0"});
+    rmap_axis_cross_draw(&frame, svg);
+    (void)rmap_legend_draw(scene, rays, &frame, options->paint, mixed, &marks, svg);
+    if (!view.perspective)
+        rmap_scale_bar_draw(scene, &frame, marks, svg);
+    draw_captions(rays, options, &view, svg);
+    *svg_ret = svg;
+    svg = NULL;
+out:
+    rmap_svg_destroy(svg);
+    return st;
+}
+
+void rmap_figure_draw_thin(struct rmap_portion *rays)
+{
+    size_t n[RMAP_TABLE_COUNT] = {0}, strokes = 0;
+    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        size_t first, points = rmap_portion_curve_of(rays, rays->ray.id[i], &first);
+        strokes += rays->ray.segment_count[i] + RMAP_RAY_CURVE_STROKES * points;
+        if (strokes > RMAP_FIGURE_STROKES && i > 0)
+            break;
+        n[RMAP_TABLE_RAY]++;
+        n[RMAP_TABLE_SEGMENT] += rays->ray.segment_count[i];
+        n[RMAP_TABLE_REGISTRATION] += rays->ray.registration_count[i];
+        n[RMAP_TABLE_CURVE] += points;
+    }
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        rays->n_row[t] = n[t];
+}

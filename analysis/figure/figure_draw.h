@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a scene with rays: a section through it, or a view from above.
+ */
+#ifndef RMAP_FIGURE_DRAW_H
+#define RMAP_FIGURE_DRAW_H
+
+#include "analysis/figure/figure_view.h"
+#include "analysis/figure/ray_paint.h"
+#include "io/map/map_reader.h"
+#include "portion/portion.h"
+
+struct rmap_figure_draw {
+    const char *title;
+    const char *criterion; /* NULL: all rays */
+    uint64_t n_matched;    /* rays that match, of which `rays` holds some */
+    enum rmap_view_kind kind;
+    const double *eye;                  /* [2] azimuth and elevation of a view of solids, degrees;
+                                           NULL: as suits */
+    const struct rmap_camera *camera;   /* that sees the scene, in perspective; NULL: none */
+    const double *cut;                  /* place of a section along its axis; NULL: as suits */
+    bool *misses_ret;                   /* or NULL: whether that is beside all objects */
+    const struct rmap_ray_paint *paint; /* of the rays; NULL: in the colour of their light */
+    double opacity;                     /* of the strongest ray; 0: by their number */
+    const struct rmap_map *map; /* whose colour spaces the rays are in; NULL: that of the scene */
+};
+
+/* Legs, and strokes of curved ones, that are drawn unless more rays are asked for: more is a blot
+ * that takes a renderer minutes. */
+#define RMAP_FIGURE_STROKES 20000
+
+/* Keeps the first rays whose strokes are RMAP_FIGURE_STROKES at most, one of them at least. rays:
+ * has all columns; ids ascend. */
+void rmap_figure_draw_thin(struct rmap_portion *rays);
+
+/* rays: the rays to draw, all columns. */
+enum rmap_status rmap_figure_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                  const struct rmap_figure_draw *options, struct rmap_svg **svg_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

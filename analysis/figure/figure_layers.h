@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The nearest faces of bodies, pixel by pixel at twice the picture's resolution: bodies and what is
+ * of glass for themselves.
+ */
+#ifndef RMAP_FIGURE_LAYERS_H
+#define RMAP_FIGURE_LAYERS_H
+
+#include <stdint.h>
+
+#include "analysis/figure/figure_solid.h"
+
+struct rmap_solid_pixel {
+    float depth; /* towards the eye */
+    uint32_t object;
+    int8_t normal[3]; /* x 127, view coordinates */
+    uint8_t shade;
+};
+
+enum rmap_solid_layer { RMAP_LAYER_BODY, RMAP_LAYER_GLASS, RMAP_LAYER_COUNT };
+
+struct rmap_solid {
+    const struct rmap_scene *scene;
+    const struct rmap_view_frame *frame;
+    int width, height; /* pixels of the layers */
+    double scale;      /* of them per picture pixel */
+    struct rmap_solid_pixel
+        *pixel[RMAP_LAYER_COUNT]; /* the nearest faces; glass: NULL without any */
+    float nearest, farthest;      /* depths */
+};
+
+/* Empty layers of the size of the frame. */
+enum rmap_status rmap_solid_init(const struct rmap_scene *scene,
+                                 const struct rmap_view_frame *frame, struct rmap_solid *canvas,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* A triangle, by pixels of the layers and depths, where it is nearer than what is there. */
+void rmap_solid_fill(struct rmap_solid *canvas, const struct rmap_vec3 corner[3],
+                     const struct rmap_solid_pixel *kind);
+
+/* After the last one: how near and how far all of it is. */
+void rmap_solid_find_depths(struct rmap_solid *canvas);
+
+#endif

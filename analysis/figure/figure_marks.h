@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Sources and detectors of a scene, marked and named.
+ */
+#ifndef RMAP_FIGURE_MARKS_H
+#define RMAP_FIGURE_MARKS_H
+
+#include "analysis/figure/figure_labels.h"
+
+/* Sources that sent none of the rays are drawn faintly. */
+void rmap_marks_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                     const struct rmap_view_frame *frame, struct rmap_labels *labels,
+                     struct rmap_svg *svg);
+
+/* The ink of sources and of detectors, for the legend. */
+extern const char rmap_source_ink[], rmap_detector_ink[];
+
+#endif

@@ -1,0 +1,310 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure/figure_rays.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/table/colour_map.h"
+#include "base/alloc.h"
+#include "optics/spectrum.h"
+#include "portion/event.h"
+
+/* Lightness (Oklab) that still shows on white: of grey, and of a saturated colour. */
+static const double GREY_LIGHTNESS = 0.45, COLOUR_LIGHTNESS = 0.72, SATURATED = 0.12;
+
+/* So many rays are drawn nearly opaque; more of them fainter, as the inverse square root. */
+static const double OPAQUE_RAYS = 60.0, OPACITY = 0.8, FAINTEST = 0.08;
+
+/* Of that: rays without flux to speak of, and what lies behind bodies. */
+static const double WEAKEST = 0.35, HIDDEN = 0.16;
+
+/* Between two looks at what hides a line, in pixels. */
+static const double LOOK = 1.5;
+
+void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8])
+{
+    double rgb[3], lab[3];
+    uint8_t byte[3];
+    rmap_colour_display(&scene->channels, share, scene->flux_unit == RMAP_FLUX_LM, rgb);
+    for (int k = 0; k < 3; k++)
+        rgb[k] = fmax(rgb[k], 0.0);
+    rmap_rgb_to_oklab(rgb, lab);
+    double chroma = hypot(lab[1], lab[2]);
+    double most =
+        GREY_LIGHTNESS + (COLOUR_LIGHTNESS - GREY_LIGHTNESS) * fmin(chroma / SATURATED, 1.0);
+    lab[0] = fmin(lab[0], most);
+    for (int tries = 0; tries < 40; tries++) { /* until it lies in the gamut */
+        rmap_oklab_to_rgb(lab, rgb);
+        if (fmin(rgb[0], fmin(rgb[1], rgb[2])) >= 0.0 && fmax(rgb[0], fmax(rgb[1], rgb[2])) <= 1.0)
+            break;
+        lab[1] *= 0.96;
+        lab[2] *= 0.96;
+    }
+    rmap_srgb_encode(rgb, byte);
+    (void)snprintf(ink, 8, "#%02x%02x%02x", byte[0], byte[1], byte[2]);
+}
+
+/* A line being drawn; NaN lifts the pen. */
+struct stroke {
+    double (*pixel)[2];
+    size_t n, cap;
+};
+
+struct pen {
+    const struct rmap_scene *scene;
+    const struct rmap_portion *rays;
+    const struct rmap_ray_lines *lines;
+    struct rmap_svg *svg;
+    double opacity; /* of the ray in hand */
+    struct rmap_svg_style style;
+    char ink[8];
+    struct stroke seen, hidden;
+    struct rmap_vec3 last;  /* pixel and depth of the point before */
+    struct rmap_vec3 place; /* of it, for a camera */
+    bool down;              /* there is one */
+    enum rmap_status status;
+    struct rmap_error *err;
+};
+
+static void stroke_add(struct pen *pen, struct stroke *stroke, double x, double y)
+{
+    void *block = stroke->pixel;
+    if (pen->status == RMAP_OK)
+        pen->status =
+            rmap_reserve(&block, &stroke->cap, stroke->n + 1, sizeof *stroke->pixel, pen->err);
+    stroke->pixel = block;
+    if (pen->status != RMAP_OK)
+        return;
+    stroke->pixel[stroke->n][0] = x;
+    stroke->pixel[stroke->n++][1] = y;
+}
+
+/* From the point before to this one, in parts that are seen and parts that bodies hide. */
+static void put_parts(struct pen *pen, struct rmap_vec3 to)
+{
+    const struct rmap_vec3 from = pen->last;
+    const double length = hypot(to.x - from.x, to.y - from.y);
+    const int n = length < 1e5 ? (int)ceil(length / LOOK) + 1 : 1;
+    struct stroke *before = NULL;
+    for (int k = 0; k < n; k++) {
+        const double a = (double)k / n, b = (k + 1.0) / n, middle = 0.5 * (a + b);
+        const struct rmap_vec3 along = rmap_sub(to, from), at = rmap_axpy(middle, along, from);
+        struct stroke *stroke =
+            rmap_solid_hides(pen->lines->solid, at.x, at.y, at.z) ? &pen->hidden : &pen->seen;
+        if (stroke != before) {
+            if (stroke->n > 0)
+                stroke_add(pen, stroke, (double)NAN, 0.0);
+            stroke_add(pen, stroke, from.x + a * along.x, from.y + a * along.y);
+        }
+        if (stroke != before && before)
+            stroke_add(pen, before, from.x + a * along.x, from.y + a * along.y);
+        before = stroke;
+    }
+    stroke_add(pen, before, to.x, to.y);
+}
+
+/* Pixel and depth. */
+static struct rmap_vec3 projected(const struct pen *pen, struct rmap_vec3 point)
+{
+    struct rmap_vec3 p = rmap_view_project(pen->lines->frame->view, point);
+    double pixel[2];
+    rmap_view_pixel(pen->lines->frame, (const double[2]){p.x, p.y}, pixel);
+    return rmap_vec3(pixel[0], pixel[1], p.z);
+}
+
+/* The part of a line that a camera sees. */
+static void put_seen(struct pen *pen, struct rmap_vec3 point)
+{
+    struct rmap_vec3 from = pen->place, to = point;
+    const bool draws = pen->down && rmap_view_clip(pen->lines->frame->view, &from, &to);
+    pen->place = point;
+    pen->down = true;
+    if (!draws)
+        return;
+    pen->last = projected(pen, from);
+    put_parts(pen, projected(pen, to));
+}
+
+static void put_point(struct pen *pen, struct rmap_vec3 point)
+{
+    if (pen->lines->frame->view->perspective) {
+        put_seen(pen, point);
+        return;
+    }
+    const struct rmap_vec3 to = projected(pen, point);
+    if (!pen->lines->solid)
+        stroke_add(pen, &pen->seen, to.x, to.y);
+    else if (pen->down)
+        put_parts(pen, to);
+    pen->last = to;
+    pen->down = true;
+}
+
+/* Points of one path at most: filling in pixels takes time with the square of its length. */
+enum { PATH_POINTS = 32 };
+
+static void put_line(struct pen *pen, const struct stroke *stroke)
+{
+    for (size_t i = 0; i + 1 < stroke->n; i += PATH_POINTS - 1) {
+        const size_t n = stroke->n - i < PATH_POINTS ? stroke->n - i : PATH_POINTS;
+        rmap_svg_path(pen->svg, (const double(*)[2])stroke->pixel + i, n, &pen->style);
+    }
+}
+
+static void finish_line(struct pen *pen)
+{
+    const struct {
+        struct stroke *stroke;
+        double opacity;
+    } part[] = {{&pen->hidden, HIDDEN * pen->opacity}, {&pen->seen, pen->opacity}};
+    for (int k = 0; k < 2; k++) {
+        pen->style.opacity = part[k].opacity;
+        put_line(pen, part[k].stroke);
+        part[k].stroke->n = 0;
+    }
+    pen->down = false;
+}
+
+static struct rmap_vec3 place(const float v[3])
+{
+    return rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
+}
+
+/* A curved leg: its ends and the points between them. */
+struct curved_leg {
+    struct rmap_vec3 from, to;
+    const float *point; /* [n][3] */
+    size_t n;
+};
+
+static struct rmap_vec3 node(const struct curved_leg *leg, size_t k)
+{
+    return k == 0 ? leg->from : k > leg->n ? leg->to : place(leg->point + 3 * (k - 1));
+}
+
+/* Direction at a node, times so much: of the parabola through it and its neighbours, by length of
+ * chord. */
+static struct rmap_vec3 slope(const struct curved_leg *leg, size_t k, double times)
+{
+    size_t middle = k == 0 ? 1 : k > leg->n ? leg->n : k;
+    struct rmap_vec3 before = rmap_sub(node(leg, middle), node(leg, middle - 1));
+    struct rmap_vec3 behind = rmap_sub(node(leg, middle + 1), node(leg, middle));
+    double h = rmap_length(before), g = rmap_length(behind);
+    if (!(h > 0.0 && g > 0.0))
+        return rmap_vec3(0, 0, 0);
+    before = rmap_scale(before, 1.0 / h);
+    behind = rmap_scale(behind, 1.0 / g);
+    struct rmap_vec3 mean = rmap_scale(rmap_axpy(h, behind, rmap_scale(before, g)), 1.0 / (h + g));
+    if (k < middle)
+        mean = rmap_axpy(2.0, before, rmap_scale(mean, -1.0));
+    else if (k > middle)
+        mean = rmap_axpy(2.0, behind, rmap_scale(mean, -1.0));
+    return rmap_scale(mean, times);
+}
+
+/* Cubics through the nodes, up to the last one, which stays to be put. */
+static void put_curve(struct pen *pen, const struct curved_leg *leg)
+{
+    for (size_t k = 0; k <= leg->n; k++) {
+        struct rmap_vec3 p = node(leg, k), q = node(leg, k + 1), chord = rmap_sub(q, p);
+        double h = rmap_length(chord);
+        struct rmap_vec3 u = slope(leg, k, h), v = slope(leg, k + 1, h);
+        for (int s = 1; s <= RMAP_RAY_CURVE_STROKES && k + (s == RMAP_RAY_CURVE_STROKES) <= leg->n;
+             s++) {
+            double t = (double)s / RMAP_RAY_CURVE_STROKES, r = 1.0 - t;
+            struct rmap_vec3 at = rmap_axpy(t * t * (3.0 - 2.0 * t), chord, p);
+            put_point(pen, rmap_axpy(t * r * r, u, rmap_axpy(-t * t * r, v, at)));
+        }
+    }
+}
+
+/* The ink of a leg that arrives with these shares of colour. */
+static void choose_ink(struct pen *pen, size_t ray, const uint16_t *colour)
+{
+    const struct rmap_ray_paint *paint = pen->lines->paint;
+    const int n_channel = pen->rays->n_channel;
+    double share[RMAP_CHANNEL_MAX];
+    if (paint && paint->of_ray) {
+        memcpy(pen->ink, paint->group[paint->of_ray[ray]].ink, sizeof pen->ink);
+        return;
+    }
+    for (int c = 0; c < pen->scene->channels.n; c++)
+        share[c] = c < n_channel ? colour[c] / 65535.0 : 0.0;
+    rmap_ray_ink(pen->scene, share, pen->ink);
+}
+
+/* One line per run of legs with the same colour. */
+static void draw_ray(struct pen *pen, size_t ray, size_t segment)
+{
+    const struct rmap_portion *rays = pen->rays;
+    size_t n_channel = (size_t)rays->n_channel;
+    const uint16_t *last = NULL;
+    size_t point, n_point = rmap_portion_curve_of(rays, rays->ray.id[ray], &point);
+    struct rmap_vec3 from = place(rays->ray.start + 3 * ray);
+    for (size_t i = segment; i < segment + rays->ray.segment_count[ray]; i++) {
+        const uint16_t *colour = rays->colour + i * n_channel;
+        if (!last || memcmp(last, colour, n_channel * sizeof *colour) != 0) {
+            finish_line(pen);
+            choose_ink(pen, ray, colour);
+            put_point(pen, from);
+            last = colour;
+        }
+        struct rmap_vec3 to = place(rays->segment.position + 3 * i);
+        struct curved_leg leg = {.from = from, .to = to, .point = rays->curve.position + 3 * point};
+        while (leg.n < n_point && rays->curve.segment[point + leg.n] == i - segment)
+            leg.n++;
+        if (leg.n > 0)
+            put_curve(pen, &leg);
+        point += leg.n;
+        n_point -= leg.n;
+        if ((rays->segment.event[i] & (RMAP_EVENT_LEFT | RMAP_EVENT_GRADIENT)) == RMAP_EVENT_LEFT)
+            to = rmap_axpy(pen->lines->leaving, place(rays->ray.end_direction + 3 * ray), from);
+        put_point(pen, to);
+        from = to;
+    }
+    finish_line(pen);
+}
+
+double rmap_ray_opacity(double n_ray)
+{
+    return fmax(OPACITY * fmin(sqrt(OPAQUE_RAYS / fmax(n_ray, 1.0)), 1.0), FAINTEST);
+}
+
+/* Rays of one group; of all without groups. */
+static void draw_group(struct pen *pen, uint32_t group)
+{
+    const struct rmap_ray_lines *lines = pen->lines;
+    const struct rmap_portion *rays = pen->rays;
+    const struct rmap_ray_paint *paint = lines->paint;
+    const double most = lines->opacity > 0.0
+                            ? lines->opacity
+                            : rmap_ray_opacity((double)rays->n_row[RMAP_TABLE_RAY]);
+    for (size_t i = 0, segment = 0; i < rays->n_row[RMAP_TABLE_RAY];
+         segment += rays->ray.segment_count[i++]) {
+        if (paint && paint->of_ray && paint->of_ray[i] != group)
+            continue;
+        if (lines->map)
+            pen->scene =
+                rmap_map_scene_of(lines->map, rmap_map_space_of_ray(lines->map, rays->ray.id[i]));
+        pen->opacity = most * (paint ? WEAKEST + (1.0 - WEAKEST) * paint->strength[i] : 1.0);
+        draw_ray(pen, i, segment);
+    }
+}
+
+enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                const struct rmap_ray_lines *lines, struct rmap_svg *svg,
+                                struct rmap_error *err)
+{
+    struct pen pen = {.scene = scene, .rays = rays, .lines = lines, .svg = svg, .err = err};
+    const size_t n_group = lines->paint ? lines->paint->n_group : 0;
+    pen.style = (struct rmap_svg_style){
+        .stroke = pen.ink, .width = (double)rays->n_row[RMAP_TABLE_RAY] > OPAQUE_RAYS ? 0.7 : 0.9};
+    /* What belongs to no group of note lies below, then the largest groups: rare rays on top. */
+    for (size_t k = 0; k < n_group; k++)
+        draw_group(&pen, (uint32_t)((k + n_group - 1) % n_group));
+    if (n_group == 0)
+        draw_group(&pen, 0);
+    rmap_free(pen.seen.pixel);
+    rmap_free(pen.hidden.pixel);
+    return pen.status;
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays of a portion as lines in the colour of their light, darkened to show on white paper, or in
+ * the ink of their group.
+ */
+#ifndef RMAP_FIGURE_RAYS_H
+#define RMAP_FIGURE_RAYS_H
+
+#include "analysis/figure/figure_solid.h"
+#include "analysis/figure/ray_paint.h"
+#include "io/map/map_reader.h"
+#include "portion/portion.h"
+
+/* How rays are drawn; all borrowed. */
+struct rmap_ray_lines {
+    const struct rmap_map *map; /* as in struct rmap_figure_draw */
+    const struct rmap_view_frame *frame;
+    const struct rmap_ray_paint *paint; /* NULL: in the colour of their light, all alike strong */
+    const struct rmap_solid *solid;     /* what hides them, drawn faint then; NULL: nothing */
+    double leaving;                     /* length of a leg that leaves the scene */
+    double opacity;                     /* of the strongest; 0: by the number of rays */
+};
+
+/* Between two recorded points a curve is drawn in so many strokes. */
+#define RMAP_RAY_CURVE_STROKES 4
+
+/* rays has all columns; curved legs follow their points. */
+enum rmap_status rmap_rays_draw(const struct rmap_scene *scene, const struct rmap_portion *rays,
+                                const struct rmap_ray_lines *lines, struct rmap_svg *svg,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Opacity of the strongest of so many rays. */
+double rmap_ray_opacity(double n_ray);
+
+/* "#rrggbb" on white paper for light with these shares. */
+void rmap_ray_ink(const struct rmap_scene *scene, const double *share, char ink[8]);
+
+#endif

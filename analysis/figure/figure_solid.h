@@ -1,0 +1,31 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene as solid bodies seen from outside: shaded faces, those of glass translucent, and visible
+ * edges as lines. What encloses the scene on the eye's side (walls, a ceiling) is left out.
+ */
+#ifndef RMAP_FIGURE_SOLID_H
+#define RMAP_FIGURE_SOLID_H
+
+#include "analysis/figure/figure_view.h"
+
+/* The bodies as one view shows them. mesh: [n_geometry], welded or tessellated; only for the call.
+ */
+struct rmap_solid;
+enum rmap_status rmap_solid_create(const struct rmap_scene *scene, struct rmap_mesh *const *mesh,
+                                   const struct rmap_view_frame *frame,
+                                   struct rmap_solid **solid_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+void rmap_solid_destroy(struct rmap_solid *solid); /* NULL is fine */
+
+/* Puts them into the picture. */
+enum rmap_status rmap_solid_draw(const struct rmap_solid *solid, struct rmap_svg *svg,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Is a body that is not of glass in front of this point: pixel of the picture, and depth in view
+ * coordinates? */
+bool rmap_solid_hides(const struct rmap_solid *solid, double x, double y, double depth);
+
+/* sRGB (0 to 1) of a face of such a surface in full light. */
+const double *rmap_surface_tint(enum rmap_surface_type type);
+
+#endif

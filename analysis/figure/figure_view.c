@@ -1,0 +1,248 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure/figure_view.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+/* Where the eye stands in a 3-d view: degrees from +x towards +y, and above the ground. */
+static const double AZIMUTH_DEG = -62.0, ELEVATION_DEG = 28.0;
+
+/* A source further from the objects than this part of their size is left out. */
+static const double NEAR_SOURCE = 1.5;
+
+void rmap_view_pixel(const struct rmap_view_frame *frame, const double coordinates[2],
+                     double pixel[2])
+{
+    pixel[0] = frame->x + 0.5 * frame->width + frame->scale * (coordinates[0] - frame->centre[0]);
+    pixel[1] = frame->y + 0.5 * frame->height - frame->scale * (coordinates[1] - frame->centre[1]);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+static bool about_axis(const struct rmap_scene *scene, size_t object)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[scene->object[object].geometry];
+    return geometry->kind == RMAP_GEOMETRY_SHAPE && geometry->shape.type != RMAP_SHAPE_RECTANGLE;
+}
+
+/* The plane that most axes lie in: the median place of surfaces of revolution, else the scene's
+ * centre. */
+static double axis_offset(const struct rmap_scene *scene, struct rmap_vec3 toward)
+{
+    double *place = rmap_alloc(scene->n_object + 1, sizeof *place);
+    double offset = rmap_dot(scene->centre, toward);
+    size_t n = 0;
+    for (size_t o = 0; place && o < scene->n_object; o++)
+        if (about_axis(scene, o))
+            place[n++] = rmap_dot(scene->object[o].to_world.t, toward);
+    if (n > 0) {
+        qsort(place, n, sizeof *place, ascending);
+        offset = place[n / 2];
+    }
+    rmap_free(place);
+    return offset + 0.0; /* no -0 */
+}
+
+static bool is_of_bodies(const struct rmap_scene *scene)
+{
+    size_t n_mesh = 0;
+    for (size_t o = 0; o < scene->n_object; o++)
+        n_mesh += scene->geometry[scene->object[o].geometry].kind == RMAP_GEOMETRY_MESH;
+    return 2 * n_mesh > scene->n_object;
+}
+
+/* What a camera's pictures have upwards is at right angles to what they have to the right. */
+bool rmap_view_has_z_upright(const struct rmap_scene *scene)
+{
+    const double level = 1e-6;
+    if (scene->n_camera == 0)
+        return is_of_bodies(scene);
+    const struct rmap_camera *camera = &scene->camera[0];
+    const bool z_may_be = fabs(camera->right.z) < level, y_may_be = fabs(camera->right.y) < level;
+    if (z_may_be != y_may_be)
+        return z_may_be;
+    return fabs(camera->up.z) >= fabs(camera->up.y);
+}
+
+/* Of the two sections through the z axis, the one that the rays start along; y-z in doubt. */
+static enum rmap_view_kind best_section(const struct rmap_portion *rays)
+{
+    double x = 0.0, y = 0.0;
+    size_t segment = 0, n_ray = rays ? rays->n_row[RMAP_TABLE_RAY] : 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const float *from = rays->ray.start + 3 * i, *to = rays->segment.position + 3 * segment;
+        if (rays->ray.segment_count[i] > 0) {
+            double dx = (double)(to[0] - from[0]), dy = (double)(to[1] - from[1]);
+            double length = sqrt(dx * dx + dy * dy + pow((double)(to[2] - from[2]), 2.0));
+            x += length > 0.0 ? dx / length : 0.0;
+            y += length > 0.0 ? dy / length : 0.0;
+        }
+        segment += rays->ray.segment_count[i];
+    }
+    /* A mean below a few standard errors of random directions says nothing. */
+    return fabs(x) > fabs(y) + 0.01 * (double)n_ray ? RMAP_VIEW_XZ : RMAP_VIEW_YZ;
+}
+
+/* Bodies stand on the x-y plane, z upwards; optics lies along z, y upwards. */
+void rmap_view_turn(const struct rmap_scene *scene, double azimuth_deg, double elevation_deg,
+                    struct rmap_view *view)
+{
+    double azimuth = azimuth_deg * RMAP_PI / 180.0, height = elevation_deg * RMAP_PI / 180.0;
+    double ahead = cos(azimuth), aside = sin(azimuth), level = cos(height), above = sin(height);
+    bool bodies = rmap_view_has_z_upright(scene);
+    view->toward = bodies ? rmap_vec3(level * ahead, level * aside, above)
+                          : rmap_vec3(level * aside, above, -level * ahead);
+    view->right = bodies ? rmap_vec3(-aside, ahead, 0) : rmap_vec3(-ahead, 0, -aside);
+    view->up = rmap_cross(view->toward, view->right);
+    (void)snprintf(view->description, sizeof view->description, "seen from %.0f° above",
+                   elevation_deg);
+}
+
+static void describe_section(const struct rmap_scene *scene, struct rmap_view *view)
+{
+    const double sum = view->toward.x + view->toward.y + view->toward.z;
+    const char axis = view->toward.x != 0.0 ? 'x' : view->toward.y != 0.0 ? 'y' : 'z';
+    (void)snprintf(view->description, sizeof view->description, "section at %c = %.4g %s", axis,
+                   sum * view->offset + 0.0, scene->unit);
+}
+
+bool rmap_view_meets(const struct rmap_scene *scene, const struct rmap_view *view, size_t object)
+{
+    const double slack = 1e-9 * scene->radius; /* of what lies in the plane */
+    struct rmap_vec3 lower, upper;
+    double low = HUGE_VAL, high = -HUGE_VAL;
+    rmap_geometry_bounds(&scene->geometry[scene->object[object].geometry], &lower, &upper);
+    for (int k = 0; k < 8; k++) {
+        const struct rmap_vec3 corner = rmap_vec3(
+            k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y, k & 4 ? upper.z : lower.z);
+        const double at =
+            rmap_dot(rmap_affine_point(&scene->object[object].to_world, corner), view->toward) -
+            view->offset;
+        low = fmin(low, at);
+        high = fmax(high, at);
+    }
+    return low <= slack && high >= -slack;
+}
+
+bool rmap_view_meets_objects(const struct rmap_scene *scene, const struct rmap_view *view)
+{
+    for (size_t o = 0; o < scene->n_object; o++)
+        if (rmap_view_meets(scene, view, o))
+            return true;
+    return false;
+}
+
+void rmap_view_move(const struct rmap_scene *scene, double place, struct rmap_view *view)
+{
+    view->offset = (view->toward.x + view->toward.y + view->toward.z) * place;
+    describe_section(scene, view);
+    const size_t len = strlen(view->description);
+    if (!rmap_view_meets_objects(scene, view))
+        (void)snprintf(view->description + len, sizeof view->description - len,
+                       ", where no object is");
+}
+
+void rmap_view_choose(const struct rmap_scene *scene, enum rmap_view_kind kind,
+                      const struct rmap_portion *rays, struct rmap_view *view)
+{
+    static const struct rmap_vec3 axis[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    if (kind == RMAP_VIEW_AUTO)
+        kind = is_of_bodies(scene) ? RMAP_VIEW_3D : best_section(rays);
+    *view = (struct rmap_view){.section = kind != RMAP_VIEW_3D};
+    if (kind == RMAP_VIEW_3D) {
+        rmap_view_turn(scene, AZIMUTH_DEG, ELEVATION_DEG, view);
+        return;
+    }
+    const bool upright = kind != RMAP_VIEW_XY && rmap_view_has_z_upright(scene);
+    const struct rmap_vec3 other = kind == RMAP_VIEW_YZ ? axis[1] : axis[0]; /* than z */
+    view->right = kind == RMAP_VIEW_XY || upright ? other : axis[2];
+    view->up = kind == RMAP_VIEW_XY ? axis[1] : upright ? axis[2] : other;
+    view->toward = rmap_cross(view->right, view->up);
+    view->offset = axis_offset(scene, view->toward);
+    describe_section(scene, view);
+}
+
+static void cover(struct rmap_view_box *box, const struct rmap_view *view, struct rmap_vec3 point)
+{
+    struct rmap_vec3 p = rmap_view_project(view, point);
+    box->low[0] = fmin(box->low[0], p.x);
+    box->low[1] = fmin(box->low[1], p.y);
+    box->high[0] = fmax(box->high[0], p.x);
+    box->high[1] = fmax(box->high[1], p.y);
+}
+
+static void cover_corners(struct rmap_view_box *box, const struct rmap_view *view,
+                          const struct rmap_affine *to_world, struct rmap_vec3 lower,
+                          struct rmap_vec3 upper)
+{
+    for (int k = 0; k < 8; k++)
+        cover(box, view,
+              rmap_affine_point(to_world,
+                                rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
+                                          k & 4 ? upper.z : lower.z)));
+}
+
+/* What sends light: a point, or the corners about a disc or a rectangle. */
+static void cover_emitter(const struct rmap_source *source, const struct rmap_view *view,
+                          struct rmap_view_box *box)
+{
+    double x = 0.0, y = 0.0;
+    if (source->shape == RMAP_EMITTER_DISC)
+        x = y = source->shape_size[0];
+    if (source->shape == RMAP_EMITTER_RECTANGLE) {
+        x = 0.5 * source->shape_size[0];
+        y = 0.5 * source->shape_size[1];
+    }
+    cover_corners(box, view, &source->frame, rmap_vec3(-x, -y, 0.0), rmap_vec3(x, y, 0.0));
+}
+
+static void cover_sources(const struct rmap_scene *scene, const struct rmap_view *view,
+                          struct rmap_view_box *box)
+{
+    struct rmap_view_box wide = *box;
+    for (int k = 0; k < 2; k++) {
+        double reach = NEAR_SOURCE * fmax(box->high[0] - box->low[0], box->high[1] - box->low[1]);
+        wide.low[k] -= reach;
+        wide.high[k] += reach;
+    }
+    for (size_t s = 0; s < scene->n_source; s++) {
+        struct rmap_vec3 p = rmap_view_project(view, scene->source[s].frame.t);
+        if (p.x >= wide.low[0] && p.x <= wide.high[0] && p.y >= wide.low[1] && p.y <= wide.high[1])
+            cover_emitter(&scene->source[s], view, box);
+    }
+}
+
+void rmap_view_bounds(const struct rmap_scene *scene, const struct rmap_view *view,
+                      struct rmap_view_box *box)
+{
+    *box = (struct rmap_view_box){{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    for (size_t o = 0; o < scene->n_object; o++) {
+        struct rmap_vec3 lower, upper;
+        rmap_geometry_bounds(&scene->geometry[scene->object[o].geometry], &lower, &upper);
+        cover_corners(box, view, &scene->object[o].to_world, lower, upper);
+    }
+    for (size_t d = 0; d < scene->n_detector; d++) {
+        const struct rmap_detector *detector = &scene->detector[d];
+        if (detector->type != RMAP_DETECTOR_PLANE)
+            continue;
+        for (int k = 0; k < 4; k++)
+            cover(box, view,
+                  rmap_axpy(k & 1 ? 0.5 * detector->size[0] : -0.5 * detector->size[0], detector->x,
+                            rmap_axpy(k & 2 ? 0.5 * detector->size[1] : -0.5 * detector->size[1],
+                                      detector->y, detector->origin)));
+    }
+    if (box->low[0] > box->high[0])
+        for (int k = 0; k < 2; k++) {
+            struct rmap_vec3 centre = rmap_view_project(view, scene->centre);
+            box->low[k] = (k ? centre.y : centre.x) - scene->radius;
+            box->high[k] = (k ? centre.y : centre.x) + scene->radius;
+        }
+    cover_sources(scene, view, box);
+}

@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/figure/ray_paint.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/criterion/path_order.h"
+#include "analysis/paths/path_class.h"
+#include "base/alloc.h"
+
+/* Paths that have an ink of their own, and orders: the last one is that order and all above. */
+enum { PATHS_SHOWN = 7, ORDERS_SHOWN = 4, LABEL_NBYTES = 90 };
+
+/* Inks that readers with any colour vision tell apart: M. Okabe and K. Ito, "Color Universal
+ * Design", 2008, https://jfly.uni-koeln.de/color/; yellow darkened to show on paper. */
+static const char palette[][8] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                  "#e69f00", "#56b4e9", "#8a6d00"};
+static const char other_ink[] = "#9a9a9a";
+enum { PALETTE_COUNT = sizeof palette / sizeof *palette };
+
+const char *rmap_paint_word(enum rmap_paint_kind kind)
+{
+    static const char *const word[] = {"natural", "path", "criterion", "order"};
+    return word[kind];
+}
+
+static enum rmap_status add_group(struct rmap_ray_paint *self, const char ink[8], const char *label,
+                                  struct rmap_error *err)
+{
+    struct rmap_paint_group *group = &self->group[self->n_group];
+    const size_t nbytes = strlen(label) + 1;
+    group->label = rmap_alloc(nbytes, 1);
+    if (!group->label)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a legend");
+    memcpy(group->label, label, nbytes);
+    memcpy(group->ink, ink, sizeof group->ink);
+    self->n_group++;
+    return RMAP_OK;
+}
+
+static enum rmap_status group_by_path(struct rmap_ray_paint *self,
+                                      const struct rmap_paint_request *request,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_view view = {.level = request->level};
+    struct rmap_path_classes *classes = NULL;
+    char *label = NULL, others[64];
+    RMAP_TRY(rmap_path_classes_create(request->scene, &view, request->rays,
+                                      request->flux_per_weight, &classes, err));
+    const size_t n = classes->n < PATHS_SHOWN ? classes->n : PATHS_SHOWN;
+    for (size_t k = 0; k < n; k++) {
+        rmap_free(label);
+        label = NULL;
+        RMAP_TRY(rmap_path_class_label(classes, k, LABEL_NBYTES, &label, err));
+        RMAP_TRY(add_group(self, palette[k % PALETTE_COUNT], label, err));
+    }
+    if (classes->n > n) {
+        (void)snprintf(others, sizeof others, "%zu other paths", classes->n - n);
+        RMAP_TRY(add_group(self, other_ink, others, err));
+    }
+    for (size_t i = 0; i < request->rays->n_row[RMAP_TABLE_RAY]; i++)
+        self->of_ray[i] = classes->of_ray[i] < n ? classes->of_ray[i] : (uint32_t)n;
+out:
+    rmap_free(label);
+    rmap_path_classes_destroy(classes);
+    return st;
+}
+
+static enum rmap_status group_by_order(struct rmap_ray_paint *self,
+                                       const struct rmap_paint_request *request,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = request->rays->n_row[RMAP_TABLE_RAY];
+    struct rmap_path_order order = {0};
+    uint32_t *ghost = rmap_alloc(n_ray + 1, sizeof *ghost);
+    uint32_t *scatter = rmap_alloc(n_ray + 1, sizeof *scatter);
+    char label[64];
+    if (!ghost || !scatter)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for orders of ghosts"));
+    RMAP_TRY(rmap_path_order_init(&order, request->scene, err));
+    rmap_path_orders_of_rays(&order, request->rays, ghost, scatter);
+    for (int k = 0; k <= ORDERS_SHOWN; k++) {
+        (void)snprintf(label, sizeof label, "ghost order %d%s", k,
+                       k == ORDERS_SHOWN ? " and above"
+                       : k == 0          ? ", direct light"
+                                         : "");
+        RMAP_TRY(add_group(self, palette[k], label, err));
+    }
+    RMAP_TRY(add_group(self, other_ink, "scattered", err));
+    for (size_t i = 0; i < n_ray; i++)
+        self->of_ray[i] = scatter[i] > 0            ? ORDERS_SHOWN + 1
+                          : ghost[i] < ORDERS_SHOWN ? ghost[i]
+                                                    : ORDERS_SHOWN;
+out:
+    rmap_path_order_fini(&order);
+    rmap_free(ghost);
+    rmap_free(scatter);
+    return st;
+}
+
+static enum rmap_status group_by_criterion(struct rmap_ray_paint *self,
+                                           const struct rmap_paint_request *request,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = request->rays->n_row[RMAP_TABLE_RAY], n = request->n_criterion;
+    uint8_t *match = rmap_alloc(n_ray + 1, sizeof *match);
+    if (!match)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu rays", n_ray);
+    for (size_t i = 0; i < n_ray; i++)
+        self->of_ray[i] = (uint32_t)n;
+    for (size_t c = 0; c < n; c++) {
+        const char *name = rmap_criterion_name(request->criterion[c]);
+        RMAP_TRY(add_group(self, palette[c % PALETTE_COUNT],
+                           name ? name : rmap_criterion_text(request->criterion[c]), err));
+        self->group[c].asked = true;
+        RMAP_TRY(rmap_criterion_evaluate(request->criterion[c], request->rays,
+                                         request->flux_per_weight, match, err));
+        for (size_t i = 0; i < n_ray; i++)
+            if (match[i] && self->of_ray[i] == n)
+                self->of_ray[i] = (uint32_t)c;
+    }
+    RMAP_TRY(add_group(self, other_ink, "none of these", err));
+out:
+    rmap_free(match);
+    return st;
+}
+
+static void add_up(struct rmap_ray_paint *self, const struct rmap_paint_request *request)
+{
+    const struct rmap_portion *rays = request->rays;
+    double greatest = 0.0;
+    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        const double flux = rays->ray.weight[i] * request->flux_per_weight[rays->ray.source[i]];
+        self->strength[i] = flux;
+        self->flux += flux;
+        greatest = fmax(greatest, flux);
+        if (self->of_ray) {
+            self->group[self->of_ray[i]].rays++;
+            self->group[self->of_ray[i]].flux += flux;
+        }
+    }
+    for (size_t i = 0; i < rays->n_row[RMAP_TABLE_RAY]; i++)
+        self->strength[i] = greatest > 0.0 ? self->strength[i] / greatest : 1.0;
+}
+
+enum rmap_status rmap_ray_paint_create(const struct rmap_paint_request *request,
+                                       struct rmap_ray_paint **paint_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = request->rays->n_row[RMAP_TABLE_RAY];
+    struct rmap_ray_paint *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays' colours");
+    self->kind = request->kind;
+    self->strength = rmap_alloc(n_ray + 1, sizeof *self->strength);
+    self->group = rmap_alloc(request->n_criterion + PATHS_SHOWN + 2, sizeof *self->group);
+    if (request->kind != RMAP_PAINT_NATURAL)
+        self->of_ray = rmap_alloc(n_ray + 1, sizeof *self->of_ray);
+    if (!self->strength || !self->group || (request->kind != RMAP_PAINT_NATURAL && !self->of_ray))
+        RMAP_TRY(
+            rmap_error_set(err, RMAP_SYSTEM, "out of memory for the colours of %zu rays", n_ray));
+    if (request->kind == RMAP_PAINT_PATH)
+        RMAP_TRY(group_by_path(self, request, err));
+    if (request->kind == RMAP_PAINT_ORDER)
+        RMAP_TRY(group_by_order(self, request, err));
+    if (request->kind == RMAP_PAINT_CRITERION)
+        RMAP_TRY(group_by_criterion(self, request, err));
+    add_up(self, request);
+    *paint_ret = self;
+    self = NULL;
+out:
+    rmap_ray_paint_destroy(self);
+    return st;
+}
+
+void rmap_ray_paint_destroy(struct rmap_ray_paint *self)
+{
+    if (!self)
+        return;
+    for (size_t k = 0; self->group && k < self->n_group; k++)
+        rmap_free(self->group[k].label);
+    rmap_free(self->group);
+    rmap_free(self->of_ray);
+    rmap_free(self->strength);
+    rmap_free(self);
+}

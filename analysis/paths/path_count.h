@@ -1,0 +1,76 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Classes of paths over a whole map, as a fold (fold.h). As long as there are no more classes than
+ * `most_classes`, all are counted exactly. Beyond, the fold ends with a sketch of how many rays
+ * each path had; folded again with that sketch, it counts exactly those of which the sketch says
+ * that they may have `least` rays. Either way the totals are exact.
+ */
+#ifndef RMAP_PATH_COUNT_H
+#define RMAP_PATH_COUNT_H
+
+#include "analysis/paths/path_hash.h"
+#include "analysis/paths/path_sketch.h"
+#include "analysis/paths/path_steps.h"
+#include "analysis/query/fold.h"
+#include "analysis/query/query.h"
+#include "analysis/table/class_sums.h"
+#include "analysis/table/key_sums.h"
+
+/* An entry of cells: what of a class was registered in a cell; a ray's registrations in it are one
+ * contribution. */
+struct rmap_path_cell {
+    uint64_t class_low; /* of the class's key */
+    int32_t detector;
+    uint32_t cell; /* i + j * cells[0] */
+};
+struct rmap_path_cell rmap_path_cell_of(const struct rmap_key_sum *entry);
+
+/* Context of the fold: all borrowed. */
+struct rmap_path_counting {
+    const struct rmap_map *map;
+    const struct rmap_overlay *overlay;    /* NULL: none */
+    const struct rmap_path_keys *keys;     /* of rmap_scene_with(map, overlay) */
+    int32_t detector;                      /* registrations on it alone count; -1: on any */
+    size_t most_classes, most_cells;       /* 0 cells: none are wanted */
+    const struct rmap_path_sketch *sketch; /* NULL: count all */
+    const uint32_t *least;                 /* [n_source] with a sketch */
+    const struct rmap_key_sums *chosen;    /* NULL, or keys of the only classes that count */
+    struct rmap_path_pool *pool;           /* NULL: each state has all of its classes itself */
+};
+
+/* Classes of all states of a rank, which they enter together: most are those of one ray, which each
+ * of them would have again, and which would have to be merged. They become those of the state that
+ * settles. */
+enum rmap_status rmap_path_pool_create(const struct rmap_path_counting *context,
+                                       struct rmap_path_pool **pool_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_pool_destroy(struct rmap_path_pool *pool);
+
+/* Classes, and the steps of some, in the order of their entries. */
+struct rmap_path_tally {
+    struct rmap_class_sums classes;
+    struct rmap_path_steps steps;
+};
+
+/* State of the fold. */
+struct rmap_path_counts {
+    struct rmap_count total; /* of all rays that have a path; portions and bytes are 0 */
+    struct {
+        uint64_t rays, segments;
+    } again;            /* further paths of rays that have several */
+    double most_weight; /* of a ray */
+    struct rmap_path_tally tally;
+    struct rmap_key_sums cells;
+    bool is_full, cells_full;       /* more than `most`: without entries then */
+    struct rmap_path_sketch sketch; /* when is_full without a sketch to begin with */
+    struct rmap_path_buffers *buffers;
+    const struct rmap_path_counting *context;
+    struct rmap_path_pool *pool;    /* NULL: settled, or none is shared */
+    struct rmap_class_cache *cache; /* of the pool's classes; NULL: none */
+};
+
+/* The fold is to defer them all: an index may make them unnecessary. */
+rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context);
+extern const struct rmap_fold_kind rmap_path_count_kind;
+
+#endif

@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/paths/path_dictionary.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/map/map_memory.h"
+
+/* Keys of pieces are kept up to this, in all threads; then all are forgotten. */
+enum { DICTIONARY_NBYTES_MAX = 32 << 20 };
+
+static void forget_pieces(struct rmap_path_dictionary *self)
+{
+    for (size_t i = 0; i < self->n_slot; i++) {
+        rmap_free(self->slot[i]);
+        self->slot[i] = NULL;
+    }
+    self->nbytes = 0;
+}
+
+void rmap_path_dictionary_fini(struct rmap_path_dictionary *self)
+{
+    forget_pieces(self);
+    rmap_free(self->slot);
+    rmap_path_shares_fini(&self->shares);
+    *self = (struct rmap_path_dictionary){0};
+}
+
+static uint32_t count_hits(const struct rmap_portion *portion,
+                           const struct rmap_path_place_of_ray *place, int32_t detector)
+{
+    const struct rmap_registration_columns *hit = &portion->registration;
+    const size_t end = place->registration + portion->ray.registration_count[place->ray];
+    uint32_t n = 0;
+    for (size_t i = place->registration; i < end; i++)
+        n += hit->registered[i] && (detector < 0 || hit->detector[i] == detector);
+    return n;
+}
+
+/* Keys of all paths of a piece. */
+static enum rmap_status key_paths(const struct rmap_path_keying *keying,
+                                  const struct rmap_portion *paths, struct rmap_path_known *known,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_hasher *hasher = keying->hasher;
+    const struct rmap_path_keyed *keyed = &hasher->keyed;
+    const struct rmap_matched all = {.portion = paths, .n_match = paths->n_row[RMAP_TABLE_RAY]};
+    RMAP_TRY(rmap_path_hasher_enter(hasher, keying->keys, &all, err));
+    RMAP_TRY(rmap_path_hasher_place(hasher, &all, err));
+    rmap_path_hasher_key(hasher, 0, keyed->n, -1);
+    for (size_t k = 0; k < keyed->n; k++) {
+        const struct rmap_path_place_of_ray place = rmap_path_place_at(keyed, k);
+        known[place.ray] =
+            (struct rmap_path_known){.key = rmap_path_key_at(keyed, k),
+                                     .segment = (uint32_t)place.segment,
+                                     .registration = (uint32_t)place.registration,
+                                     .n_hit = count_hits(paths, &place, keying->detector)};
+    }
+out:
+    return st;
+}
+
+static enum rmap_status key_piece(struct rmap_path_dictionary *self,
+                                  const struct rmap_path_keying *keying, size_t slot,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = self->paths->n_row[RMAP_TABLE_RAY] + 1, nbytes = n * sizeof *self->known;
+    if (self->nbytes + nbytes > rmap_map_share(keying->map, DICTIONARY_NBYTES_MAX))
+        forget_pieces(self);
+    struct rmap_path_known *known = rmap_alloc(n, sizeof *known);
+    if (!known)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
+    RMAP_TRY(key_paths(keying, self->paths, known, err));
+    self->slot[slot] = known;
+    self->nbytes += nbytes;
+    known = NULL;
+out:
+    rmap_free(known);
+    return st;
+}
+
+static enum rmap_status enter_piece(struct rmap_path_dictionary *self,
+                                    const struct rmap_path_keying *keying,
+                                    const struct rmap_matched *rays,
+                                    const struct rmap_portion *paths, bool by_itself,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t piece = (size_t)rmap_map_portion(keying->map, rays->index)->piece;
+    const size_t slot = 2 * piece + by_itself;
+    self->paths = paths;
+    self->n = 0;
+    if (!self->slot) {
+        self->n_slot = 2 * rmap_map_n_piece(keying->map);
+        self->slot = rmap_alloc(self->n_slot, sizeof(void *));
+        if (!self->slot) {
+            self->n_slot = 0;
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
+        }
+    }
+    if (!self->slot[slot])
+        RMAP_TRY(key_piece(self, keying, slot, err));
+    self->known = self->slot[slot];
+out:
+    return st;
+}
+
+enum rmap_status rmap_path_dictionary_enter_view(struct rmap_path_dictionary *self,
+                                                 const struct rmap_path_keying *keying,
+                                                 const struct rmap_matched *rays,
+                                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_history_view *view = rays->view;
+    RMAP_TRY(enter_piece(self, keying, rays, rmap_history_paths(view->index), false, err));
+    RMAP_TRY(rmap_path_shares_reserve(&self->shares, view->n_path + 1, err));
+    self->row = view->path_row;
+    self->n = view->n_path;
+    for (size_t k = 0; k < view->n_path; k++) {
+        self->shares.n_ray[k] = rays->match ? 0 : view->path_rays[k];
+        self->shares.first[k] = UINT64_MAX;
+    }
+    for (size_t i = 0; rays->match && i < view->n_row[RMAP_TABLE_RAY]; i++)
+        self->shares.n_ray[view->path[i]] += rays->match[i];
+out:
+    return st;
+}
+
+void rmap_path_dictionary_find_first(struct rmap_path_dictionary *self,
+                                     const struct rmap_matched *rays)
+{
+    const uint16_t *path = rays->view->path;
+    const uint64_t *id = rays->portion->ray.id;
+    for (size_t i = 0; i < rays->view->n_row[RMAP_TABLE_RAY]; i++)
+        if ((!rays->match || rays->match[i]) && id[i] < self->shares.first[path[i]])
+            self->shares.first[path[i]] = id[i];
+}
+
+enum rmap_status rmap_path_dictionary_enter_told(struct rmap_path_dictionary *self,
+                                                 const struct rmap_path_keying *keying,
+                                                 const struct rmap_matched *rays,
+                                                 const struct rmap_told_paths *told,
+                                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(enter_piece(self, keying, rays, told->known, true, err));
+    RMAP_TRY(rmap_path_shares_count(&self->shares, rays, told, err));
+    self->n = self->shares.n;
+    self->row = self->shares.row;
+out:
+    return st;
+}

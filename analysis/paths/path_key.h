@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What tells the paths of rays apart: a path as a row of symbols, written for people, and written
+ * as the criterion that selects exactly the rays with that path.
+ */
+#ifndef RMAP_PATH_KEY_H
+#define RMAP_PATH_KEY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "portion/portion.h"
+#include "scene/scene.h"
+
+/* Whose names stand in a path. SURFACE: each object of the scene, such as lens.3. OBJECT: what is
+ * one entry of the scene file, so that the surfaces of a prescription are one lens. GROUP: the
+ * outermost group, or the object that is in none. */
+enum rmap_path_level {
+    RMAP_PATH_SURFACE,
+    RMAP_PATH_OBJECT,
+    RMAP_PATH_GROUP,
+    RMAP_PATH_LEVEL_COUNT
+};
+
+/* "surface", "object", "group". */
+const char *rmap_path_level_word(enum rmap_path_level level);
+
+struct rmap_path_view {
+    enum rmap_path_level level;
+    bool without_events; /* what happened at an object does not count */
+    bool collapsed;      /* equal steps in a row count as one */
+    bool until_detector; /* histories end with a registration on `detector`, and a ray has as many
+                            as registrations there; what happens at the object that it lies on does
+                            not count */
+    int32_t detector;
+};
+
+/* A step: letter (an index into RMAP_PATH_LETTERS, or ANY), and above it the place. */
+typedef uint32_t rmap_path_step;
+
+struct rmap_path_keys; /* immutable, thread-safe */
+enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
+                                       const struct rmap_path_view *view,
+                                       struct rmap_path_keys **keys_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_keys_destroy(struct rmap_path_keys *keys);
+
+/* Columns that rmap_path_key_of reads. */
+rmap_column_set rmap_path_keys_columns(const struct rmap_path_keys *keys);
+
+/* Where a ray's rows begin in a portion. */
+struct rmap_path_place_of_ray {
+    size_t ray, segment, registration;
+    size_t until; /* behind the registration that the path is to end with; 0: the first */
+};
+
+/* Its path: at most as many symbols as it has legs and registrations. False: it has none. */
+bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
+                      const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
+                      size_t *n_ret);
+
+/* "T@lens.1 R@lens.3{2} V@sensor", rmap_free; a medium that shares its name with an object is
+ * "A@milk[medium]". Longer than most_nbytes (0: no matter): the middle is
+ * left out, as "T@lens.1 ... V@sensor". */
+enum rmap_status rmap_path_key_text(const struct rmap_path_keys *keys, const rmap_path_step *symbol,
+                                    size_t n, size_t most_nbytes, char **text_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same to a text that is there: `most` bytes or some more, as room for it allows. */
+void rmap_path_shorten(const char *text, size_t most, char *to, size_t to_nbytes);
+
+/* "lamp: T@lens.1 ...": the steps' text behind their source's name. rmap_free. */
+enum rmap_status rmap_path_with_source(const struct rmap_path_keys *keys, int32_t source,
+                                       const char *steps, char **text_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* `source(lamp) and path("...")`, rmap_free; true of exactly the rays with this path. A path too
+ * long for the criterion language (some 16,000 steps) becomes `ray == only_ray` where it is of one
+ * ray alone, else NULL. */
+#define RMAP_PATH_MANY_RAYS UINT64_MAX
+enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32_t source,
+                                        const rmap_path_step *symbol, size_t n, uint64_t only_ray,
+                                        char **text_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Rays registered on the detector after two reflections that make ghosts, at these labels, and no
+ * scatter; rmap_free. */
+struct rmap_path_order; /* path_order.h */
+enum rmap_status rmap_path_ghost_criterion(const struct rmap_path_keys *keys,
+                                           const struct rmap_path_order *order, size_t first,
+                                           size_t second, int32_t detector, char **text_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* The name an object has at this level, and all of them, in the order of their first objects. */
+size_t rmap_path_n_label(const struct rmap_path_keys *keys);
+const char *rmap_path_label(const struct rmap_path_keys *keys, size_t label);
+const int32_t *rmap_path_labels(const struct rmap_path_keys *keys); /* [n_object] */
+
+/* A name as a criterion wants it: bare, or in single quotes. rmap_free. */
+enum rmap_status rmap_path_quote(const char *name, char **text_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,360 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/fold.h"
+
+#include "analysis/query/query_marker.h"
+#include "analysis/query/query_sums.h"
+#include "base/alloc.h"
+#include "base/pick.h"
+
+/* For these an index is read where no criterion asks for it. */
+static const rmap_column_set columns_by_index = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
+                                                RMAP_COLUMN_BIT(RMAP_SEGMENT_event) |
+                                                RMAP_COLUMN_BIT(RMAP_SEGMENT_medium);
+
+struct rmap_fold_scanner {
+    const struct rmap_fold *fold;
+    struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
+    struct rmap_cursor *cursor;       /* NULL: the marker reads */
+    struct rmap_overlay_view *view;   /* NULL: no receivers */
+    bool kind_judges;                 /* which rays of plain pieces match */
+    uint8_t *match;                   /* [n_match] */
+    size_t n_match;
+    const struct rmap_which *which; /* NULL: all registrations count */
+    uint8_t *chosen;                /* [chosen_cap] */
+    size_t chosen_cap;
+};
+
+/* Columns that are kept from one question to the next cost the criterion next to nothing. */
+static bool kind_judges(const struct rmap_fold *fold)
+{
+    struct rmap_map_kept kept;
+    if (!fold->criterion || rmap_which_chooses(fold->which) || !fold->kind->judges ||
+        !fold->kind->judges(fold->context, fold->criterion))
+        return false;
+    rmap_map_kept(fold->map, &kept);
+    return kept.budget == 0;
+}
+
+/* Columns that the portion needs, whatever else decides which rays match. */
+static rmap_column_set columns_of(const struct rmap_fold *fold)
+{
+    return fold->columns | (rmap_which_chooses(fold->which) ? fold->which->columns : 0);
+}
+
+/* What the map's index knows of histories leaves the receivers out: rays are judged by columns. */
+static enum rmap_status lay_over(struct rmap_fold_scanner *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_fold *fold = self->fold;
+    rmap_column_set columns = columns_of(fold);
+    if (fold->criterion)
+        columns |= rmap_criterion_columns(fold->criterion);
+    RMAP_TRY(rmap_overlay_view_create(fold->overlay, &self->view, err));
+    st = rmap_cursor_create(fold->map, rmap_overlay_columns(fold->overlay, columns), &self->cursor,
+                            err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
+                                          struct rmap_fold_scanner **scanner_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_fold_scanner *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    self->fold = fold;
+    self->which = rmap_which_chooses(fold->which) ? fold->which : NULL;
+    if (fold->overlay) {
+        RMAP_TRY(lay_over(self, err));
+    } else {
+        if (fold->criterion || fold->columns & columns_by_index)
+            st = rmap_query_marker_create(fold->map, fold->criterion, columns_of(fold),
+                                          &self->marker, err);
+        else
+            st = rmap_cursor_create(fold->map, columns_of(fold), &self->cursor, err);
+        RMAP_TRY(st);
+        self->kind_judges = kind_judges(fold);
+    }
+    *scanner_ret = self;
+    self = NULL;
+out:
+    rmap_fold_scanner_destroy(self);
+    return st;
+}
+
+void rmap_fold_scanner_destroy(struct rmap_fold_scanner *self)
+{
+    if (!self)
+        return;
+    rmap_query_marker_destroy(self->marker);
+    rmap_cursor_destroy(self->cursor);
+    rmap_overlay_view_destroy(self->view);
+    rmap_free(self->match);
+    rmap_free(self->chosen);
+    rmap_free(self);
+}
+
+/* The rays of an extended portion that match. */
+static enum rmap_status judge(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                              struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_fold *fold = self->fold;
+    const size_t n = rays->portion->n_row[RMAP_TABLE_RAY];
+    void *block = self->match;
+    if (!fold->criterion)
+        return RMAP_OK;
+    RMAP_TRY(rmap_reserve(&block, &self->n_match, n, 1, err));
+    self->match = block;
+    RMAP_TRY(rmap_criterion_evaluate(fold->criterion, rays->portion,
+                                     rmap_map_flux_per_weight(fold->map), self->match, err));
+    rays->match = self->match;
+    rays->n_match = rmap_pick_count(self->match, n);
+out:
+    return st;
+}
+
+static enum rmap_status read_extended(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *stored = NULL;
+    RMAP_TRY(rmap_cursor_read(self->cursor, rays->index, &stored, err));
+    RMAP_TRY(rmap_overlay_view_extend(self->view, stored, rays->space, &rays->portion, err));
+    st = judge(self, rays, err);
+out:
+    return st;
+}
+
+static bool is_plain(const struct rmap_map *map, size_t portion)
+{
+    const size_t piece = (size_t)rmap_map_portion(map, portion)->piece;
+    return rmap_map_piece(map, piece)->encoding == RMAP_ENCODING_PLAIN;
+}
+
+static enum rmap_status mark(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                             struct rmap_error *err)
+{
+    uint8_t *match = NULL;
+    enum rmap_status st = rmap_query_marker_mark(self->marker, &match, &rays->n_match, err);
+    rays->match = match;
+    return st;
+}
+
+static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const rmap_column_set columns =
+        self->which ? columns_of(self->fold) : self->fold->columns & ~self->fold->deferred;
+    if (!self->marker) {
+        st = rmap_cursor_enter(self->cursor, rays->index, &rays->portion, err);
+        return st == RMAP_OK ? rmap_cursor_fetch(self->cursor, columns, err) : st;
+    }
+    RMAP_TRY(rmap_query_marker_enter(self->marker, rays->index, &rays->n_match, err));
+    if (rays->n_match == 0)
+        goto out;
+    rays->view = self->which ? NULL : rmap_query_marker_view(self->marker);
+    if (self->kind_judges && !rays->view && is_plain(self->fold->map, rays->index))
+        rays->open = self->fold->criterion;
+    else
+        RMAP_TRY(mark(self, rays, err));
+    if (rays->n_match > 0)
+        st = rmap_query_marker_know(self->marker, columns, &rays->portion, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_set columns,
+                                 struct rmap_error *err)
+{
+    const struct rmap_portion *portion;
+    if (!rays->scanner || rays->scanner->view)
+        return RMAP_OK;
+    if (!rays->scanner->marker)
+        return rmap_cursor_fetch(rays->scanner->cursor, columns, err);
+    return rmap_query_marker_know(rays->scanner->marker, columns, &portion, err);
+}
+
+/* Whether stored bytes tell that a column follows a cycle. */
+static enum rmap_status tell(const struct rmap_matched *rays, enum rmap_column column,
+                             const struct rmap_cycle *cycle, bool *holds_ret,
+                             struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    if (scanner->marker)
+        return rmap_query_marker_holds(scanner->marker, column, cycle, holds_ret, err);
+    return rmap_cursor_holds(scanner->cursor, column, cycle, holds_ret, err);
+}
+
+static enum rmap_status tell_weights(const struct rmap_matched *rays, bool *are_one_ret,
+                                     struct rmap_error *err)
+{
+    static const double one = 1.0;
+    const struct rmap_cycle ones = {.element = &one, .n = 1};
+    return tell(rays, RMAP_RAY_weight, &ones, are_one_ret, err);
+}
+
+enum rmap_status rmap_fold_schedule(const struct rmap_matched *rays, struct rmap_cycle *cycle_ret,
+                                    bool *follows_ret, struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    *follows_ret = false;
+    if (!scanner || scanner->view || rays->view || rays->portion->ray.source)
+        return RMAP_OK;
+    const struct rmap_map *map = scanner->fold->map;
+    const struct rmap_portion_info *info = rmap_map_portion(map, rays->index);
+    const struct rmap_scene *scene = rmap_map_scene(map);
+    if (scene->schedule_len < 2 || rmap_portion_has_gaps(info))
+        return RMAP_OK;
+    *cycle_ret = (struct rmap_cycle){.element = scene->schedule,
+                                     .n = scene->schedule_len,
+                                     .phase = (size_t)(info->first_ray % scene->schedule_len)};
+    return tell(rays, RMAP_RAY_source, cycle_ret, follows_ret, err);
+}
+
+enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool known = false;
+    if (!rays->portion->ray.weight)
+        RMAP_TRY(tell_weights(rays, &known, err));
+    if (!known) {
+        RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_weight), err));
+        known =
+            rmap_weights_are_one(rays->portion->ray.weight, rays->portion->n_row[RMAP_TABLE_RAY]);
+    }
+    *are_one_ret = known;
+out:
+    return st;
+}
+
+/* By the summary's bits, which tell TOLD_APART sources apart; a damaged one may name one that is
+ * none. */
+static int32_t told_source(uint64_t bits, size_t n_source)
+{
+    enum { TOLD_APART = 64 };
+    if (n_source == 1)
+        return 0;
+    if (n_source > TOLD_APART || bits == 0 || bits & (bits - 1))
+        return -1;
+    const int source = __builtin_ctzll(bits);
+    return (size_t)source < n_source ? source : -1;
+}
+
+enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
+                                struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    *told = (struct rmap_fold_told){.source = -1};
+    if (!scanner || scanner->view)
+        return RMAP_OK;
+    const struct rmap_map *map = scanner->fold->map;
+    const struct rmap_portion_info *info = rmap_map_portion(map, rays->index);
+    told->ids_run = !rmap_portion_has_gaps(info);
+    told->source = told_source(info->summary.sources, rmap_map_scene(map)->n_source);
+    return tell_weights(rays, &told->weigh_one, err);
+}
+
+/* What reads the portion. */
+static enum rmap_status cursor_of(const struct rmap_matched *rays, struct rmap_cursor **cursor_ret,
+                                  struct rmap_error *err)
+{
+    const struct rmap_fold_scanner *scanner = rays->scanner;
+    *cursor_ret = scanner->cursor;
+    return scanner->marker ? rmap_query_marker_cursor(scanner->marker, cursor_ret, err) : RMAP_OK;
+}
+
+enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
+                                      struct rmap_told_paths *paths, struct rmap_error *err)
+{
+    struct rmap_cursor *cursor;
+    enum rmap_status st = RMAP_OK;
+    *paths = (struct rmap_told_paths){.known = NULL};
+    if (!rays->scanner || rays->scanner->view || rays->chosen)
+        return RMAP_OK;
+    RMAP_TRY(cursor_of(rays, &cursor, err));
+    st = rmap_cursor_tell_paths(cursor, paths, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
+                                     const struct rmap_portion **own_ret, struct rmap_error *err)
+{
+    struct rmap_cursor *cursor;
+    enum rmap_status st = cursor_of(rays, &cursor, err);
+    return st == RMAP_OK ? rmap_cursor_own_paths(cursor, own_ret, err) : st;
+}
+
+/* Of a portion that receivers are not laid over. */
+static enum rmap_status lend(struct rmap_fold_scanner *self, void *state,
+                             const struct rmap_portion_info *info, struct rmap_error *err)
+{
+    struct rmap_fold_loan loan = {.n = 0};
+    enum rmap_status st = self->fold->kind->lend(state, info, &loan, err);
+    for (size_t k = 0; k < loan.n && st == RMAP_OK; k++) {
+        if (self->marker)
+            rmap_query_marker_lend(self->marker, loan.column[k], loan.memory[k]);
+        else
+            rmap_cursor_lend(self->cursor, loan.column[k], loan.memory[k]);
+    }
+    return st;
+}
+
+/* The registrations of the portion that count. */
+static enum rmap_status choose(struct rmap_fold_scanner *self, struct rmap_matched *rays,
+                               struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *block = self->chosen;
+    RMAP_TRY(rmap_reserve(&block, &self->chosen_cap,
+                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, 1, err));
+    self->chosen = block;
+    RMAP_TRY(rmap_which_mark(self->which, rays->portion, self->chosen, err));
+    rays->chosen = self->chosen;
+out:
+    return st;
+}
+
+static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state, size_t index,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_fold *fold = self->fold;
+    const struct rmap_portion_info *info = rmap_map_portion(fold->map, index);
+    struct rmap_portion_info extended;
+    struct rmap_matched rays = {.index = index,
+                                .space = (size_t)info->space,
+                                .n_match = (size_t)info->n_row[RMAP_TABLE_RAY],
+                                .scanner = self};
+    if (fold->overlay) {
+        rmap_overlay_info(fold->overlay, info, &extended);
+        info = &extended;
+        if (fold->criterion && !rmap_criterion_may_match(fold->criterion, &info->summary))
+            return RMAP_OK;
+    }
+    if (fold->kind->may_count && !fold->kind->may_count(fold->context, info))
+        return RMAP_OK;
+    if (fold->kind->lend && !fold->overlay)
+        RMAP_TRY(lend(self, state, info, err));
+    RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
+    if (rays.n_match > 0 && self->which)
+        RMAP_TRY(choose(self, &rays, err));
+    if (rays.n_match > 0)
+        st = fold->kind->add(state, &rays, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_fold_scanner_add(struct rmap_fold_scanner *self, void *state, size_t first,
+                                       size_t last, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = first; i < last && st == RMAP_OK; i++)
+        st = add_portion(self, state, i, err);
+    return st;
+}

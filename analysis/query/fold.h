@@ -1,0 +1,137 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * One sum over the rays of a map that match: portions are added to states, one per thread, states
+ * are merged, and the whole is what a command shows. What a sum is, its kind says
+ * (struct rmap_fold_kind); histograms, moments, classes of paths, images are kinds.
+ *
+ * The same answer for any number of ranks and threads: adding and merging must give the same bits
+ * in any order. Sums of weights do (whole numbers in double); sums of other numbers go through
+ * base/exact_sum.h.
+ */
+#ifndef RMAP_FOLD_H
+#define RMAP_FOLD_H
+
+#include "analysis/criterion/criterion.h"
+#include "analysis/overlay/overlay.h"
+#include "analysis/query/which.h"
+#include "io/map/map_reader.h"
+
+struct rmap_fold_scanner;
+struct rmap_history_view;
+
+/* The matching rays of a portion. */
+struct rmap_matched {
+    const struct rmap_portion *portion; /* has the fold's columns */
+    const uint8_t *match;               /* [rays of the portion] 1 or 0; NULL: all match */
+    size_t n_match;
+    const uint8_t *chosen; /* [registrations of the portion] 1: it counts; NULL: those that were
+                              registered do */
+    size_t index;          /* portion of the map */
+    size_t space;          /* colour space: the portion has its channels */
+    const struct rmap_history_view *view; /* of the map's index on the portion, or NULL */
+    struct rmap_fold_scanner *scanner;    /* that reads the portion; NULL: it has all it may have */
+    const struct rmap_criterion *open;    /* NULL; or the kind judges (see below): of all rays, as
+                                             they are told here, those that fulfil it match */
+};
+
+/* [registrations of the portion] not 0: it is to be counted, where its ray matches. */
+static inline const uint8_t *rmap_registrations_counted(const struct rmap_matched *rays)
+{
+    return rays->chosen ? rays->chosen : rays->portion->registration.registered;
+}
+
+/* Makes sure that the portion has deferred columns of the fold, too. */
+enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_set columns,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* *are_one_ret: all rays of the portion, whether they match or not, weigh 1. The column need not be
+ * there: it is read where the stored bytes do not tell. */
+enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* *follows_ret: the sources of all rays of the portion, of which ids run, are those of the scene's
+ * schedule, int32_t, from *cycle_ret on; told without reading the column. False says nothing. */
+enum rmap_status rmap_fold_schedule(const struct rmap_matched *rays, struct rmap_cycle *cycle_ret,
+                                    bool *follows_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* What all rays of a portion have, whether they match or not, as far as it is told without reading
+ * columns of them. */
+struct rmap_fold_told {
+    bool weigh_one; /* each weighs 1 */
+    bool ids_run;   /* the one in row i is portion->first_ray + i */
+    int32_t source; /* -1: not told */
+};
+enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* The portion by the paths of its rays, as rmap_cursor_tell_paths has it; known NULL also where
+ * receivers are laid over the map. And those of its rays that have paths of their own, where it is
+ * told of so. */
+enum rmap_status rmap_fold_tell_paths(const struct rmap_matched *rays,
+                                      struct rmap_told_paths *paths,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
+                                     const struct rmap_portion **own_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Memory for columns of a portion, of all its rays. */
+enum { RMAP_FOLD_LOANS = 2 };
+struct rmap_fold_loan {
+    size_t n;
+    enum rmap_column column[RMAP_FOLD_LOANS];
+    void *memory[RMAP_FOLD_LOANS]; /* NULL: none */
+};
+
+/* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
+struct rmap_fold_kind {
+    /* An empty state. */
+    enum rmap_status (*create)(const void *context, void **state_ret, struct rmap_error *err);
+    void (*destroy)(void *state); /* NULL is fine */
+    enum rmap_status (*add)(void *state, const struct rmap_matched *rays, struct rmap_error *err);
+    enum rmap_status (*merge)(void *into, const void *from, struct rmap_error *err);
+    /* As bytes for another rank (rmap_free), and from them. */
+    enum rmap_status (*pack)(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                             struct rmap_error *err);
+    enum rmap_status (*unpack)(const void *context, const uint8_t *bytes, size_t nbytes,
+                               void **state_ret, struct rmap_error *err);
+    /* False: no ray of this portion can count, whatever matches. NULL: any can. */
+    bool (*may_count)(const void *context, const struct rmap_portion_info *portion);
+    /* True: where columns alone can tell which rays match, the kind finds out itself, as it reads
+     * the same ones anyway (rays->open). NULL: false. */
+    bool (*judges)(const void *context, const struct rmap_criterion *criterion);
+    /* Nothing more is added to the states of a rank: this one, which others are merged into, takes
+     * what they share through the context. NULL: they share nothing. */
+    enum rmap_status (*settle)(void *state, struct rmap_error *err);
+    /* As merge, where nobody needs `from` any more: it may hand over what it holds, and can only be
+     * destroyed then. NULL: as merge. */
+    enum rmap_status (*absorb)(void *into, void *from, struct rmap_error *err);
+    /* Before a portion is read: where the state would have some of its columns. The portion need
+     * not have a match, and its columns may stand elsewhere. NULL: nowhere. */
+    enum rmap_status (*lend)(void *state, const struct rmap_portion_info *portion,
+                             struct rmap_fold_loan *loan, struct rmap_error *err);
+};
+
+/* All borrowed. */
+struct rmap_fold {
+    const struct rmap_fold_kind *kind;
+    const void *context;
+    const struct rmap_map *map;
+    const struct rmap_criterion *criterion; /* NULL: all rays */
+    const struct rmap_which *which;         /* registrations that count; NULL: all. Rays are then
+                                               read column by column: no index knows of them */
+    rmap_column_set columns;                /* that the kind reads */
+    rmap_column_set deferred; /* those of them that it asks for itself where it needs them */
+    const struct rmap_overlay *overlay; /* receivers, whose registrations portions then have; the
+                                           criterion is compiled against its scene. NULL: none */
+};
+
+/* Adds portions [first, last) to one state, on one thread; threads may scan ranges of their own at
+ * the same time. RMAP_FORMAT when stored rows do not fit together. */
+enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
+                                          struct rmap_fold_scanner **scanner_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+void rmap_fold_scanner_destroy(struct rmap_fold_scanner *scanner); /* NULL is fine */
+enum rmap_status rmap_fold_scanner_add(struct rmap_fold_scanner *scanner, void *state, size_t first,
+                                       size_t last, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,124 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Any number of a ray or of its registrations, by the words of the criterion language: what
+ * statistics are made of.
+ *
+ *   of a ray:           wavelength flux path_length optical_path segments bounces ray
+ *                       registrations  registrations(detector)  ghost_order  scatter_order
+ *                       and every test that counts: hit(lens.*, reflect), event(scatter_volume) ...
+ *   of a registration:  x(detector) y(detector) angle(detector) time(detector)
+ *                       optical_path(detector) cell(detector) cell_i(detector) cell_j(detector)
+ *                       ghost_order(detector)  scatter_order(detector)
+ *
+ * A ray with several wavelengths left has a reading of `wavelength` per channel, each with its
+ * share of the ray's flux.
+ */
+#ifndef RMAP_QUANTITY_H
+#define RMAP_QUANTITY_H
+
+#include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/path_order.h"
+#include "analysis/query/fold.h"
+#include "io/map/map_reader.h"
+
+#define RMAP_QUANTITIES_MAX 2
+
+enum rmap_quantity_kind {
+    RMAP_QUANTITY_RAY_NUMBER,
+    RMAP_QUANTITY_ITS_NUMBER,
+    RMAP_QUANTITY_COUNT,
+    RMAP_QUANTITY_GHOST_ORDER, /* analysis/criterion/path_order.h */
+    RMAP_QUANTITY_SCATTER_ORDER,
+    RMAP_QUANTITY_CELL, /* i + cells along x * j */
+    RMAP_QUANTITY_CELL_I,
+    RMAP_QUANTITY_CELL_J
+};
+
+struct rmap_quantity {
+    char *name;       /* as written: "x(sensor)" */
+    const char *unit; /* "mm"; "" of a plain number */
+    enum rmap_dimension dimension;
+    enum rmap_quantity_kind kind;
+    bool is_whole; /* its values are whole numbers */
+    bool of_registration;
+    enum rmap_ray_number ray_number;
+    enum rmap_registration_number its_number;
+    struct rmap_criterion *counted; /* COUNT: the one test */
+};
+
+/* One or two numbers read at the same places: of rays, or, where one of them is a registration's or
+ * a detector is given, of registrations. */
+struct rmap_quantities {
+    const struct rmap_map *map;         /* borrowed, with its scene */
+    const struct rmap_overlay *overlay; /* borrowed; NULL: no receivers */
+    const struct rmap_scene *scene;
+    size_t n;
+    struct rmap_quantity of[RMAP_QUANTITIES_MAX];
+    bool of_registrations;
+    struct rmap_index_set detector; /* whose registrations */
+    uint64_t detector_bits;         /* as in struct rmap_portion_summary */
+    bool spreads;                   /* `wavelength` is among them */
+    struct rmap_path_order order;   /* when an order is among them */
+    rmap_column_set columns;        /* that reading them needs, with sources and weights */
+    rmap_column_set deferred;       /* those of them that only their flux needs */
+    struct rmap_criterion *holder;  /* of the sets' memory */
+};
+
+/* text: [n], 1 <= n <= RMAP_QUANTITIES_MAX. detector: its name, a group's or a pattern; NULL: not
+ * given. RMAP_INPUT, "--of:1:3: error: ..." with a caret and the nearest known word. The map and
+ * the overlay (NULL: none) are borrowed. */
+enum rmap_status rmap_quantities_create_over(const struct rmap_map *map,
+                                             const struct rmap_overlay *overlay,
+                                             const char *const *text, size_t n,
+                                             const char *detector,
+                                             struct rmap_quantities **quantities_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_quantities_create(const struct rmap_map *map, const char *const *text,
+                                        size_t n, const char *detector,
+                                        struct rmap_quantities **quantities_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_quantities_destroy(struct rmap_quantities *quantities); /* NULL is fine */
+
+/* "10..20 um", in the quantity's unit. RMAP_USAGE; `option` names it in the message. */
+enum rmap_status rmap_quantity_range(const struct rmap_quantities *quantities, size_t index,
+                                     const char *text, const char *option, double range[2],
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* False: no ray of the portion has a reading. */
+bool rmap_quantities_may_count(const struct rmap_quantities *quantities,
+                               const struct rmap_portion_info *portion);
+
+/* What was read of a portion. All zero at first; used again from portion to portion. */
+struct rmap_readings {
+    size_t n;
+    uint32_t *ray;                         /* [n] row of /ray, ascending */
+    uint32_t *place;                       /* [n] row of /registration; of rays unset */
+    int16_t *channel;                      /* [n] for spreading */
+    double *share;                         /* [n] of the ray's weight; 1 unless it spreads */
+    double *value[RMAP_QUANTITIES_MAX];    /* [n], finite */
+    const double *at[RMAP_QUANTITIES_MAX]; /* lean: where they are, here or in the portion */
+    uint64_t n_undefined; /* readings of the portion that are no number: left out */
+    /* Set by who reads: he needs neither ray nor place nor share where each matching ray, in their
+     * order, is one reading. Still set then; otherwise not, and they are there. */
+    bool lean;
+    uint32_t *count; /* for counting */
+    size_t cap, count_cap;
+};
+void rmap_readings_fini(struct rmap_readings *readings);
+
+/* Columns of /ray that the quantities are, as they are stored; false: not all are such. */
+bool rmap_quantities_columns(const struct rmap_quantities *quantities,
+                             enum rmap_column column[RMAP_QUANTITIES_MAX]);
+
+/* Where every ray has one reading of each quantity that stands in a column of its own: those
+ * columns, of all rays of the portion. What stands there may be no number, or infinite. */
+bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
+                            const double *column[RMAP_QUANTITIES_MAX]);
+
+/* Readings of the matching rays. The portion has the columns. RMAP_FORMAT when rows do not fit. */
+enum rmap_status rmap_quantities_read(const struct rmap_quantities *quantities,
+                                      const struct rmap_matched *rays,
+                                      struct rmap_readings *readings,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

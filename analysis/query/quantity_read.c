@@ -1,0 +1,477 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Values of quantities: places first (rays, or registrations), then each quantity at all of them.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_evaluate.h"
+#include "analysis/query/quantity.h"
+#include "base/alloc.h"
+#include "base/pick.h"
+#include "base/wide.h"
+
+void rmap_readings_fini(struct rmap_readings *readings)
+{
+    rmap_free(readings->ray);
+    rmap_free(readings->place);
+    rmap_free(readings->channel);
+    rmap_free(readings->share);
+    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
+        rmap_free(readings->value[i]);
+    rmap_free(readings->count);
+    *readings = (struct rmap_readings){0};
+}
+
+/* Makes a block hold `cap` elements, `had` of which it holds already. */
+static enum rmap_status grow(void *block_address, size_t had, size_t cap, size_t size,
+                             struct rmap_error *err)
+{
+    void *block;
+    memcpy(&block, block_address, sizeof block);
+    enum rmap_status st = rmap_reserve(&block, &had, cap, size, err);
+    memcpy(block_address, &block, sizeof block);
+    return st;
+}
+
+static enum rmap_status reserve(struct rmap_readings *readings, size_t n, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t had = readings->cap;
+    if (n <= had)
+        return RMAP_OK;
+    n = n > 2 * had ? n : 2 * had;
+    RMAP_TRY(grow(&readings->ray, had, n, sizeof *readings->ray, err));
+    RMAP_TRY(grow(&readings->place, had, n, sizeof *readings->place, err));
+    RMAP_TRY(grow(&readings->channel, had, n, sizeof *readings->channel, err));
+    RMAP_TRY(grow(&readings->share, had, n, sizeof *readings->share, err));
+    for (size_t i = 0; i < RMAP_QUANTITIES_MAX; i++)
+        RMAP_TRY(grow(&readings->value[i], had, n, sizeof *readings->value[i], err));
+    readings->cap = n;
+out:
+    return st;
+}
+
+/* A portion's places in hand. */
+struct search {
+    const struct rmap_quantities *self;
+    const struct rmap_matched *rays;
+    const struct rmap_channels *channels; /* that places spread over; NULL: they do not */
+    struct rmap_readings *readings;
+};
+
+/* The colour of a place: of the registration's leg, or of the ray's last one. NULL: it has none.
+ * first_leg: row of the ray's first leg. */
+static const uint16_t *colour_at(const struct search *search, size_t ray, size_t place,
+                                 size_t first_leg)
+{
+    const struct rmap_portion *portion = search->rays->portion;
+    size_t n_leg = portion->ray.segment_count[ray];
+    size_t leg = search->self->of_registrations ? portion->registration.segment[place] : n_leg - 1;
+    return leg < n_leg ? portion->colour + (first_leg + leg) * (size_t)portion->n_channel : NULL;
+}
+
+static void add_place(struct search *search, size_t ray, size_t place, size_t first_leg)
+{
+    struct rmap_readings *readings = search->readings;
+    const struct rmap_portion *portion = search->rays->portion;
+    const uint16_t *colour = NULL;
+    readings->ray[readings->n] = (uint32_t)ray;
+    readings->place[readings->n] = (uint32_t)place;
+    readings->share[readings->n] = 1.0;
+    if (!search->channels) {
+        readings->n++;
+        return;
+    }
+    readings->channel[readings->n] = -1;
+    if (search->self->of_registrations || isnan(portion->ray.wavelength[ray]))
+        colour = colour_at(search, ray, place, first_leg);
+    if (!colour) {
+        readings->n++;
+        return;
+    }
+    for (int c = 0; c < search->channels->n; c++) {
+        if (colour[c] == 0)
+            continue;
+        readings->ray[readings->n] = (uint32_t)ray;
+        readings->place[readings->n] = (uint32_t)place;
+        readings->share[readings->n] = colour[c] / 65535.0;
+        readings->channel[readings->n++] = (int16_t)c;
+    }
+}
+
+/* Room for all places of the next ray, and for what a place without a colour takes. */
+static enum rmap_status make_room(const struct search *search, size_t n_place,
+                                  struct rmap_error *err)
+{
+    size_t each = search->channels ? (size_t)search->channels->n + 1 : 1;
+    return reserve(search->readings, search->readings->n + n_place * each, err);
+}
+
+/* Its column, where the quantity is one as it is stored. */
+static const double *column_of(const struct rmap_quantity *quantity,
+                               const struct rmap_ray_columns *ray)
+{
+    if (quantity->kind != RMAP_QUANTITY_RAY_NUMBER)
+        return NULL;
+    return quantity->ray_number == RMAP_RAY_NUMBER_PATH_LENGTH    ? ray->path_length
+           : quantity->ray_number == RMAP_RAY_NUMBER_OPTICAL_PATH ? ray->optical_path
+           : quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH   ? ray->wavelength
+                                                                  : NULL;
+}
+
+static bool all_are_stored(const struct search *search)
+{
+    const struct rmap_quantities *self = search->self;
+    for (size_t i = 0; i < self->n; i++)
+        if (!column_of(&self->of[i], &search->rays->portion->ray))
+            return false;
+    return true;
+}
+
+static bool all_match(const struct rmap_matched *rays)
+{
+    return !rays->match || rays->n_match == rays->portion->n_row[RMAP_TABLE_RAY];
+}
+
+/* A column's values of the matching rays. */
+static void read_column(const struct rmap_matched *rays, const double *column, double *value)
+{
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    if (all_match(rays))
+        memcpy(value, column, n_ray * sizeof *value);
+    else
+        (void)rmap_pick_matching(column, rays->match, n_ray, value);
+}
+
+/* Rays that are one place each. */
+static enum rmap_status list_rays(struct search *search, struct rmap_error *err)
+{
+    const struct rmap_matched *rays = search->rays;
+    struct rmap_readings *readings = search->readings;
+    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
+    enum rmap_status st = reserve(readings, n_ray + RMAP_PICK_MORE, err);
+    if (st != RMAP_OK)
+        return st;
+    if (readings->lean && all_are_stored(search)) {
+        readings->n = rays->n_match;
+        return RMAP_OK;
+    }
+    for (size_t i = 0; i < n_ray; i++) {
+        readings->ray[readings->n] = (uint32_t)i;
+        readings->n += !rays->match || rays->match[i];
+    }
+    for (size_t k = 0; !readings->lean && k < readings->n; k++) {
+        readings->place[k] = 0;
+        readings->share[k] = 1.0;
+    }
+    return RMAP_OK;
+}
+
+static enum rmap_status find_rays(struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_matched *rays = search->rays;
+    size_t first_leg = 0;
+    if (!search->channels)
+        return list_rays(search, err);
+    for (size_t i = 0; i < rays->portion->n_row[RMAP_TABLE_RAY]; i++) {
+        if (!rays->match || rays->match[i]) {
+            RMAP_TRY(make_room(search, 1, err));
+            add_place(search, i, 0, first_leg);
+        }
+        first_leg += rays->portion->ray.segment_count[i];
+    }
+out:
+    return st;
+}
+
+static enum rmap_status find_registrations(struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_matched *rays = search->rays;
+    const struct rmap_portion *portion = rays->portion;
+    const uint8_t *counts = rmap_registrations_counted(rays);
+    size_t row = 0, first_leg = 0;
+    for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++) {
+        size_t n_row = portion->ray.registration_count[i];
+        if (n_row > 0 && (!rays->match || rays->match[i])) {
+            RMAP_TRY(make_room(search, n_row, err));
+            for (size_t k = row; k < row + n_row; k++)
+                if (counts[k] &&
+                    rmap_index_set_has(&search->self->detector, portion->registration.detector[k]))
+                    add_place(search, i, k, first_leg);
+        }
+        row += n_row;
+        first_leg += search->channels ? portion->ray.segment_count[i] : 0;
+    }
+out:
+    return st;
+}
+
+static void read_wavelengths(const struct search *search, double *value)
+{
+    const struct rmap_readings *readings = search->readings;
+    const struct rmap_portion *portion = search->rays->portion;
+    for (size_t k = 0; k < readings->n; k++)
+        value[k] = search->channels && readings->channel[k] >= 0
+                       ? search->channels->wavelength_nm[readings->channel[k]]
+                       : portion->ray.wavelength[readings->ray[k]];
+}
+
+static void read_ray_numbers(const struct search *search, enum rmap_ray_number number,
+                             double *value)
+{
+    const struct rmap_readings *readings = search->readings;
+    const struct rmap_ray_columns *ray = &search->rays->portion->ray;
+    const double *flux_per_weight = rmap_map_flux_per_weight(search->self->map);
+    for (size_t k = 0; k < readings->n; k++) {
+        size_t i = readings->ray[k];
+        switch (number) {
+        case RMAP_RAY_NUMBER_ID:
+            value[k] = (double)ray->id[i];
+            break;
+        case RMAP_RAY_NUMBER_SEGMENTS:
+            value[k] = ray->segment_count[i];
+            break;
+        case RMAP_RAY_NUMBER_FLUX:
+            value[k] = ray->weight[i] * flux_per_weight[ray->source[i]];
+            break;
+        case RMAP_RAY_NUMBER_PATH_LENGTH:
+        case RMAP_RAY_NUMBER_OPTICAL_PATH:
+        case RMAP_RAY_NUMBER_WAVELENGTH:
+            break; /* read_column, read_wavelengths */
+        }
+    }
+}
+
+/* Room for two counts of every row of a table. */
+static enum rmap_status reserve_counts(struct rmap_readings *readings, size_t n_row,
+                                       struct rmap_error *err)
+{
+    void *count = readings->count;
+    enum rmap_status st =
+        rmap_reserve(&count, &readings->count_cap, 2 * n_row + 1, sizeof *readings->count, err);
+    readings->count = count;
+    return st;
+}
+
+static enum rmap_status read_counts(const struct rmap_quantity *quantity,
+                                    const struct rmap_portion *portion,
+                                    struct rmap_readings *readings, double *value,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = reserve_counts(readings, portion->n_row[RMAP_TABLE_RAY], err);
+    if (st == RMAP_OK)
+        st = rmap_criterion_count(quantity->counted, portion, readings->count, err);
+    for (size_t k = 0; st == RMAP_OK && k < readings->n; k++)
+        value[k] = readings->count[readings->ray[k]];
+    return st;
+}
+
+static enum rmap_status read_orders(const struct search *search, bool scatter, double *value,
+                                    struct rmap_error *err)
+{
+    const struct rmap_quantities *self = search->self;
+    const struct rmap_portion *portion = search->rays->portion;
+    struct rmap_readings *readings = search->readings;
+    const bool its = self->of_registrations;
+    const size_t n_row = portion->n_row[its ? RMAP_TABLE_REGISTRATION : RMAP_TABLE_RAY];
+    enum rmap_status st = reserve_counts(readings, n_row, err);
+    if (st != RMAP_OK)
+        return st;
+    uint32_t *ghosts = readings->count, *scatters = readings->count + n_row;
+    if (its)
+        rmap_path_orders_of_registrations(&self->order, portion, ghosts, scatters);
+    else
+        rmap_path_orders_of_rays(&self->order, portion, ghosts, scatters);
+    const uint32_t *order = scatter ? scatters : ghosts;
+    for (size_t k = 0; k < readings->n; k++)
+        value[k] = order[its ? readings->place[k] : readings->ray[k]];
+    return RMAP_OK;
+}
+
+static void read_cells(const struct rmap_quantities *self, const struct rmap_quantity *quantity,
+                       const struct rmap_registration_columns *registration,
+                       const struct rmap_readings *readings, double *value)
+{
+    for (size_t k = 0; k < readings->n; k++) {
+        size_t row = readings->place[k];
+        double i = registration->cell[2 * row], j = registration->cell[2 * row + 1];
+        double width = self->scene->detector[registration->detector[row]].cells[0];
+        value[k] = quantity->kind == RMAP_QUANTITY_CELL_I   ? i
+                   : quantity->kind == RMAP_QUANTITY_CELL_J ? j
+                                                            : i + width * j;
+    }
+}
+
+static enum rmap_status read_values(const struct search *search,
+                                    const struct rmap_quantity *quantity, double *value,
+                                    struct rmap_error *err)
+{
+    const struct rmap_quantities *self = search->self;
+    const struct rmap_portion *portion = search->rays->portion;
+    struct rmap_readings *readings = search->readings;
+    const double *column = column_of(quantity, &portion->ray);
+    switch (quantity->kind) {
+    case RMAP_QUANTITY_RAY_NUMBER:
+        if (column && !self->of_registrations && !search->channels)
+            read_column(search->rays, column, value);
+        else if (column && quantity->ray_number != RMAP_RAY_NUMBER_WAVELENGTH)
+            for (size_t k = 0; k < readings->n; k++)
+                value[k] = column[readings->ray[k]];
+        else if (quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH)
+            read_wavelengths(search, value);
+        else
+            read_ray_numbers(search, quantity->ray_number, value);
+        break;
+    case RMAP_QUANTITY_ITS_NUMBER:
+        for (size_t k = 0; k < readings->n; k++)
+            value[k] = rmap_registration_number(self->scene, portion, readings->place[k],
+                                                quantity->its_number);
+        break;
+    case RMAP_QUANTITY_COUNT:
+        return read_counts(quantity, portion, readings, value, err);
+    case RMAP_QUANTITY_GHOST_ORDER:
+    case RMAP_QUANTITY_SCATTER_ORDER:
+        return read_orders(search, quantity->kind == RMAP_QUANTITY_SCATTER_ORDER, value, err);
+    case RMAP_QUANTITY_CELL:
+    case RMAP_QUANTITY_CELL_I:
+    case RMAP_QUANTITY_CELL_J:
+        read_cells(self, quantity, &portion->registration, readings, value);
+        break;
+    }
+    return RMAP_OK;
+}
+
+/* Stored values of all rays stay where they are for those who are content with that. */
+static enum rmap_status read_one(const struct search *search, size_t index, struct rmap_error *err)
+{
+    const struct rmap_quantity *quantity = &search->self->of[index];
+    struct rmap_readings *readings = search->readings;
+    const double *column = column_of(quantity, &search->rays->portion->ray);
+    readings->at[index] = readings->value[index];
+    if (column && readings->lean && all_match(search->rays)) {
+        readings->at[index] = column;
+        return RMAP_OK;
+    }
+    return read_values(search, quantity, readings->value[index], err);
+}
+
+/* A number less itself is 0, unless it is none or infinite. */
+RMAP_WIDE static uint64_t any_infinite(const double *value, size_t n)
+{
+    uint64_t any = 0;
+    for (size_t k = 0; k < n; k++) {
+        const double none = value[k] - value[k];
+        uint64_t bits;
+        memcpy(&bits, &none, sizeof bits);
+        any |= bits;
+    }
+    return any;
+}
+
+static bool all_finite(const struct rmap_quantities *self, const struct rmap_readings *readings)
+{
+    uint64_t any = 0;
+    for (size_t i = 0; i < self->n; i++)
+        any |= any_infinite(readings->at[i], readings->n);
+    return !any;
+}
+
+/* Leaves out readings of which a value is no number. */
+static void keep_defined(const struct rmap_quantities *self, struct rmap_readings *readings)
+{
+    size_t n = 0;
+    if (all_finite(self, readings))
+        return;
+    for (size_t k = 0; k < readings->n; k++) {
+        bool defined = true;
+        for (size_t i = 0; i < self->n; i++) {
+            defined = defined && isfinite(readings->value[i][k]);
+            readings->value[i][n] = readings->value[i][k];
+        }
+        readings->ray[n] = readings->ray[k];
+        readings->place[n] = readings->place[k];
+        readings->share[n] = readings->share[k];
+        n += defined;
+    }
+    readings->n_undefined = readings->n - n;
+    readings->n = n;
+}
+
+/* Channels that places spread over; NULL: they do not. */
+static const struct rmap_channels *channels_of(const struct rmap_quantities *self,
+                                               const struct rmap_matched *rays)
+{
+    const struct rmap_channels *channels = &rmap_map_scene_of(self->map, rays->space)->channels;
+    const bool spread = self->spreads && channels->mode == RMAP_COLOUR_SPECTRAL &&
+                        rays->portion->n_channel == channels->n;
+    return spread ? channels : NULL;
+}
+
+bool rmap_quantities_columns(const struct rmap_quantities *self,
+                             enum rmap_column column[RMAP_QUANTITIES_MAX])
+{
+    static const struct {
+        enum rmap_ray_number number;
+        enum rmap_column column;
+    } stored[] = {{RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_RAY_path_length},
+                  {RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_RAY_optical_path}};
+    const size_t n_stored = sizeof stored / sizeof *stored;
+    for (size_t i = 0; i < self->n; i++) {
+        size_t k = 0;
+        while (k < n_stored && stored[k].number != self->of[i].ray_number)
+            k++;
+        if (self->of_registrations || self->of[i].kind != RMAP_QUANTITY_RAY_NUMBER || k == n_stored)
+            return false;
+        column[i] = stored[k].column;
+    }
+    return true;
+}
+
+bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
+                            const double *column[RMAP_QUANTITIES_MAX])
+{
+    if (self->of_registrations || channels_of(self, rays))
+        return false;
+    for (size_t i = 0; i < self->n; i++) {
+        column[i] = column_of(&self->of[i], &rays->portion->ray);
+        if (!column[i])
+            return false;
+    }
+    return true;
+}
+
+enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
+                                      const struct rmap_matched *rays,
+                                      struct rmap_readings *readings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct search search = {
+        .self = self, .rays = rays, .channels = channels_of(self, rays), .readings = readings};
+    readings->n = 0;
+    readings->n_undefined = 0;
+    readings->lean = readings->lean && !self->of_registrations && !search.channels;
+    if (self->of_registrations)
+        RMAP_TRY(find_registrations(&search, err));
+    else
+        RMAP_TRY(find_rays(&search, err));
+    for (size_t i = 0; i < self->n && readings->n > 0; i++)
+        RMAP_TRY(read_one(&search, i, err));
+    if (!readings->lean) {
+        keep_defined(self, readings);
+    } else if (!all_finite(self, readings)) {
+        readings->lean = false;
+        return rmap_quantities_read(self, rays, readings, err);
+    }
+out:
+    return st;
+}
+
+bool rmap_quantities_may_count(const struct rmap_quantities *self,
+                               const struct rmap_portion_info *portion)
+{
+    return !self->of_registrations || (portion->summary.detectors & self->detector_bits) != 0;
+}

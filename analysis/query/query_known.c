@@ -1,0 +1,267 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/query_known.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/map/map_memory.h"
+
+/* Verdicts on dictionaries are kept up to this, in all threads; then all are forgotten. */
+enum { DECISION_NBYTES_MAX = 16 << 20 };
+
+/* On the dictionary of a piece. */
+struct decision {
+    size_t n_path;
+    uint8_t *verdict; /* [n_criterion][1 + n_path], NULL: not yet judged; first NO: of no path */
+    bool *is_idle;    /* [n_criterion] it decides no path */
+};
+
+struct rmap_query_known {
+    const struct rmap_map *map;
+    const struct rmap_criterion *const *criterion;
+    size_t n_criterion;
+    const struct rmap_shared_tests *shared;
+    struct decision *decision; /* [n_piece] */
+    size_t nbytes;             /* of all decisions */
+    struct rmap_judge judge;
+
+    struct rmap_cursor *cursor; /* has the portion in hand */
+    size_t piece, n_ray;
+    bool is_told; /* what follows is of this portion */
+    struct rmap_told_paths told;
+    const struct rmap_portion *own; /* NULL: not asked for yet */
+    uint8_t *own_verdict;           /* [n_own] */
+    size_t own_cap;
+};
+
+/* Whether paths of the map can tell more than a reader keeps anyway. */
+static bool is_useful(const struct rmap_map *map)
+{
+    struct rmap_map_kept kept;
+    bool any = false;
+    rmap_map_kept(map, &kept);
+    for (size_t p = 0; p < rmap_map_n_piece(map); p++)
+        any |= rmap_map_piece(map, p)->encoding == RMAP_ENCODING_COMPACT;
+    return any && kept.budget == 0;
+}
+
+enum rmap_status rmap_query_known_create(const struct rmap_map *map,
+                                         const struct rmap_criterion *const *criterion,
+                                         size_t n_criterion, const struct rmap_shared_tests *shared,
+                                         struct rmap_query_known **known_ret,
+                                         struct rmap_error *err)
+{
+    *known_ret = NULL;
+    if (n_criterion == 0 || !is_useful(map))
+        return RMAP_OK;
+    struct rmap_query_known *self = rmap_alloc(1, sizeof *self);
+    if (self)
+        self->decision = rmap_alloc(rmap_map_n_piece(map), sizeof *self->decision);
+    if (!self || !self->decision) {
+        rmap_free(self);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    }
+    self->map = map;
+    self->criterion = criterion;
+    self->n_criterion = n_criterion;
+    self->shared = shared;
+    *known_ret = self;
+    return RMAP_OK;
+}
+
+static void forget(struct decision *decision)
+{
+    rmap_free(decision->verdict);
+    rmap_free(decision->is_idle);
+    *decision = (struct decision){0};
+}
+
+static void forget_all(struct rmap_query_known *self)
+{
+    for (size_t p = 0; p < rmap_map_n_piece(self->map); p++)
+        forget(&self->decision[p]);
+    self->nbytes = 0;
+}
+
+void rmap_query_known_destroy(struct rmap_query_known *self)
+{
+    if (!self)
+        return;
+    forget_all(self);
+    rmap_judge_fini(&self->judge);
+    rmap_free(self->decision);
+    rmap_free(self->own_verdict);
+    rmap_free(self);
+}
+
+void rmap_query_known_enter(struct rmap_query_known *self, struct rmap_cursor *cursor,
+                            size_t portion)
+{
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
+    self->cursor = cursor;
+    self->piece = (size_t)info->piece;
+    self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
+    self->is_told = false;
+    self->own = NULL;
+}
+
+/* Verdicts of a criterion on rays of which there are the discrete columns. */
+static enum rmap_status judge_rays(struct rmap_query_known *self, size_t c,
+                                   const struct rmap_portion *rays, uint8_t *verdict,
+                                   struct rmap_error *err)
+{
+    const struct rmap_evidence evidence = {.portion = rays, .columns = RMAP_COLUMNS_DISCRETE};
+    return rmap_criterion_judge(self->criterion[c], self->shared->slot[c], &evidence, &self->judge,
+                                verdict, err);
+}
+
+static size_t count_open(const uint8_t *verdict, size_t n)
+{
+    size_t n_open = 0;
+    for (size_t i = 0; i < n; i++)
+        n_open += verdict[i] == RMAP_VERDICT_OPEN;
+    return n_open;
+}
+
+static enum rmap_status judge_paths(struct rmap_query_known *self, struct decision *decision,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *paths = self->told.known;
+    const size_t n = paths->n_row[RMAP_TABLE_RAY];
+    decision->n_path = n;
+    decision->verdict = rmap_alloc(self->n_criterion, n + 1);
+    decision->is_idle = rmap_alloc(self->n_criterion, sizeof *decision->is_idle);
+    if (!decision->verdict || !decision->is_idle)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
+    RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared->n_slot, n, err));
+    for (size_t c = 0; c < self->n_criterion; c++) {
+        uint8_t *verdict = decision->verdict + c * (n + 1);
+        verdict[0] = RMAP_VERDICT_NO;
+        RMAP_TRY(judge_rays(self, c, paths, verdict + 1, err));
+        decision->is_idle[c] = count_open(verdict + 1, n) == n;
+    }
+out:
+    return st;
+}
+
+/* Decides on the piece in hand, which is told of. */
+static enum rmap_status decide(struct rmap_query_known *self, struct rmap_error *err)
+{
+    struct decision *decision = &self->decision[self->piece];
+    const size_t nbytes = self->n_criterion * (self->told.known->n_row[RMAP_TABLE_RAY] + 2);
+    if (decision->verdict)
+        return RMAP_OK;
+    if (self->nbytes + nbytes > rmap_map_share(self->map, DECISION_NBYTES_MAX))
+        forget_all(self);
+    const enum rmap_status st = judge_paths(self, decision, err);
+    if (st == RMAP_OK)
+        self->nbytes += nbytes;
+    else
+        forget(decision);
+    return st;
+}
+
+/* Looks at the portion in hand: *is_told_ret whether its paths tell of criterion c. */
+static enum rmap_status look(struct rmap_query_known *self, size_t c, bool *is_told_ret,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct decision *decision = &self->decision[self->piece];
+    *is_told_ret = false;
+    if (decision->verdict && decision->is_idle[c])
+        goto out;
+    if (!self->is_told)
+        RMAP_TRY(rmap_cursor_tell_paths(self->cursor, &self->told, err));
+    self->is_told = true;
+    if (!self->told.known)
+        goto out;
+    RMAP_TRY(decide(self, err));
+    *is_told_ret = !decision->is_idle[c];
+out:
+    return st;
+}
+
+/* The rays with paths of their own, for all criteria. */
+static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n = self->told.n_own;
+    void *verdict = self->own_verdict;
+    if (self->own)
+        goto out;
+    RMAP_TRY(rmap_reserve(&verdict, &self->own_cap, n + 1, 1, err));
+    self->own_verdict = verdict;
+    RMAP_TRY(rmap_cursor_own_paths(self->cursor, &self->own, err));
+    st = rmap_judge_begin(&self->judge, false, self->shared->n_slot, n, err);
+out:
+    return st;
+}
+
+/* Theirs take their places. */
+static void place_own(const struct rmap_query_known *self, uint8_t *verdict)
+{
+    const uint32_t *path = self->told.path;
+    const uint8_t *own = self->own_verdict;
+    for (size_t i = 0, k = 0; i < self->n_ray; i++) { /* own has one more than there are */
+        const uint8_t is_own = path[i] == 0;
+        verdict[i] |= own[k] & (uint8_t)(0 - is_own);
+        k += is_own;
+    }
+}
+
+enum rmap_status rmap_query_known_judge(struct rmap_query_known *self, size_t c, uint8_t *verdict,
+                                        bool *is_judged_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool is_told;
+    *is_judged_ret = false;
+    RMAP_TRY(look(self, c, &is_told, err));
+    if (!is_told)
+        goto out;
+    const struct decision *decision = &self->decision[self->piece];
+    const uint8_t *known = decision->verdict + c * (decision->n_path + 1);
+    for (size_t i = 0; i < self->n_ray; i++)
+        verdict[i] = known[self->told.path[i]];
+    if (count_open(verdict, self->n_ray) > 0)
+        goto out;
+    if (self->told.n_own > 0) {
+        RMAP_TRY(enter_own(self, err));
+        RMAP_TRY(judge_rays(self, c, self->own, self->own_verdict, err));
+        if (count_open(self->own_verdict, self->told.n_own) > 0)
+            goto out;
+        place_own(self, verdict);
+    }
+    *is_judged_ret = true;
+out:
+    return st;
+}
+
+static void add_source(struct rmap_count *count, size_t source, double rays)
+{
+    count->source_weight[source] += rays;
+    count->source_weight_squared[source] += rays;
+}
+
+enum rmap_status rmap_query_known_count(struct rmap_query_known *self, const uint8_t *verdict,
+                                        struct rmap_count *count, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_ray_columns *known = &self->told.known->ray, *own = known;
+    if (self->told.n_own > 0) {
+        RMAP_TRY(enter_own(self, err));
+        own = &self->own->ray;
+    }
+    for (size_t i = 0, k = 0; i < self->n_ray; i++) {
+        const uint32_t path = self->told.path[i];
+        const struct rmap_ray_columns *ray = path > 0 ? known : own;
+        const size_t row = path > 0 ? path - 1 : k;
+        const uint32_t match = verdict[i] >> 1;
+        k += path == 0;
+        count->rays += match;
+        count->segments += ray->segment_count[row] & (0u - match);
+        add_source(count, (size_t)ray->source[row], match);
+    }
+out:
+    return st;
+}

@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Criteria on compact pieces without an index: what paths decide is decided once for each path of a
+ * piece's dictionary; rays that share one look it up, and those with paths of their own are judged
+ * by themselves. No other ray is decoded.
+ */
+#ifndef RMAP_QUERY_KNOWN_H
+#define RMAP_QUERY_KNOWN_H
+
+#include "analysis/criterion/criterion_evaluate.h"
+#include "analysis/query/query.h"
+#include "analysis/query/query_share.h"
+
+struct rmap_query_known;
+
+/* All borrowed. One thread. *known_ret NULL: no piece is compact, or the map keeps columns from one
+ * question to the next, which then are read once and for all. */
+enum rmap_status rmap_query_known_create(const struct rmap_map *map,
+                                         const struct rmap_criterion *const *criterion,
+                                         size_t n_criterion, const struct rmap_shared_tests *shared,
+                                         struct rmap_query_known **known_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+void rmap_query_known_destroy(struct rmap_query_known *known); /* NULL is fine */
+
+/* Takes the portion that the cursor has entered in hand. */
+void rmap_query_known_enter(struct rmap_query_known *known, struct rmap_cursor *cursor,
+                            size_t portion);
+
+/* Verdicts of criterion c: verdict [n_ray], none of which is open. *is_judged_ret: false where
+ * paths do not decide; the verdicts mean nothing then. */
+enum rmap_status rmap_query_known_judge(struct rmap_query_known *known, size_t c, uint8_t *verdict,
+                                        bool *is_judged_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds the rays with verdict YES of a portion that was judged so. */
+enum rmap_status rmap_query_known_count(struct rmap_query_known *known, const uint8_t *verdict,
+                                        struct rmap_count *count,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

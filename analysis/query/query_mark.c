@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/query_mark.h"
+
+#include <string.h>
+
+#include "analysis/criterion/criterion_tree.h"
+#include "analysis/query/query_marker.h"
+#include "base/alloc.h"
+#include "base/pick.h"
+
+struct rmap_picker {
+    const struct rmap_map *map;
+    struct rmap_pick pick;
+    struct rmap_query_marker *marker; /* each made when first needed */
+    struct rmap_cursor *identify;     /* ids */
+    struct rmap_cursor *whole;
+    struct rmap_portion **picked; /* [spaces] */
+    uint8_t *every;               /* marks of a portion without a criterion */
+    size_t cap_every;
+    uint64_t *id; /* of a portion without gaps */
+    size_t cap_id;
+};
+
+enum rmap_status rmap_picker_create(const struct rmap_map *map, const struct rmap_pick *pick,
+                                    struct rmap_picker **picker_ret, struct rmap_error *err)
+{
+    struct rmap_picker *self = rmap_alloc(1, sizeof *self);
+    if (self)
+        self->picked = rmap_alloc(rmap_map_n_space(map), sizeof *self->picked);
+    if (!self || !self->picked) {
+        rmap_free(self);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for picking rays");
+    }
+    self->map = map;
+    self->pick = *pick;
+    *picker_ret = self;
+    return RMAP_OK;
+}
+
+void rmap_picker_destroy(struct rmap_picker *self)
+{
+    if (!self)
+        return;
+    for (size_t i = 0; i < rmap_map_n_space(self->map); i++)
+        rmap_portion_destroy(self->picked[i]);
+    rmap_free(self->picked);
+    rmap_query_marker_destroy(self->marker);
+    rmap_cursor_destroy(self->identify);
+    rmap_cursor_destroy(self->whole);
+    rmap_free(self->every);
+    rmap_free(self->id);
+    rmap_free(self);
+}
+
+/* The piece's chunks vouch for a portion's rows before memory is taken for them. */
+static enum rmap_status vouch(struct rmap_picker *self, size_t portion, struct rmap_error *err)
+{
+    const struct rmap_portion *rows;
+    enum rmap_status st = RMAP_OK;
+    if (!self->identify)
+        st = rmap_cursor_create(self->map, RMAP_COLUMN_BIT(RMAP_RAY_id), &self->identify, err);
+    return st == RMAP_OK ? rmap_cursor_enter(self->identify, portion, &rows, err) : st;
+}
+
+static enum rmap_status read_with(struct rmap_picker *self, struct rmap_cursor **cursor,
+                                  rmap_column_set columns, size_t portion,
+                                  const struct rmap_portion **rows_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!*cursor)
+        st = rmap_cursor_create(self->map, columns, cursor, err);
+    return st == RMAP_OK ? rmap_cursor_read(*cursor, portion, rows_ret, err) : st;
+}
+
+enum rmap_status rmap_picker_ids(struct rmap_picker *self, size_t portion, const uint64_t **id_ret,
+                                 struct rmap_error *err)
+{
+    const struct rmap_portion *rows = NULL;
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
+    size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
+    if (rmap_portion_has_gaps(info)) {
+        enum rmap_status st =
+            read_with(self, &self->identify, RMAP_COLUMN_BIT(RMAP_RAY_id), portion, &rows, err);
+        if (st == RMAP_OK)
+            *id_ret = rows->ray.id;
+        return st;
+    }
+    void *block = self->id;
+    enum rmap_status st = vouch(self, portion, err);
+    if (st == RMAP_OK)
+        st = rmap_reserve(&block, &self->cap_id, n, sizeof *self->id, err);
+    self->id = block;
+    for (size_t i = 0; st == RMAP_OK && i < n; i++)
+        self->id[i] = info->first_ray + i;
+    *id_ret = self->id;
+    return st;
+}
+
+/* First of the list that is at least `id`. */
+static size_t lower_bound(const struct rmap_pick *pick, uint64_t id)
+{
+    size_t low = 0, high = pick->n_id;
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (pick->id[middle] < id)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+/* Clears the marks of rays that are not in the list; all of them when none can be. */
+static enum rmap_status keep_listed(struct rmap_picker *self, size_t portion, uint8_t *match,
+                                    struct rmap_error *err)
+{
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
+    const struct rmap_pick *pick = &self->pick;
+    size_t n = (size_t)info->n_row[RMAP_TABLE_RAY], at = lower_bound(pick, info->first_ray);
+    const uint64_t *id = NULL;
+    enum rmap_status st = rmap_picker_ids(self, portion, &id, err);
+    for (size_t i = 0; st == RMAP_OK && i < n; i++) {
+        while (at < pick->n_id && pick->id[at] < id[i])
+            at++;
+        match[i] &= at < pick->n_id && pick->id[at] == id[i];
+    }
+    return st;
+}
+
+static bool may_pick(const struct rmap_picker *self, const struct rmap_portion_info *info)
+{
+    const struct rmap_pick *pick = &self->pick;
+    if (pick->criterion && rmap_criterion_skips(pick->criterion, info->first_ray, &info->summary))
+        return false;
+    if (!pick->id)
+        return true;
+    size_t at = lower_bound(pick, info->first_ray);
+    return at < pick->n_id && pick->id[at] < rmap_portion_end(info);
+}
+
+static enum rmap_status mark_every(struct rmap_picker *self, size_t portion, uint8_t **match_ret,
+                                   struct rmap_error *err)
+{
+    size_t n = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
+    void *block = self->every;
+    enum rmap_status st = vouch(self, portion, err);
+    if (st == RMAP_OK)
+        st = rmap_reserve(&block, &self->cap_every, n, 1, err);
+    self->every = block;
+    if (st == RMAP_OK && n > 0)
+        memset(self->every, 1, n);
+    *match_ret = self->every;
+    return st;
+}
+
+static enum rmap_status mark_matching(struct rmap_picker *self, size_t portion, uint8_t **match_ret,
+                                      struct rmap_error *err)
+{
+    size_t n;
+    enum rmap_status st = rmap_query_marker_enter(self->marker, portion, &n, err);
+    return st == RMAP_OK ? rmap_query_marker_mark(self->marker, match_ret, &n, err) : st;
+}
+
+enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
+                                  const uint8_t **match_ret, size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
+    const struct rmap_criterion *criterion = self->pick.criterion;
+    size_t n = (size_t)info->n_row[RMAP_TABLE_RAY];
+    uint8_t *match = NULL;
+    *match_ret = NULL;
+    *n_ret = 0;
+    if (!may_pick(self, info))
+        return RMAP_OK;
+    if (criterion && !self->marker)
+        RMAP_TRY(rmap_query_marker_create(self->map, criterion, 0, &self->marker, err));
+    if (criterion)
+        RMAP_TRY(mark_matching(self, portion, &match, err));
+    else
+        RMAP_TRY(mark_every(self, portion, &match, err));
+    if (!match)
+        goto out;
+    if (self->pick.id)
+        RMAP_TRY(keep_listed(self, portion, match, err));
+    *n_ret = rmap_pick_count(match, n);
+    if (*n_ret > 0)
+        *match_ret = match;
+out:
+    return st;
+}
+
+enum rmap_status rmap_picker_read(struct rmap_picker *self, size_t portion, const uint8_t *match,
+                                  size_t n, const struct rmap_portion **rays_ret,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *rows = NULL;
+    struct rmap_portion **picked = &self->picked[rmap_map_portion(self->map, portion)->space];
+    size_t segment = 0, registration = 0;
+    RMAP_TRY(read_with(self, &self->whole, RMAP_COLUMNS_ALL, portion, &rows, err));
+    *rays_ret = rows;
+    if (n == rows->n_row[RMAP_TABLE_RAY])
+        goto out;
+    if (!*picked)
+        RMAP_TRY(rmap_portion_create(0, rows->n_channel, picked, err));
+    rmap_portion_clear(*picked);
+    for (size_t i = 0; i < rows->n_row[RMAP_TABLE_RAY]; i++) {
+        if (match[i])
+            RMAP_TRY(rmap_portion_append_ray(*picked, rows, i, segment, registration, err));
+        segment += rows->ray.segment_count[i];
+        registration += rows->ray.registration_count[i];
+    }
+    *rays_ret = *picked;
+out:
+    return st;
+}

@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/query_marker.h"
+
+#include "analysis/criterion/criterion_tree.h"
+#include "analysis/query/query_verdicts.h"
+#include "base/alloc.h"
+#include "base/pick.h"
+
+struct rmap_query_marker {
+    const struct rmap_map *map;
+    const struct rmap_criterion *criterion;
+    struct rmap_query_verdicts *verdicts;
+    size_t n_ray; /* of the portion in hand */
+    uint8_t *match;
+    size_t cap;
+};
+
+enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
+                                          const struct rmap_criterion *criterion,
+                                          rmap_column_set more,
+                                          struct rmap_query_marker **marker_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_marker *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    self->map = map;
+    self->criterion = criterion;
+    RMAP_TRY(rmap_query_verdicts_create(map, &self->criterion, criterion != NULL, more,
+                                        &self->verdicts, err));
+    *marker_ret = self;
+    self = NULL;
+out:
+    rmap_query_marker_destroy(self);
+    return st;
+}
+
+void rmap_query_marker_destroy(struct rmap_query_marker *self)
+{
+    if (!self)
+        return;
+    rmap_query_verdicts_destroy(self->verdicts);
+    rmap_free(self->match);
+    rmap_free(self);
+}
+
+enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *self, size_t portion,
+                                         size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion_info *info = rmap_map_portion(self->map, portion);
+    const bool wanted = true;
+    *n_ret = self->n_ray = 0;
+    if (self->criterion && rmap_criterion_skips(self->criterion, info->first_ray, &info->summary))
+        return RMAP_OK;
+    RMAP_TRY(rmap_query_verdicts_enter(self->verdicts, portion, &wanted, err));
+    *n_ret = self->n_ray = (size_t)info->n_row[RMAP_TABLE_RAY];
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t **match_ret,
+                                        size_t *n_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t n_ray = self->n_ray; /* entering vouched for it */
+    *match_ret = NULL;
+    *n_ret = n_ray;
+    if (!self->criterion || n_ray == 0)
+        return RMAP_OK;
+    void *block = self->match;
+    st = rmap_reserve(&block, &self->cap, n_ray, 1, err);
+    self->match = block;
+    RMAP_TRY(st);
+    RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
+    *match_ret = self->match;
+    *n_ret = rmap_pick_count(self->match, n_ray);
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_marker_read(struct rmap_query_marker *self, rmap_column_set columns,
+                                        const struct rmap_portion **portion_ret,
+                                        struct rmap_error *err)
+{
+    return rmap_query_verdicts_read(self->verdicts, columns, portion_ret, err);
+}
+
+enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_column_set columns,
+                                        const struct rmap_portion **portion_ret,
+                                        struct rmap_error *err)
+{
+    return rmap_query_verdicts_know(self->verdicts, columns, portion_ret, err);
+}
+
+enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *self, enum rmap_column column,
+                                         const struct rmap_cycle *cycle, bool *holds_ret,
+                                         struct rmap_error *err)
+{
+    return rmap_query_verdicts_hold(self->verdicts, column, cycle, holds_ret, err);
+}
+
+enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,
+                                          struct rmap_cursor **cursor_ret, struct rmap_error *err)
+{
+    return rmap_query_verdicts_cursor(self->verdicts, cursor_ret, err);
+}
+
+void rmap_query_marker_lend(struct rmap_query_marker *self, enum rmap_column column, void *memory)
+{
+    rmap_query_verdicts_lend(self->verdicts, column, memory);
+}
+
+const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)
+{
+    return rmap_query_verdicts_view(self->verdicts);
+}

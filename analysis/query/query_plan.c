@@ -1,0 +1,86 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/query_plan.h"
+
+#include "analysis/criterion/criterion_tree.h"
+#include "analysis/query/query_verdicts.h"
+#include "compact/compact.h"
+
+/* Bytes of a portion's columns, decoded. */
+static uint64_t decoded_nbytes(const struct rmap_map *map, const struct rmap_portion_info *info,
+                               rmap_column_set columns)
+{
+    uint64_t nbytes = 0;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
+        const struct rmap_column_info *column = rmap_column_info((enum rmap_column)c);
+        uint64_t width =
+            c == RMAP_SEGMENT_colour ? (uint64_t)rmap_map_n_channel(map) : (uint64_t)column->width;
+        if (columns & RMAP_COLUMN_BIT(c))
+            nbytes += info->n_row[column->table] * width * rmap_element_nbytes(column->element);
+    }
+    return nbytes;
+}
+
+/* Columns that a portion is asked for. */
+static rmap_column_set columns_of(const struct rmap_criterion *criterion,
+                                  const struct rmap_query_outlook *outlook, bool rays_wanted)
+{
+    rmap_column_set columns = rmap_criterion_columns(criterion);
+    if (rays_wanted && outlook->n_possible > 0)
+        return RMAP_COLUMNS_ALL;
+    if (!outlook->view)
+        return columns;
+    if (outlook->view->relative)
+        columns &= ~RMAP_COLUMN_BIT(RMAP_REGISTRATION_relative);
+    return outlook->n_open > 0 ? columns & ~RMAP_COLUMNS_DISCRETE : 0;
+}
+
+static void add_portion(struct rmap_query_plan *plan, const struct rmap_query_outlook *outlook)
+{
+    if (!outlook->view) {
+        plan->n_by_column++;
+        return;
+    }
+    plan->n_by_path += outlook->view->form == RMAP_HISTORY_PATHS;
+    plan->n_by_row += outlook->view->form != RMAP_HISTORY_PATHS;
+    plan->n_index_ray += outlook->view->n_row[RMAP_TABLE_RAY];
+    plan->n_open_ray += outlook->n_open;
+    plan->n_open_portion += outlook->n_open > 0;
+    plan->index_nbytes += outlook->view->nbytes;
+}
+
+static void add_columns(struct rmap_query_plan *plan, const struct rmap_map *map,
+                        const struct rmap_portion_info *info, rmap_column_set columns)
+{
+    plan->columns |= columns;
+    plan->decoded_nbytes += decoded_nbytes(map, info, columns);
+    if (columns && rmap_map_piece(map, (size_t)info->piece)->encoding == RMAP_ENCODING_COMPACT) {
+        plan->n_compact++;
+        plan->n_retraced += rmap_compact_retraces(columns);
+    }
+}
+
+enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
+                                 bool rays_wanted, struct rmap_query_plan *plan,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_verdicts *verdicts = NULL;
+    const bool wanted = true;
+    *plan = (struct rmap_query_plan){0};
+    RMAP_TRY(rmap_query_verdicts_create(map, &criterion, 1, 0, &verdicts, err));
+    for (size_t p = 0; p < rmap_map_n_portion(map); p++) {
+        const struct rmap_portion_info *info = rmap_map_portion(map, p);
+        struct rmap_query_outlook outlook;
+        if (rmap_criterion_skips(criterion, info->first_ray, &info->summary)) {
+            plan->n_skipped++;
+            continue;
+        }
+        RMAP_TRY(rmap_query_verdicts_enter(verdicts, p, &wanted, err));
+        rmap_query_verdicts_foresee(verdicts, 0, &outlook);
+        add_portion(plan, &outlook);
+        add_columns(plan, map, info, columns_of(criterion, &outlook, rays_wanted));
+    }
+out:
+    rmap_query_verdicts_destroy(verdicts);
+    return st;
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What a scan for one criterion would read, found out from summaries and the history index alone.
+ */
+#ifndef RMAP_QUERY_PLAN_H
+#define RMAP_QUERY_PLAN_H
+
+#include "analysis/criterion/criterion.h"
+#include "io/map/map_reader.h"
+
+struct rmap_query_plan {
+    uint64_t n_skipped; /* portions that cannot hold a match by their summary */
+    uint64_t n_by_path, n_by_row, n_by_column; /* the others, by what answers */
+    uint64_t n_index_ray;                      /* rays of those that the index answers */
+    uint64_t n_open_ray, n_open_portion;       /* that it leaves undecided, and where */
+    uint64_t index_nbytes;                     /* read of it */
+    rmap_column_set columns;                   /* read in some portion */
+    uint64_t decoded_nbytes;                   /* of these columns in these portions, decoded */
+    uint64_t n_compact, n_retraced; /* portions of compact pieces with columns to read; those whose
+                                       rays are traced again for them */
+};
+
+/* rays_wanted: matching rays are to be read whole. RMAP_FORMAT as a scan. */
+enum rmap_status rmap_query_plan(const struct rmap_map *map, const struct rmap_criterion *criterion,
+                                 bool rays_wanted, struct rmap_query_plan *plan,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/query_rows.h"
+
+#include <string.h>
+
+#include "analysis/query/query_path.h"
+#include "base/alloc.h"
+#include "base/byte_set.h"
+
+/* What a test says of the classes of the piece in hand. */
+struct answer {
+    void *of_class; /* uint8_t, 1 where it passes; of a path test uint16_t, the symbol */
+    size_t cap;     /* bytes */
+    uint64_t stamp; /* of the piece it was made for */
+};
+
+struct rmap_query_rows {
+    const struct rmap_criterion *const *criterion;
+    size_t n_criterion;
+    struct answer *answer; /* [first_node[n_criterion]] per node of all criteria */
+    size_t *first_node;    /* [n_criterion + 1] */
+    size_t c;              /* criterion being judged */
+
+    /* Classes of the piece in hand, as rows of one ray. */
+    uint64_t stamp;
+    const struct rmap_history_class *class;
+    struct rmap_portion classes; /* columns borrowed from the arrays below */
+    uint32_t n_segment, n_registration;
+    int32_t *object, *detector;
+    uint32_t *event;
+    int16_t *medium;
+    uint8_t *registered;
+    size_t object_cap, event_cap, medium_cap, detector_cap, registered_cap;
+
+    /* The portion in hand. */
+    const struct rmap_history_view *view;
+    const struct rmap_portion *rays;
+    enum rmap_status (*fetch)(void *context, rmap_column_set columns, struct rmap_error *err);
+    void *context;
+    uint64_t *bits; /* [2] [words of n_ray] */
+    uint8_t *flag;  /* [n_ray] */
+    size_t bits_cap, flag_cap;
+    struct rmap_query_path path;
+};
+
+enum rmap_status rmap_query_rows_create(const struct rmap_criterion *const *criterion,
+                                        size_t n_criterion, struct rmap_query_rows **rows_ret,
+                                        struct rmap_error *err)
+{
+    struct rmap_query_rows *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    self->criterion = criterion;
+    self->n_criterion = n_criterion;
+    self->first_node = rmap_alloc(n_criterion + 1, sizeof *self->first_node);
+    for (size_t c = 0; self->first_node && c < n_criterion; c++)
+        self->first_node[c + 1] = self->first_node[c] + criterion[c]->n_node;
+    if (self->first_node)
+        self->answer = rmap_alloc(self->first_node[n_criterion], sizeof *self->answer);
+    if (!self->answer) {
+        rmap_query_rows_destroy(self);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    }
+    *rows_ret = self;
+    return RMAP_OK;
+}
+
+void rmap_query_rows_destroy(struct rmap_query_rows *self)
+{
+    if (!self)
+        return;
+    for (size_t i = 0; self->answer && i < self->first_node[self->n_criterion]; i++)
+        rmap_free(self->answer[i].of_class);
+    rmap_free(self->answer);
+    rmap_free(self->first_node);
+    rmap_free(self->object);
+    rmap_free(self->event);
+    rmap_free(self->medium);
+    rmap_free(self->detector);
+    rmap_free(self->registered);
+    rmap_free(self->bits);
+    rmap_free(self->flag);
+    rmap_query_path_fini(&self->path);
+    rmap_free(self);
+}
+
+static enum rmap_status reserve(struct rmap_query_rows *self, size_t n_class, size_t n_hit,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *object = self->object, *event = self->event, *medium = self->medium;
+    void *detector = self->detector, *registered = self->registered;
+    st = rmap_reserve(&object, &self->object_cap, n_class, sizeof *self->object, err);
+    self->object = object;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&event, &self->event_cap, n_class, sizeof *self->event, err);
+    self->event = event;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&medium, &self->medium_cap, n_class, sizeof *self->medium, err);
+    self->medium = medium;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&detector, &self->detector_cap, n_hit, sizeof *self->detector, err);
+    self->detector = detector;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&registered, &self->registered_cap, n_hit, 1, err);
+    self->registered = registered;
+    return st;
+}
+
+enum rmap_status rmap_query_rows_enter_piece(struct rmap_query_rows *self,
+                                             const struct rmap_history_index *index,
+                                             struct rmap_error *err)
+{
+    size_t n_class = rmap_history_n_class(index), n_hit = rmap_history_n_hit(index);
+    const struct rmap_history_hit *hit = rmap_history_hits(index);
+    enum rmap_status st = reserve(self, n_class, n_hit, err);
+    if (st != RMAP_OK)
+        return st;
+    self->stamp++;
+    self->class = rmap_history_classes(index);
+    for (size_t i = 0; i < n_class; i++) {
+        self->object[i] = self->class[i].object;
+        self->event[i] = self->class[i].event;
+        self->medium[i] = (int16_t)self->class[i].medium;
+    }
+    for (size_t i = 0; i < n_hit; i++) {
+        self->detector[i] = hit[i].detector;
+        self->registered[i] = (uint8_t)hit[i].registered;
+    }
+    self->n_segment = (uint32_t)n_class;
+    self->n_registration = (uint32_t)n_hit;
+    self->classes = (struct rmap_portion){
+        .n_row = {1, n_class, n_hit},
+        .ray.segment_count = &self->n_segment,
+        .ray.registration_count = &self->n_registration,
+        .segment = {.object = self->object, .event = self->event, .medium = self->medium},
+        .registration = {.detector = self->detector, .registered = self->registered}};
+    return RMAP_OK;
+}
+
+void rmap_query_rows_enter(struct rmap_query_rows *self, const struct rmap_history_view *view,
+                           const struct rmap_portion *rays,
+                           enum rmap_status (*fetch)(void *context, rmap_column_set columns,
+                                                     struct rmap_error *err),
+                           void *context)
+{
+    self->view = view;
+    self->rays = rays;
+    self->fetch = fetch;
+    self->context = context;
+}
+
+/* A test put to every class. */
+static void ask(const struct rmap_query_rows *self, const struct rmap_criterion_node *node,
+                void *of_class)
+{
+    const struct rmap_criterion *criterion = self->criterion[self->c];
+    uint8_t *pass = of_class;
+    uint16_t *symbol = of_class;
+    const struct rmap_strip segments = {.n = self->n_segment};
+    const struct rmap_strip registrations = {.n = self->n_registration};
+    if (node->kind == RMAP_CRITERION_STEPS && segments.n > 0)
+        rmap_steps_mark(criterion, &node->steps, &self->classes, &segments, pass);
+    else if (node->kind == RMAP_CRITERION_REGISTRATIONS && registrations.n > 0)
+        rmap_registrations_mark(criterion, &node->registrations, &self->classes, &registrations,
+                                pass);
+    for (size_t i = 0; node->kind == RMAP_CRITERION_ENDED && i < self->n_segment; i++)
+        pass[i] = self->object[i] >= 0 ? rmap_index_set_has(&node->ending.object, self->object[i])
+                                       : rmap_index_set_has(&node->ending.medium, self->medium[i]);
+    for (size_t i = 0; node->kind == RMAP_CRITERION_PATH && i < self->n_segment; i++)
+        symbol[i] = rmap_path_symbol(node, self->object[i], self->event[i], self->class[i].medium);
+}
+
+/* What the test says of the classes, asked once per piece. index: of the node, as `mark` has it.
+ */
+static enum rmap_status answer(struct rmap_query_rows *self, int32_t index,
+                               const struct rmap_criterion_node *node, const void **of_class_ret,
+                               struct rmap_error *err)
+{
+    struct answer *known = &self->answer[self->first_node[self->c] + (size_t)index];
+    size_t n = self->n_segment > self->n_registration ? self->n_segment : self->n_registration;
+    enum rmap_status st = rmap_reserve(&known->of_class, &known->cap, 2 * n + 2, 1, err);
+    if (st == RMAP_OK && known->stamp != self->stamp)
+        ask(self, node, known->of_class);
+    known->stamp = self->stamp;
+    *of_class_ret = known->of_class;
+    return st;
+}
+
+static enum rmap_status reserve_rays(struct rmap_query_rows *self, struct rmap_error *err)
+{
+    size_t n_ray = self->view->n_row[RMAP_TABLE_RAY];
+    void *bits = self->bits, *flag = self->flag;
+    enum rmap_status st = rmap_reserve(&bits, &self->bits_cap, 2 * (rmap_bit_words(n_ray) + 1),
+                                       sizeof *self->bits, err);
+    self->bits = bits;
+    if (st == RMAP_OK)
+        st = rmap_reserve(&flag, &self->flag_cap, n_ray + 1, 1, err);
+    self->flag = flag;
+    return st;
+}
+
+/* A bit per ray: of a kind for which the test holds. */
+static enum rmap_status mark_kinds(struct rmap_query_rows *self,
+                                   const struct rmap_criterion_node *node, uint64_t *bits,
+                                   struct rmap_error *err)
+{
+    static const uint8_t is_one[256] = {0, 1};
+    const struct rmap_history_view *view = self->view;
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    uint8_t *own = rmap_alloc(view->n_kind + 1, sizeof *own);
+    if (!own)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu kinds", view->n_kind);
+    for (size_t k = 0; k < view->n_kind; k++)
+        own[k] = node->kind == RMAP_CRITERION_SOURCE
+                     ? rmap_index_set_has(&node->source, view->kind_source[k])
+                     : view->kind_stop[k] == node->ending.stop;
+    for (size_t i = 0; view->kind && i < n_ray; i++)
+        self->flag[i] = own[view->kind[i]];
+    if (view->kind)
+        rmap_byte_set_bits(self->flag, n_ray, is_one, bits);
+    else
+        memset(bits, own[0] ? UINT8_MAX : 0, rmap_bit_words(n_ray) * sizeof *bits);
+    rmap_free(own);
+    return RMAP_OK;
+}
+
+/* Of the rays that ended so, those whose last leg is of a class that passes. */
+static enum rmap_status keep_places(struct rmap_query_rows *self, const uint8_t *pass,
+                                    uint64_t *bits, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_word = rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]);
+    uint64_t *there = bits + n_word + 1;
+    const uint64_t *leg = rmap_history_mark(self->view, pass);
+    struct rmap_bit_groups *groups;
+    memset(there, 0, n_word * sizeof *there);
+    if (leg) {
+        RMAP_TRY(rmap_history_leg_groups(self->view, &groups, err));
+        rmap_bit_groups_last(groups, leg, there);
+    }
+    for (size_t w = 0; w < n_word; w++)
+        bits[w] &= there[w];
+out:
+    return st;
+}
+
+/* Tests of rays: source, end, path. index: of the node, as `mark` has it. */
+static enum rmap_status mark_rays(struct rmap_query_rows *self, int32_t index,
+                                  const struct rmap_criterion_node *node, struct rmap_marks *marks,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const void *of_class = NULL;
+    RMAP_TRY(reserve_rays(self, err));
+    *marks = (struct rmap_marks){self->bits, NULL};
+    if (node->kind == RMAP_CRITERION_PATH) {
+        RMAP_TRY(answer(self, index, node, &of_class, err));
+        return rmap_query_path_mark(&self->path, self->view, node, of_class, self->bits, err);
+    }
+    RMAP_TRY(mark_kinds(self, node, self->bits, err));
+    if (node->kind == RMAP_CRITERION_SOURCE || !node->ending.somewhere)
+        return RMAP_OK;
+    RMAP_TRY(answer(self, index, node, &of_class, err));
+    st = keep_places(self, of_class, self->bits, err);
+out:
+    return st;
+}
+
+/* As rmap_evidence.mark says. */
+static enum rmap_status mark(void *context, int32_t index, const struct rmap_criterion_node *node,
+                             struct rmap_marks *marks, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_rows *self = context;
+    const bool is_step = node->kind == RMAP_CRITERION_STEPS;
+    const void *of_class = NULL;
+    if (!is_step && node->kind != RMAP_CRITERION_REGISTRATIONS)
+        return mark_rays(self, index, node, marks, err);
+    if (!is_step && node->registrations.where >= 0)
+        return RMAP_OK; /* what went before is told by the ray's rows, in their order */
+    RMAP_TRY(answer(self, index, node, &of_class, err));
+    marks->bits = is_step ? rmap_history_mark(self->view, of_class)
+                          : rmap_history_mark_hits(self->view, of_class);
+    if (marks->bits)
+        return (is_step ? rmap_history_leg_groups : rmap_history_hit_groups)(self->view,
+                                                                             &marks->groups, err);
+    RMAP_TRY(reserve_rays(self, err));
+    memset(self->bits, 0, rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]) * sizeof *self->bits);
+    *marks = (struct rmap_marks){self->bits, NULL};
+out:
+    return st;
+}
+
+static enum rmap_status fetch_columns(void *context, rmap_column_set columns,
+                                      struct rmap_error *err)
+{
+    const struct rmap_query_rows *self = context;
+    return self->fetch(self->context, columns, err);
+}
+
+enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c, const int32_t *slot,
+                                       struct rmap_judge *judge, uint8_t *verdict,
+                                       struct rmap_error *err)
+{
+    const struct rmap_evidence evidence = {.portion = self->rays,
+                                           .columns = RMAP_COLUMNS_DISCRETE,
+                                           .context = self,
+                                           .fetch = fetch_columns,
+                                           .mark = mark};
+    self->c = c;
+    return rmap_criterion_judge(self->criterion[c], slot, &evidence, judge, verdict, err);
+}

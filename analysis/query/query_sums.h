@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums over matching rays, of what a portion's columns or its history index say. Weights that are
+ * all 1 are numbers of rays: their sums are exact either way.
+ */
+#ifndef RMAP_QUERY_SUMS_H
+#define RMAP_QUERY_SUMS_H
+
+#include "analysis/query/query.h"
+#include "history/history_index.h"
+
+bool rmap_weights_are_one(const double *weight, size_t n);
+
+/* Of more sources rays are not counted: weights are added. */
+enum { RMAP_SUMS_SOURCES_MAX = 256 };
+
+/* What a portion's columns say, whichever rays match. */
+struct rmap_sums_facts {
+    size_t n_source;
+    bool are_counted; /* weights are 1, sources few */
+    int32_t source;   /* of all rays, where they are counted; -1: the column says it */
+};
+
+/* are_one: weights are 1. source: told of all rays, or -1. The columns need not be there where both
+ * are told. RMAP_FORMAT when a source is none of n_source. */
+enum rmap_status rmap_sums_facts(const struct rmap_portion *portion, size_t n_source, bool are_one,
+                                 int32_t source, struct rmap_sums_facts *facts,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* By the columns alone. */
+enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
+                                struct rmap_sums_facts *facts,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* verdict: [n_ray], bit 1 set where a ray matches. */
+void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
+                        const uint8_t *verdict, const struct rmap_sums_facts *facts);
+
+/* The same; match: [n_ray] 1 where a ray matches, else 0. */
+void rmap_sums_add_matches(struct rmap_count *count, const struct rmap_portion *portion,
+                           const uint8_t *match, const struct rmap_sums_facts *facts);
+
+/* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
+ * dictionary's rays. ROWS: verdict [n_ray]. */
+void rmap_sums_add_paths(struct rmap_count *count, const struct rmap_history_view *view,
+                         const struct rmap_ray_columns *paths, const uint32_t *rays);
+void rmap_sums_add_rows(struct rmap_count *count, const struct rmap_history_view *view,
+                        const uint8_t *verdict);
+
+#endif

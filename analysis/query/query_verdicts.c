@@ -1,0 +1,315 @@
+/* SPDX-License-Identifier: MIT */
+#include <string.h>
+
+#include "analysis/query/query_verdicts_internal.h"
+#include "base/alloc.h"
+
+/* What adding up matched rays takes. */
+static const rmap_column_set sum_columns = RMAP_COLUMN_BIT(RMAP_RAY_source) |
+                                           RMAP_COLUMN_BIT(RMAP_RAY_weight) |
+                                           RMAP_COLUMN_BIT(RMAP_RAY_segment_count);
+
+rmap_column_set rmap_query_columns(const struct rmap_criterion *const *criterion,
+                                   size_t n_criterion)
+{
+    rmap_column_set columns = sum_columns;
+    for (size_t c = 0; c < n_criterion; c++)
+        columns |= rmap_criterion_columns(criterion[c]);
+    return columns;
+}
+
+enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
+                                            const struct rmap_criterion *const *criterion,
+                                            size_t n_criterion, rmap_column_set more,
+                                            struct rmap_query_verdicts **verdicts_ret,
+                                            struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_query_verdicts *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
+    self->map = map;
+    self->criterion = criterion;
+    self->n_criterion = n_criterion;
+    self->n_source = rmap_map_scene(map)->n_source;
+    self->is_open = rmap_alloc(n_criterion, sizeof *self->is_open);
+    if (!self->is_open)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", n_criterion));
+    RMAP_TRY(rmap_shared_tests_init(&self->shared, criterion, n_criterion, err));
+    RMAP_TRY(
+        rmap_query_history_create(map, criterion, n_criterion, &self->shared, &self->history, err));
+    RMAP_TRY(rmap_query_known_create(map, criterion, n_criterion, &self->shared, &self->known_paths,
+                                     err));
+    RMAP_TRY(rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion) | more,
+                                &self->cursor, err));
+    *verdicts_ret = self;
+    self = NULL;
+out:
+    rmap_query_verdicts_destroy(self);
+    return st;
+}
+
+void rmap_query_verdicts_destroy(struct rmap_query_verdicts *self)
+{
+    if (!self)
+        return;
+    rmap_undecided_fini(&self->undecided);
+    rmap_query_history_destroy(self->history);
+    rmap_query_known_destroy(self->known_paths);
+    rmap_cursor_destroy(self->cursor);
+    rmap_judge_fini(&self->judge);
+    rmap_shared_tests_fini(&self->shared);
+    rmap_free(self->verdict);
+    rmap_free(self->path_rays);
+    rmap_free(self->is_open);
+    rmap_free(self);
+}
+
+/* Rows that the history decides: paths, or rays. */
+static size_t n_decided(const struct rmap_query_verdicts *self)
+{
+    return self->view->form == RMAP_HISTORY_PATHS ? self->view->n_path : self->n_ray;
+}
+
+/* Row of the verdicts by history that a ray has. */
+static size_t row_of(const struct rmap_query_verdicts *self, size_t ray)
+{
+    return self->view->form == RMAP_HISTORY_PATHS ? self->view->path[ray] : ray;
+}
+
+static uint8_t *verdict_of(const struct rmap_query_verdicts *self, size_t c)
+{
+    return self->verdict + c * self->n_ray;
+}
+
+static enum rmap_status make_room(struct rmap_query_verdicts *self, struct rmap_error *err)
+{
+    void *block = self->verdict;
+    enum rmap_status st =
+        rmap_reserve(&block, &self->verdict_cap, (self->n_criterion + 2) * self->n_ray, 1, err);
+    self->verdict = block;
+    if (st != RMAP_OK)
+        return st;
+    self->own = verdict_of(self, self->n_criterion);
+    self->marked = self->own + self->n_ray;
+    block = self->path_rays;
+    st = rmap_reserve(&block, &self->path_cap, self->n_ray, sizeof *self->path_rays, err);
+    self->path_rays = block;
+    return st;
+}
+
+/* Verdicts of the wanted criteria from history alone. */
+static enum rmap_status judge_history(struct rmap_query_verdicts *self, const bool *wanted,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t c = 0; c < self->n_criterion; c++) {
+        if (!wanted[c])
+            continue;
+        RMAP_TRY(rmap_query_history_judge(self->history, c, verdict_of(self, c), err));
+        self->is_open[c] = memchr(verdict_of(self, c), RMAP_VERDICT_OPEN, n_decided(self)) != NULL;
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, size_t portion,
+                                           const bool *wanted, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    self->index = portion;
+    self->is_entered = self->is_looked_at = self->is_judged_whole = self->is_by_paths = false;
+    self->known = 0;
+    self->n_ray = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
+    RMAP_TRY(rmap_query_history_enter(self->history, portion, &self->view, err));
+    if (!self->view) /* the piece's chunks vouch for the number of rays */
+        RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
+    RMAP_TRY(make_room(self, err));
+    if (self->view)
+        RMAP_TRY(judge_history(self, wanted, err));
+    else
+        RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared.n_slot, self->n_ray, err));
+    if (!self->view && self->known_paths)
+        rmap_query_known_enter(self->known_paths, self->cursor, portion);
+out:
+    return st;
+}
+
+/* NO where history had decided. */
+static void keep_open(const struct rmap_query_verdicts *self, size_t c, uint8_t *restrict verdict)
+{
+    const uint8_t *restrict before = verdict_of(self, c);
+    const uint16_t *path = self->view->path;
+    size_t n = self->n_ray;
+    if (self->view->form == RMAP_HISTORY_PATHS)
+        for (size_t i = 0; i < n; i++)
+            verdict[i] &= (uint8_t)(0 - (before[path[i]] == RMAP_VERDICT_OPEN));
+    else
+        for (size_t i = 0; i < n; i++)
+            verdict[i] &= (uint8_t)(0 - (before[i] == RMAP_VERDICT_OPEN));
+}
+
+/* Verdicts of criterion c on the rays that its history leaves undecided. */
+static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t c,
+                                        uint8_t *verdict, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_undecided *undecided = &self->undecided;
+    const struct rmap_evidence evidence = {.portion = &undecided->rows,
+                                           .columns = RMAP_COLUMNS_ALL,
+                                           .is_rest = true,
+                                           .flux_per_weight = rmap_map_flux_per_weight(self->map),
+                                           .context = undecided,
+                                           .fetch = rmap_undecided_fetch,
+                                           .group = rmap_undecided_group};
+    RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
+    undecided->cursor = self->cursor;
+    undecided->measured = self->portion;
+    RMAP_TRY(rmap_undecided_enter(undecided, verdict_of(self, c), self->view, self->history, err));
+    const bool is_same = self->is_judged_whole && undecided->is_whole;
+    RMAP_TRY(rmap_judge_begin(&self->judge, is_same, self->shared.n_slot, undecided->n, err));
+    self->is_judged_whole = undecided->is_whole;
+    RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
+                                  verdict, err));
+    if (undecided->is_whole)
+        keep_open(self, c, verdict);
+out:
+    return st;
+}
+
+/* Verdicts per ray with those of the undecided rays: open or NO | YES is YES. */
+static void join_undecided(const struct rmap_query_verdicts *self, uint8_t *restrict verdict)
+{
+    const struct rmap_undecided *undecided = &self->undecided;
+    const uint8_t *restrict own = self->own;
+    if (undecided->is_whole)
+        for (size_t i = 0; i < undecided->n; i++)
+            verdict[i] |= own[i];
+    else
+        for (size_t s = 0; s < undecided->n; s++)
+            verdict[undecided->ray[s]] |= own[s];
+}
+
+static enum rmap_status judge_columns(struct rmap_query_verdicts *self, size_t c, uint8_t *verdict,
+                                      struct rmap_error *err)
+{
+    const struct rmap_evidence evidence = {.portion = self->portion,
+                                           .columns = RMAP_COLUMNS_ALL,
+                                           .flux_per_weight = rmap_map_flux_per_weight(self->map),
+                                           .context = self,
+                                           .fetch = rmap_query_verdicts_fetch};
+    return rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
+                                verdict, err);
+}
+
+/* Verdicts per ray, whatever they come from: NO or YES. */
+static enum rmap_status judge_rays(struct rmap_query_verdicts *self, size_t c, uint8_t *verdict,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    self->is_by_paths = false;
+    if (!self->view && self->known_paths)
+        RMAP_TRY(rmap_query_known_judge(self->known_paths, c, verdict, &self->is_by_paths, err));
+    if (self->is_by_paths)
+        goto out;
+    if (!self->view)
+        return judge_columns(self, c, verdict, err);
+    for (size_t i = 0; i < self->n_ray; i++)
+        verdict[i] = verdict_of(self, c)[row_of(self, i)] == RMAP_VERDICT_YES ? RMAP_VERDICT_YES
+                                                                              : RMAP_VERDICT_NO;
+    if (!self->is_open[c])
+        return RMAP_OK;
+    RMAP_TRY(judge_undecided(self, c, self->own, err));
+    join_undecided(self, verdict);
+out:
+    return st;
+}
+
+/* By columns: a portion without history, or with weights of its own. */
+static enum rmap_status add_rays(struct rmap_query_verdicts *self, size_t c,
+                                 struct rmap_count *count, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *verdict = self->marked;
+    RMAP_TRY(judge_rays(self, c, verdict, err));
+    if (!memchr(verdict, RMAP_VERDICT_YES, self->n_ray))
+        return RMAP_OK;
+    if (self->is_by_paths)
+        return rmap_query_known_count(self->known_paths, verdict, count, err);
+    RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
+    RMAP_TRY(rmap_query_verdicts_fetch(self, sum_columns, err));
+    if (!self->is_looked_at)
+        RMAP_TRY(rmap_sums_look(self->portion, self->n_source, &self->facts, err));
+    self->is_looked_at = true;
+    rmap_sums_add_rays(count, self->portion, verdict, &self->facts);
+out:
+    return st;
+}
+
+static enum rmap_status add_paths(struct rmap_query_verdicts *self, size_t c,
+                                  struct rmap_count *count, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_history_view *view = self->view;
+    const uint8_t *verdict = verdict_of(self, c);
+    uint32_t *rays = self->path_rays;
+    for (size_t k = 0; k < view->n_path; k++)
+        rays[k] = verdict[k] == RMAP_VERDICT_YES ? view->path_rays[k] : 0;
+    if (self->is_open[c])
+        RMAP_TRY(judge_undecided(self, c, self->own, err));
+    for (size_t s = 0; self->is_open[c] && s < self->undecided.n; s++)
+        rays[view->path[self->undecided.is_whole ? s : self->undecided.ray[s]]] +=
+            self->own[s] >> 1;
+    rmap_sums_add_paths(count, view, &rmap_history_paths(view->index)->ray, rays);
+out:
+    return st;
+}
+
+static enum rmap_status add_rows(struct rmap_query_verdicts *self, size_t c,
+                                 struct rmap_count *count, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *verdict = verdict_of(self, c);
+    if (self->is_open[c])
+        RMAP_TRY(judge_undecided(self, c, self->own, err));
+    if (self->is_open[c])
+        join_undecided(self, verdict);
+    self->is_open[c] = false;
+    rmap_sums_add_rows(count, self->view, verdict);
+out:
+    return st;
+}
+
+enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *self, size_t c,
+                                         struct rmap_count *count, struct rmap_error *err)
+{
+    const struct rmap_history_view *view = self->view;
+    if (!view || !view->unit_weight)
+        return add_rays(self, c, count, err);
+    return view->form == RMAP_HISTORY_PATHS ? add_paths(self, c, count, err)
+                                            : add_rows(self, c, count, err);
+}
+
+enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *self, size_t c,
+                                          uint8_t *match, struct rmap_error *err)
+{
+    enum rmap_status st = judge_rays(self, c, match, err);
+    for (size_t i = 0; st == RMAP_OK && i < self->n_ray; i++)
+        match[i] &= 1;
+    return st;
+}
+
+void rmap_query_verdicts_foresee(const struct rmap_query_verdicts *self, size_t c,
+                                 struct rmap_query_outlook *outlook)
+{
+    const uint8_t *verdict = verdict_of(self, c);
+    *outlook = (struct rmap_query_outlook){self->view, self->n_ray, self->n_ray};
+    if (!self->view)
+        return;
+    outlook->n_open = outlook->n_possible = 0;
+    for (size_t i = 0; i < n_decided(self); i++) {
+        uint64_t rays = self->view->form == RMAP_HISTORY_PATHS ? self->view->path_rays[i] : 1;
+        outlook->n_open += verdict[i] == RMAP_VERDICT_OPEN ? rays : 0;
+        outlook->n_possible += verdict[i] != RMAP_VERDICT_NO ? rays : 0;
+    }
+}

@@ -1,0 +1,82 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What several criteria say of the rays of a portion, from the history index where there is one,
+ * and of the rays that it leaves undecided, or without one, from columns: each is read when a test,
+ * or the sums over rays that matched, first ask for it. Criteria share what was read and found.
+ */
+#ifndef RMAP_QUERY_VERDICTS_H
+#define RMAP_QUERY_VERDICTS_H
+
+#include "analysis/query/query.h"
+#include "history/history_index.h"
+
+struct rmap_query_verdicts;
+
+/* The map, the criteria and their array are borrowed. One thread. more: columns that
+ * rmap_query_verdicts_read may ask for beside those of the criteria. */
+enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
+                                            const struct rmap_criterion *const *criterion,
+                                            size_t n_criterion, rmap_column_set more,
+                                            struct rmap_query_verdicts **verdicts_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+void rmap_query_verdicts_destroy(struct rmap_query_verdicts *verdicts);
+
+/* Takes a portion in hand for the criteria that want it: wanted [n_criterion]. */
+enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *verdicts, size_t portion,
+                                           const bool *wanted,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds the rays that match a wanted criterion to its count. */
+enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *verdicts, size_t c,
+                                         struct rmap_count *count,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Marks them: match[i] = 1 or 0 for row i of /ray. */
+enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *verdicts, size_t c,
+                                          uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Columns of the portion in hand, of those of the criteria and of `more`. Borrowed until the next
+ * enter. */
+enum rmap_status rmap_query_verdicts_read(struct rmap_query_verdicts *verdicts,
+                                          rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same, discrete columns being taken from the history index where it tells of the portion. The
+ * portion is the same until the next enter: it gets what is read later. */
+enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
+                                          rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* As rmap_cursor_holds. */
+enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *verdicts,
+                                          enum rmap_column column, const struct rmap_cycle *cycle,
+                                          bool *holds_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* What reads the portion in hand, which it has entered. */
+enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *verdicts,
+                                            struct rmap_cursor **cursor_ret,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* As rmap_cursor_lend. */
+void rmap_query_verdicts_lend(struct rmap_query_verdicts *verdicts, enum rmap_column column,
+                              void *memory);
+
+/* What the history index tells of the portion in hand; NULL: nothing. */
+const struct rmap_history_view *
+rmap_query_verdicts_view(const struct rmap_query_verdicts *verdicts);
+
+/* How a wanted criterion is answered on the portion in hand, and what is left of it: rays that its
+ * history leaves open, rays that it does not rule out. view: NULL where columns answer alone. */
+struct rmap_query_outlook {
+    const struct rmap_history_view *view;
+    uint64_t n_open, n_possible;
+};
+void rmap_query_verdicts_foresee(const struct rmap_query_verdicts *verdicts, size_t c,
+                                 struct rmap_query_outlook *outlook);
+
+/* Stored bytes of what was read so far. */
+uint64_t rmap_query_verdicts_nbytes(const struct rmap_query_verdicts *verdicts);
+
+#endif

@@ -1,0 +1,96 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/query/sample_fold.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+
+static void destroy(void *state)
+{
+    struct rmap_sample_fold *self = state;
+    if (self)
+        rmap_sample_fini(&self->sample);
+    rmap_free(self);
+}
+
+static enum rmap_status create(const void *context, void **state_ret, struct rmap_error *err)
+{
+    const struct rmap_sample_order *order = context;
+    struct rmap_sample_fold *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the sample");
+    *self = (struct rmap_sample_fold){.order = order, .sample = {.most = order->most}};
+    *state_ret = self;
+    return RMAP_OK;
+}
+
+static enum rmap_status add_one(struct rmap_sample_fold *self, struct rmap_sample_ray ray,
+                                struct rmap_error *err)
+{
+    if (self->order->or_none && self->sample.n == self->order->most)
+        return rmap_error_set(err, RMAP_SYSTEM,
+                              "more than %llu rays match: with --receivers their ids are kept in "
+                              "memory; ask for some of them, by --limit or --sample",
+                              (unsigned long long)self->order->most);
+    return rmap_sample_add(&self->sample, ray, err);
+}
+
+static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
+{
+    struct rmap_sample_fold *self = state;
+    const struct rmap_portion *portion = rays->portion;
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; st == RMAP_OK && i < portion->n_row[RMAP_TABLE_RAY]; i++)
+        if (!rays->match || rays->match[i])
+            st = add_one(self, rmap_sample_ray_of(self->order, portion->ray.id[i]), err);
+    return st;
+}
+
+static enum rmap_status add_all(struct rmap_sample_fold *self, const uint8_t *bytes, size_t n,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < n && st == RMAP_OK; i++) {
+        struct rmap_sample_ray ray;
+        memcpy(&ray, bytes + i * sizeof ray, sizeof ray);
+        st = add_one(self, ray, err);
+    }
+    return st;
+}
+
+static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+{
+    const struct rmap_sample *more = &((const struct rmap_sample_fold *)from)->sample;
+    return add_all(into, (const uint8_t *)more->ray, more->n, err);
+}
+
+static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                             struct rmap_error *err)
+{
+    const struct rmap_sample *sample = &((const struct rmap_sample_fold *)state)->sample;
+    const size_t nbytes = sample->n * sizeof *sample->ray;
+    uint8_t *bytes = rmap_alloc(nbytes + 1, 1);
+    if (!bytes)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the sample");
+    if (nbytes > 0)
+        memcpy(bytes, sample->ray, nbytes);
+    *bytes_ret = bytes;
+    *nbytes_ret = nbytes;
+    return RMAP_OK;
+}
+
+static enum rmap_status unpack(const void *context, const uint8_t *bytes, size_t nbytes,
+                               void **state_ret, struct rmap_error *err)
+{
+    enum rmap_status st = create(context, state_ret, err);
+    if (st == RMAP_OK)
+        st = add_all(*state_ret, bytes, nbytes / sizeof(struct rmap_sample_ray), err);
+    return st;
+}
+
+const struct rmap_fold_kind rmap_sample_kind = {.create = create,
+                                                .destroy = destroy,
+                                                .add = add,
+                                                .merge = merge,
+                                                .pack = pack,
+                                                .unpack = unpack};

@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * First look at all readings, as a kind of fold (fold.h): how many, their ranges and sum, and, as
+ * long as they fit into the setup's memory, the readings themselves.
+ */
+#ifndef RMAP_STATS_GATHER_H
+#define RMAP_STATS_GATHER_H
+
+#include "analysis/stats/stats_block.h"
+#include "analysis/stats/stats_store.h"
+#include "base/exact_sum.h"
+
+struct rmap_stats_range {
+    double low, high; /* low > high: no reading */
+    double least_positive;
+    uint64_t n_reading, n_cluster;
+    struct rmap_exact_sum sum, squared; /* of values, and of their squares */
+};
+
+struct rmap_stats_known {
+    uint64_t n_ray;     /* matching rays */
+    uint64_t n_reading; /* readings of them that are numbers */
+    uint64_t n_undefined;
+    uint64_t n_several; /* readings that are not the only one of their cluster */
+    uint64_t any_weight;
+    uint64_t dropped; /* readings are not in memory */
+};
+
+/* Readings in memory of one portion: those of a class that are plain (a run of a block), or all. */
+struct rmap_stats_part {
+    struct rmap_stats_run run; /* end: how many readings */
+    bool is_plain;             /* without tags and weights; its class is the run's */
+    double *value[RMAP_QUANTITIES_MAX];
+    uint16_t *place[RMAP_QUANTITIES_MAX]; /* of plain ones: for their fine bins */
+    uint32_t *tag;
+    double *weight;
+};
+
+/* Memory of the store that a portion's columns are read to, so that they need not be copied. */
+struct rmap_stats_lent {
+    bool is_lent, is_promising;     /* all rays of the portion before matched */
+    struct rmap_stats_store before; /* as it was without */
+    double *column[RMAP_QUANTITIES_MAX];
+};
+
+struct rmap_stats_gathered {
+    const struct rmap_stats_setup *setup;
+    struct rmap_stats_known known;
+    struct rmap_stats_range *range; /* [n_group][n quantities] */
+    struct rmap_stats_reader reader;
+    size_t n, n_part, part_cap;
+    struct rmap_stats_part *part;
+    struct rmap_stats_store store; /* of their arrays */
+    struct rmap_stats_lent lent;
+};
+
+/* Context: the setup. State: struct rmap_stats_gathered. */
+extern const struct rmap_fold_kind rmap_stats_gather_kind;
+
+struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *gathered,
+                                                  size_t part);
+
+#endif

@@ -1,0 +1,209 @@
+/* SPDX-License-Identifier: MIT */
+#include "analysis/stats/stats_text.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <string.h>
+
+#include "analysis/table/csv_field.h"
+#include "analysis/table/text_table.h"
+#include "base/grouped.h"
+
+const char *rmap_stats_flux_unit(const struct rmap_stats *stats)
+{
+    return stats->setup->quantities->scene->flux_unit == RMAP_FLUX_W ? "W" : "lm";
+}
+
+void rmap_stats_name(const struct rmap_stats *stats, size_t quantity, char *name, size_t nbytes)
+{
+    const struct rmap_quantity *of = &stats->setup->quantities->of[quantity];
+    (void)snprintf(name, nbytes, "%s%s%s", of->name, *of->unit ? ", " : "", of->unit);
+}
+
+bool rmap_stats_shows(const struct rmap_stats *stats, size_t group)
+{
+    return stats->setup->by != RMAP_STATS_BY_DETECTOR ||
+           rmap_index_set_has(&stats->setup->quantities->detector, (int32_t)group);
+}
+
+static void add_estimate(struct rmap_text_table *table, const char *name,
+                         struct rmap_stats_estimate estimate, const char *unit)
+{
+    rmap_text_table_add(table, "  %s", name);
+    rmap_text_table_add(table, isfinite(estimate.value) ? "%.8g" : "-", estimate.value);
+    rmap_text_table_add(table, isfinite(estimate.standard_error) ? "+- %.3g" : "",
+                        estimate.standard_error);
+    rmap_text_table_add(table, "%s", unit);
+}
+
+static enum rmap_status print_summary(const struct rmap_stats *stats,
+                                      const struct rmap_stats_group *group, size_t i, FILE *out,
+                                      struct rmap_error *err)
+{
+    const struct rmap_stats_summary *of = &group->of[i];
+    const char *unit = stats->setup->quantities->of[i].unit;
+    struct rmap_text_table table;
+    rmap_text_table_init(&table, 4);
+    add_estimate(&table, "mean", of->moment.mean, unit);
+    add_estimate(&table, "standard deviation", of->moment.deviation, unit);
+    add_estimate(&table, "skewness", of->moment.skewness, "");
+    add_estimate(&table, "kurtosis", of->moment.kurtosis, "");
+    add_estimate(&table, "least", (struct rmap_stats_estimate){of->least, (double)NAN}, unit);
+    for (size_t k = 0; k < stats->n_quantile; k++) {
+        char name[48];
+        (void)snprintf(name, sizeof name, "%.6g %%", 100.0 * stats->p[k]);
+        add_estimate(&table, name, of->quantile[k], unit);
+    }
+    add_estimate(&table, "greatest", (struct rmap_stats_estimate){of->greatest, (double)NAN}, unit);
+    enum rmap_status st = rmap_text_table_print(&table, "lrll", out, err);
+    rmap_text_table_fini(&table);
+    return st;
+}
+
+enum { BAR = 40 };
+
+static void add_bin(struct rmap_text_table *table, const struct rmap_stats_group *group,
+                    size_t cell, double most)
+{
+    char bar[BAR + 1];
+    const struct rmap_stats_estimate *flux = &group->cell[cell];
+    size_t n = most > 0.0 ? (size_t)lround(BAR * fmin(flux->value / most, 1.0)) : 0;
+    memset(bar, '#', n);
+    bar[n] = 0;
+    rmap_text_table_add(table, "%.0f", group->cell_rays[cell]);
+    rmap_text_table_add(table, "%.6g", flux->value);
+    rmap_text_table_add(table, isfinite(flux->standard_error) ? "+- %.3g" : "",
+                        flux->standard_error);
+    rmap_text_table_add(table, "%s", bar);
+}
+
+static enum rmap_status print_histogram(const struct rmap_stats *stats,
+                                        const struct rmap_stats_group *group, FILE *out,
+                                        struct rmap_error *err)
+{
+    const struct rmap_bins *bins = &stats->plan->bins[0];
+    const char *head[] = {"  from", "to", "rays", "flux", "", ""};
+    double most = 0.0;
+    struct rmap_text_table table;
+    rmap_text_table_init(&table, 6);
+    for (size_t k = 0; k < 6; k++)
+        rmap_text_table_add(&table, "%s", head[k]);
+    for (size_t k = 0; k < bins->n; k++)
+        most = fmax(most, group->cell[k].value);
+    if (group->cell_rays[bins->n + RMAP_STATS_BELOW] > 0.0) {
+        rmap_text_table_add(&table, "  below");
+        rmap_text_table_add(&table, "%.7g", bins->edge[0]);
+        add_bin(&table, group, bins->n + RMAP_STATS_BELOW, most);
+    }
+    for (size_t k = 0; k < bins->n; k++) {
+        rmap_text_table_add(&table, "  %.7g", bins->edge[k]);
+        rmap_text_table_add(&table, "%.7g", bins->edge[k + 1]);
+        add_bin(&table, group, k, most);
+    }
+    if (group->cell_rays[bins->n + RMAP_STATS_ABOVE] > 0.0) {
+        rmap_text_table_add(&table, "  above");
+        rmap_text_table_add(&table, "%.7g", bins->edge[bins->n]);
+        add_bin(&table, group, bins->n + RMAP_STATS_ABOVE, most);
+    }
+    enum rmap_status st = rmap_text_table_print(&table, "rrrrll", out, err);
+    rmap_text_table_fini(&table);
+    return st;
+}
+
+static enum rmap_status print_group(const struct rmap_stats *stats,
+                                    const struct rmap_stats_group *group, FILE *out,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *kind = stats->setup->by == RMAP_STATS_BY_SOURCE ? "source" : "detector";
+    if (group->name)
+        fprintf(out, "\n%s %s\n", kind, group->name);
+    char n[RMAP_GROUPED_LEN];
+    fprintf(out, "%-14s %s of %s\n", "values", rmap_grouped(group->n_reading, n),
+            rmap_counted((uint64_t)group->n_ray, "ray").text);
+    fprintf(out, "%-14s %.9g", "flux", group->flux.value);
+    if (isfinite(group->flux.standard_error))
+        fprintf(out, " +- %.3g", group->flux.standard_error);
+    fprintf(out, " %s\n", rmap_stats_flux_unit(stats));
+    if (group->n_reading == 0) {
+        fputs("nothing to show: no ray has a value here\n", out);
+        return RMAP_OK;
+    }
+    for (size_t i = 0; i < stats->setup->quantities->n; i++) {
+        char name[128];
+        rmap_stats_name(stats, i, name, sizeof name);
+        fprintf(out, "%s\n", name);
+        RMAP_TRY(print_summary(stats, group, i, out, err));
+        if (stats->resolution[i] > 0.0)
+            fprintf(out, "  (quantiles to within %.3g)\n", stats->resolution[i]);
+    }
+    if (stats->setup->quantities->n == 1)
+        st = print_histogram(stats, group, out, err);
+    else
+        fprintf(out, "histogram of %zu x %zu bins (-o OUT.csv, .h5, .npz, .png shows it)\n",
+                stats->plan->bins[0].n, stats->plan->bins[1].n);
+out:
+    return st;
+}
+
+enum rmap_status rmap_stats_print(const struct rmap_stats *stats,
+                                  const struct rmap_stats_labels *labels, FILE *out,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    fprintf(out, "%-14s %s\n", "criterion", labels->criterion ? labels->criterion : "all");
+    rmap_which_print(labels->which, out);
+    char matched[RMAP_GROUPED_LEN], all[RMAP_GROUPED_LEN];
+    fprintf(out, "%-14s %s of %s\n", "rays matched", rmap_grouped(stats->known.n_ray, matched),
+            rmap_grouped(labels->n_ray, all));
+    if (stats->known.n_undefined > 0)
+        fprintf(out, "%-14s %" PRIu64 " values are not defined and left out\n", "note",
+                stats->known.n_undefined);
+    for (size_t g = 0; g < stats->n_group; g++)
+        if (rmap_stats_shows(stats, g))
+            RMAP_TRY(print_group(stats, &stats->group[g], out, err));
+out:
+    return st;
+}
+
+/* A number or, where there is none, an empty field. */
+static void csv_row(const struct rmap_stats *stats, const struct rmap_stats_group *group,
+                    size_t cell, FILE *out)
+{
+    const struct rmap_stats_plan *plan = stats->plan;
+    if (group->name) {
+        rmap_csv_put_first(group->name, out);
+        fputc(',', out);
+    }
+    for (size_t i = 0, at = cell; i < stats->setup->quantities->n; i++) {
+        size_t k = at % plan->bins[i].n;
+        at /= plan->bins[i].n;
+        fprintf(out, "%s%.17g,%.17g", i > 0 ? "," : "", plan->bins[i].edge[k],
+                plan->bins[i].edge[k + 1]);
+    }
+    rmap_csv_put_number(group->cell[cell].value, out);
+    rmap_csv_put_number(group->cell[cell].standard_error, out);
+    fprintf(out, ",%.17g\n", group->cell_rays[cell]);
+}
+
+void rmap_stats_csv(const struct rmap_stats *stats, const struct rmap_stats_labels *labels,
+                    FILE *out)
+{
+    const size_t n = stats->setup->quantities->n;
+    fprintf(out, "# criterion: %s\n", labels->criterion ? labels->criterion : "all");
+    rmap_which_csv(labels->which, out);
+    for (size_t i = 0; i < n; i++) {
+        char name[128];
+        rmap_stats_name(stats, i, name, sizeof name);
+        fprintf(out, "# of: %s\n", name);
+    }
+    fprintf(out, "# flux: %s\n# rays: %" PRIu64 " of %" PRIu64 "\n", rmap_stats_flux_unit(stats),
+            stats->known.n_ray, labels->n_ray);
+    if (stats->setup->by != RMAP_STATS_TOGETHER)
+        fputs(stats->setup->by == RMAP_STATS_BY_SOURCE ? "source," : "detector,", out);
+    fputs(n == 1 ? "low,high," : "x_low,x_high,y_low,y_high,", out);
+    fputs("flux,standard_error,rays\n", out);
+    for (size_t g = 0; g < stats->n_group; g++)
+        for (size_t c = 0; rmap_stats_shows(stats, g) && c < stats->plan->n_cell; c++)
+            csv_row(stats, &stats->group[g], c, out);
+}

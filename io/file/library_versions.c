@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/file/library_versions.h"
+
+#include <assimp/version.h>
+#include <hdf5.h>
+#include <libdeflate.h>
+#include <stdio.h>
+#include <xxhash.h>
+#include <yaml.h>
+
+static void set(struct rmap_library_version *library, const char *name, unsigned major,
+                unsigned minor, unsigned patch)
+{
+    library->name = name;
+    (void)snprintf(library->version, sizeof library->version, "%u.%u.%u", major, minor, patch);
+}
+
+void rmap_library_versions(struct rmap_library_version list[RMAP_LIBRARY_COUNT])
+{
+    unsigned major = 0, minor = 0, patch = 0, xxhash = XXH_versionNumber();
+    int yaml[3] = {0};
+    (void)H5get_libversion(&major, &minor, &patch);
+    set(&list[0], "HDF5", major, minor, patch);
+    list[1].name = "libdeflate";
+    (void)snprintf(list[1].version, sizeof list[1].version, "%s", LIBDEFLATE_VERSION_STRING);
+    set(&list[2], "xxHash", xxhash / 10000, xxhash / 100 % 100, xxhash % 100);
+    yaml_get_version(&yaml[0], &yaml[1], &yaml[2]);
+    set(&list[3], "libyaml", (unsigned)yaml[0], (unsigned)yaml[1], (unsigned)yaml[2]);
+    set(&list[4], "Assimp", aiGetVersionMajor(), aiGetVersionMinor(), aiGetVersionPatch());
+}

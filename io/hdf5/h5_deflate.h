@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Tables of some size are deflated and inflated by our own codec in place of HDF5's filter, which
+ * took most of the time of writing and of opening an index. Any HDF5 tool reads the result.
+ */
+#ifndef RMAP_H5_DEFLATE_H
+#define RMAP_H5_DEFLATE_H
+
+#include "io/hdf5/h5.h"
+
+/* A table and the chunks that it is cut into: whole trailing dimensions, and as much of the one
+ * before them as fits. */
+struct rmap_h5_tiles {
+    int rank;
+    size_t element_nbytes;
+    hsize_t dims[RMAP_H5_RANK_MAX], chunk[RMAP_H5_RANK_MAX];
+    bool worthwhile; /* false: too small to be cut and deflated */
+};
+
+/* False for a rank or an element that no table has. */
+bool rmap_h5_tile(int rank, const hsize_t *dims, size_t element_nbytes,
+                  struct rmap_h5_tiles *tiles);
+
+/* Filters for a table that is worth them. */
+bool rmap_h5_set_deflate(hid_t create, const struct rmap_h5_tiles *tiles);
+
+/* Writes all of the table into an empty dataset with those filters. RMAP_SYSTEM: memory; false in
+ * *written_ret, with HDF5's error stack as it was left: HDF5 failed. */
+enum rmap_status rmap_h5_write_tiles(hid_t set, const struct rmap_h5_tiles *tiles, const void *data,
+                                     bool *written_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Reads all of a table whose chunks are such and follow each other in its first dimension. data:
+ * its elements, aligned for them. False: it is no such table, or not whole; HDF5 is to read it, and
+ * will say what is wrong. */
+bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element_nbytes,
+                        void *data);
+
+#endif

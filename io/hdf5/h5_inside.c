@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/hdf5/h5_inside.h"
+
+#include <stdbool.h>
+#include <string.h>
+
+static herr_t stop_outside(hid_t group, const char *name, const H5L_info_t *link, void *unused)
+{
+    (void)group;
+    (void)name;
+    (void)unused;
+    return link->type == H5L_TYPE_HARD ? 0 : 1;
+}
+
+int rmap_h5_links_inside(hid_t file)
+{
+    const herr_t outside = H5Lvisit(file, H5_INDEX_NAME, H5_ITER_NATIVE, stop_outside, NULL);
+    return outside < 0 ? -1 : outside == 0;
+}
+
+/* Component by component, so that none is followed before it was looked at. */
+static bool leads_inside(hid_t file, const char *path)
+{
+    H5L_info_t link;
+    char part[1024]; /* no memory is asked for, which might be short */
+    bool inside = strlen(path) < sizeof part;
+    if (inside)
+        memcpy(part, path, strlen(path) + 1);
+    for (char *at = part; inside && *at;) {
+        at += strspn(at, "/");
+        at += strcspn(at, "/");
+        const char rest = *at;
+        *at = '\0';
+        inside = H5Lget_info(file, part, &link, H5P_DEFAULT) >= 0 && link.type == H5L_TYPE_HARD;
+        *at = rest;
+    }
+    return inside;
+}
+
+static bool holds_its_data(hid_t set)
+{
+    const hid_t create = H5Dget_create_plist(set);
+    const bool inside =
+        create >= 0 && H5Pget_layout(create) != H5D_VIRTUAL &&
+        (H5Pget_layout(create) != H5D_CONTIGUOUS || H5Pget_external_count(create) == 0);
+    if (create >= 0)
+        (void)H5Pclose(create);
+    return inside;
+}
+
+hid_t rmap_h5_dataset(hid_t file, const char *path)
+{
+    const hid_t set =
+        leads_inside(file, path) ? H5Dopen2(file, path, H5P_DEFAULT) : H5I_INVALID_HID;
+    if (set < 0 || holds_its_data(set))
+        return set;
+    (void)H5Dclose(set);
+    return H5I_INVALID_HID;
+}

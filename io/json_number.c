@@ -1,9 +1,0 @@
-/* SPDX-License-Identifier: MIT */
-#include "io/json_number.h"
-
-#include <math.h>
-
-json_t *rmap_json_number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}

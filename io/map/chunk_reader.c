@@ -1,0 +1,381 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map/chunk_reader.h"
+
+#include <errno.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/codec/codec.h"
+#include "io/codec/shuffle.h"
+#include "io/file/read_exactly.h"
+#include "io/map/chunk_cache.h"
+#include "io/map/chunk_cycle.h"
+#include "io/map/map_internal.h"
+#include "io/map/map_memory.h"
+#include "io/map/piece_file.h"
+
+#define FILES_MAX     32
+#define BUDGET_NBYTES ((size_t)64 << 20) /* of inflated chunks, at most */
+
+struct open_file {
+    size_t piece;
+    int fd; /* -1: none */
+    uint64_t tick;
+};
+
+/* What the stored bytes of a chunk told. */
+struct told {
+    const struct rmap_chunk_entry *entry;
+    struct rmap_cycle cycle; /* from its first row on */
+    bool holds;
+};
+
+struct rmap_chunk_reader {
+    const struct rmap_map *map;
+    struct rmap_decoder *decoder;
+    uint8_t *stored;
+    size_t stored_cap;
+    /* Chunks as byte planes, from which rows are taken; made when first read. */
+    struct rmap_chunk_cache *cache[RMAP_ENCODING_COUNT][RMAP_STREAM_MAX];
+    struct rmap_chunk_budget budget; /* of all caches */
+    struct told told[2];             /* by the last ones that were asked: about one element, more */
+    struct rmap_cycle_chunks cycles; /* those asked about more */
+    struct open_file file[FILES_MAX];
+    uint64_t tick;
+    bool is_counted; /* among those that share the map's bytes: it has read chunks */
+    uint64_t nbytes, nbytes_of_rows;
+};
+
+/* A stream of a piece, looked up once per read. */
+struct place {
+    size_t piece;
+    int stream;
+    const struct rmap_stream_info *info;
+    const struct rmap_piece_chunks *chunks;
+    struct rmap_chunk_cache *cache;
+    size_t width, element;
+};
+
+/* What is in use is counted inside an otherwise constant map. */
+static _Atomic int *n_reader(const struct rmap_map *map)
+{
+    return &((struct rmap_map *)(uintptr_t)map)->n_reader;
+}
+
+enum rmap_status rmap_chunk_reader_create(const struct rmap_map *map,
+                                          struct rmap_chunk_reader **reader_ret,
+                                          struct rmap_error *err)
+{
+    struct rmap_chunk_reader *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a cursor");
+    self->map = map;
+    for (int k = 0; k < FILES_MAX; k++)
+        self->file[k].fd = -1;
+    enum rmap_status st = rmap_decoder_create(&self->decoder, err);
+    if (st != RMAP_OK) {
+        rmap_free(self);
+        return st;
+    }
+    *reader_ret = self;
+    return RMAP_OK;
+}
+
+/* All readers of a map share what its queries may hold of chunks. */
+static void share_budget(struct rmap_chunk_reader *self)
+{
+    if (!self->is_counted)
+        atomic_fetch_add(n_reader(self->map), 1);
+    self->is_counted = true;
+    size_t share = rmap_map_share(self->map, RMAP_CHUNKS_NBYTES);
+    self->budget.limit_nbytes = share < BUDGET_NBYTES ? share : BUDGET_NBYTES;
+}
+
+void rmap_chunk_reader_destroy(struct rmap_chunk_reader *self)
+{
+    if (!self)
+        return;
+    for (int e = 0; e < RMAP_ENCODING_COUNT; e++)
+        for (int s = 0; s < RMAP_STREAM_MAX; s++)
+            rmap_chunk_cache_destroy(self->cache[e][s]);
+    for (int k = 0; k < FILES_MAX; k++)
+        if (self->file[k].fd >= 0)
+            (void)close(self->file[k].fd);
+    rmap_decoder_destroy(self->decoder);
+    rmap_free(self->stored);
+    if (self->is_counted)
+        atomic_fetch_sub(n_reader(self->map), 1);
+    rmap_free(self);
+}
+
+uint64_t rmap_chunk_reader_nbytes(const struct rmap_chunk_reader *self)
+{
+    return self->nbytes;
+}
+
+uint64_t rmap_chunk_reader_nbytes_of_rows(const struct rmap_chunk_reader *self)
+{
+    return self->nbytes_of_rows;
+}
+
+void rmap_chunk_reader_set_nbytes_of_rows(struct rmap_chunk_reader *self, uint64_t nbytes)
+{
+    self->nbytes_of_rows = nbytes;
+}
+
+static enum rmap_status open_piece(struct rmap_chunk_reader *self, size_t piece, int *fd_ret,
+                                   struct rmap_error *err)
+{
+    struct open_file *oldest = &self->file[0];
+    for (int k = 0; k < FILES_MAX; k++) {
+        struct open_file *file = &self->file[k];
+        if (file->fd >= 0 && file->piece == piece) {
+            file->tick = ++self->tick;
+            *fd_ret = file->fd;
+            return RMAP_OK;
+        }
+        if (file->fd < 0 || (oldest->fd >= 0 && file->tick < oldest->tick))
+            oldest = file;
+    }
+    char *path = rmap_map_piece_path(self->map, piece);
+    if (!path)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+    enum rmap_status st = RMAP_OK;
+    int fd = rmap_piece_file_open(self->map->path, &self->map->content.piece[piece]);
+    if (fd < 0)
+        st = rmap_error_set(err, errno == ENOENT ? RMAP_FORMAT : RMAP_SYSTEM,
+                            "%s: cannot be opened: %s", path, strerror(errno));
+    rmap_free(path);
+    if (st != RMAP_OK)
+        return st;
+    if (oldest->fd >= 0)
+        (void)close(oldest->fd);
+    *oldest = (struct open_file){piece, fd, ++self->tick};
+    *fd_ret = fd;
+    return RMAP_OK;
+}
+
+static enum rmap_status read_stored(struct rmap_chunk_reader *self,
+                                    const struct rmap_chunk_entry *entry, int fd,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    void *block = self->stored;
+    st =
+        rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes + RMAP_DECODER_SLACK, 1, err);
+    self->stored = block;
+    if (st != RMAP_OK)
+        return st;
+    RMAP_TRY(rmap_read_exactly(fd, self->stored, entry->nbytes, entry->offset, err));
+    self->nbytes += entry->nbytes;
+    if (rmap_checksum(self->stored, entry->nbytes) != entry->checksum)
+        st = rmap_error_set(err, RMAP_FORMAT, "checksum does not match: the data are damaged");
+out:
+    return st;
+}
+
+static enum rmap_status decode(struct rmap_chunk_reader *self, const struct place *place,
+                               const struct rmap_chunk_entry *entry, int fd, uint8_t *plane,
+                               struct rmap_error *err)
+{
+    struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(read_stored(self, entry, fd, err));
+    RMAP_TRY(rmap_decoder_planes(self->decoder, self->stored, &size, RMAP_CHUNK_ROWS * place->width,
+                                 place->element, plane, err));
+out:
+    return st;
+}
+
+/* The chunk's planes, from the cache or the file. */
+static enum rmap_status find_chunk(struct rmap_chunk_reader *self, const struct place *place,
+                                   uint64_t index, const uint8_t **plane_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *plane;
+    int fd = -1;
+    *plane_ret = rmap_chunk_cache_find(place->cache, place->piece, index);
+    if (*plane_ret)
+        return RMAP_OK;
+    RMAP_TRY(rmap_chunk_cache_room(place->cache, place->piece, index, &plane, err));
+    RMAP_TRY(open_piece(self, place->piece, &fd, err));
+    st = decode(self, place, &place->chunks->entry[place->chunks->first[place->stream] + index], fd,
+                plane, err);
+    if (st != RMAP_OK) {
+        rmap_error_context(err, "%s: %s chunk %llu", self->map->content.piece[place->piece].name,
+                           place->info->path, (unsigned long long)index);
+        goto out;
+    }
+    rmap_chunk_cache_keep(place->cache, place->piece, index);
+    *plane_ret = plane;
+out:
+    return st;
+}
+
+/* Rows of the piece in a chunk; what else stands there is 0. */
+static uint64_t rows_of_chunk(const struct rmap_chunk_reader *self, const struct place *place,
+                              uint64_t index)
+{
+    uint64_t rows = self->map->content.piece[place->piece].stored_rows[place->info->table];
+    rows -= index * RMAP_CHUNK_ROWS;
+    return rows < RMAP_CHUNK_ROWS ? rows : RMAP_CHUNK_ROWS;
+}
+
+/* Of the stored bytes of a chunk, those of its rows [first, last). Telescopes. */
+static uint64_t share_of_chunk(const struct rmap_chunk_reader *self, const struct place *place,
+                               uint64_t index, size_t first, size_t last)
+{
+    uint64_t nbytes = place->chunks->entry[place->chunks->first[place->stream] + index].nbytes;
+    uint64_t rows = rows_of_chunk(self, place, index);
+    return nbytes * last / rows - nbytes * first / rows;
+}
+
+static enum rmap_status look_up(struct rmap_chunk_reader *self, size_t piece, int stream,
+                                struct place *place, struct rmap_error *err)
+{
+    const struct rmap_map *map = self->map;
+    const struct rmap_layout *layout = rmap_map_piece_layout(map, piece);
+    struct rmap_chunk_cache **cache = &self->cache[layout->encoding][stream];
+    *place = (struct place){.piece = piece, .stream = stream, .info = &layout->stream[stream]};
+    place->width = rmap_stream_width(place->info, rmap_map_piece_n_channel(map, piece));
+    place->element = rmap_element_nbytes(place->info->element);
+    enum rmap_status st = rmap_map_piece_chunks(map, piece, &place->chunks, err);
+    share_budget(self);
+    if (st == RMAP_OK && !*cache)
+        st = rmap_chunk_cache_create(&self->budget,
+                                     RMAP_CHUNK_ROWS *
+                                         rmap_stream_row_nbytes(place->info, map->n_channel_max),
+                                     (size_t)map->summary.n_shard, cache, err);
+    place->cache = *cache;
+    return st;
+}
+
+/* Rows that the journal holds, behind the last stored chunk. */
+static size_t copy_tail(struct rmap_chunk_reader *self, const struct place *place, uint64_t at,
+                        size_t n, uint8_t *to)
+{
+    const struct rmap_stream_tail *tail =
+        rmap_map_content_tail(&self->map->content, place->piece, place->stream);
+    size_t row = place->width * place->element, skip = (size_t)(at % RMAP_CHUNK_ROWS);
+    if (!tail || tail->n_row < skip + n || tail->nbytes / row < skip + n)
+        return 0;
+    memcpy(to, tail->data + skip * row, n * row);
+    self->nbytes_of_rows += n * row;
+    return n;
+}
+
+enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t piece, int stream,
+                                        uint64_t first, size_t n_row, void *to,
+                                        struct rmap_error *err)
+{
+    struct place place;
+    uint8_t *out = to;
+    enum rmap_status st = look_up(self, piece, stream, &place, err);
+    if (st != RMAP_OK)
+        return st;
+    size_t n_chunk = place.chunks->first[stream + 1] - place.chunks->first[stream];
+    for (uint64_t at = first, end = first + n_row; at < end;) {
+        const uint8_t *plane = NULL;
+        uint64_t index = at / RMAP_CHUNK_ROWS, skip = at % RMAP_CHUNK_ROWS;
+        size_t n = (size_t)(end - at < RMAP_CHUNK_ROWS - skip ? end - at : RMAP_CHUNK_ROWS - skip);
+        if (index < n_chunk) {
+            st = find_chunk(self, &place, index, &plane, err);
+            if (st != RMAP_OK)
+                return st;
+            size_t n_lead = place.chunks->entry[place.chunks->first[stream] + index].lead_planes;
+            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place.width, n_lead, (size_t)skip * place.width,
+                           n * place.width, place.element, out);
+            self->nbytes_of_rows +=
+                share_of_chunk(self, &place, index, (size_t)skip, (size_t)skip + n);
+        } else if (copy_tail(self, &place, at, n, out) != n) {
+            return rmap_error_set(err, RMAP_FORMAT, "%s: %s: rows from %llu on are not there",
+                                  self->map->content.piece[piece].name, place.info->path,
+                                  (unsigned long long)at);
+        }
+        out += n * place.width * place.element;
+        at += n;
+    }
+    return st;
+}
+
+/* By its planes, whatever it takes. It is remembered. */
+static enum rmap_status decode_cycle(struct rmap_chunk_reader *self, const struct place *place,
+                                     uint64_t index, const struct rmap_cycle *cycle,
+                                     bool *holds_ret, struct rmap_error *err)
+{
+    const struct rmap_chunk_entry *entry =
+        &place->chunks->entry[place->chunks->first[place->stream] + index];
+    const size_t n_row = (size_t)rows_of_chunk(self, place, index);
+    const uint8_t *plane = NULL;
+    struct rmap_error damage = {0};
+    struct rmap_cycle_chunk *known =
+        rmap_cycle_chunks_find(&self->cycles, self->stored, entry->nbytes, n_row, cycle);
+    enum rmap_status st = RMAP_OK;
+    if (!known) {
+        known = rmap_cycle_chunks_add(&self->cycles, self->stored, entry->nbytes, n_row, cycle);
+        if (find_chunk(self, place, index, &plane, &damage) != RMAP_OK)
+            return RMAP_OK;
+        st = rmap_cycle_compare(cycle, place->element, plane, RMAP_CHUNK_ROWS, entry->lead_planes,
+                                n_row, &known->follows, err);
+    }
+    *holds_ret = known->follows;
+    return st;
+}
+
+/* Whether the chunk follows the cycle, by its stored bytes. One that was damaged does not tell:
+ * reading its rows will say so. */
+static enum rmap_status ask_chunk(struct rmap_chunk_reader *self, const struct place *place,
+                                  uint64_t index, const struct rmap_cycle *cycle, bool *holds_ret,
+                                  struct rmap_error *err)
+{
+    const struct rmap_chunk_entry *entry =
+        &place->chunks->entry[place->chunks->first[place->stream] + index];
+    const struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
+    struct rmap_error damage = {0};
+    int fd = -1;
+    *holds_ret = false;
+    if (entry->nbytes > RMAP_CYCLE_STORED_MOST)
+        return RMAP_OK;
+    enum rmap_status st = open_piece(self, place->piece, &fd, err);
+    if (st != RMAP_OK || read_stored(self, entry, fd, &damage) != RMAP_OK)
+        return st;
+    if (cycle->n > 1)
+        return decode_cycle(self, place, index, cycle, holds_ret, err);
+    *holds_ret = rmap_codec_repeats(self->stored, &size, cycle->element, place->element,
+                                    (size_t)rows_of_chunk(self, place, index), RMAP_CHUNK_ROWS);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_chunk_reader_holds(struct rmap_chunk_reader *self, size_t piece, int stream,
+                                         uint64_t first, size_t n, const struct rmap_cycle *cycle,
+                                         bool *holds_ret, struct rmap_error *err)
+{
+    struct place place;
+    struct rmap_cycle own = *cycle; /* from the first row of a chunk on */
+    struct told *told = &self->told[cycle->n > 1];
+    enum rmap_status st = look_up(self, piece, stream, &place, err);
+    *holds_ret = false;
+    if (st != RMAP_OK || n == 0 || place.width != 1)
+        return st;
+    const uint64_t last = (first + n - 1) / RMAP_CHUNK_ROWS;
+    bool holds = last < place.chunks->first[stream + 1] - place.chunks->first[stream];
+    own.phase = (size_t)((cycle->phase + cycle->n - first % RMAP_CHUNK_ROWS % cycle->n) % cycle->n);
+    for (uint64_t index = first / RMAP_CHUNK_ROWS; holds && index <= last; index++) {
+        const struct rmap_chunk_entry *entry =
+            &place.chunks->entry[place.chunks->first[stream] + index];
+        if (told->entry != entry || !rmap_cycle_is(&told->cycle, &own)) {
+            *told = (struct told){.entry = NULL};
+            st = ask_chunk(self, &place, index, &own, &told->holds, err);
+            if (st != RMAP_OK)
+                return st;
+            told->entry = entry;
+            told->cycle = own;
+        }
+        holds = told->holds;
+        own.phase = (own.phase + RMAP_CHUNK_ROWS) % own.n;
+    }
+    *holds_ret = holds;
+    return RMAP_OK;
+}

@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map/column_store.h"
+
+#include <stdatomic.h>
+#include <stdint.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+struct rmap_column_store {
+    _Atomic(void *) *rows; /* [n_portion][RMAP_COLUMN_COUNT] */
+    size_t n_portion;
+    struct rmap_keeper *keeper;
+    _Atomic size_t nbytes;
+};
+
+enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_keeper *keeper,
+                                          struct rmap_column_store **store_ret,
+                                          struct rmap_error *err)
+{
+    struct rmap_column_store *self = rmap_alloc(1, sizeof *self);
+    if (self) {
+        self->n_portion = n_portion;
+        self->keeper = keeper;
+        if (n_portion <= SIZE_MAX / RMAP_COLUMN_COUNT)
+            self->rows = rmap_alloc(n_portion * RMAP_COLUMN_COUNT, sizeof *self->rows);
+    }
+    if (!self || !self->rows) {
+        rmap_column_store_destroy(self);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a store of %zu portions",
+                              n_portion);
+    }
+    for (size_t i = 0; i < n_portion * RMAP_COLUMN_COUNT; i++)
+        atomic_init(&self->rows[i], NULL);
+    *store_ret = self;
+    return RMAP_OK;
+}
+
+void rmap_column_store_destroy(struct rmap_column_store *self)
+{
+    if (!self)
+        return;
+    rmap_free(self->rows);
+    rmap_free(self);
+}
+
+void *rmap_column_store_get(const struct rmap_column_store *self, size_t portion,
+                            enum rmap_column column)
+{
+    return atomic_load_explicit(&self->rows[portion * RMAP_COLUMN_COUNT + column],
+                                memory_order_acquire);
+}
+
+void rmap_column_store_offer(struct rmap_column_store *self, size_t portion,
+                             enum rmap_column column, const void *rows, size_t nbytes)
+{
+    _Atomic(void *) *slot = &self->rows[portion * RMAP_COLUMN_COUNT + column];
+    void *none = NULL;
+    if (atomic_load_explicit(slot, memory_order_relaxed))
+        return;
+    void *copy = rmap_keeper_room(self->keeper, nbytes > 0 ? nbytes : 1);
+    if (!copy)
+        return; /* it is decoded again, then */
+    if (nbytes > 0)
+        memcpy(copy, rows, nbytes);
+    if (atomic_compare_exchange_strong_explicit(slot, &none, copy, memory_order_release,
+                                                memory_order_relaxed))
+        atomic_fetch_add(&self->nbytes, nbytes);
+}
+
+size_t rmap_column_store_nbytes(const struct rmap_column_store *self)
+{
+    return atomic_load(&self->nbytes);
+}

@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Decoded columns of a map's portions that stay in memory for later questions, as many as fit in a
+ * budget: those that were asked for first. Nothing is ever let go, so that a question that reads
+ * more than fits still finds what the last one left.
+ */
+#ifndef RMAP_COLUMN_STORE_H
+#define RMAP_COLUMN_STORE_H
+
+#include <stddef.h>
+
+#include "base/status.h"
+#include "io/map/keeper.h"
+#include "portion/portion.h"
+
+struct rmap_column_store;
+
+/* The keeper must outlive the store. */
+enum rmap_status rmap_column_store_create(size_t n_portion, struct rmap_keeper *keeper,
+                                          struct rmap_column_store **store_ret,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+void rmap_column_store_destroy(struct rmap_column_store *store);
+
+/* The rows of a column, borrowed until destroy, or NULL. Thread-safe. */
+void *rmap_column_store_get(const struct rmap_column_store *store, size_t portion,
+                            enum rmap_column column);
+
+/* Copies the rows if there is room. Thread-safe; of two threads that offer the same, one wins. */
+void rmap_column_store_offer(struct rmap_column_store *store, size_t portion,
+                             enum rmap_column column, const void *rows, size_t nbytes);
+
+size_t rmap_column_store_nbytes(const struct rmap_column_store *store);
+
+#endif

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What writer and reader of a map agree on; docs/map.md says the same in words.
+ */
+#ifndef RMAP_MAP_FORMAT_H
+#define RMAP_MAP_FORMAT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "io/hdf5/h5.h"
+#include "io/map/map_content.h"
+
+#define RMAP_FILETYPE_PIECE "raymap piece"
+#define RMAP_FILETYPE_MAP   "raymap map"
+
+/* A second link to the index as the last run found or began it: its scene and runs are there still
+ * when map.h5 is damaged. */
+#define RMAP_INDEX_START "map-start.h5"
+
+#define RMAP_FORMAT_MAJOR 2
+#define RMAP_FORMAT_MINOR 0
+/* Of maps of picked rays and their pieces: ids of a portion may have gaps. */
+#define RMAP_FORMAT_PICKED_MAJOR 3
+/* Of maps whose scene has gradient media, picked or not, and their pieces: with /curve. */
+#define RMAP_FORMAT_CURVED_MAJOR 4
+
+/* Pieces that the view of all pieces as one (virtual datasets) is made for. */
+#define RMAP_VIEW_PIECES_MAX 256
+
+struct rmap_field_table {
+    const struct rmap_h5_field *field;
+    size_t n;
+};
+
+/* Fields of struct rmap_chunk_entry, rmap_portion_info (in a piece, in the index), and
+ * rmap_piece_info. curved: those that count rows have room for /curve. */
+struct rmap_field_table rmap_chunk_fields(void);
+struct rmap_field_table rmap_portion_fields_piece(bool curved);
+struct rmap_field_table rmap_portion_fields_index(bool curved);
+struct rmap_field_table rmap_portion_fields_picked(void); /* besides, where rays were picked */
+struct rmap_field_table rmap_piece_fields(bool curved);
+
+/* Stored tables whose rows a file states. */
+size_t rmap_format_n_table(bool curved);
+struct rmap_field_table rmap_run_fields(void); /* of struct rmap_run_row */
+
+#endif

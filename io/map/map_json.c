@@ -1,0 +1,23 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map/map_json.h"
+
+#include "io/map/map_rays.h"
+
+json_t *rmap_json_of_map(json_t *document, const struct rmap_map *map)
+{
+    struct rmap_map_summary summary;
+    uint64_t asked = 0;
+    rmap_map_summarise(map, &summary);
+    json_t *n = rmap_rays_asked(map, &asked) ? json_integer((json_int_t)asked) : json_null();
+    if (document &&
+        json_object_set_new(document, "complete", json_boolean(rmap_map_is_whole(map))) == 0 &&
+        json_object_set(document, "rays_asked", n) == 0 &&
+        json_object_set_new(document, "rays_traced",
+                            json_integer((json_int_t)summary.n_row[RMAP_TABLE_RAY])) == 0) {
+        json_decref(n);
+        return document;
+    }
+    json_decref(n);
+    json_decref(document);
+    return NULL;
+}

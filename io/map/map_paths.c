@@ -1,0 +1,149 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/map/map_paths.h"
+
+#include "base/alloc.h"
+#include "compact/streams.h"
+#include "io/map/map_internal.h"
+#include "io/scene/scene_limits.h"
+
+/* What is kept is a cache inside an otherwise constant map. */
+static struct rmap_map *inside(const struct rmap_map *map)
+{
+    return (struct rmap_map *)(uintptr_t)map;
+}
+
+enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
+                                const struct rmap_compact_model **model_ret, struct rmap_error *err)
+{
+    struct rmap_map *self = inside(map);
+    enum rmap_status st = RMAP_OK;
+    (void)pthread_mutex_lock(&self->lock);
+    if (!self->model[space])
+        st = rmap_compact_model_create(self->scene[space], &self->model[space], err);
+    (void)pthread_mutex_unlock(&self->lock);
+    *model_ret = self->model[space];
+    return st;
+}
+
+static enum rmap_status read_whole(const struct rmap_map *map, size_t piece,
+                                   struct rmap_chunk_reader *reader, struct rmap_rows *rows,
+                                   struct rmap_error *err)
+{
+    const struct rmap_piece_info *info = &map->content.piece[piece];
+    for (int s = 0; s < rows->layout->n_stream; s++) {
+        const struct rmap_stream_info *stream = &rows->layout->stream[s];
+        if (!(rows->layout->whole_tables & (UINT32_C(1) << stream->table)))
+            continue;
+        uint64_t n = info->stored_rows[stream->table];
+        if (n > RMAP_PATH_ROW_MAX)
+            return rmap_error_set(err, RMAP_FORMAT, "%s: %s has %llu rows, more than any piece has",
+                                  info->name, stream->path, (unsigned long long)n);
+        rows->n_row[stream->table] = (size_t)n;
+        rows->data[s] = rmap_alloc((size_t)n, rmap_stream_row_nbytes(stream, rows->n_channel));
+        if (!rows->data[s])
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a piece");
+        enum rmap_status st =
+            rmap_chunk_reader_rows(reader, piece, s, 0, (size_t)n, rows->data[s], err);
+        if (st != RMAP_OK)
+            return st;
+    }
+    return RMAP_OK;
+}
+
+static bool is_in_scene(const struct rmap_scene *scene, const struct rmap_path_table *table)
+{
+    const struct rmap_portion *rays = rmap_path_table_rays(table);
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c) &&
+            !rmap_portion_within(scene, rays, (enum rmap_column)c))
+            return false;
+    return true;
+}
+
+static enum rmap_status load(struct rmap_map *map, size_t piece, struct rmap_chunk_reader *reader,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_piece_info *info = &map->content.piece[piece];
+    const struct rmap_compact_model *model;
+    const struct rmap_piece_chunks *chunks;
+    struct rmap_rows rows = {.layout = rmap_map_piece_layout(map, piece),
+                             .n_channel = rmap_map_piece_n_channel(map, piece)};
+    RMAP_TRY(rmap_map_model(map, (size_t)info->space, &model, err));
+    /* The piece's chunks vouch for its rows before memory is taken for them. */
+    RMAP_TRY(rmap_map_piece_chunks(map, piece, &chunks, err));
+    const uint64_t before = rmap_chunk_reader_nbytes_of_rows(reader);
+    RMAP_TRY(read_whole(map, piece, reader, &rows, err));
+    map->paths[piece].stored_nbytes = rmap_chunk_reader_nbytes_of_rows(reader) - before;
+    rmap_chunk_reader_set_nbytes_of_rows(reader, before);
+    st = rmap_path_table_create(model, &rows, &map->paths[piece].table, err);
+    if (st == RMAP_OK)
+        map->paths[piece].names_nothing = !is_in_scene(map->scene[0], map->paths[piece].table);
+    else
+        rmap_error_context(err, "%s", info->name);
+out:
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        rmap_free(rows.data[s]);
+    return st;
+}
+
+/* Lets tables go that nobody has, until all take no more than the budget or none is left. */
+static void shrink(struct rmap_map *map)
+{
+    while (map->paths_nbytes > map->paths_budget) {
+        struct rmap_kept_paths *oldest = NULL;
+        for (size_t i = 0; i < map->content.n_piece; i++) {
+            struct rmap_kept_paths *kept = &map->paths[i];
+            if (kept->table && kept->n_user == 0 && (!oldest || kept->tick < oldest->tick))
+                oldest = kept;
+        }
+        if (!oldest)
+            return;
+        rmap_path_table_destroy(oldest->table);
+        map->paths_nbytes -= oldest->nbytes;
+        *oldest = (struct rmap_kept_paths){0};
+    }
+}
+
+enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
+                                struct rmap_chunk_reader *reader,
+                                const struct rmap_path_table **paths_ret, struct rmap_error *err)
+{
+    struct rmap_map *self = inside(map);
+    enum rmap_status st = RMAP_OK;
+    (void)pthread_mutex_lock(&self->paths_lock);
+    struct rmap_kept_paths *kept = &self->paths[piece];
+    if (!kept->table) {
+        st = load(self, piece, reader, err);
+        kept->nbytes = st == RMAP_OK ? rmap_path_table_nbytes(kept->table) : 0;
+        self->paths_nbytes += kept->nbytes;
+    }
+    *paths_ret = st == RMAP_OK ? kept->table : NULL;
+    kept->n_user += st == RMAP_OK;
+    kept->tick = ++self->paths_tick;
+    shrink(self);
+    (void)pthread_mutex_unlock(&self->paths_lock);
+    return st;
+}
+
+uint64_t rmap_map_paths_stored_nbytes(const struct rmap_map *map, size_t piece)
+{
+    return map->paths[piece].stored_nbytes;
+}
+
+bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece)
+{
+    return !map->paths[piece].names_nothing;
+}
+
+void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,
+                              const struct rmap_path_table *paths)
+{
+    struct rmap_map *self = inside(map);
+    if (!paths)
+        return;
+    (void)pthread_mutex_lock(&self->paths_lock);
+    self->paths[piece].n_user--;
+    shrink(self);
+    (void)pthread_mutex_unlock(&self->paths_lock);
+}

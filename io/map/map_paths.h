@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What decoding a compact piece takes beside its portions' rows: the model of its colour space's
+ * scene, and the paths that its rays refer to. Made when first needed, kept with the map.
+ */
+#ifndef RMAP_MAP_PATHS_H
+#define RMAP_MAP_PATHS_H
+
+#include "compact/compact.h"
+#include "io/map/chunk_reader.h"
+
+/* Borrowed from the map; thread-safe. RMAP_FORMAT names the piece. */
+enum rmap_status rmap_map_model(const struct rmap_map *map, size_t space,
+                                const struct rmap_compact_model **model_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same, until it is given back (NULL is fine): those that nobody has are let go, the one that
+ * was asked for longest ago first, when all take more than RMAP_PATHS_NBYTES. */
+#define RMAP_PATHS_NBYTES ((size_t)96 << 20)
+enum rmap_status rmap_map_paths(const struct rmap_map *map, size_t piece,
+                                struct rmap_chunk_reader *reader,
+                                const struct rmap_path_table **paths_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of paths that the caller has: whether all values of them, as of columns, name something of the
+ * map's scene. */
+bool rmap_map_paths_fit(const struct rmap_map *map, size_t piece);
+
+/* Of paths that the caller has: their stored bytes. No reader counts them as bytes of rows: who
+ * reads a piece's paths, and how often, depends on ranks, threads and memory. */
+uint64_t rmap_map_paths_stored_nbytes(const struct rmap_map *map, size_t piece);
+
+void rmap_map_paths_give_back(const struct rmap_map *map, size_t piece,
+                              const struct rmap_path_table *paths);
+
+#endif

@@ -1,0 +1,250 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Reading a ray map. Opening reads the index alone; columns are read portion by portion through
+ * a cursor, one per thread, with pread and our own inflate, never through HDF5's global lock.
+ */
+#ifndef RMAP_MAP_READER_H
+#define RMAP_MAP_READER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "compact/layout.h"
+#include "io/mesh/bundle.h"
+#include "portion/portion.h"
+
+struct rmap_map;
+struct rmap_selection;   /* io/map/selection.h */
+struct rmap_map_content; /* io/map/map_content.h */
+struct rmap_map_listing; /* io/map/map_directory.h */
+
+struct rmap_portion_info {
+    int32_t shard, piece; /* piece: index in rmap_map_piece */
+    int32_t space;        /* colour space, as its piece has it */
+    int32_t is_added;     /* 1: not in the index, found beside it; not in its tally either */
+    uint64_t first_ray;
+    uint64_t last_ray;                /* of a portion with gaps; else it may be anything below */
+    uint64_t n_row[RMAP_TABLE_COUNT]; /* of the columns */
+    /* Where it stands in the stored tables of the piece's layout; 0 behind the last of them. */
+    uint64_t stored_first[RMAP_STORED_TABLE_MAX];
+    uint64_t stored_rows[RMAP_STORED_TABLE_MAX];
+    struct rmap_digest digest;
+    struct rmap_portion_summary summary;
+};
+
+/* Ids of a portion ascend. In a traced one they are consecutive; one that a query picked may have
+ * gaps: then id i is not first_ray + i, and other portions may have rays in between. */
+bool rmap_portion_has_gaps(const struct rmap_portion_info *portion);
+uint64_t rmap_portion_end(const struct rmap_portion_info *portion); /* behind the last id */
+
+struct rmap_piece_info {
+    int32_t shard, number;
+    char name[288];   /* "shard-00000/piece-00000.h5"; of a journal's piece, its .part file */
+    uint64_t nbytes;  /* of the file; a journal's piece may have grown since */
+    int32_t encoding; /* enum rmap_encoding */
+    int32_t space;    /* colour space: row of the map's spaces */
+    int32_t is_open;  /* 1: unfinished, known by its journal */
+    uint64_t n_row[RMAP_TABLE_COUNT];            /* of the columns, summed over its portions */
+    uint64_t stored_rows[RMAP_STORED_TABLE_MAX]; /* in the stored tables of its layout */
+    uint64_t first_chunk, n_chunk;               /* rows of the map's chunks */
+};
+
+/* A trace that wrote to the map: which rays it was asked for. */
+struct rmap_run_row {
+    uint64_t first_ray, n_ray;
+    uint64_t seed;
+    int32_t space; /* colour space */
+    int32_t n_rank;
+};
+
+/* Of a map whose index says that it is complete, the index alone is believed. Otherwise pieces on
+ * disk that the index does not list, and what the journals of unfinished pieces commit, are part of
+ * the map, too (their portions have is_added set): a killed or running trace. Portions that hold
+ * the same rays count once. Of the added ones the tally is made from their columns, which reads
+ * them: rmap_map_open_untallied leaves that to the caller, so that its tally and flux per weight
+ * are those of the index. What cannot be used of them is left out and told by rmap_map_trouble.
+ *
+ * RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
+ * what to do); RMAP_SYSTEM: no permission, no memory. */
+enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
+                               struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+/* The same for who writes to the map, alone: what stands beside the index was found already. */
+enum rmap_status rmap_map_open_found(const char *path, const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+/* What the index lists and nothing beside it, complete or not. */
+enum rmap_status rmap_map_open_listed(const char *path, struct rmap_map **map_ret,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+void rmap_map_close(struct rmap_map *map);
+
+/* What was wrong with pieces and journals beside an incomplete index: one line each. Borrowed. */
+size_t rmap_map_n_trouble(const struct rmap_map *map);
+const char *rmap_map_trouble(const struct rmap_map *map, size_t i);
+
+/* Compares a map with its directory, and adds a line of trouble for every piece that is missing,
+ * has not its size, or is not in the index of a complete map. Opens none of them. RMAP_SYSTEM. */
+enum rmap_status rmap_map_compare_directory(struct rmap_map *map,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* All borrowed until close. */
+const struct rmap_scene *rmap_map_scene(const struct rmap_map *map); /* in colour space 0 */
+size_t rmap_map_n_space(const struct rmap_map *map);
+/* In another colour space: objects, media, sources and detectors are the same. */
+const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space);
+/* What chooses that space: a bundle with options and nothing else; the caller destroys it. */
+enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
+                                     struct rmap_bundle **options_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+/* Portions that may hold the ray, the last one first: *portion is the number of portions, or what
+ * the call before gave. False: there is none left. More than one only where portions have gaps. */
+bool rmap_map_find_ray(const struct rmap_map *map, uint64_t ray, size_t *portion);
+/* Space of the first of them; 0 when there is none. */
+size_t rmap_map_space_of_ray(const struct rmap_map *map, uint64_t ray);
+int rmap_map_n_channel(const struct rmap_map *map); /* of the space that has most */
+size_t rmap_map_n_run(const struct rmap_map *map);
+const struct rmap_run_row *rmap_map_run(const struct rmap_map *map, size_t run); /* oldest first */
+const struct rmap_map_content *rmap_map_contents(const struct rmap_map *map);
+const struct rmap_bundle *rmap_map_bundle(const struct rmap_map *map);
+const struct rmap_tally *rmap_map_tally(const struct rmap_map *map); /* balance and images */
+/* What picked the map's rays; NULL: they are as they were traced. */
+const struct rmap_selection *rmap_map_selection(const struct rmap_map *map);
+/* Rays that the flux of each source is shared out over [n_source]: those in the map, or of a map of
+ * picked rays those of the map that was traced. */
+const double *rmap_map_emitted(const struct rmap_map *map);
+size_t rmap_map_n_portion(const struct rmap_map *map);
+const struct rmap_portion_info *rmap_map_portion(const struct rmap_map *map, size_t portion);
+size_t rmap_map_n_piece(const struct rmap_map *map);
+const struct rmap_piece_info *rmap_map_piece(const struct rmap_map *map, size_t piece);
+
+struct rmap_map_summary {
+    uint64_t n_row[RMAP_TABLE_COUNT];
+    uint64_t nbytes; /* on disk, index included */
+    uint64_t seed;
+    int n_rank, n_shard;
+    bool complete;
+    struct rmap_digest digest;
+    char program_version[64], git_revision[64], isa[32], hdf5_version[32], embree_version[32];
+    int32_t tracer_revision; /* src/trace/tracer_revision.h */
+};
+void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary);
+
+/* That every finished piece is there with the size that the index states; opens none of them. */
+enum rmap_status rmap_map_check_pieces(const struct rmap_map *map,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Flux that one unit of weight stands for, per source: Phi_s / N_s; 0 where N_s = 0. [n_source] */
+const double *rmap_map_flux_per_weight(const struct rmap_map *map);
+
+/* Flux of rays of one source that weigh so much together; of all of them exactly the source's. */
+double rmap_map_flux(const struct rmap_map *map, size_t source, double weight);
+
+/* Portions are in the order of their first ray id.
+ *
+ * Splitting a scan: part `part` of n_part holds portions [split(part), split(part + 1)), about the
+ * same number of legs each; split(n_part) is the number of portions. Two neighbouring parts decode
+ * at most two chunks per column and shard twice, so a part should be long: RMAP_PART_PORTIONS
+ * portions or more (a chunk of /ray is 16 of them). Give whole parts to threads. */
+#define RMAP_PART_PORTIONS 64
+size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
+
+/* From now on columns that cursors decode, and portions of history indexes that questions open,
+ * stay in memory until close, and are taken from there: in all, with the indexes that the map was
+ * given before (rmap_map_history_keep), so many bytes at most. What does not fit, or has no memory,
+ * is read again. Not while a cursor is in use. RMAP_SYSTEM; RMAP_USAGE when called again. */
+enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes,
+                               struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes: what may be kept, what is taken for it, and for what: indexes with their dictionaries;
+ * their portions, opened; columns. */
+struct rmap_map_kept {
+    size_t budget, taken, indexes, views, columns;
+};
+void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept);
+
+/* Points rows at those of these columns of a portion that are kept, which it returns: nobody writes
+ * to them. And keeps a copy of those in rows, all of which are there, as far as there is room. Both
+ * thread-safe. */
+rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
+                                        rmap_column_set columns, struct rmap_portion *rows);
+void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
+                           const struct rmap_portion *rows);
+
+struct rmap_cursor;
+
+/* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks
+ * in a shard makes useful), so reading portions in order decodes each chunk about once, also where
+ * shards alternate. One thread at a time; any number of cursors. */
+enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
+                                    struct rmap_cursor **cursor_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+void rmap_cursor_destroy(struct rmap_cursor *cursor);
+
+/* Reads the cursor's columns of one portion into the cursor's own struct rmap_portion (the other
+ * columns are NULL), valid until the next read. Checked on the way: counts add up to the rows of
+ * the other tables, and sources, objects, media, detectors and stops exist in the scene.
+ * RMAP_FORMAT names the piece, the damaged dataset and the chunk. */
+enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
+                                  const struct rmap_portion **portion_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same in steps. enter takes a portion in hand: its rows are counted, all its columns NULL.
+ * fetch adds columns to the struct that enter gave, where they are not there yet. `columns` of
+ * rmap_cursor_create are those that fetch may ask for; of a compact piece the discrete ones
+ * are decoded together, and those that rays are traced again for, all with them. Errors as above.
+ */
+enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
+                                   const struct rmap_portion **portion_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* From the next portion on, rows of a column that are read from a plain piece are put there, and
+ * stay when the cursor goes on: there is room for all of a portion. NULL: the cursor's own memory.
+ */
+void rmap_cursor_lend(struct rmap_cursor *cursor, enum rmap_column column, void *memory);
+
+/* Elements over and over: the one in row i is element (phase + i) mod n. */
+struct rmap_cycle {
+    const void *element; /* [n], borrowed as long as anybody is asked about it */
+    size_t n, phase;     /* phase < n */
+};
+
+/* *holds_ret: all rows of a column of the portion in hand, of one number per row, follow the cycle,
+ * as far as the stored bytes of its chunks tell, of which few are decoded, if any; false says
+ * nothing. RMAP_SYSTEM. */
+enum rmap_status rmap_cursor_holds(struct rmap_cursor *cursor, enum rmap_column column,
+                                   const struct rmap_cycle *cycle, bool *holds_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* A portion by the paths of its rays: those that refer to the same one are alike in
+ * RMAP_COLUMNS_DISCRETE. All borrowed until the cursor takes another portion in hand. */
+struct rmap_told_paths {
+    const struct rmap_portion *known; /* the piece's paths as rays, with those columns; NULL: the
+                                         portion is not told of so */
+    const uint32_t *first_segment, *first_registration; /* [its rays] of each one's rows */
+    const uint32_t *path; /* [n_ray] 1 + row of `known`; 0: one of its own */
+    size_t n_own;         /* rays with such */
+};
+
+/* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one
+ * in row i is first_ray + i. Errors as of fetch. */
+enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *cursor, struct rmap_told_paths *paths,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of one that was told of so, the rays with paths of their own, side by side in their order, with
+ * those columns, ids and weights. */
+enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor,
+                                       const struct rmap_portion **own_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes read from files so far. */
+uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
+
+/* Stored bytes of the rows read so far, a chunk's bytes being shared out over its rows: the sum
+ * is the same however portions are dealt to cursors, which makes it fit for `query`'s report. */
+uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *cursor);
+
+#endif

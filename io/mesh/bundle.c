@@ -1,0 +1,132 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/mesh/bundle.h"
+
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/file/text_file.h"
+
+static void free_list(char **list, size_t n)
+{
+    for (size_t i = 0; list && i < n; i++)
+        rmap_free(list[i]);
+    rmap_free(list);
+}
+
+void rmap_scene_options_fini(struct rmap_scene_options *options)
+{
+    rmap_free(options->simulation);
+    rmap_free(options->color);
+    rmap_free(options->allowing);
+    free_list(options->only, options->n_only);
+    free_list(options->without, options->n_without);
+    free_list(options->set, options->n_set);
+    *options = (struct rmap_scene_options){0};
+}
+
+static const struct rmap_text_kind scene_file = {
+    "a scene file", "YAML text", " (meshes belong into files of their own)", (size_t)64 << 20};
+
+enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
+                                  struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene_options taken = {0};
+    if (options) {
+        taken = *options;
+        *options = (struct rmap_scene_options){0};
+    }
+    struct rmap_bundle *bundle = rmap_alloc(1, sizeof *bundle);
+    if (!bundle) {
+        rmap_scene_options_fini(&taken);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+    }
+    bundle->options = taken;
+    bundle->path = rmap_strdup(path);
+    if (!bundle->path) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene");
+        goto out;
+    }
+    RMAP_TRY(rmap_text_file_read(path, &scene_file, &bundle->text, &bundle->text_nbytes, err));
+    bundle->loads_plugins = 1;
+    *bundle_ret = bundle;
+    bundle = NULL;
+out:
+    rmap_bundle_destroy(bundle);
+    return st;
+}
+
+void rmap_bundle_destroy(struct rmap_bundle *bundle)
+{
+    if (!bundle)
+        return;
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        rmap_free(bundle->mesh[i].geometry);
+        rmap_mesh_destroy(bundle->mesh[i].mesh);
+    }
+    rmap_free(bundle->mesh);
+    for (size_t i = 0; i < bundle->n_grid; i++) {
+        rmap_free(bundle->grid[i].field);
+        rmap_grid_drop(bundle->grid[i].grid);
+    }
+    rmap_free(bundle->grid);
+    for (size_t i = 0; i < bundle->n_plugin; i++)
+        rmap_free(bundle->plugin[i].field);
+    rmap_free(bundle->plugin);
+    rmap_free(bundle->path);
+    rmap_free(bundle->text);
+    rmap_scene_options_fini(&bundle->options);
+    rmap_free(bundle);
+}
+
+/* A list with room for one more item of `size` bytes, and a copy of the item's name. */
+static void *grow(void *list, size_t n, size_t size, const char *name, char **name_ret,
+                  struct rmap_error *err)
+{
+    *name_ret = rmap_strdup(name);
+    void *grown = *name_ret ? rmap_realloc(list, n + 1, size) : NULL;
+    if (grown)
+        return grown;
+    rmap_free(*name_ret);
+    (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for a part of a scene");
+    return NULL;
+}
+
+enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
+                                      struct rmap_mesh *mesh, struct rmap_error *err)
+{
+    char *name = NULL;
+    void *list = grow(bundle->mesh, bundle->n_mesh, sizeof *bundle->mesh, geometry, &name, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->mesh = list;
+    bundle->mesh[bundle->n_mesh].geometry = name;
+    bundle->mesh[bundle->n_mesh++].mesh = mesh;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_add_grid(struct rmap_bundle *bundle, const char *field,
+                                      struct rmap_grid *grid, struct rmap_error *err)
+{
+    char *name = NULL;
+    void *list = grow(bundle->grid, bundle->n_grid, sizeof *bundle->grid, field, &name, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->grid = list;
+    bundle->grid[bundle->n_grid].field = name;
+    bundle->grid[bundle->n_grid++].grid = grid;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_bundle_add_plugin(struct rmap_bundle *bundle, const char *field,
+                                        uint64_t xxh3, struct rmap_error *err)
+{
+    char *name = NULL;
+    void *list = grow(bundle->plugin, bundle->n_plugin, sizeof *bundle->plugin, field, &name, err);
+    if (!list)
+        return RMAP_SYSTEM;
+    bundle->plugin = list;
+    bundle->plugin[bundle->n_plugin].field = name;
+    bundle->plugin[bundle->n_plugin++].xxh3 = xxh3;
+    return RMAP_OK;
+}

@@ -1,0 +1,109 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Everything a scene is built from, self-contained: the scene file's text, what was chosen of it,
+ * and the meshes it names. Rank 0 reads it from files and broadcasts it; a map carries it.
+ */
+#ifndef RMAP_BUNDLE_H
+#define RMAP_BUNDLE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "geometry/mesh.h"
+#include "gradient/grid.h"
+#include "io/file/diagnostics.h"
+#include "scene/scene.h"
+
+/* What part of a scene takes part, and in which light. All strings owned; NULL or 0: not given. */
+struct rmap_scene_options {
+    char *simulation;
+    char *color;    /* "rgb" or "spectral" */
+    char **only;    /* names */
+    char **without; /* names */
+    char **set;     /* "key.path=value" */
+    size_t n_only, n_without, n_set;
+    bool allows_plugins; /* of any path; a map does not keep this, nor the next */
+    char *allowing;      /* the command line that would allow them, for messages; NULL: unknown */
+};
+void rmap_scene_options_fini(struct rmap_scene_options *options);
+
+struct rmap_bundle {
+    char *path; /* for messages; meshes are relative to its folder */
+    char *text;
+    size_t text_nbytes;
+    struct rmap_scene_options options;
+    size_t n_mesh;
+    struct {
+        char *geometry;         /* name in the scene */
+        struct rmap_mesh *mesh; /* scaled as the scene says */
+    } * mesh;
+    size_t n_grid;
+    struct {
+        char *field; /* a medium's name, with "/1" behind it for a part of a sum */
+        struct rmap_grid *grid;
+    } * grid;
+    size_t n_plugin;
+    struct {
+        char *field;
+        uint64_t xxh3; /* of the shared object */
+    } * plugin;
+    int meshes_complete; /* nothing but plug-ins is read from files any more */
+    int loads_plugins;   /* 0: their fields stay empty, as in scenes from maps. Never packed: a map
+                            must not make whoever opens it load code */
+};
+
+/* Reads the scene file's text (regular file or pipe, at most 64 MiB); options are taken over.
+ * RMAP_INPUT: missing, a directory, empty or binary; RMAP_SYSTEM: no permission, no memory. */
+enum rmap_status rmap_bundle_open(const char *path, struct rmap_scene_options *options,
+                                  struct rmap_bundle **bundle_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+void rmap_bundle_destroy(struct rmap_bundle *bundle);
+
+/* Little-endian bytes that hold the whole bundle, and back. *blob_ret: rmap_free. Every length in
+ * a blob is checked: RMAP_FORMAT when it is not one. */
+enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
+                                  size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bundle_unpack(const uint8_t *blob, size_t nbytes,
+                                    struct rmap_bundle **bundle_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
+/* Takes the mesh over, on success alone; for rmap_scene_read. */
+enum rmap_status rmap_bundle_add_mesh(struct rmap_bundle *bundle, const char *geometry,
+                                      struct rmap_mesh *mesh, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same for a grid, whose one hold is taken over, and for what a plug-in's file was. */
+enum rmap_status rmap_bundle_add_grid(struct rmap_bundle *bundle, const char *field,
+                                      struct rmap_grid *grid, struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_bundle_add_plugin(struct rmap_bundle *bundle, const char *field,
+                                        uint64_t xxh3, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Builds the scene. Reads meshes and grids from files into the bundle unless meshes_complete, and
+ * sets it.
+ * Lists every mistake in diagnostics; RMAP_INPUT when any of them is an error. */
+enum rmap_status rmap_scene_read(struct rmap_bundle *bundle, struct rmap_scene **scene_ret,
+                                 struct rmap_diagnostics *diagnostics,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* STL, OBJ, PLY, glTF through assimp; groups, objects and materials of the file become faces.
+ * Degenerate triangles are dropped and counted. RMAP_INPUT when it cannot be read as a mesh. */
+enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
+                                size_t *n_degenerate_ret, struct rmap_error *err) RMAP_MUST_USE;
+/* A field's numbers of three axes in an HDF5 file. dataset NULL: "n". placing: what the scene says
+ * of where it lies; parts that it leaves NaN (and axes NULL) come from the dataset's attributes
+ * `origin` (or `lower`), `spacing` (or `upper`), `length_unit`, `axes`. unit_m: metres of the
+ * scene's unit, to which lengths are brought. RMAP_INPUT with what is wrong and the remedy. */
+struct rmap_grid_file {
+    const char *path, *dataset;
+    const char *axes; /* "xyz": the dataset's indices in this order; "zyx" */
+    double lower[3], upper[3], spacing[3];
+    double length_unit_m, unit_m;
+};
+enum rmap_status rmap_grid_read(const struct rmap_grid_file *file, struct rmap_grid **grid_ret,
+                                size_t *n_hole_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

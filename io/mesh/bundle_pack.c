@@ -1,0 +1,408 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A bundle as bytes, for broadcasting and for keeping inside a map. Little-endian; a text is its
+ * length (64 bits; all ones: none) and its bytes; arrays follow their counts. What the fields of
+ * gradient media are made of stands at the end, where there is any.
+ */
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/mesh/bundle.h"
+
+static const char magic[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '1'};
+static const char magic_fields[8] = {'R', 'M', 'A', 'P', 'B', 'N', 'D', '2'};
+
+/* ---- bytes out; nbytes only counts while `to` is NULL ---- */
+
+struct sink {
+    uint8_t *to;
+    size_t nbytes;
+};
+
+static void put_bytes(struct sink *sink, const void *bytes, size_t n)
+{
+    if (sink->to && n)
+        memcpy(sink->to + sink->nbytes, bytes, n);
+    sink->nbytes += n;
+}
+
+static void put_u32(struct sink *sink, uint32_t value)
+{
+    if (sink->to)
+        for (int i = 0; i < 4; i++)
+            sink->to[sink->nbytes + (size_t)i] = (uint8_t)(value >> (8 * i));
+    sink->nbytes += 4;
+}
+
+static void put_u64(struct sink *sink, uint64_t value)
+{
+    put_u32(sink, (uint32_t)value);
+    put_u32(sink, (uint32_t)(value >> 32));
+}
+
+static void put_text(struct sink *sink, const char *text)
+{
+    size_t len = text ? strlen(text) : 0;
+    put_u64(sink, text ? (uint64_t)len : UINT64_MAX);
+    put_bytes(sink, text, len);
+}
+
+static void put_list(struct sink *sink, char *const *list, size_t n)
+{
+    put_u64(sink, n);
+    for (size_t i = 0; i < n; i++)
+        put_text(sink, list[i]);
+}
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "numbers are packed as they lie");
+_Static_assert(sizeof(float) == 4, "a float is packed as four bytes");
+
+static void put_mesh(struct sink *sink, const struct rmap_mesh *mesh)
+{
+    put_u64(sink, mesh->n_vertex);
+    put_u64(sink, mesh->n_triangle);
+    put_u64(sink, mesh->n_face);
+    put_bytes(sink, mesh->vertex, mesh->n_vertex * sizeof *mesh->vertex);
+    put_bytes(sink, mesh->triangle, mesh->n_triangle * sizeof *mesh->triangle);
+    put_bytes(sink, mesh->face, mesh->n_triangle * sizeof *mesh->face);
+    for (size_t i = 0; i < mesh->n_face; i++)
+        put_text(sink, mesh->face_name[i]);
+}
+
+_Static_assert(sizeof(double) == 8, "a double is packed as eight bytes");
+
+static void put_fields(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    put_u64(sink, bundle->n_grid);
+    for (size_t i = 0; i < bundle->n_grid; i++) {
+        const struct rmap_grid *grid = bundle->grid[i].grid;
+        const double frame[6] = {grid->origin.x,  grid->origin.y,  grid->origin.z,
+                                 grid->spacing.x, grid->spacing.y, grid->spacing.z};
+        put_text(sink, bundle->grid[i].field);
+        for (int axis = 0; axis < 3; axis++)
+            put_u64(sink, grid->n[axis]);
+        put_bytes(sink, frame, sizeof frame);
+        put_bytes(sink, grid->value, rmap_grid_count(grid) * sizeof *grid->value);
+    }
+    put_u64(sink, bundle->n_plugin);
+    for (size_t i = 0; i < bundle->n_plugin; i++) {
+        put_text(sink, bundle->plugin[i].field);
+        put_u64(sink, bundle->plugin[i].xxh3);
+    }
+}
+
+static void put_bundle(struct sink *sink, const struct rmap_bundle *bundle)
+{
+    const struct rmap_scene_options *options = &bundle->options;
+    bool fields = bundle->n_grid || bundle->n_plugin;
+    put_bytes(sink, fields ? magic_fields : magic, sizeof magic);
+    put_text(sink, bundle->path);
+    put_u64(sink, bundle->text_nbytes);
+    put_bytes(sink, bundle->text, bundle->text_nbytes);
+    put_text(sink, options->simulation);
+    put_text(sink, options->color);
+    put_list(sink, options->only, options->n_only);
+    put_list(sink, options->without, options->n_without);
+    put_list(sink, options->set, options->n_set);
+    put_u32(sink, bundle->meshes_complete ? 1 : 0);
+    put_u64(sink, bundle->n_mesh);
+    for (size_t i = 0; i < bundle->n_mesh; i++) {
+        put_text(sink, bundle->mesh[i].geometry);
+        put_mesh(sink, bundle->mesh[i].mesh);
+    }
+    if (fields)
+        put_fields(sink, bundle);
+}
+
+enum rmap_status rmap_bundle_pack(const struct rmap_bundle *bundle, uint8_t **blob_ret,
+                                  size_t *nbytes_ret, struct rmap_error *err)
+{
+    struct sink sink = {0};
+    put_bundle(&sink, bundle);
+    size_t nbytes = sink.nbytes;
+    sink = (struct sink){.to = rmap_alloc(nbytes, 1)};
+    if (!sink.to)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory: %zu bytes of a scene", nbytes);
+    put_bundle(&sink, bundle);
+    *blob_ret = sink.to;
+    *nbytes_ret = nbytes;
+    return RMAP_OK;
+}
+
+/* ---- bytes in ---- */
+
+struct cursor {
+    const uint8_t *at;
+    size_t left;
+    struct rmap_error *err;
+};
+
+static enum rmap_status damaged(struct cursor *in, const char *what)
+{
+    return rmap_error_set(in->err, RMAP_FORMAT, "the stored scene is damaged: %s", what);
+}
+
+static enum rmap_status no_memory(struct cursor *in)
+{
+    return rmap_error_set(in->err, RMAP_SYSTEM, "out of memory for a stored scene");
+}
+
+static enum rmap_status take_u32(struct cursor *in, uint32_t *value)
+{
+    if (in->left < 4)
+        return damaged(in, "it ends early");
+    *value = 0;
+    for (int i = 0; i < 4; i++)
+        *value |= (uint32_t)in->at[i] << (8 * i);
+    in->at += 4;
+    in->left -= 4;
+    return RMAP_OK;
+}
+
+static enum rmap_status take_u64(struct cursor *in, uint64_t *value)
+{
+    uint32_t low = 0, high = 0;
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(take_u32(in, &low));
+    RMAP_TRY(take_u32(in, &high));
+    *value = (uint64_t)high << 32 | low;
+out:
+    return st;
+}
+
+/* A count of things that take at least `nbytes` each of what is left. */
+static enum rmap_status take_count(struct cursor *in, size_t nbytes, size_t *count)
+{
+    uint64_t value = 0;
+    enum rmap_status st = take_u64(in, &value);
+    if (st != RMAP_OK)
+        return st;
+    if (value > in->left / nbytes)
+        return damaged(in, "a length exceeds what is there");
+    *count = (size_t)value;
+    return RMAP_OK;
+}
+
+static enum rmap_status take_text(struct cursor *in, char **text_ret)
+{
+    uint64_t len = 0;
+    enum rmap_status st = take_u64(in, &len);
+    if (st != RMAP_OK || len == UINT64_MAX)
+        return st;
+    if (len > in->left)
+        return damaged(in, "a text exceeds what is there");
+    if (memchr(in->at, 0, (size_t)len))
+        return damaged(in, "a text holds a NUL");
+    char *text = rmap_alloc((size_t)len + 1, 1);
+    if (!text)
+        return no_memory(in);
+    memcpy(text, in->at, (size_t)len);
+    in->at += len;
+    in->left -= (size_t)len;
+    *text_ret = text;
+    return RMAP_OK;
+}
+
+/* A text that must be there. */
+static enum rmap_status take_name(struct cursor *in, char **text_ret)
+{
+    enum rmap_status st = take_text(in, text_ret);
+    return st == RMAP_OK && !*text_ret ? damaged(in, "a name is missing") : st;
+}
+
+static enum rmap_status take_list(struct cursor *in, char ***list_ret, size_t *n_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = 0;
+    RMAP_TRY(take_count(in, 8, &n));
+    if (!n)
+        goto out;
+    *list_ret = rmap_alloc(n, sizeof **list_ret);
+    if (!*list_ret)
+        return no_memory(in);
+    for (; *n_ret < n; ++*n_ret)
+        RMAP_TRY(take_name(in, &(*list_ret)[*n_ret]));
+out:
+    return st;
+}
+
+static enum rmap_status take_mesh_arrays(struct cursor *in, struct rmap_mesh *mesh)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < 3 * mesh->n_vertex; i++) {
+        uint32_t bits = 0;
+        RMAP_TRY(take_u32(in, &bits));
+        memcpy(&mesh->vertex[i / 3][i % 3], &bits, sizeof bits);
+        if (!isfinite(mesh->vertex[i / 3][i % 3]))
+            RMAP_TRY(damaged(in, "a vertex lies nowhere"));
+    }
+    for (size_t i = 0; i < 3 * mesh->n_triangle; i++) {
+        uint32_t *index = &mesh->triangle[i / 3][i % 3];
+        RMAP_TRY(take_u32(in, index));
+        if (*index >= mesh->n_vertex)
+            RMAP_TRY(damaged(in, "a triangle has a vertex that is not there"));
+    }
+    for (size_t i = 0; i < mesh->n_triangle; i++) {
+        RMAP_TRY(take_u32(in, &mesh->face[i]));
+        if (mesh->face[i] >= mesh->n_face)
+            RMAP_TRY(damaged(in, "a triangle has a face that is not there"));
+    }
+    for (size_t i = 0; i < mesh->n_face; i++)
+        RMAP_TRY(take_text(in, &mesh->face_name[i]));
+out:
+    return st;
+}
+
+static enum rmap_status take_mesh(struct cursor *in, struct rmap_mesh **mesh_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_vertex = 0, n_triangle = 0, n_face = 0;
+    struct rmap_mesh *mesh = NULL;
+    RMAP_TRY(take_count(in, 12, &n_vertex));
+    RMAP_TRY(take_count(in, 16, &n_triangle));
+    RMAP_TRY(take_count(in, 8, &n_face));
+    RMAP_TRY(rmap_mesh_create(n_vertex, n_triangle, n_face, &mesh, in->err));
+    RMAP_TRY(take_mesh_arrays(in, mesh));
+    *mesh_ret = mesh;
+    mesh = NULL;
+out:
+    rmap_mesh_destroy(mesh);
+    return st;
+}
+
+static enum rmap_status take_meshes(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = 0;
+    char *name = NULL;
+    struct rmap_mesh *mesh = NULL;
+    RMAP_TRY(take_count(in, 32, &n));
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_mesh(in, &mesh));
+        RMAP_TRY(rmap_bundle_add_mesh(bundle, name, mesh, in->err));
+        mesh = NULL;
+        rmap_free(name);
+        name = NULL;
+    }
+out:
+    rmap_free(name);
+    rmap_mesh_destroy(mesh);
+    return st;
+}
+
+static enum rmap_status take_doubles(struct cursor *in, double *value, size_t n)
+{
+    if (in->left / sizeof *value < n)
+        return damaged(in, "numbers exceed what is there");
+    memcpy(value, in->at, n * sizeof *value);
+    in->at += n * sizeof *value;
+    in->left -= n * sizeof *value;
+    return RMAP_OK;
+}
+
+/* The count is checked against what is there before memory is taken for it. */
+static enum rmap_status take_grid(struct cursor *in, struct rmap_grid **grid_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n[3], count = 1;
+    double frame[6];
+    struct rmap_grid *grid = NULL;
+    struct rmap_error why = {0};
+    for (int axis = 0; axis < 3; axis++) {
+        RMAP_TRY(take_count(in, 8, &n[axis]));
+        if (n[axis] && count > in->left / 8 / n[axis])
+            RMAP_TRY(damaged(in, "a grid exceeds what is there"));
+        count *= n[axis];
+    }
+    RMAP_TRY(take_doubles(in, frame, 6));
+    st = rmap_grid_create(n, rmap_vec3(frame[0], frame[1], frame[2]),
+                          rmap_vec3(frame[3], frame[4], frame[5]), &grid, &why);
+    if (st != RMAP_OK)
+        return st == RMAP_SYSTEM ? no_memory(in) : damaged(in, why.text);
+    RMAP_TRY(take_doubles(in, grid->value, count));
+    *grid_ret = grid;
+    grid = NULL;
+out:
+    rmap_grid_drop(grid);
+    return st;
+}
+
+static enum rmap_status take_fields(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n = 0;
+    char *name = NULL;
+    struct rmap_grid *grid = NULL;
+    RMAP_TRY(take_count(in, 32, &n));
+    for (size_t i = 0; i < n; i++) {
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_grid(in, &grid));
+        RMAP_TRY(rmap_bundle_add_grid(bundle, name, grid, in->err));
+        grid = NULL;
+        rmap_free(name);
+        name = NULL;
+    }
+    RMAP_TRY(take_count(in, 16, &n));
+    for (size_t i = 0; i < n; i++) {
+        uint64_t xxh3 = 0;
+        RMAP_TRY(take_name(in, &name));
+        RMAP_TRY(take_u64(in, &xxh3));
+        RMAP_TRY(rmap_bundle_add_plugin(bundle, name, xxh3, in->err));
+        rmap_free(name);
+        name = NULL;
+    }
+out:
+    rmap_free(name);
+    rmap_grid_drop(grid);
+    return st;
+}
+
+static enum rmap_status take_bundle(struct cursor *in, struct rmap_bundle *bundle)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene_options *options = &bundle->options;
+    uint32_t complete = 0;
+    bool known = in->left >= sizeof magic;
+    bool fields = known && memcmp(in->at, magic_fields, sizeof magic) == 0;
+    if (!known || (!fields && memcmp(in->at, magic, sizeof magic) != 0))
+        return damaged(in, "it does not begin like one");
+    in->at += sizeof magic;
+    in->left -= sizeof magic;
+    RMAP_TRY(take_text(in, &bundle->path));
+    RMAP_TRY(take_name(in, &bundle->text));
+    bundle->text_nbytes = strlen(bundle->text);
+    RMAP_TRY(take_text(in, &options->simulation));
+    RMAP_TRY(take_text(in, &options->color));
+    RMAP_TRY(take_list(in, &options->only, &options->n_only));
+    RMAP_TRY(take_list(in, &options->without, &options->n_without));
+    RMAP_TRY(take_list(in, &options->set, &options->n_set));
+    RMAP_TRY(take_u32(in, &complete));
+    if (complete != 1) /* or else reading the scene would open files that a stranger's map names */
+        RMAP_TRY(damaged(in, "its meshes are not all in it"));
+    bundle->meshes_complete = 1;
+    RMAP_TRY(take_meshes(in, bundle));
+    if (fields)
+        RMAP_TRY(take_fields(in, bundle));
+    if (in->left)
+        RMAP_TRY(damaged(in, "something follows its end"));
+out:
+    return st;
+}
+
+enum rmap_status rmap_bundle_unpack(const uint8_t *blob, size_t nbytes,
+                                    struct rmap_bundle **bundle_ret, struct rmap_error *err)
+{
+    struct cursor in = {blob, nbytes, err};
+    struct rmap_bundle *bundle = rmap_alloc(1, sizeof *bundle);
+    if (!bundle)
+        return no_memory(&in);
+    enum rmap_status st = take_bundle(&in, bundle);
+    if (st == RMAP_OK)
+        *bundle_ret = bundle;
+    else
+        rmap_bundle_destroy(bundle);
+    return st;
+}

@@ -1,0 +1,166 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/mesh/mesh_builder.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+#include <xxhash.h>
+
+#include "base/alloc.h"
+
+#define TRIANGLES_MAX ((size_t)1 << 31)
+
+static uint32_t *find_slot(const struct rmap_mesh_builder *b, const float key[3])
+{
+    size_t mask = b->n_slot - 1, slot = (size_t)XXH3_64bits(key, 3 * sizeof *key) & mask;
+    while (b->slot[slot] && memcmp(b->vertex[b->slot[slot] - 1], key, 3 * sizeof *key) != 0)
+        slot = (slot + 1) & mask;
+    return &b->slot[slot];
+}
+
+static enum rmap_status grow_slots(struct rmap_mesh_builder *b)
+{
+    size_t n_slot = b->n_slot ? 2 * b->n_slot : 1024;
+    uint32_t *slot = rmap_alloc(n_slot, sizeof *slot);
+    if (!slot)
+        return rmap_error_set(b->err, RMAP_SYSTEM, "out of memory: %zu vertices", b->n_vertex);
+    rmap_free(b->slot);
+    b->slot = slot;
+    b->n_slot = n_slot;
+    for (size_t i = 0; i < b->n_vertex; i++)
+        *find_slot(b, b->vertex[i]) = (uint32_t)(i + 1);
+    return RMAP_OK;
+}
+
+static enum rmap_status vertex_index(struct rmap_mesh_builder *b, const float position[3],
+                                     uint32_t *index_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    if (2 * (b->n_vertex + 1) > b->n_slot)
+        RMAP_TRY(grow_slots(b));
+    uint32_t *slot = find_slot(b, position);
+    if (!*slot) {
+        void *vertex = b->vertex;
+        RMAP_TRY(rmap_reserve(&vertex, &b->cap_vertex, b->n_vertex + 1, sizeof *b->vertex, b->err));
+        b->vertex = vertex;
+        memcpy(b->vertex[b->n_vertex], position, sizeof *b->vertex);
+        *slot = (uint32_t)++b->n_vertex;
+    }
+    *index_ret = *slot - 1;
+out:
+    return st;
+}
+
+/* Rounded to float, as it is stored; -0 becomes 0. */
+static void round_corner(struct rmap_vec3 corner, float rounded[3])
+{
+    rounded[0] = (float)corner.x + 0.0f;
+    rounded[1] = (float)corner.y + 0.0f;
+    rounded[2] = (float)corner.z + 0.0f;
+}
+
+static struct rmap_vec3 widened(const float p[3])
+{
+    return rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
+}
+
+enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
+                                       const struct rmap_vec3 corner[3])
+{
+    enum rmap_status st = RMAP_OK;
+    float p[3][3];
+    for (int k = 0; k < 3; k++)
+        round_corner(corner[k], p[k]);
+    struct rmap_vec3 origin = widened(p[0]);
+    double area =
+        rmap_length(rmap_cross(rmap_sub(widened(p[1]), origin), rmap_sub(widened(p[2]), origin)));
+    if (!(area > 0) || !isfinite(area)) {
+        b->n_degenerate++;
+        return RMAP_OK;
+    }
+    if (b->n_triangle >= TRIANGLES_MAX || b->n_vertex + 3 >= UINT32_MAX)
+        return rmap_error_set(b->err, RMAP_INPUT, "it has more than 2^31 triangles");
+    void *triangle = b->triangle, *face = b->face;
+    RMAP_TRY(
+        rmap_reserve(&triangle, &b->cap_triangle, b->n_triangle + 1, sizeof *b->triangle, b->err));
+    b->triangle = triangle;
+    RMAP_TRY(rmap_reserve(&face, &b->cap_face, b->n_triangle + 1, sizeof *b->face, b->err));
+    b->face = face;
+    for (int k = 0; k < 3; k++)
+        RMAP_TRY(vertex_index(b, p[k], &b->triangle[b->n_triangle][k]));
+    b->face[b->n_triangle++] = (uint32_t)b->n_face;
+out:
+    return st;
+}
+
+enum rmap_status rmap_mesh_builder_close_face(struct rmap_mesh_builder *b, const char *name)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!b->n_triangle || b->face[b->n_triangle - 1] < b->n_face)
+        return RMAP_OK;
+    void *names = b->face_name;
+    RMAP_TRY(rmap_reserve(&names, &b->cap_face_name, b->n_face + 1, sizeof *b->face_name, b->err));
+    b->face_name = names;
+    b->face_name[b->n_face] = rmap_strdup(name);
+    if (name && !b->face_name[b->n_face])
+        return rmap_error_set(b->err, RMAP_SYSTEM, "out of memory: %zu faces", b->n_face);
+    b->n_face++;
+out:
+    return st;
+}
+
+/* By one of the latest parts: a file has the materials of a part one after the other. */
+static bool name_taken(const struct rmap_mesh_builder *b, const char *name)
+{
+    enum { LATEST = 64 };
+    for (size_t i = b->n_face > LATEST ? b->n_face - LATEST : 0; i < b->n_face; i++)
+        if (b->face_name[i] && strcmp(b->face_name[i], name) == 0)
+            return true;
+    return false;
+}
+
+enum rmap_status rmap_mesh_builder_close_part(struct rmap_mesh_builder *b, const char *name,
+                                              const char *material)
+{
+    enum { LONGEST = 2050 };
+    char text[LONGEST];
+    if (!name[0])
+        name = material;
+    const bool taken = material[0] && name_taken(b, name);
+    (void)snprintf(text, sizeof text, "%s%s%s", name, taken ? "/" : "", taken ? material : "");
+    return rmap_mesh_builder_close_face(b, text[0] ? text : NULL);
+}
+
+enum rmap_status rmap_mesh_builder_finish(struct rmap_mesh_builder *b, struct rmap_mesh **mesh_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_mesh *mesh = NULL;
+    if (!b->n_triangle && b->n_degenerate)
+        return rmap_error_set(b->err, RMAP_INPUT, "none of its %zu triangles has an area",
+                              b->n_degenerate);
+    if (!b->n_triangle)
+        return rmap_error_set(b->err, RMAP_INPUT, "it holds no triangles");
+    RMAP_TRY(rmap_mesh_create(b->n_vertex, b->n_triangle, b->n_face, &mesh, b->err));
+    memcpy(mesh->vertex, b->vertex, b->n_vertex * sizeof *b->vertex);
+    memcpy(mesh->triangle, b->triangle, b->n_triangle * sizeof *b->triangle);
+    memcpy(mesh->face, b->face, b->n_triangle * sizeof *b->face);
+    for (size_t i = 0; i < b->n_face; i++) { /* taken over */
+        mesh->face_name[i] = b->face_name[i];
+        b->face_name[i] = NULL;
+    }
+    *mesh_ret = mesh;
+out:
+    return st;
+}
+
+void rmap_mesh_builder_fini(struct rmap_mesh_builder *b)
+{
+    for (size_t i = 0; i < b->n_face; i++)
+        rmap_free(b->face_name[i]);
+    rmap_free(b->face_name);
+    rmap_free(b->vertex);
+    rmap_free(b->triangle);
+    rmap_free(b->face);
+    rmap_free(b->slot);
+}

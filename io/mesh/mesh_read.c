@@ -1,0 +1,288 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Meshes from files: STL and OBJ through assimp, which is asked to triangulate and for nothing
+ * else, and is given one file's bytes; PLY and glTF by mesh_ply.c and mesh_gltf.c.
+ */
+#include <assimp/cfileio.h>
+#include <assimp/cimport.h>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/alloc.h"
+#include "io/file/input_file.h"
+#include "io/mesh/bundle.h"
+#include "io/mesh/gltf_numbers.h"
+#include "io/mesh/mesh_builder.h"
+
+#define NODE_DEPTH_MAX 256
+#define CORNERS_MAX    4096
+
+struct gatherer {
+    const struct aiScene *scene;
+    double scale;
+    struct rmap_mesh_builder *builder;
+};
+
+/* ---- what assimp made of a file ---- */
+
+static bool is_triangle(const struct aiMesh *mesh, unsigned face)
+{
+    const struct aiFace *f = &mesh->mFaces[face];
+    bool good = f->mNumIndices == 3;
+    for (int k = 0; good && k < 3; k++)
+        good = f->mIndices[k] < mesh->mNumVertices;
+    return good;
+}
+
+static enum rmap_status add_triangles(struct gatherer *g, const struct aiMesh *from)
+{
+    enum rmap_status st = RMAP_OK;
+    for (unsigned i = 0; from->mVertices && i < from->mNumFaces; i++) {
+        struct rmap_vec3 corner[3];
+        if (!is_triangle(from, i))
+            continue;
+        for (int k = 0; k < 3; k++) {
+            const struct aiVector3D *v = &from->mVertices[from->mFaces[i].mIndices[k]];
+            corner[k] = rmap_scale(rmap_vec3((double)v->x, (double)v->y, (double)v->z), g->scale);
+        }
+        RMAP_TRY(rmap_mesh_builder_add(g->builder, corner));
+    }
+out:
+    return st;
+}
+
+/* The part's name in the file, which may have none. */
+static enum rmap_status close_face(struct gatherer *g, const struct aiNode *node,
+                                   const struct aiMesh *mesh)
+{
+    struct aiString material = {0};
+    if (mesh->mMaterialIndex < g->scene->mNumMaterials)
+        (void)aiGetMaterialString(g->scene->mMaterials[mesh->mMaterialIndex], AI_MATKEY_NAME,
+                                  &material);
+    if (strcmp(material.data, AI_DEFAULT_MATERIAL_NAME) == 0)
+        material = (struct aiString){0};
+    return rmap_mesh_builder_close_part(
+        g->builder, mesh->mName.length ? mesh->mName.data : node->mName.data, material.data);
+}
+
+/* Neither STL nor OBJ places its parts. */
+static enum rmap_status gather(struct gatherer *g, const struct aiNode *node, int depth)
+{
+    enum rmap_status st = RMAP_OK;
+    if (depth > NODE_DEPTH_MAX)
+        return rmap_error_set(g->builder->err, RMAP_INPUT, "its parts are nested too deeply");
+    for (unsigned i = 0; i < node->mNumMeshes; i++) {
+        if (node->mMeshes[i] >= g->scene->mNumMeshes)
+            continue;
+        const struct aiMesh *mesh = g->scene->mMeshes[node->mMeshes[i]];
+        RMAP_TRY(add_triangles(g, mesh));
+        RMAP_TRY(close_face(g, node, mesh));
+    }
+    for (unsigned i = 0; i < node->mNumChildren; i++)
+        RMAP_TRY(gather(g, node->mChildren[i], depth + 1));
+out:
+    return st;
+}
+
+/* ---- the one file that assimp sees ---- */
+
+struct source {
+    struct aiFileIO io; /* first: what assimp hands back */
+    struct aiFile file;
+    const char *path;
+    const uint8_t *bytes;
+    size_t nbytes, at;
+    bool open;
+};
+
+static struct source *source_of(struct aiFile *file)
+{
+    return (struct source *)(void *)file->UserData;
+}
+
+static size_t read_items(struct aiFile *file, char *to, size_t size, size_t n)
+{
+    struct source *self = source_of(file);
+    const size_t left = self->nbytes - self->at, most = size ? left / size : 0;
+    n = n < most ? n : most;
+    memcpy(to, self->bytes + self->at, n * size);
+    self->at += n * size;
+    return n;
+}
+
+static size_t write_items(struct aiFile *file, const char *from, size_t size, size_t n)
+{
+    (void)file, (void)from, (void)size, (void)n;
+    return 0;
+}
+
+static size_t tell(struct aiFile *file)
+{
+    return source_of(file)->at;
+}
+
+static size_t size_of(struct aiFile *file)
+{
+    return source_of(file)->nbytes;
+}
+
+static enum aiReturn seek(struct aiFile *file, size_t offset, enum aiOrigin origin)
+{
+    struct source *self = source_of(file);
+    const size_t from = origin == aiOrigin_SET   ? 0
+                        : origin == aiOrigin_CUR ? self->at
+                                                 : self->nbytes;
+    if (offset > self->nbytes - from)
+        return aiReturn_FAILURE;
+    self->at = from + offset;
+    return aiReturn_SUCCESS;
+}
+
+static void flush(struct aiFile *file)
+{
+    (void)file;
+}
+
+/* Materials, which an OBJ file names, are not wanted. */
+static struct aiFile *open_source(struct aiFileIO *io, const char *path, const char *mode)
+{
+    struct source *self = (struct source *)io;
+    if (self->open || mode[0] != 'r' || strcmp(path, self->path) != 0)
+        return NULL;
+    self->open = true;
+    self->at = 0;
+    return &self->file;
+}
+
+static void close_source(struct aiFileIO *io, struct aiFile *file)
+{
+    (void)file;
+    ((struct source *)io)->open = false;
+}
+
+static enum rmap_status read_through_assimp(const char *path, const uint8_t *bytes, size_t nbytes,
+                                            double scale, struct rmap_mesh_builder *builder)
+{
+    struct source source = {
+        .io = {open_source, close_source, NULL}, .path = path, .bytes = bytes, .nbytes = nbytes};
+    source.file =
+        (struct aiFile){read_items, write_items, tell, size_of, seek, flush, (char *)&source};
+    const struct aiScene *scene = aiImportFileEx(path, aiProcess_Triangulate, &source.io);
+    if (!scene) {
+        const char *text = aiGetErrorString();
+        if (text && strstr(text, "bad_alloc"))
+            return rmap_error_set(builder->err, RMAP_SYSTEM, "out of memory for mesh %s", path);
+        return rmap_error_set(builder->err, RMAP_INPUT, "%.300s (is the file whole?)",
+                              text && text[0] ? text : "it is no mesh that can be understood");
+    }
+    struct gatherer g = {scene, scale, builder};
+    enum rmap_status st = scene->mRootNode ? gather(&g, scene->mRootNode, 0) : RMAP_OK;
+    aiReleaseImport(scene);
+    return st;
+}
+
+/* ---- files ---- */
+
+/* assimp cuts polygons into triangles in a time that grows with the square of their corners. A line
+ * that ends in a backslash goes on in the next one. */
+static enum rmap_status check_polygons(const uint8_t *text, size_t nbytes, struct rmap_error *err)
+{
+    size_t n_word = 0, line = 1;
+    bool face = false, in_word = false;
+    for (size_t i = 0; i < nbytes; i++) {
+        const bool goes_on = text[i] == '\\' && memchr("\n\r\f", text[i + 1], 4);
+        const bool blank = goes_on || text[i] <= ' ';
+        if (!blank && !in_word && n_word++ == 0)
+            face = text[i] == 'f';
+        in_word = !blank;
+        if (face && n_word > CORNERS_MAX + 1)
+            return rmap_error_set(err, RMAP_INPUT, "line %zu: a face has more than %d corners",
+                                  line, CORNERS_MAX);
+        while (goes_on && i < nbytes && text[i] != '\n')
+            i++;
+        if (!goes_on && (text[i] == '\n' || text[i] == '\r'))
+            n_word = 0;
+        line += text[i] == '\n';
+    }
+    return RMAP_OK;
+}
+
+static bool ends_in(const char *path, const char *ending)
+{
+    size_t len = strlen(path), ending_len = strlen(ending);
+    return len > ending_len && strcasecmp(path + len - ending_len, ending) == 0;
+}
+
+static enum rmap_status read_bytes(const char *path, const uint8_t *bytes, size_t nbytes,
+                                   double scale, struct rmap_mesh_builder *builder)
+{
+    enum rmap_status st = RMAP_OK;
+    if (nbytes == 0)
+        return rmap_error_set(builder->err, RMAP_INPUT, "the file is empty");
+    if (ends_in(path, ".gltf") || ends_in(path, ".glb"))
+        return rmap_gltf_read(path, bytes, nbytes, scale, builder);
+    if (ends_in(path, ".ply"))
+        return rmap_ply_read(bytes, nbytes, scale, builder);
+    if (ends_in(path, ".obj"))
+        st = check_polygons(bytes, nbytes, builder->err);
+    return st == RMAP_OK ? read_through_assimp(path, bytes, nbytes, scale, builder) : st;
+}
+
+static bool is_known(const char *path)
+{
+    static const char *const known[] = {".stl", ".obj", ".ply", ".gltf", ".glb"};
+    bool fits = false;
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+        fits |= ends_in(path, known[i]);
+    return fits;
+}
+
+enum rmap_status rmap_mesh_read(const char *path, double scale, struct rmap_mesh **mesh_ret,
+                                size_t *n_degenerate_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_mesh_builder builder = {.err = err};
+    uint8_t *bytes = NULL;
+    size_t nbytes = 0;
+    const char *trouble;
+    if (!is_known(path))
+        RMAP_TRY(rmap_error_set(err, RMAP_INPUT,
+                                "its name must end in .stl, .obj, .ply, .gltf or .glb"));
+    trouble = rmap_input_file_trouble(path);
+    if (trouble)
+        return rmap_error_set(err, RMAP_INPUT, "cannot open mesh %s: %s", path, trouble);
+    RMAP_TRY(rmap_input_file_read(path, RMAP_MESH_NBYTES_MAX, &bytes, &nbytes, err));
+    RMAP_TRY(read_bytes(path, bytes, nbytes, scale, &builder));
+    RMAP_TRY(rmap_mesh_builder_finish(&builder, mesh_ret));
+    *n_degenerate_ret = builder.n_degenerate;
+out:
+    rmap_free(bytes);
+    rmap_mesh_builder_fini(&builder);
+    if (st == RMAP_INPUT)
+        rmap_error_context(err, "cannot read mesh %s", path);
+    return st;
+}
+
+enum rmap_status rmap_mesh_copy(const struct rmap_mesh *from, struct rmap_mesh **mesh_ret,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_mesh *mesh = NULL;
+    RMAP_TRY(rmap_mesh_create(from->n_vertex, from->n_triangle, from->n_face, &mesh, err));
+    memcpy(mesh->vertex, from->vertex, from->n_vertex * sizeof *from->vertex);
+    memcpy(mesh->triangle, from->triangle, from->n_triangle * sizeof *from->triangle);
+    memcpy(mesh->face, from->face, from->n_triangle * sizeof *from->face);
+    for (size_t i = 0; i < from->n_face; i++) {
+        mesh->face_name[i] = rmap_strdup(from->face_name[i]);
+        if (from->face_name[i] && !mesh->face_name[i])
+            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a mesh"));
+    }
+    *mesh_ret = mesh;
+    mesh = NULL;
+out:
+    rmap_mesh_destroy(mesh);
+    return st;
+}

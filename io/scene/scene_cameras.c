@@ -1,0 +1,257 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Cameras, and the light that comes from outside the scene: what pictures need beside the rest.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+
+#define PIXELS_PER_SIDE_MAX 65535
+#define PIXELS_MAX          (1u << 28)
+
+/* ---- where it looks ---- */
+
+/* From `at` to `look_at`, or `direction`; distance: to look_at, 0 where there is none. */
+static bool read_forward(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         struct rmap_camera *camera, double *distance)
+{
+    const struct rmap_yaml_node *look_at = rmap_yaml_get(node, "look_at");
+    struct rmap_vec3 target = {0, 0, 0};
+    bool good = rmap_reader_vec3(reader, node, "at", &camera->at);
+    *distance = 0;
+    if (look_at && rmap_yaml_get(node, "direction")) {
+        rmap_reader_error(reader, look_at, "give 'look_at' or 'direction', not both");
+        return false;
+    }
+    if (!look_at) {
+        if (rmap_yaml_get(node, "direction"))
+            return rmap_reader_direction(reader, node, "direction", &camera->forward) && good;
+        rmap_reader_error(reader, node,
+                          "say where camera '%.60s' looks: 'look_at' a point, or 'direction'",
+                          camera->name);
+        return false;
+    }
+    if (!rmap_reader_vec3(reader, node, "look_at", &target) || !good)
+        return false;
+    struct rmap_vec3 away = rmap_sub(target, camera->at);
+    *distance = rmap_length(away);
+    if (!(*distance > 0)) {
+        rmap_reader_error(reader, look_at,
+                          "'look_at' is where camera '%.60s' stands: name a point in front of it",
+                          camera->name);
+        return false;
+    }
+    camera->forward = rmap_normalize(away);
+    return true;
+}
+
+/* Up in the picture is what `up` looks like from the camera; z, or y for one that looks along z. */
+static void read_up(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                    struct rmap_camera *camera)
+{
+    const double steep = 0.999; /* 2.6 degrees from the vertical */
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "up");
+    struct rmap_vec3 up = {0, 0, 1};
+    if (!at && fabs(camera->forward.z) > steep)
+        up = rmap_vec3(0, 1, 0);
+    if (at && !rmap_reader_direction(reader, node, "up", &up))
+        return;
+    struct rmap_vec3 right = rmap_cross(camera->forward, up);
+    if (!(rmap_length(right) > 1e-9)) {
+        rmap_reader_error(reader, at, "'up' is along the line of sight: give another direction");
+        return;
+    }
+    camera->right = rmap_normalize(right);
+    camera->up = rmap_cross(camera->right, camera->forward);
+}
+
+/* ---- what it sees ---- */
+
+static void read_resolution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            struct rmap_camera *camera)
+{
+    const struct rmap_range range = {1, PIXELS_PER_SIDE_MAX, "between 1 and 65535"};
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "resolution");
+    double pixels[2] = {640, 480};
+    size_t n = 2;
+    (void)rmap_reader_numbers(reader, node, "resolution", RMAP_OPTIONAL, &range, 2, 2, pixels, &n);
+    if (pixels[0] != floor(pixels[0]) || pixels[1] != floor(pixels[1]))
+        rmap_reader_error(reader, at, "'resolution' must be whole numbers");
+    else if (pixels[0] * pixels[1] > PIXELS_MAX)
+        rmap_reader_error(reader, at, "%.0f x %.0f pixels are too many: %u at most", pixels[0],
+                          pixels[1], PIXELS_MAX);
+    camera->resolution[0] = (uint32_t)pixels[0];
+    camera->resolution[1] = (uint32_t)pixels[1];
+}
+
+/* `sensor` at the distance where a lens of this focal length makes its image. */
+static void read_sensor(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_camera *camera)
+{
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "sensor");
+    double f = 1, sensor[2] = {1, 1};
+    size_t n = 0;
+    if (!rmap_reader_number(reader, node, "focal_length", RMAP_REQUIRED, &rmap_range_positive,
+                            &f) ||
+        !rmap_reader_numbers(reader, node, "sensor", RMAP_REQUIRED, &rmap_range_positive, 2, 2,
+                             sensor, &n))
+        return;
+    double distance = f;
+    if (camera->type == RMAP_CAMERA_THIN_LENS && !(camera->focus > f)) {
+        rmap_reader_error(reader, at,
+                          "camera '%.60s' cannot focus nearer than its focal length of %g",
+                          camera->name, f);
+        return;
+    }
+    if (camera->type == RMAP_CAMERA_THIN_LENS)
+        distance = f * camera->focus / (camera->focus - f);
+    camera->slope = 0.5 * sensor[1] / distance;
+    double wanted = sensor[0] / sensor[1];
+    double given = (double)camera->resolution[0] / (double)camera->resolution[1];
+    if (fabs(given / wanted - 1) > 0.01)
+        rmap_reader_warn(reader, at,
+                         "a sensor of %g x %g has other proportions than the resolution: pixels "
+                         "are square, and the height decides",
+                         sensor[0], sensor[1]);
+}
+
+static void read_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_camera *camera)
+{
+    const struct rmap_range angle = {1e-6, 179, "an angle greater than 0 and up to 179 degrees"};
+    const struct rmap_yaml_node *fov_at = rmap_yaml_get(node, "fov");
+    bool sensor = rmap_yaml_get(node, "sensor") || rmap_yaml_get(node, "focal_length");
+    double fov = 40;
+    if (fov_at && sensor) {
+        rmap_reader_error(reader, fov_at, "give 'fov', or 'focal_length' and 'sensor'");
+        return;
+    }
+    if (sensor) {
+        read_sensor(reader, node, camera);
+        return;
+    }
+    if (rmap_reader_number(reader, node, "fov", RMAP_OPTIONAL, &angle, &fov))
+        camera->slope = tan(0.5 * fov * RMAP_PI / 180);
+}
+
+static void read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      struct rmap_camera *camera, double distance)
+{
+    camera->focus = distance;
+    enum rmap_need need = distance > 0 ? RMAP_OPTIONAL : RMAP_REQUIRED;
+    (void)rmap_reader_number(reader, node, "focus", need, &rmap_range_positive, &camera->focus);
+    (void)rmap_reader_number(reader, node, "aperture", RMAP_REQUIRED, &rmap_range_positive,
+                             &camera->aperture);
+}
+
+static enum rmap_status read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                    struct rmap_camera *camera)
+{
+    static const char *const pinhole[] = {
+        "name", "type",   "at",           "look_at",  "up",     "direction", "resolution",
+        "fov",  "sensor", "focal_length", "exposure", "medium", "within"};
+    static const char *const thin_lens[] = {
+        "name",   "type",         "at",       "look_at", "up",     "direction", "resolution", "fov",
+        "sensor", "focal_length", "exposure", "medium",  "within", "focus",     "aperture"};
+    static const char *const word[] = {"pinhole", "thin_lens"};
+    enum rmap_status st = RMAP_OK;
+    double distance = 0;
+    int type = 0;
+    if (!rmap_reader_choice(reader, node, "type", RMAP_OPTIONAL, word, 2, &type))
+        return RMAP_OK;
+    camera->type = (enum rmap_camera_type)type;
+    if (camera->type == RMAP_CAMERA_PINHOLE)
+        (void)rmap_reader_check_map(reader, node, "a pinhole camera", pinhole, RMAP_COUNT(pinhole));
+    else
+        (void)rmap_reader_check_map(reader, node, "a thin_lens camera", thin_lens,
+                                    RMAP_COUNT(thin_lens));
+    if (read_forward(reader, node, camera, &distance))
+        read_up(reader, node, camera);
+    if (camera->type == RMAP_CAMERA_THIN_LENS)
+        read_lens(reader, node, camera, distance);
+    read_resolution(reader, node, camera);
+    read_field(reader, node, camera);
+    (void)rmap_reader_number(reader, node, "exposure", RMAP_OPTIONAL, &rmap_range_positive,
+                             &camera->exposure);
+    RMAP_TRY(rmap_reader_medium(reader, node, "medium", &camera->medium));
+    if (camera->medium < 0 && !rmap_yaml_get(node, "medium"))
+        RMAP_TRY(rmap_reader_surrounding_medium(reader, &camera->medium));
+    RMAP_TRY(rmap_reader_place_within(reader, node, camera->medium, &camera->gradient));
+out:
+    return st;
+}
+
+/* ---- the sections ---- */
+
+static void check_unique(struct rmap_reader *reader, const struct rmap_yaml_node *list, size_t i,
+                         const char *name)
+{
+    if (name[0] == RMAP_UNNAMED[0])
+        return;
+    for (size_t k = 0; k < i; k++) {
+        const struct rmap_yaml_node *earlier = list->item[k].value;
+        const struct rmap_yaml_node *taken = rmap_yaml_get(earlier, "name");
+        if (!taken || taken->kind != RMAP_YAML_SCALAR || strcmp(taken->text, name) != 0)
+            continue;
+        rmap_reader_error(reader, list->item[i].value,
+                          "the name '%.60s' is taken by the camera on line %d", name,
+                          earlier->line);
+        return;
+    }
+}
+
+enum rmap_status rmap_reader_read_cameras(struct rmap_reader *reader)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene *scene = reader->scene;
+    const struct rmap_yaml_node *list = rmap_yaml_get(reader->root, "cameras");
+    if (!list || !rmap_reader_check_list(reader, list, "'cameras'"))
+        return RMAP_OK;
+    for (size_t i = 0; i < list->n_item; i++) {
+        const struct rmap_yaml_node *node = list->item[i].value;
+        if (node->kind != RMAP_YAML_MAP) {
+            rmap_reader_error(reader, node, "a camera must be a mapping, as in {name: front, ...}");
+            continue;
+        }
+        void *array = scene->camera;
+        struct rmap_camera *camera = rmap_reader_append(reader, &array, &scene->n_camera,
+                                                        &reader->cap_camera, sizeof *camera);
+        if (!camera)
+            return rmap_reader_no_memory(reader);
+        scene->camera = array;
+        *camera = (struct rmap_camera){.medium = -1, .slope = 1};
+        const char *name = rmap_reader_name(reader, node);
+        camera->name = rmap_strdup(name);
+        if (!camera->name)
+            return rmap_reader_no_memory(reader);
+        check_unique(reader, list, i, name);
+        RMAP_TRY(read_camera(reader, node, camera));
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_reader_read_background(struct rmap_reader *reader)
+{
+    static const char *const key[] = {"radiance", "spectrum"};
+    struct rmap_scene *scene = reader->scene;
+    const struct rmap_yaml_node *node = rmap_yaml_get(reader->root, "background");
+    struct rmap_spectrum spectrum = {.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
+    struct rmap_error failure = {0};
+    double radiance = 0;
+    if (!node || !rmap_reader_check_map(reader, node, "'background'", key, RMAP_COUNT(key)))
+        return RMAP_OK;
+    (void)rmap_reader_number(reader, node, "radiance", RMAP_REQUIRED, &rmap_range_nonnegative,
+                             &radiance);
+    enum rmap_status st = rmap_reader_source_spectrum(reader, node, &spectrum);
+    if (st != RMAP_OK || reader->diagnostics->n_error > 0)
+        return st;
+    if (rmap_spectrum_shares(&spectrum, &scene->channels, scene->flux_unit == RMAP_FLUX_LM,
+                             scene->background, &failure) != RMAP_OK)
+        rmap_reader_error(reader, node, "'background': %.200s", failure.text);
+    for (int i = 0; i < scene->channels.n; i++)
+        scene->background[i] *= radiance;
+    return RMAP_OK;
+}

@@ -1,0 +1,281 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The sections that everything else is measured by: units, limits, spectrum.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+
+static const double rgb_index_nm = 587.56; /* RGB mode takes indices at the helium d line */
+
+const char *const rmap_unit_names[6] = {"nm", "um", "mm", "cm", "m", "in"};
+
+double rmap_reader_unit_m(const char *unit)
+{
+    static const double metres[RMAP_COUNT(rmap_unit_names)] = {1e-9, 1e-6, 1e-3, 1e-2, 1.0, 0.0254};
+    for (size_t i = 0; i < RMAP_COUNT(rmap_unit_names); i++)
+        if (strcmp(unit, rmap_unit_names[i]) == 0)
+            return metres[i];
+    return 0;
+}
+
+enum rmap_status rmap_reader_read_units(struct rmap_reader *reader)
+{
+    int choice = 2;
+    (void)rmap_reader_choice(reader, reader->root, "units", RMAP_OPTIONAL, rmap_unit_names,
+                             RMAP_COUNT(rmap_unit_names), &choice);
+    char *unit = rmap_strdup(rmap_unit_names[choice]);
+    if (!unit)
+        return rmap_reader_no_memory(reader);
+    rmap_free(reader->scene->unit);
+    reader->scene->unit = unit;
+    reader->scene->unit_m = rmap_reader_unit_m(unit);
+    return RMAP_OK;
+}
+
+void rmap_reader_read_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node)
+{
+    static const char *const key[] = {"steps", "flux"};
+    const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
+    if (!node || !rmap_reader_check_map(reader, node, "limits", key, RMAP_COUNT(key)))
+        return;
+    (void)rmap_reader_whole(reader, node, "steps", 1, UINT32_MAX, &reader->scene->limit_steps);
+    (void)rmap_reader_number(reader, node, "flux", RMAP_OPTIONAL, &below_one,
+                             &reader->scene->limit_weight);
+}
+
+/* ---- wavelengths ---- */
+
+/* Wavelengths gathered before they become channels. */
+struct gathered {
+    double *nm;
+    size_t n, cap;
+};
+
+static enum rmap_status gather(struct rmap_reader *reader, struct gathered *set, double nm)
+{
+    void *array = set->nm;
+    double *place = rmap_reader_append(reader, &array, &set->n, &set->cap, sizeof *place);
+    if (!place)
+        return rmap_reader_no_memory(reader);
+    set->nm = array;
+    *place = nm;
+    return RMAP_OK;
+}
+
+static bool number_of(const char *text, double *value)
+{
+    return rmap_reader_parse_number(text, strlen(text), value) && *value > 0;
+}
+
+/* False when the source has light at other wavelengths than ones it names. */
+static enum rmap_status gather_source(struct rmap_reader *reader, struct gathered *set,
+                                      const struct rmap_yaml_node *source, bool *named)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_yaml_node *lines = rmap_yaml_get(rmap_yaml_get(source, "spectrum"), "lines");
+    const struct rmap_yaml_node *rays = rmap_yaml_get(source, "rays");
+    double nm = 0;
+    *named = lines && lines->kind == RMAP_YAML_MAP;
+    for (size_t i = 0; *named && i < lines->n_item; i++)
+        if (number_of(lines->item[i].key, &nm))
+            RMAP_TRY(gather(reader, set, nm));
+    if (!rays || rays->kind != RMAP_YAML_LIST)
+        goto out;
+    bool all = true;
+    for (size_t i = 0; i < rays->n_item; i++) {
+        const struct rmap_yaml_node *node = rmap_yaml_get(rays->item[i].value, "wavelength");
+        bool good = node && node->kind == RMAP_YAML_SCALAR && number_of(node->text, &nm);
+        all &= good;
+        if (good)
+            RMAP_TRY(gather(reader, set, nm));
+    }
+    *named |= all;
+out:
+    return st;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    double left = *(const double *)a, right = *(const double *)b;
+    return (left > right) - (left < right);
+}
+
+/* Sorted, with what differs by less than 1e-6 of itself merged. */
+static size_t sort_unique(double *nm, size_t n)
+{
+    size_t kept = 0;
+    if (n)
+        qsort(nm, n, sizeof *nm, by_value);
+    for (size_t i = 0; i < n; i++)
+        if (!kept || nm[i] - nm[kept - 1] > 1e-6 * nm[i])
+            nm[kept++] = nm[i];
+    return kept;
+}
+
+static void set_channels(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                         const double *nm, size_t n)
+{
+    struct rmap_channels *channels = &reader->scene->channels;
+    if (n > RMAP_CHANNEL_MAX) {
+        rmap_reader_error(reader, at, "%zu wavelengths, but a scene has %d at most: take fewer", n,
+                          RMAP_CHANNEL_MAX);
+        n = RMAP_CHANNEL_MAX;
+    }
+    channels->n = (int)n;
+    memcpy(channels->wavelength_nm, nm, n * sizeof *nm);
+}
+
+/* The range that is used where neither the scene nor its sources name wavelengths. */
+static void set_visible(struct rmap_channels *channels)
+{
+    channels->n = 41;
+    for (int i = 0; i < channels->n; i++)
+        channels->wavelength_nm[i] = 380.0 + 10.0 * i;
+}
+
+static enum rmap_status channels_of_sources(struct rmap_reader *reader)
+{
+    enum rmap_status st = RMAP_OK;
+    struct gathered set = {0};
+    const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
+    bool named = sources && sources->kind == RMAP_YAML_LIST && sources->n_item > 0;
+    for (size_t i = 0; named && i < sources->n_item; i++)
+        RMAP_TRY(gather_source(reader, &set, sources->item[i].value, &named));
+    size_t n = sort_unique(set.nm, set.n);
+    if (named && n)
+        set_channels(reader, sources, set.nm, n);
+    else
+        set_visible(&reader->scene->channels);
+out:
+    rmap_free(set.nm);
+    return st;
+}
+
+static void channels_of_range(struct rmap_reader *reader, const struct rmap_yaml_node *node)
+{
+    static const char *const key[] = {"from", "to", "step"};
+    double from = 0, to = 0, step = 0, nm[RMAP_CHANNEL_MAX];
+    set_visible(&reader->scene->channels);
+    if (!rmap_reader_check_map(reader, node, "wavelengths", key, RMAP_COUNT(key)))
+        return;
+    bool good =
+        rmap_reader_number(reader, node, "from", RMAP_REQUIRED, &rmap_range_positive, &from);
+    good &= rmap_reader_number(reader, node, "to", RMAP_REQUIRED, &rmap_range_positive, &to);
+    good &= rmap_reader_number(reader, node, "step", RMAP_REQUIRED, &rmap_range_positive, &step);
+    if (!good)
+        return;
+    if (to < from) {
+        rmap_reader_error(reader, rmap_yaml_get(node, "to"), "'to' must not be below 'from'");
+        return;
+    }
+    double n = floor((to - from) / step + 1e-9) + 1;
+    if (!(n <= RMAP_CHANNEL_MAX) || from + step == from) {
+        rmap_reader_error(reader, node,
+                          "%.0f wavelengths, but a scene has %d at most: take a larger step", n,
+                          RMAP_CHANNEL_MAX);
+        return;
+    }
+    for (int i = 0; i < (int)n; i++)
+        nm[i] = from + step * i;
+    set_channels(reader, node, nm, (size_t)n);
+}
+
+static enum rmap_status channels_of_list(struct rmap_reader *reader,
+                                         const struct rmap_yaml_node *node)
+{
+    size_t n = 0;
+    set_visible(&reader->scene->channels);
+    if (node->kind == RMAP_YAML_SCALAR) {
+        double nm = 0;
+        if (rmap_reader_scalar(reader, node, "'wavelengths'", &rmap_range_positive, &nm))
+            set_channels(reader, node, &nm, 1);
+        return RMAP_OK;
+    }
+    double *nm = rmap_reader_alloc(reader, node->n_item, sizeof *nm);
+    if (!nm)
+        return rmap_reader_no_memory(reader);
+    for (size_t i = 0; i < node->n_item; i++)
+        if (rmap_reader_scalar(reader, node->item[i].value, "a wavelength", &rmap_range_positive,
+                               &nm[n]))
+            n++;
+    size_t distinct = sort_unique(nm, n);
+    if (distinct < n)
+        rmap_reader_error(reader, node, "a wavelength stands there twice: remove one");
+    if (distinct)
+        set_channels(reader, node, nm, distinct);
+    else if (!node->n_item)
+        rmap_reader_error(reader, node, "'wavelengths' must not be empty");
+    return RMAP_OK;
+}
+
+static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
+                                         const struct rmap_yaml_node *spectrum)
+{
+    static const char *const mode[] = {"spectral", "rgb"};
+    const char *option = reader->bundle->options.color;
+    int choice = 0;
+    (void)rmap_reader_choice(reader, spectrum, "mode", RMAP_OPTIONAL, mode, 2, &choice);
+    (void)rmap_reader_choice(reader, reader->simulation, "color", RMAP_OPTIONAL, mode, 2, &choice);
+    if (option && strcmp(option, mode[0]) == 0)
+        choice = 0;
+    else if (option && strcmp(option, mode[1]) == 0)
+        choice = 1;
+    else if (option)
+        rmap_reader_unknown(reader, 0, 0, "unknown --color", option, mode, 2);
+    return choice ? RMAP_COLOUR_RGB : RMAP_COLOUR_SPECTRAL;
+}
+
+enum rmap_status rmap_reader_read_channels(struct rmap_reader *reader)
+{
+    static const char *const key[] = {"mode", "wavelengths"};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_channels *channels = &reader->scene->channels;
+    const struct rmap_yaml_node *spectrum = rmap_yaml_get(reader->root, "spectrum");
+    if (spectrum && !rmap_reader_check_map(reader, spectrum, "spectrum", key, RMAP_COUNT(key)))
+        spectrum = NULL;
+    const struct rmap_yaml_node *wavelengths = rmap_yaml_get(spectrum, "wavelengths");
+    channels->mode = colour_mode(reader, spectrum);
+    if (wavelengths && wavelengths->kind == RMAP_YAML_MAP)
+        channels_of_range(reader, wavelengths);
+    else if (wavelengths)
+        RMAP_TRY(channels_of_list(reader, wavelengths));
+    else if (channels->mode == RMAP_COLOUR_SPECTRAL)
+        RMAP_TRY(channels_of_sources(reader));
+    if (channels->mode == RMAP_COLOUR_RGB) {
+        channels->n = 3;
+        for (int i = 0; i < 3; i++)
+            channels->wavelength_nm[i] = rgb_index_nm;
+    }
+out:
+    return st;
+}
+
+int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                            double wavelength_nm)
+{
+    const struct rmap_channels *channels = &reader->scene->channels;
+    int best = 0;
+    for (int i = 1; i < channels->n; i++)
+        if (fabs(channels->wavelength_nm[i] - wavelength_nm) <
+            fabs(channels->wavelength_nm[best] - wavelength_nm))
+            best = i;
+    double first = channels->wavelength_nm[0], last = channels->wavelength_nm[channels->n - 1];
+    double slack = 1e-6 * wavelength_nm;
+    if (wavelength_nm < first - slack || wavelength_nm > last + slack) {
+        rmap_reader_error(reader, at,
+                          "%g nm lies outside the scene's wavelengths, %g to %g nm: add it to "
+                          "'wavelengths' of 'spectrum'",
+                          wavelength_nm, first, last);
+        return -1;
+    }
+    if (fabs(channels->wavelength_nm[best] - wavelength_nm) > slack)
+        rmap_reader_warn(reader, at,
+                         "%g nm is none of the scene's wavelengths: the nearest one, %g nm, "
+                         "stands for it",
+                         wavelength_nm, channels->wavelength_nm[best]);
+    return best;
+}

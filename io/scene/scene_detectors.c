@@ -1,0 +1,216 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Virtual detectors: planes free in space or lying on an object, and far-field grids.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+
+#define CELLS_PER_SIDE_MAX 65535 /* cells are stored in 16 bits */
+#define CELLS_MAX          (1u << 26)
+
+static void read_cells(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_detector *detector)
+{
+    const struct rmap_range range = {1, CELLS_PER_SIDE_MAX, "between 1 and 65535"};
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "cells");
+    double cells[2] = {1, 1};
+    size_t n = 0;
+    detector->cells[0] = detector->cells[1] = 1;
+    if (!rmap_reader_numbers(reader, node, "cells", RMAP_REQUIRED, &range, 1, 2, cells, &n))
+        return;
+    if (n == 1)
+        cells[1] = cells[0];
+    if (cells[0] != floor(cells[0]) || cells[1] != floor(cells[1])) {
+        rmap_reader_error(reader, at, "'cells' must be whole numbers");
+        return;
+    }
+    if (cells[0] * cells[1] > CELLS_MAX)
+        rmap_reader_error(reader, at, "%.0f x %.0f cells are too many: %u at most", cells[0],
+                          cells[1], CELLS_MAX);
+    detector->cells[0] = (uint32_t)cells[0];
+    detector->cells[1] = (uint32_t)cells[1];
+}
+
+/* ---- frames ---- */
+
+static void face(struct rmap_detector *detector, struct rmap_vec3 axis)
+{
+    detector->axis = axis;
+    rmap_placement_plane(axis, &detector->x, &detector->y);
+}
+
+static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *axis_key, struct rmap_vec3 axis, bool lies_on,
+                       struct rmap_detector *detector)
+{
+    struct rmap_affine placement;
+    const struct rmap_yaml_node *rotate = rmap_yaml_get(node, "rotate");
+    bool directed = rmap_yaml_get(node, axis_key) != NULL;
+    bool matrix = rmap_yaml_get(node, "matrix") != NULL;
+    if (rotate && directed)
+        rmap_reader_error(reader, rotate, "give '%s' or 'rotate', not both", axis_key);
+    if (matrix && directed && strcmp(axis_key, "axis") == 0)
+        rmap_reader_error(reader, rmap_yaml_get(node, axis_key),
+                          "give 'matrix' or 'axis', not both");
+    face(detector, axis);
+    bool good = rmap_reader_placement(reader, node, &placement);
+    good &= rmap_reader_direction(reader, node, axis_key, &axis);
+    if (lies_on)
+        rmap_reader_adopt_frame(reader, node, detector);
+    if (!good)
+        return;
+    if (!lies_on || rmap_yaml_get(node, "at") || matrix)
+        detector->origin = placement.t;
+    if (rotate || matrix) {
+        struct rmap_vec3 axes[3];
+        rmap_placement_axes(&placement, axes);
+        detector->x = axes[0];
+        detector->y = axes[1];
+        detector->axis = axes[2];
+    } else if (directed) {
+        face(detector, axis);
+    }
+}
+
+static void read_registration(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              enum rmap_side side, struct rmap_detector *detector)
+{
+    static const char *const word[] = {"front", "back", "both"};
+    const struct rmap_range right_angle = {1e-9, 90,
+                                           "an angle greater than 0 and up to 90 degrees"};
+    int choice = (int)side;
+    double max_angle = 90;
+    (void)rmap_reader_choice(reader, node, "side", RMAP_OPTIONAL, word, 3, &choice);
+    (void)rmap_reader_number(reader, node, "max_angle", RMAP_OPTIONAL, &right_angle, &max_angle);
+    detector->side = (enum rmap_side)choice;
+    detector->max_angle_rad = max_angle * RMAP_PI / 180;
+}
+
+static enum rmap_status read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   struct rmap_detector *detector)
+{
+    enum rmap_status st = RMAP_OK;
+    static const char *const key[] = {"name",      "type",   "on",     "size", "cells",    "at",
+                                      "direction", "rotate", "matrix", "side", "max_angle"};
+    size_t n = 0;
+    bool lies_on = false;
+    (void)rmap_reader_check_map(reader, node, "a plane detector", key, RMAP_COUNT(key));
+    detector->type = RMAP_DETECTOR_PLANE;
+    detector->size[0] = detector->size[1] = 1;
+    if (rmap_yaml_get(node, "on")) {
+        RMAP_TRY(rmap_reader_detector_on(reader, node, detector));
+        lies_on = rmap_detector_lies_on(detector);
+    }
+    bool on = rmap_yaml_get(node, "on") != NULL;
+    read_frame(reader, node, "direction", rmap_vec3(0, 0, -1), lies_on, detector);
+    read_registration(reader, node, on ? RMAP_SIDE_BOTH : RMAP_SIDE_FRONT, detector);
+    if (lies_on && !rmap_yaml_get(node, "size")) {
+        rmap_reader_adopt_size(reader, node, detector);
+        goto out;
+    }
+    if (!on || rmap_yaml_get(node, "size"))
+        (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive, 1, 2,
+                                  detector->size, &n);
+    if (n == 1)
+        detector->size[1] = detector->size[0];
+out:
+    return st;
+}
+
+static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_detector *detector)
+{
+    static const char *const key[] = {"name", "type", "cells", "axis", "at", "rotate", "matrix"};
+    (void)rmap_reader_check_map(reader, node, "an intensity detector", key, RMAP_COUNT(key));
+    detector->type = RMAP_DETECTOR_INTENSITY;
+    read_frame(reader, node, "axis", rmap_vec3(0, 0, 1), false, detector);
+    detector->size[0] = RMAP_PI;
+    detector->size[1] = 2 * RMAP_PI;
+    detector->side = RMAP_SIDE_BOTH;
+    detector->max_angle_rad = RMAP_PI / 2;
+}
+
+static enum rmap_status read_detectors(struct rmap_reader *reader,
+                                       const struct rmap_yaml_node *detectors,
+                                       size_t reading_receivers)
+{
+    static const char *const type_word[] = {"plane", "intensity"};
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene *scene = reader->scene;
+    if (!detectors || !rmap_reader_check_list(reader, detectors, "'detectors'"))
+        return RMAP_OK;
+    for (size_t i = 0; i < detectors->n_item; i++) {
+        const struct rmap_yaml_node *node = detectors->item[i].value;
+        int type = -1;
+        if (node->kind != RMAP_YAML_MAP) {
+            rmap_reader_error(reader, node,
+                              "a detector must be a mapping, as in {name: sensor, ...}");
+            continue;
+        }
+        void *array = scene->detector;
+        struct rmap_detector *detector = rmap_reader_append(
+            reader, &array, &scene->n_detector, &reader->cap_detector, sizeof *detector);
+        if (!detector)
+            return rmap_reader_no_memory(reader);
+        scene->detector = array;
+        reader->n_receiver += reading_receivers;
+        detector->on_object = detector->on_group = -1;
+        detector->name = rmap_strdup(rmap_reader_name(reader, node));
+        if (!detector->name)
+            return rmap_reader_no_memory(reader);
+        RMAP_TRY(rmap_reader_add_member(reader, detector->name, RMAP_MEMBER_DETECTOR,
+                                        (int32_t)(scene->n_detector - 1), node));
+        if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, 2, &type))
+            continue;
+        read_cells(reader, node, detector);
+        if (type == 0)
+            RMAP_TRY(read_plane(reader, node, detector));
+        else
+            read_intensity(reader, node, detector);
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
+{
+    return read_detectors(reader, rmap_yaml_get(reader->root, "detectors"), 0);
+}
+
+static enum rmap_status read_receivers(struct rmap_reader *reader)
+{
+    static const char *const key[] = {"raymap", "detectors"};
+    enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
+                                          &reader->root, reader->diagnostics, reader->err);
+    if (st != RMAP_OK || !reader->root)
+        return st == RMAP_INPUT ? RMAP_OK : st;       /* told in the diagnostics */
+    const struct rmap_yaml_node *list = reader->root; /* alone, or under `detectors` */
+    if (list->kind != RMAP_YAML_LIST) {
+        if (!rmap_reader_check_map(reader, list, "a file of receivers", key, RMAP_COUNT(key)))
+            return RMAP_OK;
+        list = rmap_yaml_get(list, "detectors");
+    }
+    st = read_detectors(reader, list, 1);
+    if (st == RMAP_OK && reader->n_receiver == 0 && reader->diagnostics->n_error == 0)
+        rmap_reader_error(reader, reader->root,
+                          "no receivers: list them under 'detectors', as a scene file does");
+    return st;
+}
+
+enum rmap_status rmap_reader_read_receivers(struct rmap_reader *reader)
+{
+    struct rmap_yaml_node *root = reader->root;
+    struct rmap_diagnostics *diagnostics = reader->diagnostics;
+    if (!reader->receivers)
+        return RMAP_OK;
+    reader->root = NULL;
+    reader->diagnostics = reader->receivers->diagnostics;
+    enum rmap_status st = read_receivers(reader);
+    rmap_yaml_destroy(reader->root);
+    reader->root = root;
+    reader->diagnostics = diagnostics;
+    return st;
+}

@@ -1,0 +1,337 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Geometries: analytic shapes and meshes. Prescriptions are scene_lens.c.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+
+enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS };
+
+static const char *const kind_word[] = {"conic", "rectangle", "disc", "cylinder",
+                                        "cone",  "sphere",    "mesh", "lens"};
+
+static enum rmap_status add_geometry(struct rmap_reader *reader, const char *name,
+                                     struct rmap_geometry **geometry_ret, int32_t *index_ret)
+{
+    struct rmap_scene *scene = reader->scene;
+    void *array = scene->geometry;
+    struct rmap_geometry *geometry = rmap_reader_append(reader, &array, &scene->n_geometry,
+                                                        &reader->cap_geometry, sizeof *geometry);
+    if (!geometry)
+        return rmap_reader_no_memory(reader);
+    scene->geometry = array;
+    geometry->name = rmap_strdup(name);
+    *geometry_ret = geometry;
+    *index_ret = (int32_t)(scene->n_geometry - 1);
+    return geometry->name ? RMAP_OK : rmap_reader_no_memory(reader);
+}
+
+enum rmap_status rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
+                                       const struct rmap_shape *shape, int32_t *index_ret)
+{
+    struct rmap_geometry *geometry = NULL;
+    enum rmap_status st = add_geometry(reader, name, &geometry, index_ret);
+    if (st != RMAP_OK)
+        return st;
+    geometry->kind = RMAP_GEOMETRY_SHAPE;
+    geometry->shape = *shape;
+    return RMAP_OK;
+}
+
+/* ---- caps ---- */
+
+static bool read_asphere(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         struct rmap_shape *shape)
+{
+    bool good = true;
+    if (node->kind != RMAP_YAML_MAP) {
+        rmap_reader_error(reader, node, "'asphere' must be a mapping {power: coefficient, ...}");
+        return false;
+    }
+    for (size_t i = 0; i < node->n_item; i++) {
+        const struct rmap_yaml_item *item = &node->item[i];
+        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+        double power = 0, coefficient = 0;
+        bool even = rmap_reader_parse_number(item->key, strlen(item->key), &power) && power >= 2 &&
+                    power <= 2 * RMAP_ASPHERE_MAX && fmod(power, 2) == 0;
+        if (!even)
+            rmap_reader_error(reader, &place,
+                              "an even power from 2 to %d must stand here, not '%.40s'",
+                              2 * RMAP_ASPHERE_MAX, item->key);
+        even &= rmap_reader_scalar(reader, item->value, "an asphere coefficient", &rmap_range_any,
+                                   &coefficient);
+        good &= even;
+        if (!even || coefficient == 0)
+            continue;
+        int term = (int)power / 2 - 1;
+        shape->asphere[term] = coefficient;
+        if (shape->n_asphere <= term)
+            shape->n_asphere = term + 1;
+    }
+    return good;
+}
+
+/* radius: 0, inf or absent is a plane. */
+static bool read_curvature(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                           double *curvature)
+{
+    const struct rmap_yaml_node *node = rmap_yaml_get(map, "radius");
+    double radius = 0;
+    if (node && rmap_yaml_get(map, "curvature")) {
+        rmap_reader_error(reader, node, "give 'radius' or 'curvature', not both");
+        return false;
+    }
+    if (!node)
+        return rmap_reader_number(reader, map, "curvature", RMAP_OPTIONAL, &rmap_range_any,
+                                  curvature);
+    static const char *const infinite[] = {"inf",   "+inf",  "-inf",     ".inf",
+                                           "+.inf", "-.inf", "infinity", "Infinity"};
+    for (size_t i = 0; node->kind == RMAP_YAML_SCALAR && i < RMAP_COUNT(infinite); i++)
+        if (strcmp(node->text, infinite[i]) == 0)
+            return true;
+    if (!rmap_reader_number(reader, map, "radius", RMAP_OPTIONAL, &rmap_range_any, &radius))
+        return false;
+    *curvature = radius != 0 ? 1.0 / radius : 0.0;
+    if (isfinite(*curvature))
+        return true;
+    rmap_reader_error(reader, node, "'radius' is too small: %s", node->text);
+    return false;
+}
+
+bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                       struct rmap_shape *shape)
+{
+    const struct rmap_yaml_node *asphere = rmap_yaml_get(map, "asphere");
+    shape->type = RMAP_SHAPE_CONIC;
+    bool good = read_curvature(reader, map, &shape->curvature);
+    good &= rmap_reader_number(reader, map, "conic", RMAP_OPTIONAL, &rmap_range_any, &shape->conic);
+    good &= rmap_reader_number(reader, map, "aperture", RMAP_REQUIRED, &rmap_range_positive,
+                               &shape->aperture);
+    good &= rmap_reader_number(reader, map, "inner", RMAP_OPTIONAL, &rmap_range_nonnegative,
+                               &shape->inner);
+    if (asphere)
+        good &= read_asphere(reader, asphere, shape);
+    if (!good)
+        return false;
+    const char *wrong = rmap_shape_check(shape);
+    if (wrong)
+        rmap_reader_error(reader, map, "this is no surface: %s", wrong);
+    return !wrong;
+}
+
+/* ---- the other shapes ---- */
+
+static bool read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       enum kind kind, struct rmap_shape *shape)
+{
+    const struct rmap_range *positive = &rmap_range_positive, *zero = &rmap_range_nonnegative;
+    bool good = true;
+    size_t n = 0;
+    switch (kind) {
+    case RECTANGLE:
+        shape->type = RMAP_SHAPE_RECTANGLE;
+        good = rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, positive, 1, 2, shape->size,
+                                   &n);
+        if (n == 1)
+            shape->size[1] = shape->size[0];
+        break;
+    case DISC:
+        shape->type = RMAP_SHAPE_DISC;
+        good =
+            rmap_reader_number(reader, node, "radius", RMAP_REQUIRED, positive, &shape->aperture);
+        good &= rmap_reader_number(reader, node, "inner", RMAP_OPTIONAL, zero, &shape->inner);
+        break;
+    case CYLINDER:
+    case CONE:
+        shape->type = RMAP_SHAPE_TUBE;
+        good = rmap_reader_number(reader, node, "radius", RMAP_REQUIRED,
+                                  kind == CONE ? zero : positive, &shape->radius);
+        shape->radius2 = shape->radius;
+        if (kind == CONE)
+            good &=
+                rmap_reader_number(reader, node, "radius2", RMAP_REQUIRED, zero, &shape->radius2);
+        good &= rmap_reader_number(reader, node, "length", RMAP_REQUIRED, positive, &shape->length);
+        break;
+    case SPHERE:
+        shape->type = RMAP_SHAPE_SPHERE;
+        good = rmap_reader_number(reader, node, "radius", RMAP_REQUIRED, positive, &shape->radius);
+        break;
+    default:
+        return false;
+    }
+    const char *wrong = good ? rmap_shape_check(shape) : NULL;
+    if (wrong && kind == DISC)
+        wrong = "'inner' must be smaller than 'radius'";
+    if (wrong)
+        rmap_reader_error(reader, node, "this is no %s: %s", kind_word[kind], wrong);
+    return good && !wrong;
+}
+
+/* ---- meshes ---- */
+
+static double mesh_scale(struct rmap_reader *reader, const struct rmap_yaml_node *node)
+{
+    const struct rmap_yaml_node *scale = rmap_yaml_get(node, "scale");
+    double factor = 1;
+    if (scale && scale->kind == RMAP_YAML_SCALAR && rmap_reader_unit_m(scale->text) > 0)
+        return rmap_reader_unit_m(scale->text) / reader->scene->unit_m;
+    if (!rmap_reader_number(reader, node, "scale", RMAP_OPTIONAL, &rmap_range_positive, &factor))
+        return 0;
+    return factor;
+}
+
+/* Never a bare name, which dlopen would look for elsewhere. */
+char *rmap_reader_path(const struct rmap_reader *reader, const char *file)
+{
+    const char *scene = reader->bundle->path ? reader->bundle->path : "";
+    const char *slash = strrchr(scene, '/');
+    const char *here = slash || file[0] == '/' || strchr(file, '/') ? "" : "./";
+    int folder = slash && file[0] != '/' ? (int)(slash - scene) + 1 : 0;
+    size_t nbytes = (size_t)folder + strlen(here) + strlen(file) + 1;
+    char *path = rmap_alloc(nbytes, 1);
+    if (path)
+        (void)snprintf(path, nbytes, "%.*s%s%s", folder, scene, here, file);
+    return path;
+}
+
+static enum rmap_status load_mesh(struct rmap_reader *reader, const char *name,
+                                  const struct rmap_yaml_node *node, const char *file, double scale,
+                                  struct rmap_mesh **mesh_ret)
+{
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
+    struct rmap_error failure = {0};
+    size_t n_degenerate = 0;
+    char *path = rmap_reader_path(reader, file);
+    if (!path)
+        return rmap_reader_no_memory(reader);
+    enum rmap_status st = rmap_mesh_read(path, scale, mesh_ret, &n_degenerate, &failure);
+    rmap_free(path);
+    if (st == RMAP_OK && n_degenerate)
+        rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
+                         n_degenerate);
+    if (st == RMAP_INPUT) {
+        rmap_reader_error(reader, at, "%s", failure.text);
+        return RMAP_OK;
+    }
+    if (st != RMAP_OK && reader->err)
+        *reader->err = failure;
+    return st;
+}
+
+static enum rmap_status read_mesh(struct rmap_reader *reader, const char *name,
+                                  const struct rmap_yaml_node *node,
+                                  struct rmap_geometry_entry *entry)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_mesh *loaded = NULL;
+    const struct rmap_name *bundled = rmap_names_find(&reader->meshes, name);
+    const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
+    const char *file = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
+    double scale = mesh_scale(reader, node);
+    if (!file || !(scale > 0))
+        goto out;
+    if (!mesh && reader->bundle->meshes_complete) {
+        rmap_reader_error(reader, rmap_yaml_get(node, "file"),
+                          "the mesh of geometry '%.60s' is not stored with the scene", name);
+        goto out;
+    }
+    if (!mesh) {
+        RMAP_TRY(load_mesh(reader, name, node, file, scale, &loaded));
+        if (!loaded)
+            goto out;
+        mesh = loaded;
+        RMAP_TRY(rmap_bundle_add_mesh(reader->bundle, name, loaded, reader->err));
+        loaded = NULL;
+    }
+    struct rmap_geometry *geometry = NULL;
+    RMAP_TRY(add_geometry(reader, name, &geometry, &entry->geometry));
+    geometry->kind = RMAP_GEOMETRY_MESH;
+    RMAP_TRY(rmap_mesh_copy(mesh, &geometry->mesh, reader->err));
+    entry->broken = false;
+out:
+    rmap_mesh_destroy(loaded);
+    return st;
+}
+
+/* ---- the section ---- */
+
+static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       enum kind kind)
+{
+    static const struct {
+        const char *what;
+        const char *key[7];
+    } known[] = {
+        [CONIC] = {"a conic",
+                   {"type", "radius", "curvature", "conic", "asphere", "aperture", "inner"}},
+        [RECTANGLE] = {"a rectangle", {"type", "size"}},
+        [DISC] = {"a disc", {"type", "radius", "inner"}},
+        [CYLINDER] = {"a cylinder", {"type", "radius", "length"}},
+        [CONE] = {"a cone", {"type", "radius", "radius2", "length"}},
+        [SPHERE] = {"a sphere", {"type", "radius"}},
+        [MESH] = {"a mesh", {"type", "file", "scale"}},
+        [LENS] = {"a lens", {"type", "surfaces", "surface", "edge"}},
+    };
+    size_t n = 0;
+    while (n < RMAP_COUNT(known[kind].key) && known[kind].key[n])
+        n++;
+    (void)rmap_reader_check_map(reader, node, known[kind].what, known[kind].key, n);
+}
+
+static enum rmap_status read_geometry(struct rmap_reader *reader, const char *name,
+                                      const struct rmap_yaml_node *node,
+                                      struct rmap_geometry_entry *entry)
+{
+    int choice = -1;
+    struct rmap_shape shape = {0};
+    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, kind_word, RMAP_COUNT(kind_word),
+                            &choice))
+        return RMAP_OK;
+    enum kind kind = (enum kind)choice;
+    check_keys(reader, node, kind);
+    if (kind == MESH)
+        return read_mesh(reader, name, node, entry);
+    if (kind == LENS)
+        return rmap_reader_read_lens(reader, node, entry);
+    entry->broken = kind == CONIC ? !rmap_reader_conic(reader, node, &shape)
+                                  : !read_shape(reader, node, kind, &shape);
+    return entry->broken ? RMAP_OK : rmap_reader_add_shape(reader, name, &shape, &entry->geometry);
+}
+
+enum rmap_status rmap_reader_read_geometries(struct rmap_reader *reader)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_yaml_node *geometries = rmap_yaml_get(reader->root, "geometries");
+    if (!geometries)
+        return RMAP_OK;
+    if (geometries->kind != RMAP_YAML_MAP) {
+        rmap_reader_error(reader, geometries, "geometries must be a mapping {name: geometry, ...}");
+        return RMAP_OK;
+    }
+    for (size_t i = 0; i < geometries->n_item; i++) {
+        const struct rmap_yaml_item *item = &geometries->item[i];
+        const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
+        if (rmap_names_find(&reader->geometries, item->key) ||
+            !rmap_reader_check_name(reader, &place, item->key))
+            continue;
+        void *array = reader->entry;
+        struct rmap_geometry_entry *entry =
+            rmap_reader_append(reader, &array, &reader->n_entry, &reader->cap_entry, sizeof *entry);
+        if (!entry)
+            return rmap_reader_no_memory(reader);
+        reader->entry = array;
+        *entry = (struct rmap_geometry_entry){.name = item->key, .broken = true, .geometry = -1};
+        RMAP_TRY(rmap_names_add(&reader->geometries, item->key, 0, (int32_t)(reader->n_entry - 1),
+                                item->line, reader->err));
+        if (item->value->kind == RMAP_YAML_MAP)
+            RMAP_TRY(read_geometry(reader, item->key, item->value, entry));
+        else
+            rmap_reader_error(reader, &place, "geometry '%.60s' must be a mapping", item->key);
+    }
+out:
+    return st;
+}

@@ -1,0 +1,314 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The tree of objects: groups, instances, their surfaces and media.
+ */
+#include <stdlib.h>
+#include <string.h>
+#include <xxhash.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+
+/* Digits alone are decimal; with letters or 0x hexadecimal; absent: the hash of the name. */
+static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const char *name)
+{
+    const char *text = rmap_reader_text(reader, node, "id", RMAP_OPTIONAL);
+    if (!text)
+        return XXH3_64bits(name, strlen(name));
+    bool prefix = text[0] == '0' && (text[1] == 'x' || text[1] == 'X');
+    const char *digits = prefix ? text + 2 : text;
+    size_t len = strlen(digits);
+    bool hex = prefix || strspn(digits, "0123456789") != len;
+    uint64_t id = 0;
+    bool good = len > 0 && strspn(digits, "0123456789abcdefABCDEF") == len;
+    for (size_t i = 0; good && i < len; i++) {
+        char c = digits[i];
+        uint64_t digit = (uint64_t)(c <= '9' ? c - '0' : (c | 32) - 'a' + 10);
+        uint64_t base = hex ? 16 : 10;
+        good = id <= (UINT64_MAX - digit) / base;
+        id = id * base + digit;
+    }
+    if (!good)
+        rmap_reader_error(reader, rmap_yaml_get(node, "id"),
+                          "'id' must be a whole number of 64 bits or up to 16 hexadecimal digits, "
+                          "not '%.40s'",
+                          text);
+    return id;
+}
+
+/* Places of gradient media on both sides. Only elements of lenses have frames of their own. */
+static enum rmap_status place_sides(struct rmap_reader *reader, const struct rmap_object_plan *plan,
+                                    int32_t index)
+{
+    enum rmap_status st = RMAP_OK;
+    int32_t front = 0, back = 0;
+    const struct rmap_geometry *geometry = &reader->scene->geometry[plan->geometry];
+    bool body = geometry->kind == RMAP_GEOMETRY_MESH || geometry->shape.type == RMAP_SHAPE_SPHERE;
+    const struct rmap_object_side side[2] = {
+        {index, plan->medium_front, plan->element_front ? plan->element_front : &plan->to_world,
+         plan->element_front != NULL},
+        {index, plan->medium_back, plan->element_back ? plan->element_back : &plan->to_world,
+         plan->element_back || body}};
+    RMAP_TRY(rmap_reader_place_side(reader, &side[0], &front));
+    RMAP_TRY(rmap_reader_place_side(reader, &side[1], &back));
+    reader->scene->object[index].gradient_front = front;
+    reader->scene->object[index].gradient_back = back;
+out:
+    return st;
+}
+
+enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
+                                        const struct rmap_object_plan *plan)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene *scene = reader->scene;
+    void *array = scene->object;
+    struct rmap_object *object =
+        rmap_reader_append(reader, &array, &scene->n_object, &reader->cap_object, sizeof *object);
+    if (!object)
+        return rmap_reader_no_memory(reader);
+    scene->object = array;
+    *object = (struct rmap_object){
+        .name = rmap_strdup(plan->name),
+        .id = plan->derived ? XXH3_64bits(plan->name, strlen(plan->name))
+                            : read_id(reader, plan->node, plan->name),
+        .parent = plan->parent,
+        .geometry = plan->geometry,
+        .to_world = plan->to_world,
+        .to_local = rmap_affine_identity(),
+        .surface_front = plan->surface_front,
+        .surface_back = plan->surface_back,
+        .medium_front = plan->medium_front,
+        .medium_back = plan->medium_back,
+        .line = plan->node->line,
+        .column = plan->node->column,
+    };
+    if (!object->name)
+        return rmap_reader_no_memory(reader);
+    RMAP_TRY(place_sides(reader, plan, (int32_t)(scene->n_object - 1)));
+    RMAP_TRY(rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT,
+                                    (int32_t)(scene->n_object - 1), plan->node));
+out:
+    return st;
+}
+
+enum rmap_status rmap_reader_add_group(struct rmap_reader *reader, const char *name,
+                                       const struct rmap_yaml_node *node, int32_t parent,
+                                       const struct rmap_affine *to_world, bool derived,
+                                       int32_t *group_ret)
+{
+    struct rmap_scene *scene = reader->scene;
+    void *array = reader->group_to_world;
+    size_t n = scene->n_group;
+    struct rmap_affine *place =
+        rmap_reader_append(reader, &array, &n, &reader->cap_group_to_world, sizeof *place);
+    if (!place)
+        return rmap_reader_no_memory(reader);
+    reader->group_to_world = array;
+    *place = *to_world;
+    array = scene->group;
+    struct rmap_group *group =
+        rmap_reader_append(reader, &array, &scene->n_group, &reader->cap_group, sizeof *group);
+    if (!group)
+        return rmap_reader_no_memory(reader);
+    scene->group = array;
+    group->name = rmap_strdup(name);
+    group->id = derived ? XXH3_64bits(name, strlen(name)) : read_id(reader, node, name);
+    group->parent = parent;
+    *group_ret = (int32_t)(scene->n_group - 1);
+    if (!group->name)
+        return rmap_reader_no_memory(reader);
+    return rmap_reader_add_member(reader, group->name, RMAP_MEMBER_GROUP, *group_ret, node);
+}
+
+/* One medium under either of its two keys. */
+static enum rmap_status read_side(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                  const char *key, const char *other, int32_t *medium, bool *stated)
+{
+    const struct rmap_yaml_node *second = rmap_yaml_get(node, other);
+    *stated = second || rmap_yaml_get(node, key);
+    if (second && rmap_yaml_get(node, key))
+        rmap_reader_error(reader, second, "give '%s' or '%s', not both: they are the same side",
+                          key, other);
+    return rmap_reader_medium(reader, node, second ? other : key, medium);
+}
+
+static enum rmap_status read_media(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   struct rmap_object_plan *plan)
+{
+    enum rmap_status st = RMAP_OK;
+    bool front = false, back = false;
+    plan->medium_front = plan->medium_back = RMAP_MEDIUM_ANY;
+    RMAP_TRY(read_side(reader, node, "front", "outside", &plan->medium_front, &front));
+    RMAP_TRY(read_side(reader, node, "back", "inside", &plan->medium_back, &back));
+    int32_t clear = rmap_scene_transmits(reader->scene, plan->surface_front) ? plan->surface_front
+                                                                             : plan->surface_back;
+    if ((front && back) || !rmap_scene_transmits(reader->scene, clear))
+        goto out;
+    rmap_reader_error(reader, node,
+                      "surface '%.60s' of object '%.60s' lets light through: name the media on "
+                      "both sides, with %s",
+                      reader->scene->surface[clear].name, plan->name,
+                      front  ? "'inside' (or 'back')"
+                      : back ? "'outside' (or 'front')"
+                             : "'inside' and 'outside' (or 'back' and 'front')");
+out:
+    return st;
+}
+
+static enum rmap_status read_lens_instance(struct rmap_reader *reader,
+                                           const struct rmap_yaml_node *node,
+                                           const struct rmap_geometry_entry *entry,
+                                           struct rmap_object_plan *plan)
+{
+    static const char *const key[] = {"name",    "geometry", "at", "rotate",  "scale", "matrix",
+                                      "outside", "front",    "id", "surface", "edge"};
+    enum rmap_status st = RMAP_OK;
+    int32_t outside = -1;
+    bool stated = false;
+    (void)rmap_reader_check_map(reader, node, "an instance of a lens", key, RMAP_COUNT(key));
+    plan->surface_front = entry->lens->surface_front;
+    plan->surface_back = entry->lens->surface_back;
+    RMAP_TRY(rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front,
+                                      &plan->surface_back));
+    RMAP_TRY(read_side(reader, node, "front", "outside", &outside, &stated));
+    if (!stated)
+        rmap_reader_error(reader, node, "'outside' is missing: name the medium around lens '%.60s'",
+                          plan->name);
+    RMAP_TRY(rmap_reader_expand_lens(reader, entry, plan, outside));
+out:
+    return st;
+}
+
+static enum rmap_status read_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                      struct rmap_object_plan *plan)
+{
+    static const char *const key[] = {"name",    "geometry", "at",   "rotate", "scale",   "matrix",
+                                      "surface", "front",    "back", "inside", "outside", "id"};
+    enum rmap_status st = RMAP_OK;
+    const char *geometry = rmap_reader_text(reader, node, "geometry", RMAP_REQUIRED);
+    int32_t index = !geometry ? -1
+                              : rmap_reader_find(reader, &reader->geometries, "geometry",
+                                                 rmap_yaml_get(node, "geometry"), geometry);
+    const struct rmap_geometry_entry *entry = index >= 0 ? &reader->entry[index] : NULL;
+    if (entry && entry->lens && !entry->broken)
+        return read_lens_instance(reader, node, entry, plan);
+    if (!entry || !entry->lens)
+        (void)rmap_reader_check_map(reader, node, "an object", key, RMAP_COUNT(key));
+    if (entry && entry->lens)
+        return rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+    plan->surface_front = plan->surface_back = -1;
+    if (!rmap_yaml_get(node, "surface"))
+        rmap_reader_error(reader, node, "'surface' is missing: name the surface of object '%.60s'",
+                          plan->name);
+    RMAP_TRY(rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front,
+                                      &plan->surface_back));
+    RMAP_TRY(read_media(reader, node, plan));
+    if (!entry || entry->broken)
+        return rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+    plan->geometry = entry->geometry;
+    RMAP_TRY(rmap_reader_add_object(reader, plan));
+out:
+    return st;
+}
+
+static enum rmap_status read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
+                                  int32_t parent, const struct rmap_affine *parent_to_world);
+
+static enum rmap_status read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                   const struct rmap_object_plan *plan)
+{
+    static const char *const key[] = {"name", "objects", "at", "rotate", "scale", "matrix", "id"};
+    enum rmap_status st = RMAP_OK;
+    int32_t group = -1;
+    (void)rmap_reader_check_map(reader, node, "a group", key, RMAP_COUNT(key));
+    RMAP_TRY(rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, false,
+                                   &group));
+    RMAP_TRY(read_list(reader, rmap_yaml_get(node, "objects"), group, &plan->to_world));
+out:
+    return st;
+}
+
+static enum rmap_status read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
+                                  int32_t parent, const struct rmap_affine *parent_to_world)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!rmap_reader_check_list(reader, list, "'objects'"))
+        return RMAP_OK;
+    for (size_t i = 0; i < list->n_item; i++) {
+        const struct rmap_yaml_node *node = list->item[i].value;
+        struct rmap_affine placement;
+        if (node->kind != RMAP_YAML_MAP) {
+            rmap_reader_error(reader, node, "an object must be a mapping, as in {name: lens, ...}");
+            continue;
+        }
+        struct rmap_object_plan plan = {.name = rmap_reader_name(reader, node),
+                                        .node = node,
+                                        .parent = parent,
+                                        .surface_front = -1,
+                                        .surface_back = -1};
+        (void)rmap_reader_placement(reader, node, &placement);
+        plan.to_world = rmap_affine_compose(parent_to_world, &placement);
+        bool group = rmap_yaml_get(node, "objects") != NULL;
+        if (group)
+            RMAP_TRY(read_group(reader, node, &plan));
+        else
+            RMAP_TRY(read_instance(reader, node, &plan));
+    }
+out:
+    return st;
+}
+
+/* ---- ids ---- */
+
+struct id_of {
+    uint64_t id;
+    const char *name;
+};
+
+static int by_id(const void *a, const void *b)
+{
+    const struct id_of *left = a, *right = b;
+    return (left->id > right->id) - (left->id < right->id);
+}
+
+static enum rmap_status check_ids(struct rmap_reader *reader)
+{
+    const struct rmap_scene *scene = reader->scene;
+    size_t n = scene->n_object + scene->n_group;
+    struct id_of *list = rmap_alloc(n, sizeof *list);
+    if (!list)
+        return rmap_reader_no_memory(reader);
+    for (size_t i = 0; i < scene->n_object; i++)
+        list[i] = (struct id_of){scene->object[i].id, scene->object[i].name};
+    for (size_t i = 0; i < scene->n_group; i++)
+        list[scene->n_object + i] = (struct id_of){scene->group[i].id, scene->group[i].name};
+    if (n)
+        qsort(list, n, sizeof *list, by_id);
+    for (size_t i = 1; i < n; i++) {
+        if (list[i].id != list[i - 1].id || strcmp(list[i].name, list[i - 1].name) == 0)
+            continue;
+        const struct rmap_name *a = rmap_names_find(&reader->members, list[i].name);
+        const struct rmap_name *b = rmap_names_find(&reader->members, list[i - 1].name);
+        const struct rmap_yaml_node at = {
+            .line = a && b ? (a->line > b->line ? a->line : b->line) : 0, .column = 1};
+        rmap_reader_error(reader, &at, "'%.60s' and '%.60s' have the same id, %llx: ids are unique",
+                          list[i - 1].name, list[i].name, (unsigned long long)list[i].id);
+    }
+    rmap_free(list);
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_reader_read_objects(struct rmap_reader *reader)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_affine identity = rmap_affine_identity();
+    const struct rmap_yaml_node *objects = rmap_yaml_get(reader->root, "objects");
+    if (!objects)
+        return RMAP_OK;
+    RMAP_TRY(read_list(reader, objects, -1, &identity));
+    RMAP_TRY(check_ids(reader));
+out:
+    return st;
+}

@@ -1,0 +1,339 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Sources of light.
+ */
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+#include "io/scene/scene_source_light.h"
+
+static const char *const type_word[] = {"collimated", "point", "area", "rays"};
+
+/* ---- shape and directions ---- */
+
+static void read_mesh_shape(struct rmap_reader *reader, const struct rmap_yaml_node *shape,
+                            struct rmap_source *source)
+{
+    const char *name = rmap_reader_text(reader, shape, "mesh", RMAP_REQUIRED);
+    const struct rmap_yaml_node *at = rmap_yaml_get(shape, "mesh");
+    source->shape = RMAP_EMITTER_MESH;
+    source->shape_geometry = -1;
+    if (!name)
+        return;
+    int32_t index = rmap_reader_find(reader, &reader->geometries, "geometry", at, name);
+    if (index < 0 || reader->entry[index].broken)
+        return;
+    const struct rmap_geometry_entry *entry = &reader->entry[index];
+    if (entry->lens || reader->scene->geometry[entry->geometry].kind != RMAP_GEOMETRY_MESH)
+        rmap_reader_error(reader, at,
+                          "geometry '%.60s' is no mesh: a source's shape is a disc, a "
+                          "rectangle or a mesh",
+                          name);
+    else
+        source->shape_geometry = entry->geometry;
+}
+
+static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_source *source)
+{
+    static const char *const key[] = {"disc", "rectangle", "mesh"};
+    const struct rmap_yaml_node *shape = rmap_yaml_get(node, "shape");
+    size_t n_key = source->type == RMAP_SOURCE_AREA ? 3 : 2, n = 0, given = 0;
+    source->shape_geometry = -1;
+    if (!shape) {
+        rmap_reader_error(reader, node,
+                          "'shape' is missing: {disc: radius} or {rectangle: [width, height]}");
+        return;
+    }
+    if (!rmap_reader_check_map(reader, shape, "a shape", key, n_key))
+        return;
+    for (size_t i = 0; i < n_key; i++)
+        given += rmap_yaml_get(shape, key[i]) != NULL;
+    if (given != 1) {
+        rmap_reader_error(reader, shape, "a shape is one of %s",
+                          n_key == 3 ? "disc, rectangle, mesh" : "disc, rectangle");
+    } else if (rmap_yaml_get(shape, "disc")) {
+        source->shape = RMAP_EMITTER_DISC;
+        (void)rmap_reader_number(reader, shape, "disc", RMAP_REQUIRED, &rmap_range_positive,
+                                 &source->shape_size[0]);
+    } else if (rmap_yaml_get(shape, "rectangle")) {
+        source->shape = RMAP_EMITTER_RECTANGLE;
+        (void)rmap_reader_numbers(reader, shape, "rectangle", RMAP_REQUIRED, &rmap_range_positive,
+                                  1, 2, source->shape_size, &n);
+        if (n == 1)
+            source->shape_size[1] = source->shape_size[0];
+    } else {
+        read_mesh_shape(reader, shape, source);
+    }
+}
+
+static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_source *source)
+{
+    struct rmap_vec3 direction = {0, 0, 1};
+    const struct rmap_yaml_node *rotate = rmap_yaml_get(node, "rotate");
+    const struct rmap_yaml_node *scale = rmap_yaml_get(node, "scale");
+    bool turned = rotate || rmap_yaml_get(node, "matrix");
+    bool mesh = source->shape == RMAP_EMITTER_MESH && source->type == RMAP_SOURCE_AREA;
+    if (scale && !mesh)
+        rmap_reader_error(reader, scale, "'scale' is for mesh shapes: give the shape its size");
+    if (turned && rotate && rmap_yaml_get(node, "direction"))
+        rmap_reader_error(reader, rotate, "give 'direction' or 'rotate', not both");
+    bool good = rmap_reader_placement(reader, node, &source->frame);
+    good &= rmap_reader_direction(reader, node, "direction", &direction);
+    if (!good)
+        return;
+    if (!turned) {
+        struct rmap_affine scaling = source->frame;
+        scaling.t = rmap_vec3(0, 0, 0);
+        struct rmap_affine frame = rmap_affine_frame(direction, source->frame.t);
+        source->frame = mesh ? rmap_affine_compose(&frame, &scaling) : frame;
+    } else if (!mesh) {
+        source->frame = rmap_placement_rigid(&source->frame);
+    }
+}
+
+/* "cosine", "cone 20", {cone: 20}, or the key `cone` beside `distribution`. */
+static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              struct rmap_source *source)
+{
+    static const char *const key[] = {"cone", "cosine_power"};
+    static const char *const word[] = {"isotropic", "cosine"};
+    const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees"};
+    const struct rmap_range power = {0, 1e6, "between 0 and 1,000,000"};
+    const struct rmap_yaml_node *given = rmap_yaml_get(node, "distribution"), *from = node;
+    double cone = 0, cosine_power = 1;
+    int choice = 0;
+    if (given && given->kind == RMAP_YAML_MAP) {
+        (void)rmap_reader_check_map(reader, given, "a distribution", key, 2);
+        from = given;
+    } else if (given) {
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, word, 2, &choice);
+    }
+    bool has_cone = rmap_yaml_get(from, "cone"), has_power = rmap_yaml_get(from, "cosine_power");
+    if (has_cone && has_power)
+        rmap_reader_error(reader, from, "give 'cone' or 'cosine_power', not both");
+    (void)rmap_reader_number(reader, from, "cone", RMAP_OPTIONAL, &angle, &cone);
+    (void)rmap_reader_number(reader, from, "cosine_power", RMAP_OPTIONAL, &power, &cosine_power);
+    source->distribution = has_cone                   ? RMAP_DISTRIBUTION_CONE
+                           : has_power || choice == 1 ? RMAP_DISTRIBUTION_COSINE
+                                                      : RMAP_DISTRIBUTION_ISOTROPIC;
+    source->cone_rad = cone * RMAP_PI / 180;
+    source->cosine_power = cosine_power;
+}
+
+/* ---- rays ---- */
+
+static void read_ray(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                     struct rmap_list_ray *ray)
+{
+    static const char *const key[] = {"origin", "direction", "wavelength"};
+    double nm = 0;
+    ray->direction = rmap_vec3(0, 0, 1);
+    ray->channel = -1;
+    if (!rmap_reader_check_map(reader, node, "a ray", key, RMAP_COUNT(key)))
+        return;
+    for (int i = 0; i < 2; i++)
+        if (!rmap_yaml_get(node, key[i]))
+            rmap_reader_error(reader, node, "'%s' is missing: add it", key[i]);
+    (void)rmap_reader_vec3(reader, node, "origin", &ray->origin);
+    (void)rmap_reader_direction(reader, node, "direction", &ray->direction);
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "wavelength");
+    if (at &&
+        rmap_reader_number(reader, node, "wavelength", RMAP_OPTIONAL, &rmap_range_positive, &nm) &&
+        reader->scene->channels.mode == RMAP_COLOUR_SPECTRAL)
+        ray->channel = rmap_reader_channel(reader, at, nm);
+}
+
+static enum rmap_status read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                  struct rmap_source *source)
+{
+    const struct rmap_yaml_node *rays = rmap_yaml_get(node, "rays");
+    if (!rays) {
+        rmap_reader_error(reader, node, "'rays' is missing: list the rays of source '%.60s'",
+                          source->name);
+        return RMAP_OK;
+    }
+    if (!rmap_reader_check_list(reader, rays, "'rays'"))
+        return RMAP_OK;
+    if (!rays->n_item)
+        rmap_reader_error(reader, rays, "'rays' must not be empty");
+    source->list = rmap_alloc(rays->n_item, sizeof *source->list);
+    if (!source->list)
+        return rmap_reader_no_memory(reader);
+    source->n_list = rays->n_item;
+    for (size_t i = 0; i < rays->n_item; i++)
+        read_ray(reader, rays->item[i].value, &source->list[i]);
+    return RMAP_OK;
+}
+
+/* ---- one source ---- */
+
+static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node, int type)
+{
+    static const char *const collimated[] = {"name",       "type",   "shape",  "at",   "direction",
+                                             "rotate",     "scale",  "matrix", "flux", "spectrum",
+                                             "rays_share", "medium", "within"};
+    static const char *const point[] = {"name",         "type",   "distribution", "cone",
+                                        "cosine_power", "at",     "direction",    "rotate",
+                                        "scale",        "matrix", "flux",         "spectrum",
+                                        "rays_share",   "medium", "within"};
+    static const char *const area[] = {"name",      "type",       "shape",  "distribution", "at",
+                                       "direction", "rotate",     "scale",  "matrix",       "flux",
+                                       "spectrum",  "rays_share", "medium", "within"};
+    static const char *const rays[] = {"name",     "type",       "rays",   "flux",
+                                       "spectrum", "rays_share", "medium", "within"};
+    static const struct {
+        const char *what;
+        const char *const *key;
+        size_t n;
+    } known[] = {{"a collimated source", collimated, RMAP_COUNT(collimated)},
+                 {"a point source", point, RMAP_COUNT(point)},
+                 {"an area source", area, RMAP_COUNT(area)},
+                 {"a list of rays", rays, RMAP_COUNT(rays)}};
+    (void)rmap_reader_check_map(reader, node, known[type].what, known[type].key, known[type].n);
+}
+
+static enum rmap_status read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                    struct rmap_source *source, struct rmap_source_light *light)
+{
+    static const char *const lambertian[] = {"lambertian", "cosine"};
+    enum rmap_status st = RMAP_OK;
+    int type = -1, choice = 0;
+    source->share = 1;
+    source->medium = -1;
+    source->frame = rmap_affine_identity();
+    source->cosine_power = 1;
+    source->shape_geometry = -1;
+    light->node = node;
+    light->spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
+    light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
+    rmap_reader_read_flux(reader, node, light);
+    RMAP_TRY(rmap_reader_source_spectrum(reader, node, &light->spectrum));
+    RMAP_TRY(rmap_reader_medium(reader, node, "medium", &source->medium));
+    (void)rmap_reader_number(reader, node, "rays_share", RMAP_OPTIONAL, &rmap_range_positive,
+                             &source->share);
+    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, RMAP_COUNT(type_word),
+                            &type))
+        goto out;
+    source->type = (enum rmap_source_type)type;
+    check_keys(reader, node, type);
+    switch (source->type) {
+    case RMAP_SOURCE_COLLIMATED:
+        read_shape(reader, node, source);
+        break;
+    case RMAP_SOURCE_POINT:
+        source->shape = RMAP_EMITTER_POINT;
+        read_distribution(reader, node, source);
+        break;
+    case RMAP_SOURCE_AREA:
+        read_shape(reader, node, source);
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, lambertian, 2,
+                                 &choice);
+        source->distribution = RMAP_DISTRIBUTION_COSINE;
+        break;
+    case RMAP_SOURCE_RAYS:
+        RMAP_TRY(read_rays(reader, node, source));
+        goto out;
+    }
+    read_frame(reader, node, source);
+out:
+    return st;
+}
+
+/* ---- what a source says by saying nothing ---- */
+
+enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
+{
+    const struct rmap_scene *scene = reader->scene;
+    const struct rmap_name *name = rmap_names_find(&reader->media, "air");
+    if (!name)
+        name = rmap_names_find(&reader->media, "vacuum");
+    if (name) {
+        *medium_ret = name->index;
+        return RMAP_OK;
+    }
+    size_t *count = rmap_alloc(scene->n_medium, sizeof *count), most = 0;
+    if (!count)
+        return rmap_reader_no_memory(reader);
+    *medium_ret = -1;
+    for (size_t i = 0; i < scene->n_object; i++)
+        if (scene->object[i].medium_front >= 0)
+            count[scene->object[i].medium_front]++;
+    for (size_t i = 0; i < scene->n_medium; i++) {
+        if (count[i] <= most)
+            continue;
+        most = count[i];
+        *medium_ret = (int32_t)i;
+    }
+    rmap_free(count);
+    return *medium_ret >= 0 ? RMAP_OK : rmap_reader_vacuum(reader, medium_ret);
+}
+
+static enum rmap_status settle(struct rmap_reader *reader, const struct rmap_source_light *light,
+                               size_t n)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene *scene = reader->scene;
+    bool all_lumens = n > 0;
+    int32_t medium = -1;
+    for (size_t i = 0; i < n; i++)
+        all_lumens &= light[i].lumens;
+    scene->flux_unit = all_lumens ? RMAP_FLUX_LM : RMAP_FLUX_W;
+    for (size_t i = 0; i < n; i++) {
+        rmap_reader_settle_light(reader, &light[i]);
+        struct rmap_source *source = &scene->source[light[i].source];
+        bool named = source->medium >= 0 || rmap_yaml_get(light[i].node, "medium");
+        if (!named && medium < 0)
+            RMAP_TRY(rmap_reader_surrounding_medium(reader, &medium));
+        if (!named)
+            source->medium = medium;
+        RMAP_TRY(
+            rmap_reader_place_within(reader, light[i].node, source->medium, &source->gradient));
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_scene *scene = reader->scene;
+    const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
+    if (sources && !rmap_reader_check_list(reader, sources, "'sources'"))
+        return RMAP_OK;
+    if (!sources || !sources->n_item) {
+        rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
+        return RMAP_OK;
+    }
+    struct rmap_source_light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
+    if (!light)
+        return rmap_reader_no_memory(reader);
+    size_t n = 0;
+    for (size_t i = 0; i < sources->n_item; i++) {
+        const struct rmap_yaml_node *node = sources->item[i].value;
+        if (node->kind != RMAP_YAML_MAP) {
+            rmap_reader_error(reader, node, "a source must be a mapping, as in {name: lamp, ...}");
+            continue;
+        }
+        void *array = scene->source;
+        struct rmap_source *source = rmap_reader_append(reader, &array, &scene->n_source,
+                                                        &reader->cap_source, sizeof *source);
+        if (!source)
+            return rmap_reader_no_memory(reader);
+        scene->source = array;
+        source->name = rmap_strdup(rmap_reader_name(reader, node));
+        if (!source->name)
+            return rmap_reader_no_memory(reader);
+        light[n].source = (int32_t)(scene->n_source - 1);
+        RMAP_TRY(rmap_reader_add_member(reader, source->name, RMAP_MEMBER_SOURCE, light[n].source,
+                                        node));
+        RMAP_TRY(read_source(reader, node, source, &light[n++]));
+    }
+    RMAP_TRY(settle(reader, light, n));
+out:
+    return st;
+}

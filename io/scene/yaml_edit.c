@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * `--set key.path=value`: edits of a YAML tree before it is read as a scene.
+ */
+#include <string.h>
+
+#include "base/alloc.h"
+#include "io/scene/yaml_tree.h"
+
+struct edit {
+    const char *assignment;
+    struct rmap_diagnostics *diagnostics;
+    struct rmap_error *err;
+};
+
+static enum rmap_status no_memory(struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_SYSTEM, "out of memory while applying --set");
+}
+
+/* Length of `key` if the path begins with it as a whole component, else 0. Keys may contain dots
+ * themselves, so the path is matched against them rather than split. */
+static size_t match(const char *path, const char *key)
+{
+    size_t len = key ? strlen(key) : 0;
+    if (!len || strncmp(path, key, len) != 0 || (path[len] && path[len] != '.'))
+        return 0;
+    return len;
+}
+
+static const char *item_name(const struct rmap_yaml_item *item)
+{
+    if (item->key)
+        return item->key;
+    const struct rmap_yaml_node *name = rmap_yaml_get(item->value, "name");
+    return name && name->kind == RMAP_YAML_SCALAR ? name->text : NULL;
+}
+
+/* Number from 1 at the head of a path; 0 when there is none. */
+static size_t match_number(const char *path, size_t n_item, size_t *len_ret)
+{
+    size_t len = strspn(path, "0123456789"), number = 0;
+    if (!len || len > 9 || (path[len] && path[len] != '.'))
+        return 0;
+    for (size_t i = 0; i < len; i++)
+        number = 10 * number + (size_t)(path[i] - '0');
+    *len_ret = len;
+    return number <= n_item ? number : 0;
+}
+
+/* The item that the head of the path addresses: the longest matching name; then, in a list, a
+ * number; then a name inside the groups of a list. */
+static struct rmap_yaml_item *find(struct rmap_yaml_node *node, const char *path, size_t *len_ret)
+{
+    struct rmap_yaml_item *found = NULL;
+    *len_ret = 0;
+    for (size_t i = 0; i < node->n_item; i++) {
+        size_t len = match(path, item_name(&node->item[i]));
+        if (len > *len_ret) {
+            *len_ret = len;
+            found = &node->item[i];
+        }
+    }
+    if (found || node->kind != RMAP_YAML_LIST)
+        return found;
+    size_t number = match_number(path, node->n_item, len_ret);
+    if (number)
+        return &node->item[number - 1];
+    for (size_t i = 0; i < node->n_item && !found; i++) {
+        struct rmap_yaml_node *members = rmap_yaml_get(node->item[i].value, "objects");
+        if (members && members->kind == RMAP_YAML_LIST)
+            found = find(members, path, len_ret);
+    }
+    return found;
+}
+
+static void forget_place(struct rmap_yaml_node *node)
+{
+    node->line = node->column = 0;
+    for (size_t i = 0; i < node->n_item; i++) {
+        node->item[i].line = node->item[i].column = 0;
+        forget_place(node->item[i].value);
+    }
+}
+
+static void complain_unknown(struct edit *e, const struct rmap_yaml_node *list, const char *path)
+{
+    enum { SHOWN = 64 };
+    const char *name[SHOWN];
+    size_t n = 0;
+    for (size_t i = 0; i < list->n_item && n < SHOWN; i++)
+        name[n++] = item_name(&list->item[i]);
+    char word[80];
+    size_t len = strcspn(path, ".");
+    if (len >= sizeof word)
+        len = sizeof word - 1;
+    memcpy(word, path, len);
+    word[len] = 0;
+    const char *nearest = rmap_nearest_word(word, name, n);
+    rmap_diagnostics_add(e->diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
+                         "--set %.100s: no item named '%s'%s%s%s (items of a list: by name, or by "
+                         "number from 1)",
+                         e->assignment, word, nearest ? " (did you mean '" : "",
+                         nearest ? nearest : "", nearest ? "'?)" : "");
+}
+
+/* Adds the missing rest of a path to a mapping, a mapping per component. Takes value over. */
+static enum rmap_status add_path(struct edit *e, struct rmap_yaml_node *map, const char *path,
+                                 struct rmap_yaml_node *value)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t len = strcspn(path, ".");
+    struct rmap_yaml_node *inner = NULL;
+    char *key = rmap_alloc(len + 1, 1);
+    if (!key) {
+        st = no_memory(e->err);
+        goto out;
+    }
+    memcpy(key, path, len);
+    if (!path[len]) {
+        RMAP_TRY(rmap_yaml_append(map, key, 0, 0, value, e->err));
+        value = NULL;
+        goto out;
+    }
+    inner = rmap_alloc(1, sizeof *inner);
+    if (!inner) {
+        st = no_memory(e->err);
+        goto out;
+    }
+    inner->kind = RMAP_YAML_MAP;
+    RMAP_TRY(rmap_yaml_append(map, key, 0, 0, inner, e->err));
+    struct rmap_yaml_node *next = inner;
+    inner = NULL;
+    st = add_path(e, next, path + len + 1, value);
+    value = NULL;
+out:
+    rmap_free(key);
+    rmap_yaml_destroy(inner);
+    rmap_yaml_destroy(value);
+    return st;
+}
+
+/* Takes value over. */
+static enum rmap_status put(struct edit *e, struct rmap_yaml_node *node, const char *path,
+                            struct rmap_yaml_node *value)
+{
+    for (;;) {
+        size_t len = 0;
+        struct rmap_yaml_item *item = find(node, path, &len);
+        if (!item && node->kind == RMAP_YAML_MAP)
+            return add_path(e, node, path, value);
+        if (!item) {
+            complain_unknown(e, node, path);
+            rmap_yaml_destroy(value);
+            return RMAP_OK;
+        }
+        if (!path[len]) {
+            rmap_yaml_destroy(item->value);
+            item->value = value;
+            return RMAP_OK;
+        }
+        path += len + 1;
+        node = item->value;
+        bool nothing = node->kind == RMAP_YAML_SCALAR && !node->text[0];
+        if (nothing)
+            node->kind = RMAP_YAML_MAP;
+    }
+}
+
+enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment,
+                                struct rmap_diagnostics *diagnostics, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct edit e = {assignment, diagnostics, err};
+    struct rmap_yaml_node *value = NULL;
+    struct rmap_diagnostics inner = {0};
+    char *path = NULL;
+    const char *equals = strchr(assignment, '=');
+    size_t dots = 0, len = equals ? (size_t)(equals - assignment) : 0;
+    bool broken = !len || assignment[0] == '.';
+    for (size_t i = 0; i < len; i++) {
+        bool dot = assignment[i] == '.';
+        dots += dot;
+        broken |= dot && (assignment[i + 1] == '.' || assignment[i + 1] == '=');
+    }
+    broken |= dots >= RMAP_YAML_DEPTH_MAX;
+    if (broken) {
+        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
+                             "--set %.100s: write key.path=value", assignment);
+        return RMAP_OK;
+    }
+    path = rmap_alloc(len + 1, 1);
+    if (!path)
+        return no_memory(err);
+    memcpy(path, assignment, len);
+    st = rmap_yaml_parse(equals + 1, strlen(equals + 1), &value, &inner, err);
+    if (st == RMAP_INPUT || (st == RMAP_OK && inner.n_error)) {
+        rmap_diagnostics_add(diagnostics, RMAP_SEVERITY_ERROR, 0, 0,
+                             "--set %.100s: the value is not YAML: %s", assignment,
+                             inner.n ? inner.item[0].text : "unreadable");
+        rmap_yaml_destroy(value);
+        st = RMAP_OK;
+        goto out;
+    }
+    if (st != RMAP_OK)
+        goto out;
+    forget_place(value);
+    st = put(&e, root, path, value);
+out:
+    rmap_diagnostics_fini(&inner);
+    rmap_free(path);
+    return st;
+}

@@ -1,0 +1,390 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * libyaml's events become nodes. Aliases are expanded to copies, within a budget, so that the rest
+ * of the program sees a plain tree.
+ */
+#include "io/scene/yaml_tree.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <yaml.h>
+
+#include "base/alloc.h"
+#include "io/scene/scene_reader.h"
+
+struct anchor {
+    char *name;
+    const struct rmap_yaml_node *node; /* borrowed from the tree */
+};
+
+struct builder {
+    yaml_parser_t parser;
+    struct rmap_diagnostics *diagnostics;
+    struct rmap_error *err;
+    const char *text;
+    size_t n_node, n_copied;
+    struct anchor *anchor;
+    size_t n_anchor, cap_anchor;
+    struct rmap_names names; /* of anchors; of those with one name the last one counts */
+};
+
+static enum rmap_status no_memory(struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_SYSTEM, "out of memory while reading YAML");
+}
+
+/* The reader's errors (bad UTF-8) have an offset in place of a line. */
+static yaml_mark_t mark_of_offset(const char *text, size_t offset)
+{
+    yaml_mark_t mark = {.index = offset};
+    for (size_t i = 0; i < offset; i++) {
+        mark.column++;
+        if (text[i] == '\n') {
+            mark.line++;
+            mark.column = 0;
+        }
+    }
+    return mark;
+}
+
+static enum rmap_status syntax_error(struct builder *b)
+{
+    yaml_parser_t *parser = &b->parser;
+    if (parser->error == YAML_MEMORY_ERROR)
+        return no_memory(b->err);
+    yaml_mark_t mark = parser->problem_mark;
+    if (parser->error == YAML_READER_ERROR)
+        mark = mark_of_offset(b->text, parser->problem_offset);
+    rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, (int)mark.line + 1,
+                         (int)mark.column + 1, "this is not YAML: %s%s%s",
+                         parser->problem ? parser->problem : "unreadable",
+                         parser->context ? " " : "", parser->context ? parser->context : "");
+    return rmap_error_set(b->err, RMAP_INPUT, "not a YAML document");
+}
+
+static enum rmap_status next_event(struct builder *b, yaml_event_t *event)
+{
+    if (!yaml_parser_parse(&b->parser, event))
+        return syntax_error(b);
+    return RMAP_OK;
+}
+
+/* A complaint that ends the reading. */
+static enum rmap_status give_up(struct builder *b, yaml_mark_t mark, const char *text)
+{
+    rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, (int)mark.line + 1,
+                         (int)mark.column + 1, "%s", text);
+    return rmap_error_set(b->err, RMAP_INPUT, "the YAML text is refused: %s", text);
+}
+
+void rmap_yaml_destroy(struct rmap_yaml_node *node)
+{
+    if (!node)
+        return;
+    for (size_t i = 0; i < node->n_item; i++) {
+        rmap_free(node->item[i].key);
+        rmap_yaml_destroy(node->item[i].value);
+    }
+    rmap_free(node->item);
+    rmap_free(node->text);
+    rmap_free(node);
+}
+
+enum rmap_status rmap_yaml_append(struct rmap_yaml_node *node, const char *key, int line,
+                                  int column, struct rmap_yaml_node *value, struct rmap_error *err)
+{
+    char *copy = rmap_strdup(key);
+    if (key && !copy)
+        return no_memory(err);
+    if (node->n_item == node->cap_item) {
+        size_t cap = node->cap_item ? 2 * node->cap_item : 4;
+        void *grown = rmap_realloc(node->item, cap, sizeof *node->item);
+        if (!grown) {
+            rmap_free(copy);
+            return no_memory(err);
+        }
+        node->item = grown;
+        node->cap_item = cap;
+    }
+    node->item[node->n_item++] =
+        (struct rmap_yaml_item){.key = copy, .line = line, .column = column, .value = value};
+    return RMAP_OK;
+}
+
+static enum rmap_status copy_node(struct builder *b, const struct rmap_yaml_node *from,
+                                  yaml_mark_t mark, int depth, struct rmap_yaml_node **node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    if (++b->n_copied > RMAP_YAML_COPY_MAX)
+        return give_up(b, mark, "this alias expands to too much");
+    if (depth > RMAP_YAML_DEPTH_MAX)
+        return give_up(b, mark, "nested too deeply (at most 64 levels)");
+    struct rmap_yaml_node *node = rmap_alloc(1, sizeof *node);
+    if (!node)
+        return no_memory(b->err);
+    *node = (struct rmap_yaml_node){
+        .kind = from->kind, .line = from->line, .column = from->column, .quoted = from->quoted};
+    node->text = rmap_strdup(from->text);
+    if (from->text && !node->text) {
+        st = no_memory(b->err);
+        goto out;
+    }
+    for (size_t i = 0; i < from->n_item; i++) {
+        const struct rmap_yaml_item *item = &from->item[i];
+        struct rmap_yaml_node *value = NULL;
+        RMAP_TRY(copy_node(b, item->value, mark, depth + 1, &value));
+        st = rmap_yaml_append(node, item->key, item->line, item->column, value, b->err);
+        if (st != RMAP_OK) {
+            rmap_yaml_destroy(value);
+            goto out;
+        }
+    }
+    *node_ret = node;
+    node = NULL;
+out:
+    rmap_yaml_destroy(node);
+    return st;
+}
+
+static enum rmap_status expand_alias(struct builder *b, const yaml_event_t *event, int depth,
+                                     struct rmap_yaml_node **node_ret)
+{
+    const struct rmap_name *name =
+        rmap_names_find(&b->names, (const char *)event->data.alias.anchor);
+    if (name)
+        return copy_node(b, b->anchor[name->index].node, event->start_mark, depth, node_ret);
+    return give_up(b, event->start_mark, "an alias refers to nothing that is complete before it");
+}
+
+static enum rmap_status remember_anchor(struct builder *b, const char *name,
+                                        const struct rmap_yaml_node *node)
+{
+    void *anchor = b->anchor;
+    if (rmap_reserve(&anchor, &b->cap_anchor, b->n_anchor + 1, sizeof *b->anchor, b->err) !=
+        RMAP_OK)
+        return RMAP_SYSTEM;
+    b->anchor = anchor;
+    char *copy = rmap_strdup(name);
+    if (!copy)
+        return no_memory(b->err);
+    b->anchor[b->n_anchor++] = (struct anchor){copy, node};
+    return rmap_names_add(&b->names, copy, 0, (int32_t)(b->n_anchor - 1), 0, b->err);
+}
+
+struct key_place {
+    const char *key;
+    size_t index;
+};
+
+static int by_key(const void *a, const void *b)
+{
+    const struct key_place *left = a, *right = b;
+    int order = strcmp(left->key, right->key);
+    if (order)
+        return order;
+    return left->index < right->index ? -1 : left->index > right->index;
+}
+
+/* Sorting keeps a mapping of a million keys cheap to check. */
+static enum rmap_status check_duplicate_keys(struct builder *b, const struct rmap_yaml_node *map)
+{
+    if (map->n_item < 2)
+        return RMAP_OK;
+    struct key_place *place = rmap_alloc(map->n_item, sizeof *place);
+    if (!place)
+        return no_memory(b->err);
+    for (size_t i = 0; i < map->n_item; i++)
+        place[i] = (struct key_place){map->item[i].key, i};
+    qsort(place, map->n_item, sizeof *place, by_key);
+    size_t first = 0;
+    for (size_t i = 1; i < map->n_item; i++) {
+        if (strcmp(place[i].key, place[first].key) != 0) {
+            first = i;
+            continue;
+        }
+        const struct rmap_yaml_item *item = &map->item[place[i].index];
+        rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, item->line, item->column,
+                             "duplicate key '%.60s' (first on line %d): remove or rename one",
+                             item->key, map->item[place[first].index].line);
+    }
+    rmap_free(place);
+    return RMAP_OK;
+}
+
+static enum rmap_status build(struct builder *b, const yaml_event_t *event, int depth,
+                              struct rmap_yaml_node **node_ret);
+
+static enum rmap_status append_next(struct builder *b, struct rmap_yaml_node *node,
+                                    const yaml_event_t *event, const yaml_event_t *key, int depth)
+{
+    struct rmap_yaml_node *value = NULL;
+    enum rmap_status st = build(b, event, depth, &value);
+    if (st != RMAP_OK)
+        return st;
+    yaml_mark_t mark = key ? key->start_mark : event->start_mark;
+    st = rmap_yaml_append(node, key ? (const char *)key->data.scalar.value : NULL,
+                          (int)mark.line + 1, (int)mark.column + 1, value, b->err);
+    if (st != RMAP_OK)
+        rmap_yaml_destroy(value);
+    return st;
+}
+
+static enum rmap_status build_list(struct builder *b, struct rmap_yaml_node *node, int depth)
+{
+    enum rmap_status st = RMAP_OK;
+    while (st == RMAP_OK) {
+        yaml_event_t event;
+        st = next_event(b, &event);
+        if (st != RMAP_OK)
+            break;
+        bool end = event.type == YAML_SEQUENCE_END_EVENT;
+        if (!end)
+            st = append_next(b, node, &event, NULL, depth + 1);
+        yaml_event_delete(&event);
+        if (end)
+            break;
+    }
+    return st;
+}
+
+static enum rmap_status build_map(struct builder *b, struct rmap_yaml_node *node, int depth)
+{
+    enum rmap_status st = RMAP_OK;
+    while (st == RMAP_OK) {
+        yaml_event_t key, event;
+        st = next_event(b, &key);
+        if (st != RMAP_OK)
+            return st;
+        if (key.type == YAML_MAPPING_END_EVENT) {
+            yaml_event_delete(&key);
+            return check_duplicate_keys(b, node);
+        }
+        if (key.type != YAML_SCALAR_EVENT)
+            st = give_up(b, key.start_mark, "a key must be a plain word");
+        else if (strlen((const char *)key.data.scalar.value) != key.data.scalar.length)
+            st = give_up(b, key.start_mark, "a NUL character in a key");
+        if (st == RMAP_OK)
+            st = next_event(b, &event);
+        if (st == RMAP_OK) {
+            st = append_next(b, node, &event, &key, depth + 1);
+            yaml_event_delete(&event);
+        }
+        yaml_event_delete(&key);
+    }
+    return st;
+}
+
+static enum rmap_status build_scalar(struct builder *b, const yaml_event_t *event,
+                                     struct rmap_yaml_node *node)
+{
+    const char *text = (const char *)event->data.scalar.value;
+    if (strlen(text) != event->data.scalar.length)
+        return give_up(b, event->start_mark, "a NUL character in a value");
+    node->kind = RMAP_YAML_SCALAR;
+    node->quoted = event->data.scalar.style != YAML_PLAIN_SCALAR_STYLE;
+    node->text = rmap_strdup(text);
+    return node->text ? RMAP_OK : no_memory(b->err);
+}
+
+static enum rmap_status build(struct builder *b, const yaml_event_t *event, int depth,
+                              struct rmap_yaml_node **node_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    if (depth > RMAP_YAML_DEPTH_MAX)
+        return give_up(b, event->start_mark, "nested too deeply (at most 64 levels)");
+    if (event->type == YAML_ALIAS_EVENT)
+        return expand_alias(b, event, depth, node_ret);
+    if (++b->n_node > RMAP_YAML_NODE_MAX)
+        return give_up(b, event->start_mark, "more than 4,000,000 values");
+    struct rmap_yaml_node *node = rmap_alloc(1, sizeof *node);
+    if (!node)
+        return no_memory(b->err);
+    node->line = (int)event->start_mark.line + 1;
+    node->column = (int)event->start_mark.column + 1;
+    const yaml_char_t *anchor = NULL;
+    if (event->type == YAML_SCALAR_EVENT) {
+        anchor = event->data.scalar.anchor;
+        RMAP_TRY(build_scalar(b, event, node));
+    } else if (event->type == YAML_SEQUENCE_START_EVENT) {
+        anchor = event->data.sequence_start.anchor;
+        node->kind = RMAP_YAML_LIST;
+        RMAP_TRY(build_list(b, node, depth));
+    } else {
+        anchor = event->data.mapping_start.anchor;
+        node->kind = RMAP_YAML_MAP;
+        RMAP_TRY(build_map(b, node, depth));
+    }
+    if (anchor)
+        RMAP_TRY(remember_anchor(b, (const char *)anchor, node));
+    *node_ret = node;
+    node = NULL;
+out:
+    rmap_yaml_destroy(node);
+    return st;
+}
+
+/* Stream start, one document, stream end. */
+static enum rmap_status build_document(struct builder *b, struct rmap_yaml_node **root_ret)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_yaml_node *root = NULL;
+    for (bool end = false; !end;) {
+        yaml_event_t event;
+        RMAP_TRY(next_event(b, &event));
+        yaml_event_type_t type = event.type;
+        end = type == YAML_STREAM_END_EVENT;
+        if (type == YAML_DOCUMENT_START_EVENT && root)
+            st = give_up(b, event.start_mark, "a second document: a scene is one document");
+        else if (type == YAML_SCALAR_EVENT || type == YAML_SEQUENCE_START_EVENT ||
+                 type == YAML_MAPPING_START_EVENT || type == YAML_ALIAS_EVENT)
+            st = build(b, &event, 1, &root);
+        yaml_event_delete(&event);
+        if (st != RMAP_OK)
+            goto out;
+    }
+    if (!root) {
+        rmap_diagnostics_add(b->diagnostics, RMAP_SEVERITY_ERROR, 0, 0, "the text is empty");
+        RMAP_TRY(rmap_error_set(b->err, RMAP_INPUT, "the text is empty"));
+    }
+    *root_ret = root;
+    root = NULL;
+out:
+    rmap_yaml_destroy(root);
+    return st;
+}
+
+enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_yaml_node **root_ret,
+                                 struct rmap_diagnostics *diagnostics, struct rmap_error *err)
+{
+    struct builder b = {.diagnostics = diagnostics, .err = err, .text = text};
+    if (!yaml_parser_initialize(&b.parser))
+        return no_memory(err);
+    yaml_parser_set_encoding(&b.parser, YAML_UTF8_ENCODING);
+    yaml_parser_set_input_string(&b.parser, (const unsigned char *)text, nbytes);
+    enum rmap_status st = build_document(&b, root_ret);
+    for (size_t i = 0; i < b.n_anchor; i++)
+        rmap_free(b.anchor[i].name);
+    rmap_free(b.anchor);
+    rmap_names_fini(&b.names);
+    yaml_parser_delete(&b.parser);
+    return st;
+}
+
+static bool is_nothing(const struct rmap_yaml_node *node)
+{
+    return node->kind == RMAP_YAML_SCALAR && !node->quoted &&
+           (!node->text[0] || strcmp(node->text, "~") == 0 || strcmp(node->text, "null") == 0);
+}
+
+struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const char *key)
+{
+    if (!node || node->kind != RMAP_YAML_MAP)
+        return NULL;
+    for (size_t i = 0; i < node->n_item; i++) {
+        struct rmap_yaml_node *value = node->item[i].value;
+        if (strcmp(node->item[i].key, key) == 0) {
+            return is_nothing(value) ? NULL : value;
+        }
+    }
+    return NULL;
+}

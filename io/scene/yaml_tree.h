@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A YAML text as a tree whose every node knows its line and column, with limits that keep hostile
+ * text harmless: depth, number of nodes, expansion of aliases.
+ */
+#ifndef RMAP_YAML_TREE_H
+#define RMAP_YAML_TREE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#include "base/status.h"
+#include "io/file/diagnostics.h"
+
+#define RMAP_YAML_DEPTH_MAX 64
+#define RMAP_YAML_NODE_MAX  4000000 /* about 1 GiB of tree */
+#define RMAP_YAML_COPY_MAX  1000000 /* nodes that aliases may add */
+
+enum rmap_yaml_kind { RMAP_YAML_SCALAR, RMAP_YAML_LIST, RMAP_YAML_MAP };
+
+struct rmap_yaml_node;
+
+/* Of a list (key NULL) or a mapping. */
+struct rmap_yaml_item {
+    char *key;
+    int line, column; /* of the key; of the value in a list */
+    struct rmap_yaml_node *value;
+};
+
+struct rmap_yaml_node {
+    enum rmap_yaml_kind kind;
+    int line, column; /* from 1; 0: not from the file (an edit of the command line) */
+    bool quoted;      /* SCALAR: written in quotes */
+    char *text;       /* SCALAR */
+    size_t n_item, cap_item;
+    struct rmap_yaml_item *item;
+};
+
+/* Builds the tree. A text that is not one YAML document puts what is wrong into diagnostics and
+ * gives RMAP_INPUT; duplicate keys are put there too, and the first one stands. */
+enum rmap_status rmap_yaml_parse(const char *text, size_t nbytes, struct rmap_yaml_node **root_ret,
+                                 struct rmap_diagnostics *diagnostics,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+void rmap_yaml_destroy(struct rmap_yaml_node *root); /* NULL is fine */
+
+/* Value of a key; NULL when node is no mapping, has no such key, or nothing stands behind it. */
+struct rmap_yaml_node *rmap_yaml_get(const struct rmap_yaml_node *node, const char *key);
+
+/* Applies "key.path=value" (value: YAML). Items of a list are addressed by their name or by their
+ * number from 1; missing keys are added. A path that leads nowhere is put into diagnostics. */
+enum rmap_status rmap_yaml_edit(struct rmap_yaml_node *root, const char *assignment,
+                                struct rmap_diagnostics *diagnostics,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Appends an item; takes the value over, copies the key (which may be NULL). RMAP_SYSTEM leaves
+ * the value to the caller. */
+enum rmap_status rmap_yaml_append(struct rmap_yaml_node *node, const char *key, int line,
+                                  int column, struct rmap_yaml_node *value,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: MIT */
+#include "io/write/piece_writer.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/alloc.h"
+#include "io/codec/codec.h"
+#include "io/file/file_lock.h"
+#include "io/file/publish.h"
+#include "io/file/seal.h"
+#include "io/file/write_back.h"
+#include "io/map/map_directory.h"
+#include "io/map/map_format.h"
+#include "io/map/portion_rows.h"
+#include "io/write/piece_internal.h"
+
+/* After so many bytes the system is asked to begin writing them, so that a flush and the end of a
+ * piece wait for no more than the last of them. */
+#define WRITE_BACK_NBYTES ((size_t)4 << 20)
+
+enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int stream, uint32_t index,
+                                       uint64_t n_row, const uint8_t *stored,
+                                       const struct rmap_stream_size *size, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_stream_info *info = &self->layout->stream[stream];
+    const hsize_t extent[2] = {n_row, rmap_stream_width(info, self->run->scene->channels.n)};
+    const hsize_t offset[2] = {(hsize_t)index * RMAP_CHUNK_ROWS, 0};
+    hsize_t found_nbytes = 0;
+    haddr_t address = 0;
+    unsigned mask = 0;
+    void *block = self->entry;
+    if (self->h5.failed)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->h5.path);
+    st = rmap_reserve(&block, &self->cap_entry, self->n_entry + 1, sizeof *self->entry, err);
+    self->entry = block;
+    if (st != RMAP_OK)
+        return st;
+    hid_t set = self->set[stream];
+    if (H5Dset_extent(set, extent) < 0 ||
+        H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, size->nbytes, stored) < 0 ||
+        H5Dget_chunk_info_by_coord(set, offset, &mask, &address, &found_nbytes) < 0)
+        return rmap_h5_fail(&self->h5, info->path, err);
+    self->entry[self->n_entry++] =
+        (struct rmap_chunk_entry){.offset = address,
+                                  .checksum = rmap_checksum(stored, size->nbytes),
+                                  .nbytes = (uint32_t)size->nbytes,
+                                  .lead_nbytes = size->lead_nbytes,
+                                  .lead_planes = size->lead_planes,
+                                  .index = index,
+                                  .stream = (uint16_t)stream};
+    self->resting_nbytes += size->nbytes;
+    if (self->resting_nbytes >= WRITE_BACK_NBYTES) {
+        rmap_write_back_begin(self->fd);
+        self->resting_nbytes = 0;
+    }
+    return st;
+}
+
+/* ---- flushing ---- */
+
+static enum rmap_status begin_journal(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    const struct rmap_piece_origin *origin = &self->origin;
+    struct rmap_journal_header header = {.format_major = self->curved ? RMAP_FORMAT_CURVED_MAJOR
+                                                                      : RMAP_FORMAT_MAJOR,
+                                         .encoding = (uint32_t)origin->encoding,
+                                         .mode = (uint32_t)origin->mode,
+                                         .n_channel = (uint32_t)origin->n_channel,
+                                         .shard = self->shard,
+                                         .number = self->number,
+                                         .seed = origin->seed};
+    (void)snprintf(header.scene_digest, sizeof header.scene_digest, "%s", origin->scene_digest);
+    (void)snprintf(header.space_digest, sizeof header.space_digest, "%s", origin->space_digest);
+    (void)snprintf(header.isa, sizeof header.isa, "%s", self->run->isa ? self->run->isa : "");
+    (void)snprintf(header.embree_version, sizeof header.embree_version, "%s",
+                   self->run->embree_version ? self->run->embree_version : "");
+    return rmap_journal_create(self->journal_path, &header, &self->journal, err);
+}
+
+/* The stored chunks first, then the journal that speaks of them, then, once, the names of both. */
+enum rmap_status rmap_piece_writer_flush(struct rmap_piece_writer *self,
+                                         struct rmap_journal_batch *batch,
+                                         const uint64_t *stored_rows, uint64_t n_portion,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool first = !self->journal;
+    if (self->h5.failed)
+        return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->h5.path);
+    if (fdatasync(self->fd) != 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: syncing to disk: %s", self->temporary,
+                            strerror(errno));
+        goto out;
+    }
+    if (first)
+        RMAP_TRY(begin_journal(self, err));
+    RMAP_TRY(rmap_journal_add_chunks(batch, self->entry + self->n_safe,
+                                     self->n_entry - self->n_safe, err));
+    RMAP_TRY(rmap_journal_commit(self->journal, batch, stored_rows, n_portion, err));
+    self->n_safe = self->n_entry;
+    if (first)
+        RMAP_TRY(rmap_sync_directory(self->directory, err));
+out:
+    if (st != RMAP_OK)
+        self->h5.failed = true; /* what comes later would not be safe */
+    return st;
+}
+
+/* ---- finishing ---- */
+
+static enum rmap_status seal(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    struct rmap_range *range = rmap_alloc(self->n_entry, sizeof *range);
+    if (!range)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the seal of a piece");
+    for (size_t i = 0; i < self->n_entry; i++)
+        range[i] = (struct rmap_range){self->entry[i].offset, self->entry[i].nbytes};
+    enum rmap_status st = rmap_seal_append(self->fd, self->temporary, range, self->n_entry, err);
+    rmap_free(range);
+    return st;
+}
+
+/* Under its own number, or the next that is free: a rank of a node that was cut off may have come
+ * first. */
+static enum rmap_status publish(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool taken = true;
+    while (taken) {
+        char *final = rmap_path_format("%s/piece-%05d.h5", self->directory, self->number);
+        if (!final)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+        st = rmap_publish_new(self->directory, self->temporary, final, &taken, err);
+        rmap_free(final);
+        if (st == RMAP_OK && taken)
+            st = rmap_shard_next_piece(self->directory, &self->number, err);
+        if (st == RMAP_OK)
+            st = rmap_piece_check_number(self->number, err);
+        if (st != RMAP_OK)
+            return st;
+    }
+    if (self->journal)
+        (void)unlink(self->journal_path);
+    rmap_free(self->temporary);
+    self->temporary = NULL;
+    return st;
+}
+
+static enum rmap_status close_file(struct rmap_piece_writer *self, uint64_t *nbytes_ret,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct stat file;
+    for (int s = 0; s < self->n_stream; s++) {
+        if (H5Dclose(self->set[s]) < 0) {
+            st = rmap_h5_fail(&self->h5, self->layout->stream[s].path, err);
+            goto out;
+        }
+        self->set[s] = H5I_INVALID_HID;
+    }
+    RMAP_TRY(rmap_h5_close(&self->h5, err));
+    rmap_file_lock(self->fd); /* if HDF5's own lock came first, it is gone now */
+    RMAP_TRY(seal(self, err));
+    if (fstat(self->fd, &file) != 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
+        goto out;
+    }
+    *nbytes_ret = (uint64_t)file.st_size;
+out:
+    return st;
+}
+
+enum rmap_status rmap_piece_writer_finish(struct rmap_piece_writer *self,
+                                          const struct rmap_portion_info *portion, size_t n_portion,
+                                          const uint64_t *stored_rows,
+                                          struct rmap_map_content *content, struct rmap_error *err)
+{
+    static const int32_t complete = 1;
+    enum rmap_status st = RMAP_OK;
+    struct rmap_field_table chunks = rmap_chunk_fields(),
+                            portions = rmap_portion_fields_piece(self->curved);
+    struct rmap_piece_info info = {.shard = self->shard,
+                                   .encoding = (int32_t)self->layout->encoding,
+                                   .space = self->run->space,
+                                   .n_chunk = self->n_entry};
+    RMAP_TRY(rmap_h5_write_fields(&self->h5, chunks.field, chunks.n, self->entry, self->n_entry,
+                                  sizeof *self->entry, err));
+    RMAP_TRY(rmap_portion_rows_write(&self->h5, portions, portion, n_portion,
+                                     self->run->selection != NULL, err));
+    RMAP_TRY(rmap_h5_put(&self->h5, "/", "stored_rows", RMAP_U64, rmap_format_n_table(self->curved),
+                         stored_rows, err));
+    RMAP_TRY(rmap_h5_put(&self->h5, "/", "complete", RMAP_I32, 1, &complete, err));
+    RMAP_TRY(close_file(self, &info.nbytes, err));
+    RMAP_TRY(publish(self, err));
+    info.number = self->number;
+    memcpy(info.stored_rows, stored_rows, sizeof info.stored_rows);
+    rmap_piece_name_set(&info);
+    RMAP_TRY(rmap_map_content_add_piece(content, &info, portion, n_portion, self->entry, err));
+out:
+    return st;
+}
+
+void rmap_piece_writer_destroy(struct rmap_piece_writer *self)
+{
+    if (!self)
+        return;
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        if (self->set[s] >= 0 && !self->h5.failed)
+            (void)H5Dclose(self->set[s]);
+    rmap_h5_drop(&self->h5);
+    if (self->fd >= 0)
+        (void)close(self->fd);
+    if (self->temporary && !self->journal)
+        (void)unlink(self->temporary);
+    rmap_journal_writer_destroy(self->journal);
+    rmap_free(self->directory);
+    rmap_free(self->temporary);
+    rmap_free(self->journal_path);
+    rmap_free(self->entry);
+    rmap_free(self);
+}

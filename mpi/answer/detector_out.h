@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A detector's image as a file.
+ */
+#ifndef RMAP_DETECTOR_OUT_H
+#define RMAP_DETECTOR_OUT_H
+
+#include "analysis/detector/spot.h"
+#include "analysis/figure/figure_detector.h"
+
+extern const char *const rmap_detector_suffixes[];
+
+/* By the suffix. .csv: a row per cell; .h5: value, standard_error, rays, rgb, spectral cube; .npy:
+ * the values alone, of a spectral image the cube; .npz: all of it; .exr: linear RGB, of an image
+ * without colour the value in each; .png and .svg: the figure. */
+enum rmap_status rmap_detector_write(const struct rmap_detector_image *image,
+                                     const struct rmap_figure_detector *figure, const char *path,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Its curves: .csv, .png or .svg. */
+enum rmap_status rmap_spot_write(const struct rmap_spot *spot, const char *detector,
+                                 const char *criterion, const char *path,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/answer/draw_request.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "base/alloc.h"
+#include "mpi/answer/page_run.h"
+#include "mpi/command/output.h"
+
+enum { DEFAULT_LIMIT = 300, LARGEST_LIMIT = 1000000 };
+
+static enum rmap_status read_view(const char *text, enum rmap_view_kind *kind,
+                                  struct rmap_error *err)
+{
+    static const char *const word[] = {"auto", "yz", "xz", "xy", "3d"};
+    for (size_t i = 0; i < sizeof word / sizeof *word; i++)
+        if (!text || strcmp(text, word[i]) == 0) {
+            *kind = (enum rmap_view_kind)i;
+            return RMAP_OK;
+        }
+    return rmap_error_set(err, RMAP_USAGE, "--view '%s': say yz, xz, xy or 3d", text);
+}
+
+static enum rmap_status read_paint(const char *text, enum rmap_paint_kind *kind,
+                                   struct rmap_error *err)
+{
+    for (int i = 0; i < RMAP_PAINT_KIND_COUNT; i++)
+        if (!text || strcmp(text, rmap_paint_word((enum rmap_paint_kind)i)) == 0) {
+            *kind = (enum rmap_paint_kind)i;
+            return RMAP_OK;
+        }
+    return rmap_error_set(err, RMAP_USAGE, "--color '%s': say natural, path, criterion or order",
+                          text);
+}
+
+static enum rmap_status read_level(const char *text, struct rmap_draw_request *request,
+                                   struct rmap_error *err)
+{
+    request->has_level = text != NULL;
+    for (int i = 0; i < RMAP_PATH_LEVEL_COUNT; i++)
+        if (!text || strcmp(text, rmap_path_level_word((enum rmap_path_level)i)) == 0) {
+            request->level = (enum rmap_path_level)i;
+            return RMAP_OK;
+        }
+    return rmap_error_set(err, RMAP_USAGE, "--by '%s': say surface, object or group", text);
+}
+
+static enum rmap_status read_format(const char *path, enum rmap_draw_format *format,
+                                    struct rmap_error *err)
+{
+    static const struct {
+        const char *suffix;
+        enum rmap_draw_format format;
+    } known[] = {{".svg", RMAP_DRAW_PICTURE}, {".png", RMAP_DRAW_PICTURE},
+                 {".html", RMAP_DRAW_PAGE},   {".vtp", RMAP_DRAW_POLYDATA},
+                 {".glb", RMAP_DRAW_GLTF},    {".gltf", RMAP_DRAW_GLTF}};
+    const char *suffix = path ? strrchr(path, '.') : NULL;
+    if (!path)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "say where to: -o OUT.svg or -o OUT.png (also .html, .vtp, .glb)");
+    for (size_t i = 0; suffix && i < sizeof known / sizeof *known; i++)
+        if (strcasecmp(suffix, known[i].suffix) == 0) {
+            *format = known[i].format;
+            return RMAP_OK;
+        }
+    return RMAP_OK; /* rmap_output_check tells the suffixes */
+}
+
+/* "-62,28" */
+static enum rmap_status read_eye(const char *text, struct rmap_draw_request *request,
+                                 struct rmap_error *err)
+{
+    char *end = NULL, *last = NULL;
+    if (!text)
+        return RMAP_OK;
+    request->has_eye = true;
+    request->eye[0] = strtod(text, &end);
+    bool fine = end != text && *end == ',';
+    request->eye[1] = fine ? strtod(end + 1, &last) : 0.0;
+    if (fine && last != end + 1 && *last == 0 && fabs(request->eye[0]) <= 360.0 &&
+        fabs(request->eye[1]) <= 90.0)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_USAGE,
+                          "--eye '%s': say AZIMUTH,ELEVATION in degrees, such as -62,28 (elevation "
+                          "from -90 to 90)",
+                          text);
+}
+
+static enum rmap_status read_numbers(const struct rmap_arguments *given,
+                                     struct rmap_draw_request *request, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    bool page = request->format == RMAP_DRAW_PAGE;
+    request->limit = page ? RMAP_PAGE_DEFAULT_RAYS : DEFAULT_LIMIT;
+    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
+    request->thin = request->format == RMAP_DRAW_PICTURE && !rmap_argument(given, "limit");
+    int largest = page ? RMAP_PAGE_MOST_RAYS : LARGEST_LIMIT;
+    if (request->limit < 1 || request->limit > (uint64_t)largest)
+        return rmap_error_set(err, RMAP_USAGE, "--limit must lie between 1 and %d", largest);
+    RMAP_TRY(rmap_argument_number(given, "opacity", &request->opacity, err));
+    if (rmap_argument(given, "opacity") && !(request->opacity > 0.0 && request->opacity <= 1.0))
+        return rmap_error_set(err, RMAP_USAGE, "--opacity must lie between 0 and 1");
+    request->has_cut = rmap_argument(given, "cut") != NULL;
+    RMAP_TRY(rmap_argument_number(given, "cut", &request->cut, err));
+    if (!isfinite(request->cut))
+        return rmap_error_set(err, RMAP_USAGE, "--cut must be a length");
+    if (request->camera && (request->has_eye || request->has_cut || rmap_argument(given, "view")))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--camera says where the scene is seen from: leave out --view, --eye "
+                              "and --cut");
+    if (request->camera && request->format != RMAP_DRAW_PICTURE)
+        return rmap_error_set(err, RMAP_USAGE, "--camera is for pictures: OUT.svg or OUT.png");
+    if (request->has_eye && request->kind == RMAP_VIEW_AUTO)
+        request->kind = RMAP_VIEW_3D;
+    if (request->has_cut && request->kind == RMAP_VIEW_3D)
+        return rmap_error_set(err, RMAP_USAGE, "--cut moves a section: say --view yz, xz or xy");
+    if (request->has_eye && request->kind != RMAP_VIEW_3D)
+        return rmap_error_set(err, RMAP_USAGE, "--eye turns a view of solids: say --view 3d");
+out:
+    return st;
+}
+
+enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
+                                        struct rmap_draw_request *request, struct rmap_error *err)
+{
+    static const char *const suffixes[] = {".svg", ".png", ".html", ".vtp", ".glb", ".gltf", NULL};
+    enum rmap_status st = RMAP_OK;
+    *request = (struct rmap_draw_request){.map_path = given->operand[0],
+                                          .output_path = rmap_argument(given, "output"),
+                                          .camera = rmap_argument(given, "camera")};
+    RMAP_TRY(read_format(request->output_path, &request->format, err));
+    RMAP_TRY(read_paint(rmap_argument(given, "color"), &request->paint, err));
+    RMAP_TRY(read_level(rmap_argument(given, "by"), request, err));
+    RMAP_TRY(read_view(rmap_argument(given, "view"), &request->kind, err));
+    RMAP_TRY(read_eye(rmap_argument(given, "eye"), request, err));
+    RMAP_TRY(read_numbers(given, request, err));
+    RMAP_TRY(rmap_argument_each(given, "where", &request->where, &request->n_where, err));
+    if (request->n_where > 1 && request->paint != RMAP_PAINT_CRITERION) {
+        if (rmap_argument(given, "color"))
+            return rmap_error_set(err, RMAP_USAGE,
+                                  "several --where are for --color criterion; join them by 'or'");
+        request->paint = RMAP_PAINT_CRITERION;
+    }
+    st = rmap_output_check(request->output_path, suffixes, rmap_argument(given, "force") != NULL,
+                           err);
+out:
+    return st;
+}
+
+void rmap_draw_request_fini(struct rmap_draw_request *request)
+{
+    for (size_t i = 0; i < request->n_where; i++)
+        rmap_free(request->where[i]);
+    rmap_free(request->where);
+    *request = (struct rmap_draw_request){0};
+}

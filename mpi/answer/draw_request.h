@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What `raymap draw` is asked for.
+ */
+#ifndef RMAP_DRAW_REQUEST_H
+#define RMAP_DRAW_REQUEST_H
+
+#include "analysis/figure/figure_view.h"
+#include "analysis/figure/ray_paint.h"
+#include "mpi/command/arguments.h"
+
+enum rmap_draw_format {
+    RMAP_DRAW_PICTURE,  /* .svg, .png */
+    RMAP_DRAW_PAGE,     /* .html */
+    RMAP_DRAW_POLYDATA, /* .vtp */
+    RMAP_DRAW_GLTF      /* .glb, .gltf */
+};
+
+struct rmap_draw_request {
+    const char *map_path, *output_path;
+    const char *camera; /* NULL: none */
+    char **where;       /* [n_where] */
+    size_t n_where;
+    enum rmap_draw_format format;
+    uint64_t limit;
+    bool thin; /* nobody asked for so many */
+    enum rmap_view_kind kind;
+    enum rmap_paint_kind paint;
+    enum rmap_path_level level;
+    bool has_eye, has_cut, has_level;
+    double eye[2];  /* azimuth, elevation, degrees */
+    double cut;     /* scene units */
+    double opacity; /* 0: by the number of rays */
+};
+
+/* RMAP_USAGE; rmap_draw_request_fini whatever happened. */
+enum rmap_status rmap_draw_request_read(const struct rmap_arguments *given,
+                                        struct rmap_draw_request *request,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_draw_request_fini(struct rmap_draw_request *request);
+
+#endif

@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The matching rays of a query: listed, or written to a file.
+ */
+#ifndef RMAP_QUERY_RAYS_OUT_H
+#define RMAP_QUERY_RAYS_OUT_H
+
+#include <stdbool.h>
+
+#include "analysis/query/query.h"
+#include "mpi/command/command.h"
+#include "mpi/scan/ray_stream.h"
+
+/* RMAP_USAGE when the path names no kind that can be written, or something stands there. */
+enum rmap_status rmap_query_rays_check(const char *path, bool force,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* True for the name of a file of rays: NAME.csv, NAME.json or NAME.vtp, in any case. */
+bool rmap_query_rays_named(const char *path);
+
+/* Where the rays of an answer go, one after another; all of it on rank 0. path NULL: on stdout, a
+ * line per ray (its id and its path in letters), or with --json the array of rays. */
+struct rmap_rays_out;
+enum rmap_status rmap_rays_out_begin(const struct rmap_context *context, const struct rmap_map *map,
+                                     const char *path, struct rmap_rays_out **out_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_rays_out_take(void *out, const struct rmap_streamed_ray *ray,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+/* Ends the list, and says of a file what is in it. */
+enum rmap_status rmap_rays_out_finish(struct rmap_rays_out *out,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+/* Removes what was written of a file that was not finished: half an answer is none, and what had
+ * its name keeps it. NULL is fine. */
+void rmap_rays_out_destroy(struct rmap_rays_out *out);
+
+/* Rank 0. What would be read; rays_wanted: with all columns of the rays that match. */
+enum rmap_status rmap_query_explain(const struct rmap_context *context, const struct rmap_map *map,
+                                    struct rmap_criterion *const *criterion, size_t n_criterion,
+                                    bool rays_wanted, struct rmap_error *err) RMAP_MUST_USE;
+
+#endif

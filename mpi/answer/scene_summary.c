@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/answer/scene_summary.h"
+
+#include <math.h>
+
+#include "base/grouped.h"
+#include "mpi/command/balance.h"
+#include "mpi/parallel/progress.h"
+
+struct box {
+    struct rmap_vec3 lower, upper;
+};
+
+static void include_point(struct box *box, struct rmap_vec3 p)
+{
+    box->lower = rmap_least(box->lower, p);
+    box->upper = rmap_greatest(box->upper, p);
+}
+
+static void include_object(struct box *box, const struct rmap_scene *scene,
+                           const struct rmap_object *object)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+    if (geometry->kind == RMAP_GEOMETRY_MESH) {
+        for (size_t v = 0; v < geometry->mesh->n_vertex; v++) {
+            const float *p = geometry->mesh->vertex[v];
+            struct rmap_vec3 local = rmap_vec3((double)p[0], (double)p[1], (double)p[2]);
+            include_point(box, rmap_affine_point(&object->to_world, local));
+        }
+        return;
+    }
+    struct rmap_vec3 a, b;
+    rmap_shape_bounds(&geometry->shape, &a, &b);
+    for (int corner = 0; corner < 8; corner++) {
+        struct rmap_vec3 local =
+            rmap_vec3(corner & 1 ? b.x : a.x, corner & 2 ? b.y : a.y, corner & 4 ? b.z : a.z);
+        include_point(box, rmap_affine_point(&object->to_world, local));
+    }
+}
+
+static struct box bounds(const struct rmap_scene *scene)
+{
+    double far = (double)INFINITY;
+    struct box box = {rmap_vec3(far, far, far), rmap_vec3(-far, -far, -far)};
+    for (size_t o = 0; o < scene->n_object; o++)
+        include_object(&box, scene, &scene->object[o]);
+    return box;
+}
+
+/* Triangles of all instances together. */
+static uint64_t triangles(const struct rmap_scene *scene)
+{
+    uint64_t n = 0;
+    for (size_t o = 0; o < scene->n_object; o++) {
+        const struct rmap_geometry *geometry = &scene->geometry[scene->object[o].geometry];
+        n += geometry->kind == RMAP_GEOMETRY_MESH ? geometry->mesh->n_triangle : 0;
+    }
+    return n;
+}
+
+static void print_names(FILE *out, const char *what, size_t n,
+                        const char *(*name)(const void *, size_t), const struct rmap_scene *scene)
+{
+    enum { SHOWN_MAX = 12 };
+    fprintf(out, "  %-10s %5zu ", what, n);
+    for (size_t i = 0; i < n && i < SHOWN_MAX; i++)
+        fprintf(out, " %s", name(scene, i));
+    fputs(n > SHOWN_MAX ? " ...\n" : "\n", out);
+}
+
+/* name_FIELD(scene, i): the name of the scene's i-th FIELD. */
+#define NAME_OF(field)                                                                             \
+    static const char *name_##field(const void *scene, size_t i)                                   \
+    {                                                                                              \
+        return ((const struct rmap_scene *)scene)->field[i].name;                                  \
+    }
+NAME_OF(medium)
+NAME_OF(surface)
+NAME_OF(geometry)
+NAME_OF(object)
+NAME_OF(group)
+NAME_OF(source)
+NAME_OF(detector)
+NAME_OF(camera)
+#undef NAME_OF
+
+static const char *mode_text(const struct rmap_scene *scene)
+{
+    return scene->channels.mode == RMAP_COLOUR_RGB ? "rgb" : "spectral";
+}
+
+static void print_light(const struct rmap_scene *scene, FILE *out)
+{
+    for (size_t s = 0; s < scene->n_source; s++)
+        fprintf(out, "    source %s: %.6g %s in '%s'\n", scene->source[s].name,
+                scene->source[s].flux, rmap_flux_unit_text(scene),
+                scene->medium[scene->source[s].medium].name);
+    for (size_t m = 0; m < scene->n_medium; m++)
+        if (scene->medium[m].description)
+            fprintf(out, "    medium %s: %s\n", scene->medium[m].name,
+                    scene->medium[m].description);
+}
+
+static const char *scheme_text(enum rmap_scheme scheme)
+{
+    switch (scheme) {
+    case RMAP_SCHEME_SHARMA:
+        return "sharma";
+    case RMAP_SCHEME_SHARMA_FIXED:
+        return "fixed";
+    case RMAP_SCHEME_INTEGRATED:
+        return "integrated";
+    default:
+        return "adaptive";
+    }
+}
+
+/* Gradient media where they stand, and how light is traced through them. */
+static void print_gradients(const struct rmap_scene *scene, FILE *out)
+{
+    enum { SHOWN_MAX = 12 };
+    for (size_t i = 0; i < scene->n_gradient && i < SHOWN_MAX; i++) {
+        const struct rmap_gradient *g = &scene->gradient[i];
+        const struct rmap_vec3 at = g->to_world.t;
+        fprintf(out, "    gradient %s: frame at (%.6g, %.6g, %.6g), size %.6g %s, ",
+                scene->medium[g->medium].name, at.x, at.y, at.z, g->size, scene->unit);
+        fprintf(out, "%s, tolerance %.3g %s\n", scheme_text(g->options.scheme),
+                g->options.tolerance, scene->unit);
+    }
+    if (scene->n_gradient > SHOWN_MAX)
+        fprintf(out, "    ... and %zu other places of gradient media\n",
+                scene->n_gradient - SHOWN_MAX);
+}
+
+void rmap_scene_summary_print(const struct rmap_scene *scene, FILE *out)
+{
+    const struct rmap_channels *channels = &scene->channels;
+    char count[RMAP_GROUPED_LEN];
+    fprintf(out, "  units      %s\n  light      %s, %s", scene->unit, mode_text(scene),
+            rmap_counted((uint64_t)channels->n, "channel").text);
+    if (channels->mode == RMAP_COLOUR_SPECTRAL)
+        fprintf(out, ", %.6g to %.6g nm", channels->wavelength_nm[0],
+                channels->wavelength_nm[channels->n - 1]);
+    fputc('\n', out);
+    print_names(out, "media", scene->n_medium, name_medium, scene);
+    print_names(out, "surfaces", scene->n_surface, name_surface, scene);
+    print_names(out, "geometries", scene->n_geometry, name_geometry, scene);
+    print_names(out, "objects", scene->n_object, name_object, scene);
+    print_names(out, "groups", scene->n_group, name_group, scene);
+    print_names(out, "sources", scene->n_source, name_source, scene);
+    print_names(out, "detectors", scene->n_detector, name_detector, scene);
+    if (scene->n_camera > 0)
+        print_names(out, "cameras", scene->n_camera, name_camera, scene);
+    print_light(scene, out);
+    print_gradients(scene, out);
+    fprintf(out, "  triangles  %s in all instances\n", rmap_grouped(triangles(scene), count));
+    if (scene->n_object > 0) {
+        struct box box = bounds(scene);
+        fprintf(out, "  box        (%.6g, %.6g, %.6g) to (%.6g, %.6g, %.6g) %s\n", box.lower.x,
+                box.lower.y, box.lower.z, box.upper.x, box.upper.y, box.upper.z, scene->unit);
+    }
+}
+
+static json_t *names_json(const struct rmap_scene *scene, size_t n,
+                          const char *(*name)(const void *, size_t))
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < n; i++)
+        (void)json_array_append_new(list, json_string(name(scene, i)));
+    return list;
+}
+
+static json_t *light_json(const struct rmap_scene *scene)
+{
+    json_t *wavelengths = json_array();
+    for (int c = 0; c < scene->channels.n && scene->channels.mode == RMAP_COLOUR_SPECTRAL; c++)
+        (void)json_array_append_new(wavelengths, json_real(scene->channels.wavelength_nm[c]));
+    return json_pack("{s:s, s:i, s:o}", "mode", mode_text(scene), "channels", scene->channels.n,
+                     "wavelengths", wavelengths);
+}
+
+static json_t *gradients_json(const struct rmap_scene *scene)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < scene->n_gradient; i++) {
+        const struct rmap_gradient *g = &scene->gradient[i];
+        const struct rmap_vec3 at = g->to_world.t;
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:s, s:[f,f,f], s:f, s:s, s:f, s:f, s:f}", "medium",
+                            scene->medium[g->medium].name, "model", g->field->ops->model, "at",
+                            at.x, at.y, at.z, "size", g->size, "scheme",
+                            scheme_text(g->options.scheme), "tolerance", g->options.tolerance,
+                            "sag", g->options.sag, "polyline", g->options.polyline));
+    }
+    return list;
+}
+
+json_t *rmap_scene_summary_json(const struct rmap_scene *scene)
+{
+    struct box box = bounds(scene);
+    json_t *extent = json_null();
+    if (scene->n_object > 0)
+        extent = json_pack("[[f,f,f],[f,f,f]]", box.lower.x, box.lower.y, box.lower.z, box.upper.x,
+                           box.upper.y, box.upper.z);
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:I, s:o}", "units",
+                     scene->unit, "light", light_json(scene), "media",
+                     names_json(scene, scene->n_medium, name_medium), "gradients",
+                     gradients_json(scene), "surfaces",
+                     names_json(scene, scene->n_surface, name_surface), "geometries",
+                     names_json(scene, scene->n_geometry, name_geometry), "objects",
+                     names_json(scene, scene->n_object, name_object), "groups",
+                     names_json(scene, scene->n_group, name_group), "sources",
+                     names_json(scene, scene->n_source, name_source), "detectors",
+                     names_json(scene, scene->n_detector, name_detector), "cameras",
+                     names_json(scene, scene->n_camera, name_camera), "triangles",
+                     (json_int_t)triangles(scene), "box", extent);
+}

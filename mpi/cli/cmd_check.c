@@ -1,0 +1,143 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap check: what is in a scene, and everything that is wrong with it.
+ */
+#include <stdio.h>
+
+#include "mpi/answer/scene_summary.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/load.h"
+#include "mpi/command/mismatch.h"
+#include "mpi/parallel/agree.h"
+
+/* Rays that look for media that do not match; enough to meet every surface that light meets
+ * often, few enough to be over in a moment. */
+enum { PROBE_RAYS = 8192 };
+
+/* Rays of some media take seconds each: then fewer must do. */
+static const double probe_s = 10.0;
+
+static const struct rmap_option options[] = {
+    {"seed", 's', "S", "of the probing rays (default 1)"}, RMAP_SCENE_OPTIONS, {NULL}};
+
+struct checked {
+    const char *path;
+    struct rmap_bundle *bundle;
+    struct rmap_scene *scene;
+    struct rmap_diagnostics diagnostics;
+    struct rmap_mismatch_effort effort;
+};
+
+/* Sends some rays through the scene: what is written may be right line by line, and yet the
+ * media of two touching surfaces may not match. */
+static enum rmap_status probe(const struct rmap_context *context, struct checked *checked,
+                              uint64_t seed, struct rmap_error *err)
+{
+    struct rmap_accel *accel = NULL;
+    enum rmap_status st = rmap_accel_create(checked->scene, context->n_thread, &accel, err);
+    struct rmap_tracer tracer = {.scene = checked->scene, .accel = accel, .seed = seed};
+    checked->effort = (struct rmap_mismatch_effort){.n_ray = PROBE_RAYS, .seconds = probe_s};
+    if (st == RMAP_OK)
+        st = rmap_mismatch_probe(&tracer, &checked->effort, &checked->diagnostics, err);
+    if (st == RMAP_OK && checked->effort.cut)
+        rmap_diagnostics_add(&checked->diagnostics, RMAP_SEVERITY_WARNING, 0, 0,
+                             "probing was cut after %.0f s: %llu of %llu rays sent; the light is "
+                             "slow to trace here, and media may not match where no ray came",
+                             probe_s, (unsigned long long)checked->effort.n_sent,
+                             (unsigned long long)checked->effort.n_ray);
+    rmap_accel_destroy(accel);
+    return st;
+}
+
+static json_t *diagnostics_json(const struct rmap_diagnostics *diagnostics)
+{
+    json_t *list = json_array();
+    for (size_t i = 0; i < diagnostics->n; i++) {
+        const struct rmap_diagnostic *item = &diagnostics->item[i];
+        (void)json_array_append_new(
+            list, json_pack("{s:s, s:i, s:i, s:s}", "severity",
+                            item->severity == RMAP_SEVERITY_ERROR ? "error" : "warning", "line",
+                            item->line, "column", item->column, "text", item->text));
+    }
+    return list;
+}
+
+static enum rmap_status print_result(const struct rmap_context *context,
+                                     const struct checked *checked, struct rmap_error *err)
+{
+    rmap_diagnostics_print(&checked->diagnostics, stderr);
+    if (context->json) {
+        json_t *document = json_pack("{s:s, s:I, s:o}", "path", checked->path, "errors",
+                                     (json_int_t)checked->diagnostics.n_error, "diagnostics",
+                                     diagnostics_json(&checked->diagnostics));
+        const struct rmap_mismatch_effort *effort = &checked->effort;
+        (void)json_object_set_new(document, "probing",
+                                  json_pack("{s:I, s:I, s:b}", "rays", (json_int_t)effort->n_sent,
+                                            "wanted", (json_int_t)effort->n_ray, "cut",
+                                            (int)effort->cut));
+        if (checked->scene)
+            (void)json_object_set_new(document, "scene", rmap_scene_summary_json(checked->scene));
+        return rmap_json_print(document, stdout, err);
+    }
+    if (checked->scene && !context->quiet) {
+        printf("%s\n", checked->path);
+        rmap_scene_summary_print(checked->scene, stdout);
+    }
+    return RMAP_OK;
+}
+
+/* Rank 0 does it all: a scene is read once. */
+static enum rmap_status check_scene(const struct rmap_context *context,
+                                    struct rmap_scene_options *options_given, uint64_t seed,
+                                    struct checked *checked, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_bundle_open(checked->path, options_given, &checked->bundle, err));
+    st = rmap_scene_read(checked->bundle, &checked->scene, &checked->diagnostics, err);
+    if (st == RMAP_OK && checked->scene->n_source > 0)
+        st = probe(context, checked, seed, err);
+    if (st != RMAP_OK && (st != RMAP_INPUT || checked->diagnostics.n_error == 0))
+        goto out;
+    RMAP_TRY(print_result(context, checked, err));
+    if (checked->diagnostics.n_error > 0)
+        st = rmap_error_set(err, RMAP_INPUT, "%s: %zu error%s", checked->path,
+                            checked->diagnostics.n_error,
+                            checked->diagnostics.n_error > 1 ? "s" : "");
+out:
+    return st;
+}
+
+static enum rmap_status run_check(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, struct rmap_error *err)
+{
+    uint64_t seed = 1;
+    struct rmap_scene_options scene_options = {0};
+    struct checked checked = {.path = given->operand[0]};
+    rmap_diagnostics_init(&checked.diagnostics, checked.path);
+    enum rmap_status st = rmap_argument_count(given, "seed", &seed, err);
+    if (st == RMAP_OK)
+        st = rmap_scene_options_read(given, &scene_options, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->rank == 0)
+        st = check_scene(context, &scene_options, seed, &checked, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_diagnostics_fini(&checked.diagnostics);
+    rmap_scene_options_fini(&scene_options);
+    rmap_scene_destroy(checked.scene);
+    rmap_bundle_destroy(checked.bundle);
+    return st;
+}
+
+const struct rmap_command rmap_command_check = {
+    .name = "check",
+    .summary = "say what is in a scene and everything that is wrong with it",
+    .operands = "SCENE",
+    .help = "Reads a scene with all its files, lists every mistake with file:line:column and the\n"
+            "remedy, and sends some thousand rays through it to find touching surfaces whose\n"
+            "media do not match. Exit status 3 when there is an error.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_check,
+};

@@ -1,0 +1,358 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap query: the rays of a map that match a criterion, counted, listed or exported.
+ */
+#include <stdio.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "mpi/answer/query_count_out.h"
+#include "mpi/answer/query_map_out.h"
+#include "mpi/answer/query_rays_out.h"
+#include "mpi/command/asked.h"
+#include "mpi/command/load.h"
+#include "mpi/command/output.h"
+#include "mpi/command/overlay_load.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/parallel/progress.h"
+#include "mpi/scan/overlay_pick.h"
+#include "mpi/scan/ray_sample.h"
+#include "mpi/scan/scan.h"
+
+static const struct rmap_option options[] = {
+    {"where", 'w', "CRITERION" RMAP_ARGUMENT_AGAIN, "a CRITERION as other commands are given it"},
+    {"count", 'c', NULL, "rays, segments and flux that match (the default)"},
+    {"limit", 'l', "N", "list the N matching rays with the smallest ids"},
+    {"sample", 's', "N", "list N matching rays picked at random; --seed picks others"},
+    {"seed", 0, "S", "of --sample (default 1): the same seed picks the same rays"},
+    {"output", 'o', "OUT",
+     "write the matching rays: OUT.csv, OUT.json, OUT.vtp, or OUT.raymap, a ray map"},
+    {"encoding", 0, "E", "of OUT.raymap: plain or compact (default: that of MAP's first piece)"},
+    {"local", 0, NULL,
+     "rank R reads the shards R, R + ranks, ...: for shards on disks of the nodes"},
+    RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
+    {"explain", 'e', NULL, "say what would be read; read nothing"},
+    {"force", 'f', NULL, "replace OUT"},
+    {NULL}};
+
+struct request {
+    const char *map_path, *output_path;
+    uint64_t limit;                  /* UINT64_MAX: all */
+    struct rmap_sample_order sample; /* most 0: none */
+    enum rmap_deal_kind deal;
+    enum rmap_encoding encoding; /* RMAP_ENCODING_COUNT: not given */
+    bool map;                    /* the answer is a ray map */
+    bool count, explain, force;
+    bool listed; /* the answer is a list, of one criterion too */
+    struct rmap_asked asked;
+    const char **text; /* criteria as they were given, borrowed */
+};
+
+/* Which and how many rays are listed. */
+static enum rmap_status read_selection(const struct rmap_arguments *given, struct request *request,
+                                       struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const char *limit = rmap_argument(given, "limit"), *sample = rmap_argument(given, "sample");
+    request->sample = (struct rmap_sample_order){.by_hash = true, .seed = 1};
+    RMAP_TRY(rmap_argument_count(given, "limit", &request->limit, err));
+    RMAP_TRY(rmap_argument_count(given, "sample", &request->sample.most, err));
+    RMAP_TRY(rmap_argument_count(given, "seed", &request->sample.seed, err));
+    if (limit && sample)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--limit takes the first rays, --sample any of them: give one");
+    else if ((limit && request->limit == 0) || (sample && request->sample.most == 0))
+        st = rmap_error_set(err, RMAP_USAGE, "%s 0 lists nothing; ask for at least one ray",
+                            limit ? "--limit" : "--sample");
+    else if (rmap_argument(given, "seed") && !sample)
+        st = rmap_error_set(err, RMAP_USAGE, "--seed is that of --sample N; give both");
+out:
+    return st;
+}
+
+static enum rmap_status read_request(const struct rmap_arguments *given, struct request *request,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *request = (struct request){
+        .map_path = given->operand[0],
+        .output_path = rmap_argument(given, "output"),
+        .limit = UINT64_MAX,
+        .deal = rmap_argument(given, "local") ? RMAP_DEAL_LOCAL : RMAP_DEAL_TURNS,
+        .explain = rmap_argument(given, "explain") != NULL,
+        .force = rmap_argument(given, "force") != NULL,
+    };
+    RMAP_TRY(read_selection(given, request, err));
+    bool list = request->output_path || rmap_argument(given, "limit") || request->sample.most > 0;
+    request->count = rmap_argument(given, "count") || !list;
+    if (list && rmap_argument(given, "count"))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--count adds up all matching rays; it goes with none of --limit, "
+                              "--sample and -o");
+    request->map = request->output_path && rmap_map_answer_is(request->output_path);
+    RMAP_TRY(rmap_output_encoding(rmap_argument(given, "encoding"), &request->encoding, err));
+    if (request->encoding != RMAP_ENCODING_COUNT && !request->map)
+        return rmap_error_set(err, RMAP_USAGE, "--encoding is that of a ray map: -o OUT.raymap");
+    if (rmap_argument(given, "receivers") && request->explain)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--explain tells what the map's own columns and indexes decide; with "
+                              "--receivers all legs of portions that may match are read: leave one "
+                              "of them out");
+    if (request->output_path && !request->map)
+        RMAP_TRY(rmap_query_rays_check(request->output_path, request->force, err));
+out:
+    return st;
+}
+
+/* Those that stand by themselves, then those of --where. */
+static enum rmap_status list_criteria(const struct rmap_arguments *given, const char ***text_ret,
+                                      size_t *n_ret, struct rmap_error *err)
+{
+    const char **text = rmap_alloc((size_t)given->n_operand + given->n_value, sizeof *text);
+    size_t n = 0;
+    if (!text)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria");
+    for (int i = 1; i < given->n_operand; i++)
+        text[n++] = given->operand[i];
+    for (size_t i = 0; i < given->n_value; i++)
+        if (strcmp(given->value[i].option->name, "where") == 0)
+            text[n++] = given->value[i].text;
+    *text_ret = text;
+    *n_ret = n;
+    return RMAP_OK;
+}
+
+/* Collective. */
+static enum rmap_status read_criteria(const struct rmap_context *context,
+                                      const struct rmap_arguments *given, struct request *request,
+                                      struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_asked *asked = &request->asked;
+    size_t n = 0;
+    request->listed = rmap_argument(given, "criteria") != NULL;
+    RMAP_TRY(list_criteria(given, &request->text, &n, err));
+    RMAP_TRY(rmap_asked_load(context, given, request->text, n, asked, err));
+    rmap_asked_take_file(asked);
+    if (asked->n == 0)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "a criterion is missing; usage: raymap query MAP CRITERION... (or "
+                              "--criteria FILE); see: raymap query --help");
+    if (!request->count && asked->n > 1)
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--limit, --sample and -o take one criterion; join several with 'or'");
+out:
+    return st;
+}
+
+struct search {
+    struct rmap_map *map;
+    struct rmap_overlay *overlay;            /* receivers, or NULL */
+    struct rmap_criterion **criterion;       /* [n_criterion] */
+    struct rmap_count *count;                /* [n_criterion] */
+    struct rmap_registered_list *registered; /* [n_criterion] */
+    uint64_t *id;                            /* [n_id] of a sample */
+    size_t n_id;
+};
+
+static enum rmap_status compile(const struct rmap_context *context, const struct request *request,
+                                struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = rmap_scene_with(search->map, search->overlay);
+    search->criterion = rmap_alloc(request->asked.n, sizeof(void *));
+    search->count = rmap_alloc(request->asked.n, sizeof *search->count);
+    search->registered = rmap_alloc(request->asked.n, sizeof *search->registered);
+    if (!search->criterion || !search->count || !search->registered)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criteria"));
+    for (size_t c = 0; c < request->asked.n; c++) {
+        RMAP_TRY(
+            rmap_asked_compile(context, &request->asked, c, scene, &search->criterion[c], err));
+        RMAP_TRY(rmap_count_init(&search->count[c], scene->n_source, err));
+    }
+out:
+    return st;
+}
+
+static void release(const struct request *request, struct search *search)
+{
+    for (size_t c = 0; c < request->asked.n; c++) {
+        if (search->criterion)
+            rmap_criterion_destroy(search->criterion[c]);
+        if (search->count)
+            rmap_count_fini(&search->count[c]);
+        if (search->registered)
+            rmap_registered_fini(&search->registered[c]);
+    }
+    rmap_free(search->criterion);
+    rmap_free(search->count);
+    rmap_free(search->registered);
+    rmap_free(search->id);
+    rmap_overlay_destroy(search->overlay);
+    rmap_map_close(search->map);
+}
+
+/* Collective. Criteria that may speak of receivers, one scan for each; the counts are rank 0's. */
+static enum rmap_status count_with_receivers(const struct rmap_context *context,
+                                             const struct request *request, struct search *search,
+                                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t c = 0; c < request->asked.n; c++) {
+        const struct rmap_overlay_question question = {search->map, search->overlay,
+                                                       search->criterion[c]};
+        RMAP_TRY(rmap_overlay_count_run(context, &question, &search->count[c], err));
+    }
+out:
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status count_rays(const struct rmap_context *context,
+                                   const struct request *request, struct search *search,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    double begun = rmap_clock_seconds();
+    if (search->overlay)
+        RMAP_TRY(count_with_receivers(context, request, search, err));
+    else
+        RMAP_TRY(
+            rmap_scan_map(context, search->map, search->criterion, request->asked.n,
+                          request->deal == RMAP_DEAL_LOCAL ? RMAP_DEAL_LOCAL : RMAP_DEAL_SHARES,
+                          search->count, err));
+    for (size_t c = 0; c < request->asked.n; c++)
+        RMAP_TRY(rmap_registered_run(context, search->map, search->overlay, search->criterion[c],
+                                     context->json, &search->registered[c], err));
+    double seconds = rmap_clock_seconds() - begun;
+    if (context->rank == 0)
+        st = rmap_query_count_print(context, search->map, search->criterion, search->count,
+                                    search->registered, request->asked.n, request->listed, seconds,
+                                    err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
+/* Collective. What a sample picks is found first, and the first rays of a map that many write; and
+ * all rays where receivers decide. */
+static enum rmap_status choose(const struct rmap_context *context, const struct request *request,
+                               struct search *search, struct rmap_pick *pick,
+                               struct rmap_error *err)
+{
+    struct rmap_sample_order order = request->sample;
+    *pick = (struct rmap_pick){.criterion = search->criterion[0]};
+    if (order.most == 0 && request->map && request->limit < UINT64_MAX)
+        order = (struct rmap_sample_order){.most = request->limit};
+    if (order.most == 0 && search->overlay)
+        order = (struct rmap_sample_order){.most = request->limit};
+    if (order.most == 0)
+        return RMAP_OK;
+    const struct rmap_overlay_question question = {search->map, search->overlay,
+                                                   search->criterion[0]};
+    enum rmap_status st =
+        search->overlay
+            ? rmap_overlay_pick(context, &question, &order, &search->id, &search->n_id, err)
+            : rmap_ray_sample(context, search->map, pick, request->deal, &order, &search->id,
+                              &search->n_id, err);
+    *pick = (struct rmap_pick){.id = search->id, .n_id = search->n_id};
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status list_rays(const struct rmap_context *context, const struct request *request,
+                                  struct search *search, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_rays_out *out = NULL;
+    struct rmap_pick pick;
+    uint64_t n = 0;
+    RMAP_TRY(choose(context, request, search, &pick, err));
+    if (context->rank == 0)
+        st = rmap_rays_out_begin(context, search->map, request->output_path, &out, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    const struct rmap_ray_sink sink = {out, rmap_rays_out_take};
+    RMAP_TRY(rmap_ray_stream(context, search->map, &pick, request->deal, request->limit, &sink, &n,
+                             err));
+    if (context->rank == 0)
+        st = rmap_rays_out_finish(out, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_rays_out_destroy(out);
+    return st;
+}
+
+/* Collective. */
+static enum rmap_status write_map(const struct rmap_context *context, const struct request *request,
+                                  struct search *search, struct rmap_error *err)
+{
+    struct rmap_pick pick;
+    char how[80] = "all";
+    enum rmap_status st = choose(context, request, search, &pick, err);
+    if (st != RMAP_OK)
+        return st;
+    if (request->sample.most > 0)
+        (void)snprintf(how, sizeof how, "sample %llu seed %llu",
+                       (unsigned long long)request->sample.most,
+                       (unsigned long long)request->sample.seed);
+    else if (request->limit < UINT64_MAX)
+        (void)snprintf(how, sizeof how, "limit %llu", (unsigned long long)request->limit);
+    const struct rmap_map_answer answer = {.map = search->map,
+                                           .pick = &pick,
+                                           .deal = request->deal,
+                                           .encoding = request->encoding,
+                                           .from = request->map_path,
+                                           .to = request->output_path,
+                                           .criterion = rmap_criterion_text(search->criterion[0]),
+                                           .answer = how,
+                                           .force = request->force};
+    return rmap_map_answer_write(context, &answer, err);
+}
+
+static enum rmap_status run_query(const struct rmap_context *context,
+                                  const struct rmap_arguments *given, struct rmap_error *err)
+{
+    struct request request = {0};
+    struct search search = {0};
+    enum rmap_status st = read_request(given, &request, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(read_criteria(context, given, &request, err));
+    RMAP_TRY(rmap_load_map(context, request.map_path, &search.map, err));
+    RMAP_TRY(rmap_overlay_load(context, given, search.map, &search.overlay, err));
+    st = compile(context, &request, &search, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (request.explain && context->rank == 0)
+        st = rmap_query_explain(context, search.map, search.criterion, request.asked.n,
+                                !request.count, err);
+    else if (!request.explain)
+        st = request.count ? count_rays(context, &request, &search, err)
+             : request.map ? write_map(context, &request, &search, err)
+                           : list_rays(context, &request, &search, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    release(&request, &search);
+    rmap_asked_fini(&request.asked);
+    rmap_free(request.text);
+    return st;
+}
+
+const struct rmap_command rmap_command_query = {
+    .name = "query",
+    .summary = "count, list or export the rays that match a criterion",
+    .operands = "MAP CRITERION... [--criteria FILE] [--limit N | --sample N] [-o OUT]",
+    .help =
+        "Finds the rays whose histories match a criterion, such as\n\n"
+        "  raymap query lens.raymap 'registered(sensor where ghost_order >= 1)'\n\n"
+        "Several criteria are counted in one scan. FILE defines names, as in\n\n"
+        "  let ghost = registered(sensor where ghost_order >= 1)\n\n"
+        "for use as @ghost; without a CRITERION all of its definitions are answered. OUT.csv has\n"
+        "one row per segment, OUT.json an array of rays as `raymap report` prints them, OUT.vtp\n"
+        "a polyline per ray for ParaView, and OUT.raymap is a ray map of the matching rays,\n"
+        "with the fluxes that they have in MAP. Rays come in the order of their ids. The answer\n"
+        "does not depend on the number of ranks and threads.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1000,
+    .run = run_query,
+};

@@ -1,0 +1,176 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap stats: histograms and moments of any number of a ray or registration, with errors.
+ */
+#include <stdio.h>
+
+#include "analysis/stats/stats_text.h"
+#include "mpi/answer/stats_options.h"
+#include "mpi/answer/stats_out.h"
+#include "mpi/command/asked.h"
+#include "mpi/command/hint.h"
+#include "mpi/command/json_out.h"
+#include "mpi/command/load.h"
+#include "mpi/command/overlay_load.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/scan/stats_run.h"
+
+static const struct rmap_option options[] = {
+    {"of", 0, "NUMBER",
+     "what: wavelength flux path_length optical_path segments bounces ray registrations "
+     "ghost_order scatter_order, a test that counts such as 'hit(lens.*, reflect)', or of each "
+     "registration x(NAME) y(NAME) angle(NAME) time(NAME) optical_path(NAME) cell(NAME); given "
+     "twice: a histogram over both"},
+    {"where", 'w', "CRITERION", "of the rays that match only, such as 'hit(lens.*, reflect) >= 2'"},
+    RMAP_ASKED_WHICH_OPTION,
+    RMAP_ASKED_OPTIONS,
+    RMAP_RECEIVERS_OPTION,
+    {"detector", 0, "NAME", "a value for each registration there, instead of each ray"},
+    {"bins", 0, "N", "bins of the histogram, or their edges: 0,1,2.5,10 mm"},
+    {"range", 0, "A..B", "from where to where, as 400..700 nm (default: all values)"},
+    {"log", 0, NULL, "bins of equal ratio"},
+    {"by", 0, "WHAT", "source or detector: each by itself"},
+    {"quantiles", 0, "LIST", "in per cent (default 5,25,50,75,95)"},
+    {"memory", 0, "BYTES", "for values; beyond it quantiles are interpolated (default 1Gi)"},
+    {"output", 'o', "OUT...",
+     "OUT.csv, .json, .h5, .npz, .npy: numbers; .png, .svg: a picture; may be given again"},
+    {"force", 'f', NULL, "replace OUT"},
+    {NULL}};
+
+/* On rank 0. */
+static enum rmap_status show(const struct rmap_context *context,
+                             const struct rmap_stats_options *request,
+                             const struct rmap_stats *stats, const struct rmap_stats_labels *labels,
+                             struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; i < request->n_output; i++)
+        RMAP_TRY(rmap_stats_write(stats, labels, request->output[i], err));
+    if (context->json)
+        st = rmap_json_print(rmap_stats_json(stats, labels), stdout, err);
+    else
+        st = rmap_stats_print(stats, labels, stdout, err);
+out:
+    return st;
+}
+
+/* Not collective: what the options mean for this map. */
+static enum rmap_status prepare(const struct rmap_map *map, const struct rmap_overlay *overlay,
+                                const struct rmap_stats_options *given,
+                                struct rmap_quantities **quantities_ret,
+                                struct rmap_stats_setup *setup, struct rmap_stats_request *request,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_quantities_create_over(map, overlay, (const char *const *)given->of, given->n_of,
+                                         given->detector, quantities_ret, err));
+    if (given->by == RMAP_STATS_BY_DETECTOR && !(*quantities_ret)->of_registrations) {
+        st = rmap_error_set(err, RMAP_USAGE,
+                            "--by detector wants a number of registrations: give --detector '*'");
+        goto out;
+    }
+    rmap_stats_setup_init(setup, *quantities_ret, given->by, given->memory_nbytes);
+    *request = (struct rmap_stats_request){
+        .setup = setup, .p = given->quantile, .n_quantile = given->n_quantile};
+    st = rmap_stats_options_axes(given, *quantities_ret, request->axis, err);
+    for (size_t i = 0; i < (*quantities_ret)->n; i++)
+        setup->logarithmic |= request->axis[i].logarithmic;
+out:
+    return st;
+}
+
+/* Which registrations count, where numbers are of registrations. */
+static enum rmap_status choose(const struct rmap_context *context,
+                               const struct rmap_arguments *arguments,
+                               const struct rmap_asked *asked,
+                               const struct rmap_quantities *quantities,
+                               const struct rmap_criterion *criterion,
+                               struct rmap_which **which_ret, struct rmap_error *err)
+{
+    if (quantities->of_registrations)
+        return rmap_asked_which(context, arguments, asked, quantities->scene, &quantities->detector,
+                                criterion, which_ret, err);
+    if (rmap_argument(arguments, "which"))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--which chooses registrations, and '%s' is a number of a ray: give "
+                              "--detector NAME",
+                              quantities->of[0].name);
+    return RMAP_OK;
+}
+
+static enum rmap_status run_stats(const struct rmap_context *context,
+                                  const struct rmap_arguments *arguments, struct rmap_error *err)
+{
+    struct rmap_stats_options given = {0};
+    struct rmap_map *map = NULL;
+    struct rmap_asked asked = {0};
+    struct rmap_criterion *criterion = NULL;
+    struct rmap_which *which = NULL;
+    struct rmap_overlay *overlay = NULL;
+    struct rmap_quantities *quantities = NULL;
+    struct rmap_stats_setup setup;
+    struct rmap_stats_request request = {0};
+    struct rmap_stats_answer answer = {0};
+    const char *where = rmap_argument(arguments, "where");
+    enum rmap_status st = rmap_stats_options_read(arguments, rmap_stats_suffixes, &given, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_asked_load_where(context, arguments, &where, &asked, err));
+    RMAP_TRY(rmap_load_map(context, arguments->operand[0], &map, err));
+    RMAP_TRY(rmap_overlay_load(context, arguments, map, &overlay, err));
+    if (asked.n > 0)
+        st = rmap_asked_compile(context, &asked, 0, rmap_scene_with(map, overlay), &criterion, err);
+    if (st == RMAP_OK)
+        st = prepare(map, overlay, &given, &quantities, &setup, &request, err);
+    if (st == RMAP_OK)
+        st = choose(context, arguments, &asked, quantities, criterion, &which, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    request.criterion = criterion;
+    request.which = which;
+    setup.all_rays = !criterion;
+    RMAP_TRY(rmap_stats_run(context, &request, &answer, err));
+    if (context->rank == 0) {
+        struct rmap_map_summary summary;
+        rmap_map_summarise(map, &summary);
+        const struct rmap_stats_labels labels = {
+            .map = arguments->operand[0],
+            .criterion = criterion ? rmap_criterion_text(criterion) : NULL,
+            .which = which,
+            .n_ray = summary.n_row[RMAP_TABLE_RAY]};
+        if (!criterion)
+            answer.stats->known.n_ray = labels.n_ray;
+        rmap_tell_hint(context, map, &(struct rmap_choice){criterion, which},
+                       answer.stats->known.n_reading);
+        st = show(context, &given, answer.stats, &labels, err);
+    }
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_stats_answer_fini(&answer);
+    rmap_stats_axes_fini(request.axis);
+    rmap_which_destroy(which);
+    rmap_quantities_destroy(quantities);
+    rmap_criterion_destroy(criterion);
+    rmap_overlay_destroy(overlay);
+    rmap_asked_fini(&asked);
+    rmap_map_close(map);
+    rmap_stats_options_fini(&given);
+    return st;
+}
+
+const struct rmap_command rmap_command_stats = {
+    .name = "stats",
+    .summary = "histograms and moments of any number, with errors",
+    .operands = "MAP --of NUMBER [--of NUMBER] [--where CRITERION] [-o OUT]",
+    .help =
+        "Mean, standard deviation, skewness, kurtosis, quantiles and a histogram of a number of\n"
+        "the matching rays or of their registrations, weighted by flux, each with its standard\n"
+        "error, as\n\n"
+        "  raymap stats lens.raymap --of 'angle(sensor)' --where 'hit(*, reflect) >= 2'\n"
+        "  raymap stats lens.raymap --of 'x(sensor)' --of 'y(sensor)' --bins 200 -o spot.csv\n\n"
+        "kurtosis is the fourth moment over the square of the variance: 3 for a normal\n"
+        "distribution. A ray with several wavelengths left counts as a value of `wavelength` for\n"
+        "each, with its share of the flux.",
+    .options = options,
+    .min_operands = 1,
+    .max_operands = 1,
+    .run = run_stats,
+};

@@ -1,0 +1,19 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The manual page and the shell completion, made at build time from the same tables as --help.
+ */
+#ifndef RMAP_MANUAL_H
+#define RMAP_MANUAL_H
+
+#include <stddef.h>
+#include <stdio.h>
+
+#include "mpi/command/command.h"
+
+/* raymap(1), for man. */
+void rmap_manual_print(const struct rmap_command *const *command, size_t n, FILE *out);
+
+/* A file for bash-completion. */
+void rmap_completion_print(const struct rmap_command *const *command, size_t n, FILE *out);
+
+#endif

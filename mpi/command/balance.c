@@ -1,0 +1,155 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/command/balance.h"
+
+#include <stdlib.h>
+
+#include "base/alloc.h"
+#include "base/grouped.h"
+#include "mpi/parallel/progress.h"
+
+enum { SHOWN_MAX = 10 };
+
+const char *rmap_flux_unit_text(const struct rmap_scene *scene)
+{
+    return scene->flux_unit == RMAP_FLUX_LM ? "lm" : "W";
+}
+
+static double sum(const double *value, size_t n)
+{
+    double total = 0.0;
+    for (size_t i = 0; i < n; i++)
+        total += value[i];
+    return total;
+}
+
+enum rmap_status rmap_balance_check(const struct rmap_tally *tally, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = tally->scene;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        double ended = sum(tally->absorbed_object + s * scene->n_object, scene->n_object) +
+                       sum(tally->absorbed_medium + s * scene->n_medium, scene->n_medium) +
+                       tally->left[s] + tally->limit[s] + tally->error[s];
+        if (!(ended >= tally->emitted[s] && ended <= tally->emitted[s])) /* NaN, too */
+            return rmap_error_set(err, RMAP_INTERNAL,
+                                  "energy balance of source '%s' is broken: %.17g rays emitted, "
+                                  "%.17g accounted for; please report this",
+                                  scene->source[s].name, tally->emitted[s], ended);
+    }
+    return RMAP_OK;
+}
+
+static void print_share(FILE *out, const char *what, const char *name, double n, double emitted)
+{
+    char count[RMAP_GROUPED_LEN];
+    fprintf(out, "    %-12s %-24s %15s  %7.3f %%\n", what, name, rmap_grouped((uint64_t)n, count),
+            100.0 * n / emitted);
+}
+
+struct entry {
+    double n;
+    size_t index;
+};
+
+static int by_count(const void *a, const void *b)
+{
+    const struct entry *left = a, *right = b;
+    if (left->n > right->n || left->n < right->n)
+        return left->n > right->n ? -1 : 1;
+    return left->index < right->index ? -1 : 1;
+}
+
+static void print_objects(const struct rmap_tally *tally, size_t source, FILE *out)
+{
+    const struct rmap_scene *scene = tally->scene;
+    const double *absorbed = tally->absorbed_object + source * scene->n_object;
+    struct entry *entry = rmap_alloc(scene->n_object, sizeof *entry);
+    size_t n = 0;
+    for (size_t o = 0; entry && o < scene->n_object; o++)
+        if (absorbed[o] > 0)
+            entry[n++] = (struct entry){absorbed[o], o};
+    if (n > 0)
+        qsort(entry, n, sizeof *entry, by_count);
+    double rest = 0.0;
+    for (size_t i = 0; i < n; i++) {
+        if (i < SHOWN_MAX)
+            print_share(out, "absorbed by", scene->object[entry[i].index].name, entry[i].n,
+                        tally->emitted[source]);
+        else
+            rest += entry[i].n;
+    }
+    char others[48];
+    (void)snprintf(others, sizeof others, "%zu other objects", n > SHOWN_MAX ? n - SHOWN_MAX : 0);
+    if (n > SHOWN_MAX)
+        print_share(out, "absorbed by", others, rest, tally->emitted[source]);
+    rmap_free(entry);
+}
+
+/* Flux of a source's rays. */
+static double flux_of(const struct rmap_tally *tally, const double *flux, size_t source)
+{
+    return flux ? flux[source] : tally->scene->source[source].flux;
+}
+
+void rmap_balance_print(const struct rmap_tally *tally, const double *flux, FILE *out)
+{
+    const struct rmap_scene *scene = tally->scene;
+    for (size_t s = 0; s < scene->n_source; s++) {
+        double emitted = tally->emitted[s];
+        fprintf(out, "  source %s: %s for %.6g %s\n", scene->source[s].name,
+                rmap_counted((uint64_t)emitted, "ray").text, flux_of(tally, flux, s),
+                rmap_flux_unit_text(scene));
+        if (emitted <= 0.0)
+            continue;
+        print_objects(tally, s, out);
+        for (size_t m = 0; m < scene->n_medium; m++)
+            if (tally->absorbed_medium[s * scene->n_medium + m] > 0)
+                print_share(out, "absorbed in", scene->medium[m].name,
+                            tally->absorbed_medium[s * scene->n_medium + m], emitted);
+        print_share(out, "left", "the scene", tally->left[s], emitted);
+        if (tally->limit[s] > 0)
+            print_share(out, "stopped", "by a limit", tally->limit[s], emitted);
+        if (tally->error[s] > 0)
+            print_share(out, "stopped", "by an error", tally->error[s], emitted);
+    }
+}
+
+/* {"name": rays}, those above 0. */
+static json_t *named_counts(const double *value, size_t n, const struct rmap_scene *scene,
+                            const char *(*name)(const struct rmap_scene *, size_t))
+{
+    json_t *counts = json_object();
+    for (size_t i = 0; i < n; i++)
+        if (value[i] > 0)
+            (void)json_object_set_new(counts, name(scene, i), json_integer((json_int_t)value[i]));
+    return counts;
+}
+
+static const char *object_name(const struct rmap_scene *scene, size_t i)
+{
+    return scene->object[i].name;
+}
+
+static const char *medium_name(const struct rmap_scene *scene, size_t i)
+{
+    return scene->medium[i].name;
+}
+
+json_t *rmap_balance_json(const struct rmap_tally *tally, const double *flux)
+{
+    const struct rmap_scene *scene = tally->scene;
+    json_t *list = json_array();
+    for (size_t s = 0; s < scene->n_source; s++) {
+        json_t *objects = named_counts(tally->absorbed_object + s * scene->n_object,
+                                       scene->n_object, scene, object_name);
+        json_t *media = named_counts(tally->absorbed_medium + s * scene->n_medium, scene->n_medium,
+                                     scene, medium_name);
+        (void)json_array_append_new(
+            list,
+            json_pack("{s:s, s:I, s:f, s:s, s:{s:o, s:o}, s:I, s:I, s:I}", "name",
+                      scene->source[s].name, "emitted", (json_int_t)tally->emitted[s], "flux",
+                      flux_of(tally, flux, s), "unit", rmap_flux_unit_text(scene), "absorbed",
+                      "objects", objects, "media", media, "left", (json_int_t)tally->left[s],
+                      "limit", (json_int_t)tally->limit[s], "error", (json_int_t)tally->error[s]));
+    }
+    return list;
+}

@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/command/load.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "base/alloc.h"
+#include "base/grouped.h"
+#include "io/map/map_rays.h"
+#include "io/map/map_state.h"
+#include "io/map/map_writer.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/parallel/progress.h"
+
+enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
+                                         struct rmap_scene_options *options, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    *options = (struct rmap_scene_options){0};
+    const char *simulation = rmap_argument(given, "simulation");
+    const char *color = rmap_argument(given, "color");
+    if (color && strcmp(color, "rgb") != 0 && strcmp(color, "spectral") != 0)
+        return rmap_error_set(err, RMAP_USAGE, "--color is 'rgb' or 'spectral', not '%s'", color);
+    options->simulation = rmap_strdup(simulation);
+    options->color = rmap_strdup(color);
+    if ((simulation && !options->simulation) || (color && !options->color))
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for the command line");
+    RMAP_TRY(st);
+    options->allows_plugins = rmap_argument(given, "allow-plugins") != NULL;
+    options->allowing = rmap_arguments_again(given, "allow-plugins");
+    RMAP_TRY(rmap_argument_list(given, "only", &options->only, &options->n_only, err));
+    RMAP_TRY(rmap_argument_list(given, "without", &options->without, &options->n_without, err));
+    RMAP_TRY(rmap_argument_each(given, "set", &options->set, &options->n_set, err));
+    for (size_t i = 0; i < options->n_set && st == RMAP_OK; i++)
+        if (!strchr(options->set[i], '='))
+            st =
+                rmap_error_set(err, RMAP_USAGE, "--set wants KEY=VALUE, not '%s'", options->set[i]);
+out:
+    if (st != RMAP_OK)
+        rmap_scene_options_fini(options);
+    return st;
+}
+
+/* Rank 0: the scene from its files, every mistake on stderr. */
+static enum rmap_status read_scene(const struct rmap_context *context, const char *path,
+                                   struct rmap_scene_options *options, struct rmap_bundle **bundle,
+                                   struct rmap_scene **scene, struct rmap_error *err)
+{
+    struct rmap_diagnostics diagnostics;
+    rmap_diagnostics_init(&diagnostics, path);
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_bundle_open(path, options, bundle, err));
+    st = rmap_scene_read(*bundle, scene, &diagnostics, err);
+    if (st != RMAP_OK || !context->quiet)
+        rmap_diagnostics_print(&diagnostics, stderr);
+out:
+    rmap_diagnostics_fini(&diagnostics);
+    return st;
+}
+
+/* Other ranks: the same scene from rank 0's bundle, without touching a file but plug-ins. */
+static enum rmap_status rebuild_scene(const uint8_t *blob, size_t nbytes,
+                                      struct rmap_bundle **bundle, struct rmap_scene **scene,
+                                      struct rmap_error *err)
+{
+    struct rmap_diagnostics diagnostics;
+    rmap_diagnostics_init(&diagnostics, "scene");
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(rmap_bundle_unpack(blob, nbytes, bundle, err));
+    (*bundle)->loads_plugins = 1; /* rank 0 had it from the scene file, not from a map, */
+    (*bundle)->options.allows_plugins = true; /* and was allowed to load them */
+    RMAP_TRY(rmap_scene_read(*bundle, scene, &diagnostics, err));
+out:
+    rmap_diagnostics_fini(&diagnostics);
+    return st;
+}
+
+enum rmap_status rmap_load_scene(const struct rmap_context *context, const char *path,
+                                 struct rmap_scene_options *options,
+                                 struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_bundle *bundle = NULL;
+    struct rmap_scene *scene = NULL;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    if (context->rank == 0)
+        st = read_scene(context, path, options, &bundle, &scene, err);
+    if (st == RMAP_OK && context->rank == 0 && context->size > 1)
+        st = rmap_bundle_pack(bundle, &blob, &nbytes, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    if (context->size > 1) {
+        RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
+        if (context->rank != 0)
+            st = rebuild_scene(blob, nbytes, &bundle, &scene, err);
+        RMAP_TRY(rmap_agree(context, st, err));
+    }
+    *bundle_ret = bundle;
+    *scene_ret = scene;
+    bundle = NULL;
+    scene = NULL;
+out:
+    rmap_free(blob);
+    rmap_scene_destroy(scene);
+    rmap_bundle_destroy(bundle);
+    rmap_scene_options_fini(options);
+    return st;
+}
+
+/* Collective. Whether all ranks opened the map in the same state: of one that is not complete the
+ * others read the index alone. */
+static enum rmap_status same_on_all(const struct rmap_context *context, const struct rmap_map *map,
+                                    bool *same, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_summary summary;
+    rmap_map_summarise(map, &summary);
+    uint64_t least[5] = {summary.digest.low, summary.digest.high, rmap_map_n_portion(map),
+                         rmap_map_n_piece(map), summary.complete},
+             most[5];
+    memcpy(most, least, sizeof most);
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, least, 5, MPI_UINT64_T, MPI_MIN, context->comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, most, 5, MPI_UINT64_T, MPI_MAX, context->comm)));
+    *same = memcmp(least, most, sizeof least) == 0;
+out:
+    return st;
+}
+
+enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_map *map,
+                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint8_t *blob = NULL;
+    size_t nbytes = 0;
+    if (context->rank == 0)
+        st = rmap_map_state_pack(map, &blob, &nbytes, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(rmap_broadcast_blob(context, &blob, &nbytes, err));
+    if (context->rank != 0)
+        st = rmap_map_state_take(map, blob, nbytes, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    rmap_free(blob);
+    return st;
+}
+
+/* An answer from part of the rays must not be taken for one from all: no wish for quiet silences
+ * that. */
+static void warn_incomplete(const struct rmap_context *context, const char *path,
+                            const struct rmap_map *map)
+{
+    struct rmap_map_summary summary;
+    char asked[RMAP_GROUPED_LEN];
+    uint64_t n_asked = 0;
+    if (context->rank != 0 || rmap_map_is_whole(map))
+        return;
+    rmap_map_summarise(map, &summary);
+    const struct rmap_counted held = rmap_counted(summary.n_row[RMAP_TABLE_RAY], "ray");
+    if (rmap_rays_asked(map, &n_asked))
+        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s of %s\n", path,
+                held.text, rmap_grouped(n_asked, asked));
+    else
+        fprintf(stderr, "raymap: %s is not complete (see: raymap info): it holds %s\n", path,
+                held.text);
+}
+
+enum rmap_status rmap_load_accel(const struct rmap_context *context, const struct rmap_scene *scene,
+                                 const char *isa, struct rmap_accel **accel_ret,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const int wanted = isa ? rmap_accel_isa_level_of(isa) : -1;
+    int level = rmap_accel_isa_level();
+    RMAP_TRY(RMAP_MPI(MPI_Allreduce(MPI_IN_PLACE, &level, 1, MPI_INT, MPI_MIN, context->comm)));
+    level = wanted >= 0 && wanted < level ? wanted : level;
+    st = rmap_accel_create_isa(scene, context->n_thread, level, accel_ret, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+out:
+    return st;
+}
+
+/* Collective. Rank 0 has opened the map, or failed; the others read its index and nothing else, and
+ * what is beside that comes from rank 0: ranks that all look for themselves are too many for a file
+ * system, and of a map that is being traced each would see another. */
+static enum rmap_status join_map(const struct rmap_context *context, const char *path,
+                                 enum rmap_status st, struct rmap_map **map, struct rmap_error *err)
+{
+    bool same = false;
+    if (context->rank != 0)
+        st = rmap_map_open_listed(path, map, err);
+    RMAP_TRY(rmap_agree(context, st, err));
+    RMAP_TRY(same_on_all(context, *map, &same, err));
+    if (!same)
+        RMAP_TRY(rmap_share_map(context, *map, err));
+out:
+    if (st != RMAP_OK) {
+        rmap_map_close(*map);
+        *map = NULL;
+    }
+    return st;
+}
+
+enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
+                               struct rmap_map **map_ret, struct rmap_error *err)
+{
+    struct rmap_map *map = NULL;
+    enum rmap_status st = context->rank == 0 ? rmap_map_open(path, &map, err) : RMAP_OK;
+    st = join_map(context, path, st, &map, err);
+    if (st != RMAP_OK)
+        return st;
+    warn_incomplete(context, path, map);
+    *map_ret = map;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_load_map_found(const struct rmap_context *context, const char *path,
+                                     const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret, struct rmap_error *err)
+{
+    *map_ret = NULL;
+    enum rmap_status st =
+        context->rank == 0 ? rmap_map_open_found(path, found, map_ret, err) : RMAP_OK;
+    return join_map(context, path, st, map_ret, err);
+}
+
+void rmap_discard_map(const char *path, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    if (rmap_map_remove(path, &why) != RMAP_OK)
+        rmap_error_context(err, "half of %s stays behind (%s)", path, why.text);
+}

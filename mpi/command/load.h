@@ -1,0 +1,61 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * A command's inputs, on every rank.
+ */
+#ifndef RMAP_LOAD_H
+#define RMAP_LOAD_H
+
+#include "accel/accel.h"
+#include "io/map/map_reader.h"
+#include "io/mesh/bundle.h"
+#include "mpi/command/command.h"
+
+/* What `--simulation --only --without --set --allow-plugins --color` are in an option table, and
+ * what they say. */
+#define RMAP_SCENE_OPTIONS                                                                         \
+    {"simulation", 0, "NAME", "one of the scene's named simulations"},                             \
+        {"only", 0, "NAMES", "objects, groups, sources or detectors that alone take part"},        \
+        {"without", 0, "NAMES", "objects, groups, sources or detectors to leave out"},             \
+        {"set", 0, "KEY=VALUE", "another value for a key of the scene, as limits.steps=100"},      \
+        {"allow-plugins", 0, NULL, "run the code of plug-ins that the scene names"},               \
+    {                                                                                              \
+        "color", 0, "MODE", "spectral or rgb: how light is described"                              \
+    }
+
+enum rmap_status rmap_scene_options_read(const struct rmap_arguments *given,
+                                         struct rmap_scene_options *options,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. Rank 0 reads the scene and all its files and prints every mistake found; the other
+ * ranks build the same scene from what it sends. options are taken over. The caller destroys
+ * both. */
+enum rmap_status rmap_load_scene(const struct rmap_context *context, const char *path,
+                                 struct rmap_scene_options *options,
+                                 struct rmap_bundle **bundle_ret, struct rmap_scene **scene_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. The structure of the scene, on every rank with the same of Embree's instruction sets:
+ * the best that all have, or a lesser one, where `isa` ("AVX2"; NULL or unknown: any) is such. */
+enum rmap_status rmap_load_accel(const struct rmap_context *context, const struct rmap_scene *scene,
+                                 const char *isa, struct rmap_accel **accel_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. Opens the map on every rank, in the same state on all of them. */
+enum rmap_status rmap_load_map(const struct rmap_context *context, const char *path,
+                               struct rmap_map **map_ret, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same for a command that writes to the map, without sums over what stands beside its index
+ * (rmap_map_open_found). found: rank 0's. */
+enum rmap_status rmap_load_map_found(const struct rmap_context *context, const char *path,
+                                     const struct rmap_map_listing *found,
+                                     struct rmap_map **map_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
+/* Collective. The content of an open map becomes as rank 0's. */
+enum rmap_status rmap_share_map(const struct rmap_context *context, struct rmap_map *map,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
+/* Takes away what a command that failed has made of a map; err says so where that fails, too. */
+void rmap_discard_map(const char *path, struct rmap_error *err);
+
+#endif

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+#include "mpi/parallel/interrupt.h"
+
+#include <signal.h>
+#include <stddef.h>
+
+static const int watched[] = {SIGTERM, SIGINT, SIGUSR1};
+
+/* A signal handler can tell nobody but a static: with the flag of
+ * io/export/json_memory.c the one piece of global state in the program. */
+static volatile sig_atomic_t caught;
+
+static void remember(int number)
+{
+    caught = number;
+}
+
+void rmap_interrupt_watch(void)
+{
+    struct sigaction action = {.sa_handler = remember};
+    (void)sigemptyset(&action.sa_mask);
+    action.sa_flags = SA_RESTART | (int)SA_RESETHAND;
+    for (size_t i = 0; i < sizeof watched / sizeof watched[0]; i++)
+        (void)sigaction(watched[i], &action, NULL);
+}
+
+int rmap_interrupt_caught(void)
+{
+    return caught;
+}
+
+const char *rmap_interrupt_name(int number)
+{
+    switch (number) {
+    case SIGTERM:
+        return "SIGTERM";
+    case SIGINT:
+        return "SIGINT";
+    case SIGUSR1:
+        return "SIGUSR1";
+    default:
+        return "a signal";
+    }
+}

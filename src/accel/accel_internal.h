@@ -1,0 +1,388 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * What the files of the accelerator share: the built structure and the state of one query.
+ */
+#ifndef RMAP_ACCEL_INTERNAL_H
+#define RMAP_ACCEL_INTERNAL_H
+
+#include <embree3/rtcore.h>
+#include <math.h>
+#include <stdatomic.h>
+
+#include "accel/accel.h"
+#include "geometry/shape_rim.h"
+#include "scene/scene.h"
+
+/* Vectors as wide as the machine has them; what passes is decided in double all the same. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__)
+#define RMAP_WIDEST __attribute__((target_clones("avx2", "default")))
+#else
+#define RMAP_WIDEST
+#endif
+
+/* Rounding of one float operation. */
+#define RMAP_FLOAT_EPS 0x1p-24
+
+/* At grazing incidence distances along the ray blow up as 1 / cos; up to this factor only. */
+#define RMAP_GRAZING_MAX 1e3
+
+/* Needles, widened, would grow without end: at sines below this one they stay too short. */
+#define RMAP_NEEDLE_SINE 1e-4
+
+/* In units of the float error: how far behind its start a ray enters Embree, so that a surface
+ * through the start is met down to grazing angles of a hundredth; and how far beyond the nearest
+ * candidate others are looked for, whose own float distances are as wrong. */
+#define RMAP_REACH_ERRORS 128
+#define RMAP_SLACK_ERRORS 64
+
+/* A mesh as queries need it: the corners of each triangle side by side, to be had with one cache
+ * miss, and the triangles that meet at each vertex: those of vertex v are fan[first[k]] ...
+ * fan[first[k + 1] - 1] with k = same[v], the first vertex at its place. `sight`: a triangle's unit
+ * normal, and the cosine of a ray to it above which Embree cannot miss it, since the float error
+ * along its plane is less than its margin. */
+struct rmap_facets {
+    float (*corner)[9], (*sight)[4];
+    uint32_t *same, *first, *fan;
+};
+
+/* Without the NaN rules of fmin and fmax, which make them calls. */
+static inline double rmap_lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double rmap_greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* Sine of the angle up to which normals count as parallel: float vertices turn the normals of
+ * small triangles; triangles of one mesh share their vertices. */
+#define RMAP_PARALLEL_OTHER 1e-4
+#define RMAP_PARALLEL_OWN   1e-6
+
+/* The rims of a shape of which some coincide with rims of other shapes. */
+struct rmap_object_rims {
+    struct rmap_rim rim[RMAP_RIM_MAX];
+    int32_t joint[RMAP_RIM_MAX]; /* index of the joint; negative: none */
+    double error[RMAP_RIM_MAX];  /* by which the rims of the joint differ, local */
+    int n;
+};
+
+/* Rims that coincide, and the one of them that stands for all. */
+struct rmap_joint {
+    int32_t object, rim;
+};
+
+/* An object as the query needs it. Distances are in the world unless said otherwise. */
+struct rmap_accel_object {
+    struct rmap_affine to_local, to_world;
+    const struct rmap_shape *shape; /* NULL: a mesh */
+    const struct rmap_mesh *mesh;
+    const struct rmap_facets *facets;
+    const struct rmap_object_rims *rims; /* NULL: no other shape shares one */
+    RTCScene bottom;
+    bool ball;                     /* among the balls: the sieve does not hold it */
+    struct rmap_vec3 lower, upper; /* local bounds */
+    bool rigid;                    /* a rotation or mirror: lengths are kept */
+    double tolerance;              /* surfaces this near to one another coincide */
+    double exact;                  /* the same between triangles of one mesh: double rounding */
+    double local_exact;            /* the same in its local frame */
+    struct rmap_vec3 world_lower, world_upper; /* meshes: bounds */
+    double local_error;      /* meshes: of Embree's float rays in the local frame, at most */
+    struct rmap_vec3 middle; /* meshes: of the sphere about the local bounds */
+    double half;             /* its radius */
+    int side; /* shapes: of the clearing, 2 * axis + upper, that ends at this one; 6: none */
+    int32_t medium_front, medium_back;
+    const void *soon; /* what the tracer asks for first of an object that is hit */
+};
+
+/* One of the boxes that together cover an object. */
+struct rmap_accel_part {
+    int32_t object, part;
+};
+
+/* Parts that one user geometry of Embree's is made of. */
+struct rmap_accel_parts {
+    const struct rmap_accel *accel;
+    struct rmap_accel_part *part; /* [n], by primitive */
+    size_t n;
+};
+
+/* Analytic surfaces eight at a time, as float cylinder shells in their own frames: a ray that
+ * misses the shell misses the surface. Slots [0, n_row) have parallel frames and stand in a row, as
+ * the surfaces of a lens do, by their lower ends; the others begin at the next group. */
+#define RMAP_SIEVE_WIDE  8
+#define RMAP_SIEVE_SLOTS 64
+#define RMAP_SIEVE_MAX   (RMAP_SIEVE_SLOTS - RMAP_SIEVE_WIDE + 1)
+struct rmap_sieve_group {
+    float turn[3][3][RMAP_SIEVE_WIDE];                        /* from Embree's world */
+    float place_x[RMAP_SIEVE_WIDE], place_y[RMAP_SIEVE_WIDE]; /* of its origin */
+    float low[RMAP_SIEVE_WIDE], high[RMAP_SIEVE_WIDE];        /* along the axis, from there */
+    float inner2[RMAP_SIEVE_WIDE], outer2[RMAP_SIEVE_WIDE];   /* from the axis, squared */
+    float half_x[RMAP_SIEVE_WIDE], half_y[RMAP_SIEVE_WIDE];
+    float lowest, highest, highest_before; /* of a row: of this group; and of those before too */
+};
+struct rmap_sieve {
+    int n_row, n_slot;       /* n_slot 0: not in use */
+    uint64_t row, others;    /* bits of slots in use */
+    float longest, rounding; /* ray inside the scene, and the error of distances along it */
+    int32_t object[RMAP_SIEVE_SLOTS];
+    bool flat[RMAP_SIEVE_SLOTS];
+    struct rmap_sieve_group group[RMAP_SIEVE_SLOTS / RMAP_SIEVE_WIDE];
+};
+
+/* Spheres, about Embree's origin; squared radii. Unused ones have an outer2 below 0. */
+struct rmap_balls {
+    int n; /* 0: not in use */
+    float x[RMAP_SIEVE_WIDE], y[RMAP_SIEVE_WIDE], z[RMAP_SIEVE_WIDE];
+    float outer2[RMAP_SIEVE_WIDE], inner2[RMAP_SIEVE_WIDE];
+    int32_t object[RMAP_SIEVE_WIDE];
+};
+
+/* A box without shapes, about Embree's origin; and the same open to one side, for rays that start
+ * there: begin[side], 2 * axis + upper, begin[6] to none. */
+struct rmap_box3f {
+    float lower[3], upper[3];
+};
+struct rmap_clearing {
+    struct rmap_box3f box, begin[7];
+};
+
+struct rmap_accel_failure {
+    atomic_flag taken;
+    enum RTCError code;
+    char text[256];
+};
+
+struct rmap_accel {
+    RTCDevice device;
+    RTCScene rest;                      /* what the sieve does not hold; NULL: nothing */
+    RTCScene whole;                     /* everything, for replays; NULL: not built */
+    float rest_lower[3], rest_upper[3]; /* its bounds, wider than the float error */
+    bool rest_apart;                    /* most of the scene is outside them */
+    bool rest_inside;                   /* they lie within those of the sieve's shapes */
+    struct rmap_clearing clearing;      /* where they do */
+    struct rmap_balls balls;
+    struct rmap_sieve sieve;
+    RTCScene *bottom;           /* [n_geometry], NULL for shapes */
+    struct rmap_facets *facets; /* [n_geometry] */
+    size_t n_bottom;
+    struct rmap_accel_object *object; /* [n_object] */
+    size_t n_object;
+    struct rmap_joint *joint; /* [n_joint] */
+    size_t n_joint;
+    struct rmap_object_rims *rims;          /* of the objects that have joints */
+    struct rmap_accel_parts meshes, shapes; /* that callbacks serve */
+    struct rmap_vec3 centre;                /* origin of Embree's world */
+    double radius;
+    double error;  /* of float rays there */
+    double reach;  /* how far behind its start a ray enters Embree */
+    double behind; /* as in struct rmap_shape_query: beyond the slack that src/compact allows */
+    int level;
+    struct rmap_accel_failure failure;
+    void (*watch)(void *context, const struct rmap_ray *ray, double length); /* or NULL */
+    void *watcher;
+};
+
+/* Which of coincident surfaces comes first, by the media of its two sides: one that changes
+ * nothing goes before one that leads into another medium, or it would be met in the wrong one. */
+enum rmap_rank {
+    RMAP_RANK_WITHIN, /* the ray's medium on both sides */
+    RMAP_RANK_NEAR,   /* the near side is the ray's medium */
+    RMAP_RANK_ANY,    /* the near side fits every medium */
+    RMAP_RANK_OTHER   /* the near side is another medium */
+};
+
+/* A surface that may be the next one. Those within float error of one another are all kept. */
+#define RMAP_CANDIDATE_MAX 8
+struct rmap_candidate {
+    double t, tolerance;     /* along the ray, from the point inside if there is one */
+    double cosine;           /* of the ray to the normal, >= 0 */
+    struct rmap_vec3 point;  /* shapes: local; triangles: weights of the corners */
+    struct rmap_vec3 normal; /* shapes: local, unit; triangles: world, `length` long */
+    double length;
+    int32_t object, primitive;
+    int32_t listed; /* triangle that the contact list has for this face */
+    bool touches;   /* the start */
+    bool foretold;  /* as in struct rmap_hit */
+    enum rmap_rank rank;
+};
+
+/* The surface that the ray starts from. */
+struct rmap_start {
+    int32_t object, primitive; /* -1: it starts in space */
+    double tolerance;
+    bool at_edge;            /* to float error: neighbours are looked at without Embree */
+    bool nudged;             /* at an edge: topology is decided from a point inside */
+    struct rmap_vec3 inside; /* that point, in the world */
+    struct rmap_vec3 inside_local;
+    struct rmap_vec3 normal, middle; /* world: unit normal, and a mesh triangle's centroid */
+    bool has_normal;
+};
+
+/* The ray in an object's frame; for meshes also sheared so that it runs along one axis: the
+ * corners of triangles become points of a plane, in which it is the origin. */
+struct rmap_local_ray {
+    int32_t object; /* -1: none yet */
+    struct rmap_vec3 origin, direction;
+    double line[3]; /* start of the line that decides topology: the origin or the point inside */
+    double ahead;   /* of the origin against it, along the ray */
+    int axis[3];    /* the last one is the direction's largest component */
+    double shear[3];
+};
+
+#define RMAP_DONE_SLOTS 8
+struct rmap_query {
+    const struct rmap_accel *accel;
+    const struct rmap_ray *ray;
+    struct rmap_start start;
+    double limit; /* nothing that begins beyond can be the next surface */
+    int n_candidate;
+    struct rmap_candidate candidate[RMAP_CANDIDATE_MAX];
+    struct rmap_local_ray local;
+    int32_t done[RMAP_DONE_SLOTS]; /* shapes in parts that need no second look */
+};
+
+/* One call of rtcIntersect1: Embree's t is (t - shift) rate. The context comes first: callbacks
+ * get no more than its address. */
+struct rmap_traversal {
+    struct RTCIntersectContext context;
+    struct rmap_query *query;
+    double shift, rate;
+    float t_far;
+    int32_t object; /* whose mesh is searched; -1: the top level */
+};
+
+/* accel_build.c */
+enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+/* `whole`, unless it is there. */
+enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* accel_build.c: bounds in the world. */
+void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
+                       struct rmap_vec3 *upper);
+
+/* accel_parts.c: boxes in the object's frame, part in [0, rmap_part_count). */
+void rmap_shell_radii(const struct rmap_shape *shape, double radius[2]); /* from the axis */
+int rmap_part_count(const struct rmap_accel_object *object);
+void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper);
+
+/* accel_sieve.c. rmap_sieve_build: no more than RMAP_SIEVE_MAX shapes. rmap_sieve_search: all
+ * shapes that may be the next surface, for a float ray that begins `shift` from the start. */
+void rmap_sieve_build(struct rmap_accel *accel);
+void rmap_sieve_search(struct rmap_query *query, const float origin[3], const float direction[3],
+                       double shift);
+
+/* accel_balls.c: the same for up to 8 spheres, which the sieve then leaves out. */
+void rmap_balls_build(struct rmap_accel *accel);
+void rmap_balls_search(struct rmap_query *query, const float origin[3], const float direction[3],
+                       double shift);
+
+/* accel_clearing.c. rmap_clearing_holds: nothing as far as the limit can be a shape, of a float ray
+ * that begins `shift` from the start, there or on the shape at which one of the box's sides ends.
+ */
+void rmap_clearing_build(struct rmap_accel *accel);
+bool rmap_clearing_holds(const struct rmap_query *query, const float origin[3],
+                         const float direction[3], double shift);
+
+/* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
+enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
+                                 double wider, RTCScene *scene_ret,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+
+/* By how much a triangle with these edges from its first corner is widened, in its plane. */
+double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider);
+
+/* accel_facets.c */
+/* wider: as for rmap_accel_mesh. */
+enum rmap_status rmap_facets_build(const struct rmap_mesh *mesh, double wider,
+                                   struct rmap_facets *facets,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+void rmap_facets_release(struct rmap_facets *facets);
+
+static inline void rmap_facets_corners(const struct rmap_facets *facets, int32_t primitive,
+                                       struct rmap_vec3 corner[3])
+{
+    const float *p = facets->corner[primitive];
+    for (int k = 0; k < 3; k++)
+        corner[k] = rmap_vec3((double)p[3 * k], (double)p[3 * k + 1], (double)p[3 * k + 2]);
+}
+
+/* accel_device.c */
+enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int level,
+                                 struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* Are vectors of eight floats to be had, without which the sieve is slower than Embree? */
+bool rmap_accel_is_wide(const struct rmap_accel *accel);
+
+/* accel_query.c: callbacks of the structure. */
+void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args);
+void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args);
+
+/* accel_candidate.c, accel_triangle.c: true when the surface came nearer than all before, so that
+ * the limit has shrunk. */
+bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive);
+bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive);
+bool rmap_consider_shape(struct rmap_query *query, int32_t object);
+bool rmap_candidate_add(struct rmap_query *query, const struct rmap_candidate *candidate);
+enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing);
+const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
+struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
+                                       const struct rmap_candidate *candidate);
+void rmap_query_enter(struct rmap_query *query, int32_t object);
+
+/* Where the float ray, in its own distances, needs no further look. */
+static inline float rmap_far_end(const struct rmap_query *query, double shift)
+{
+    return (float)(query->limit + RMAP_SLACK_ERRORS * query->accel->error - shift);
+}
+
+/* Brings query->local into the object's frame. */
+static inline void rmap_query_local(struct rmap_query *query, int32_t object)
+{
+    if (query->local.object != object)
+        rmap_query_enter(query, object);
+}
+
+/* Distance along a ray that crosses a layer of this thickness. */
+static inline double rmap_along(double thickness, double cosine)
+{
+    return cosine * RMAP_GRAZING_MAX > 1 ? thickness / cosine : thickness * RMAP_GRAZING_MAX;
+}
+
+/* A surface within tolerance of the point where the ray starts. rmap_start_meets puts the
+ * triangle that is listed for its face in place of the primitive. */
+struct rmap_touch {
+    int32_t object, primitive;
+    enum rmap_rank rank;
+    double t;                /* of the hit; its sign is good to rounding only */
+    double facing;           /* d . normal: from which side the surface would be met */
+    struct rmap_vec3 normal; /* unit, world */
+    struct rmap_vec3 point;  /* of the surface, world */
+};
+
+/* What rmap_joints_decide asks about: a shape's roots. */
+struct rmap_joints {
+    const struct rmap_query *query;
+    int32_t object;
+    bool overruled; /* the shape's own numbers, at one root at least */
+};
+
+/* accel_joint.c. rmap_joints_build: after the objects have their tolerances. rmap_joint_at_start:
+ * do the start's shape and this one share a rim at which the ray starts? Then *meets_ret: does the
+ * ray cross this one there? */
+enum rmap_status rmap_joints_build(struct rmap_accel *accel, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_joints_release(struct rmap_accel *accel);
+bool rmap_joint_at_start(const struct rmap_query *query, int32_t object, bool *meets_ret);
+
+/* accel_start.c */
+void rmap_start_find(struct rmap_query *query);
+bool rmap_start_meets(struct rmap_query *query, struct rmap_touch *touch);
+
+#endif

@@ -1,0 +1,321 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * The sieve: scenes of few analytic surfaces are searched without a tree. Every shape lies in a
+ * shell about its axis, low <= z <= high, inner <= r <= outer; eight shells at a time are held
+ * against the float ray, and what is left is solved in double, nearest first. All shells are
+ * wider than the float error, so nothing that Embree would propose is lost.
+ */
+#include <math.h>
+#include <string.h>
+
+#include "accel/accel_internal.h"
+
+/* In roundings of the longest coordinate: those of the ray's transform and of a point along it,
+ * some 10 in all. */
+#define SHELL_ERRORS 64
+
+/* Stands for a direction's component of 0: over the length of a scene it leads nowhere. */
+#define LEAST_RATE 1e-18F
+
+/* Surfaces with parallel frames that are worth a row of their own. */
+#define LEAST_ROW 4
+
+enum { WIDE = RMAP_SIEVE_WIDE };
+
+static inline float lesser(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float greater(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+static double largest_row(const struct rmap_affine *a)
+{
+    double largest = 0;
+    for (int r = 0; r < 3; r++)
+        largest = fmax(largest, sqrt(a->m[r][0] * a->m[r][0] + a->m[r][1] * a->m[r][1] +
+                                     a->m[r][2] * a->m[r][2]));
+    return largest;
+}
+
+static bool is_held(const struct rmap_accel_object *object)
+{
+    return object->shape && !object->ball;
+}
+
+static bool parallel(const struct rmap_accel_object *a, const struct rmap_accel_object *b)
+{
+    return memcmp(a->to_local.m, b->to_local.m, sizeof(a->to_local.m)) == 0;
+}
+
+/* A shape that stands in the largest set of parallel ones; NULL: that set is too small. */
+static const struct rmap_accel_object *find_row(const struct rmap_accel *accel)
+{
+    const struct rmap_accel_object *best = NULL;
+    int most = LEAST_ROW - 1;
+    for (size_t i = 0; i < accel->n_object; i++) {
+        const struct rmap_accel_object *one = &accel->object[i];
+        int n = 0;
+        for (size_t k = 0; is_held(one) && k < accel->n_object; k++)
+            n += is_held(&accel->object[k]) && parallel(one, &accel->object[k]);
+        if (n > most) {
+            most = n;
+            best = one;
+        }
+    }
+    return best;
+}
+
+/* Wider than the float error of the ray in the frame of the object, which lies `at`. */
+static double shell_pad(const struct rmap_accel *accel, const struct rmap_accel_object *object,
+                        struct rmap_vec3 at)
+{
+    double rate = largest_row(&object->to_local);
+    double longest = 2 * (accel->radius + accel->reach) * rate + rmap_length(at);
+    return SHELL_ERRORS * RMAP_FLOAT_EPS * longest + object->tolerance * rate;
+}
+
+static float lower_end(const struct rmap_accel *accel, int32_t index)
+{
+    const struct rmap_accel_object *object = &accel->object[index];
+    struct rmap_vec3 at = rmap_affine_point(&object->to_local, accel->centre);
+    return (float)(object->lower.z - at.z - shell_pad(accel, object, at));
+}
+
+static void set_shell(struct rmap_sieve *sieve, int slot, const struct rmap_accel *accel,
+                      int32_t index)
+{
+    const struct rmap_accel_object *object = &accel->object[index];
+    struct rmap_sieve_group *group = &sieve->group[slot / WIDE];
+    int lane = slot % WIDE;
+    struct rmap_vec3 at = rmap_affine_point(&object->to_local, accel->centre);
+    double pad = shell_pad(accel, object, at), radius[2];
+    rmap_shell_radii(object->shape, radius);
+    double hole = rmap_greater(radius[0] - pad, 0), rim = radius[1] + pad;
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++)
+            group->turn[r][c][lane] = (float)object->to_local.m[r][c];
+    group->place_x[lane] = (float)at.x;
+    group->place_y[lane] = (float)at.y;
+    group->low[lane] = lower_end(accel, index);
+    group->high[lane] = (float)(object->upper.z - at.z + pad);
+    group->inner2[lane] = (float)(hole * hole);
+    group->outer2[lane] = (float)(rim * rim);
+    group->half_x[lane] = (float)(object->upper.x + pad);
+    group->half_y[lane] = (float)(object->upper.y + pad);
+    sieve->object[slot] = index;
+    sieve->flat[slot] =
+        object->shape->type == RMAP_SHAPE_DISC || object->shape->type == RMAP_SHAPE_RECTANGLE;
+}
+
+/* The row, sorted by its lower ends. */
+static void build_row(struct rmap_accel *accel, const struct rmap_accel_object *first)
+{
+    struct rmap_sieve *sieve = &accel->sieve;
+    int32_t row[RMAP_SIEVE_SLOTS];
+    for (int32_t i = 0; i < (int32_t)accel->n_object; i++) {
+        if (!is_held(&accel->object[i]) || !parallel(first, &accel->object[i]))
+            continue;
+        int at = sieve->n_row++;
+        for (; at > 0 && lower_end(accel, row[at - 1]) > lower_end(accel, i); at--)
+            row[at] = row[at - 1];
+        row[at] = i;
+    }
+    for (int k = 0; k < sieve->n_row; k++) {
+        struct rmap_sieve_group *group = &sieve->group[k / WIDE];
+        set_shell(sieve, k, accel, row[k]);
+        sieve->row |= UINT64_C(1) << k;
+        float high = group->high[k % WIDE];
+        if (k % WIDE == 0) {
+            group->lowest = group->low[0];
+            group->highest = high;
+            group->highest_before = k > 0 ? group[-1].highest_before : high;
+        }
+        group->highest = greater(group->highest, high);
+        group->highest_before = greater(group->highest_before, high);
+    }
+}
+
+void rmap_sieve_build(struct rmap_accel *accel)
+{
+    struct rmap_sieve *sieve = &accel->sieve;
+    double longest = 2 * (accel->radius + accel->reach);
+    const struct rmap_accel_object *first = find_row(accel);
+    sieve->longest = (float)(longest * (1 + 1e-6));
+    sieve->rounding = (float)(16 * RMAP_FLOAT_EPS * longest);
+    if (first)
+        build_row(accel, first);
+    sieve->n_slot = (sieve->n_row + WIDE - 1) / WIDE * WIDE;
+    for (int32_t i = 0; i < (int32_t)accel->n_object; i++) {
+        if (!is_held(&accel->object[i]) || (first && parallel(first, &accel->object[i])))
+            continue;
+        sieve->others |= UINT64_C(1) << sieve->n_slot;
+        set_shell(sieve, sieve->n_slot++, accel, i);
+    }
+}
+
+static inline float rate_of(float component)
+{
+    return 1 / (fabsf(component) > LEAST_RATE ? component : LEAST_RATE);
+}
+
+static inline float per_square(float x, float y)
+{
+    return 1 / (x * x + y * y + 1e-36F);
+}
+
+/* A float ray in the frame of a shape, but for the frame's place along its axis. */
+struct line {
+    float p[3], v[3];
+    float rate, per_across2; /* 1 / v[2]; 1 / (v[0]^2 + v[1]^2) */
+};
+
+/* Does the line pass through the shell of lane k, and where does that begin? */
+static inline int meets(const struct rmap_sieve_group *g, int k, const struct line *l,
+                        float longest, float rounding, float *near)
+{
+    float px = l->p[0] + g->place_x[k], py = l->p[1] + g->place_y[k];
+    float a = (g->low[k] - l->p[2]) * l->rate, b = (g->high[k] - l->p[2]) * l->rate;
+    float from = greater(lesser(a, b) - rounding, 0);
+    float to = lesser(greater(a, b) + rounding, longest);
+    float x0 = px + from * l->v[0], x1 = px + to * l->v[0];
+    float y0 = py + from * l->v[1], y1 = py + to * l->v[1];
+    float middle = -(px * l->v[0] + py * l->v[1]) * l->per_across2;
+    middle = lesser(greater(middle, from), to);
+    float xm = px + middle * l->v[0], ym = py + middle * l->v[1];
+    float farthest = greater(x0 * x0 + y0 * y0, x1 * x1 + y1 * y1);
+    *near = from;
+    return (from <= to) & (farthest >= g->inner2[k]) & (xm * xm + ym * ym <= g->outer2[k]) &
+           (lesser(x0, x1) <= g->half_x[k]) & (greater(x0, x1) >= -g->half_x[k]) &
+           (lesser(y0, y1) <= g->half_y[k]) & (greater(y0, y1) >= -g->half_y[k]);
+}
+
+static inline void turn(const struct rmap_sieve_group *g, int k, const float o[3], const float d[3],
+                        struct line *l)
+{
+#pragma GCC unroll 3
+    for (int r = 0; r < 3; r++) {
+        l->p[r] = g->turn[r][0][k] * o[0] + g->turn[r][1][k] * o[1] + g->turn[r][2][k] * o[2];
+        l->v[r] = g->turn[r][0][k] * d[0] + g->turn[r][1][k] * d[1] + g->turn[r][2][k] * d[2];
+    }
+    l->rate = rate_of(l->v[2]);
+    l->per_across2 = per_square(l->v[0], l->v[1]);
+}
+
+/* Bits of the shells that the ray meets, and where along it each begins. */
+RMAP_WIDEST
+static uint32_t sift(const struct rmap_sieve_group *g, const float o[restrict 3],
+                     const float d[restrict 3], float longest, float rounding,
+                     float near[restrict WIDE])
+{
+    uint32_t bits = 0;
+    for (int k = 0; k < WIDE; k++) {
+        struct line line;
+        turn(g, k, o, d, &line);
+        bits |= meets(g, k, &line, longest, rounding, &near[k]) ? 1U << k : 0;
+    }
+    return bits;
+}
+
+/* The same in a row, whose frames share the line. */
+RMAP_WIDEST
+static uint32_t sift_row(const struct rmap_sieve_group *g, const struct line *restrict of_row,
+                         float longest, float rounding, float near[restrict WIDE])
+{
+    const struct line line = *of_row;
+    uint32_t bits = 0;
+    for (int k = 0; k < WIDE; k++)
+        bits |= meets(g, k, &line, longest, rounding, &near[k]) ? 1U << k : 0;
+    return bits;
+}
+
+static void consider(struct rmap_query *query, int slot)
+{
+    const struct rmap_sieve *sieve = &query->accel->sieve;
+    int32_t object = sieve->object[slot];
+    if (!(sieve->flat[slot] && object == query->start.object)) /* met once at most */
+        (void)rmap_consider_shape(query, object);
+}
+
+/* The surfaces of one group of the row that the ray may meet, nearest first as far as they do not
+ * overlap. */
+static void search_group(struct rmap_query *query, int first, const struct line *line, double shift)
+{
+    const struct rmap_sieve *sieve = &query->accel->sieve;
+    float near[WIDE];
+    uint32_t left =
+        sift_row(&sieve->group[first / WIDE], line, sieve->longest, sieve->rounding, near);
+    left &= (uint32_t)(sieve->row >> first);
+    while (left) {
+        int k = line->rate > 0 ? __builtin_ctz(left) : 31 - __builtin_clz(left);
+        left &= ~(1U << k);
+        if (near[k] <= rmap_far_end(query, shift))
+            consider(query, first + k);
+    }
+}
+
+/* Along the row one group after the other, from those that the ray has left behind to those that
+ * begin beyond the nearest surface. */
+static void search_row(struct rmap_query *query, const float origin[3], const float direction[3],
+                       double shift)
+{
+    const struct rmap_sieve *sieve = &query->accel->sieve;
+    int n = (sieve->n_row + WIDE - 1) / WIDE;
+    struct line line;
+    turn(&sieve->group[0], 0, origin, direction, &line);
+    bool upward = line.rate > 0;
+    for (int i = 0; i < n; i++) {
+        const struct rmap_sieve_group *group = &sieve->group[upward ? i : n - 1 - i];
+        float enter = upward ? group->lowest : group->highest_before;
+        float leave = upward ? group->highest : group->lowest;
+        if ((enter - line.p[2]) * line.rate - sieve->rounding > rmap_far_end(query, shift))
+            return;
+        if ((leave - line.p[2]) * line.rate + sieve->rounding < 0)
+            continue;
+        search_group(query, (int)(group - sieve->group) * WIDE, &line, shift);
+    }
+}
+
+/* The nearest of the surfaces left, taken out; -1: none begins before `far`. */
+static int take_nearest(uint64_t *left, const float *near, float far)
+{
+    int nearest = -1;
+    for (uint64_t rest = *left; rest; rest &= rest - 1) {
+        int k = __builtin_ctzll(rest);
+        if (near[k] <= far) {
+            far = near[k];
+            nearest = k;
+        }
+    }
+    if (nearest >= 0)
+        *left &= ~(UINT64_C(1) << nearest);
+    return nearest;
+}
+
+static void search_others(struct rmap_query *query, const float origin[3], const float direction[3],
+                          double shift)
+{
+    const struct rmap_sieve *sieve = &query->accel->sieve;
+    float near[RMAP_SIEVE_SLOTS];
+    uint64_t left = 0;
+    int k;
+    for (int i = (sieve->n_row + WIDE - 1) / WIDE * WIDE; i < sieve->n_slot; i += WIDE)
+        left |= (uint64_t)sift(&sieve->group[i / WIDE], origin, direction, sieve->longest,
+                               sieve->rounding, &near[i])
+                << i;
+    left &= sieve->others;
+    while ((k = take_nearest(&left, near, rmap_far_end(query, shift))) >= 0)
+        consider(query, k);
+}
+
+void rmap_sieve_search(struct rmap_query *query, const float origin[3], const float direction[3],
+                       double shift)
+{
+    if (query->accel->sieve.row)
+        search_row(query, origin, direction, shift);
+    if (query->accel->sieve.others)
+        search_others(query, origin, direction, shift);
+}

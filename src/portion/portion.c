@@ -1,0 +1,250 @@
+/* SPDX-License-Identifier: MIT */
+#include "portion/portion.h"
+
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+
+#include "base/alloc.h"
+
+/* Where each column's pointer stands in struct rmap_portion. */
+/* clang-format off */
+static const size_t pointer_offset[RMAP_COLUMN_COUNT] = {
+#define RAY(field, path, type, element, width, unit, text)                                         \
+    [RMAP_RAY_##field] = offsetof(struct rmap_portion, ray.field),
+    RMAP_RAY_COLUMNS(RAY)
+#define SEGMENT(field, path, type, element, width, unit, text)                                     \
+    [RMAP_SEGMENT_##field] = offsetof(struct rmap_portion, segment.field),
+    RMAP_SEGMENT_COLUMNS(SEGMENT)
+#define REGISTRATION(field, path, type, element, width, unit, text)                                \
+    [RMAP_REGISTRATION_##field] = offsetof(struct rmap_portion, registration.field),
+    RMAP_REGISTRATION_COLUMNS(REGISTRATION)
+    [RMAP_SEGMENT_colour] = offsetof(struct rmap_portion, colour),
+#define CURVE(field, path, type, element, width, unit, text)                                       \
+    [RMAP_CURVE_##field] = offsetof(struct rmap_portion, curve.field),
+    RMAP_CURVE_COLUMNS(CURVE)
+};
+/* clang-format on */
+
+/* Legs and registrations per ray to begin with; they grow as needed. */
+#define FIRST_SEGMENTS_PER_RAY 8
+#define FIRST_ROWS_MIN         64
+
+/* The pointers have different types, so they are moved as bytes. */
+void *rmap_portion_column(const struct rmap_portion *portion, enum rmap_column column)
+{
+    void *start;
+    memcpy(&start, (const char *)portion + pointer_offset[column], sizeof start);
+    return start;
+}
+
+void **rmap_portion_column_address(struct rmap_portion *portion, enum rmap_column column)
+{
+    return (void **)(void *)((char *)portion + pointer_offset[column]);
+}
+
+static void column_set(struct rmap_portion *portion, enum rmap_column column, void *start)
+{
+    memcpy((char *)portion + pointer_offset[column], &start, sizeof start);
+}
+
+size_t rmap_portion_row_nbytes(const struct rmap_portion *portion, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    size_t width = column == RMAP_SEGMENT_colour ? (size_t)portion->n_channel : (size_t)info->width;
+    return width * rmap_element_nbytes(info->element);
+}
+
+enum rmap_status rmap_portion_create(size_t n_ray, int n_channel, struct rmap_portion **portion_ret,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_portion *portion = NULL;
+    if (n_channel < 1)
+        return rmap_error_set(err, RMAP_INTERNAL, "a portion needs a colour channel");
+    portion = rmap_alloc(1, sizeof *portion);
+    if (!portion)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a block of rays");
+    portion->n_channel = n_channel;
+    if (n_ray < FIRST_ROWS_MIN)
+        n_ray = FIRST_ROWS_MIN;
+    RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_RAY, n_ray, RMAP_COLUMNS_ALL, err));
+    RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_SEGMENT, n_ray * FIRST_SEGMENTS_PER_RAY,
+                                  RMAP_COLUMNS_ALL, err));
+    RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_REGISTRATION, n_ray, RMAP_COLUMNS_ALL, err));
+    RMAP_TRY(rmap_portion_reserve(portion, RMAP_TABLE_CURVE, 1, RMAP_COLUMNS_ALL, err));
+    *portion_ret = portion;
+    portion = NULL;
+out:
+    rmap_portion_destroy(portion);
+    return st;
+}
+
+void rmap_portion_destroy(struct rmap_portion *portion)
+{
+    if (!portion)
+        return;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        rmap_free(rmap_portion_column(portion, (enum rmap_column)c));
+    rmap_free(portion);
+}
+
+void rmap_portion_clear(struct rmap_portion *portion)
+{
+    portion->first_ray = 0;
+    portion->strays = NULL;
+    memset(portion->n_row, 0, sizeof portion->n_row);
+}
+
+enum rmap_status rmap_portion_reserve(struct rmap_portion *portion, enum rmap_table table,
+                                      size_t n_more, rmap_column_set columns,
+                                      struct rmap_error *err)
+{
+    size_t used = portion->n_row[table], cap = portion->cap[table];
+    if (n_more > SIZE_MAX / 4 - used)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory: %zu more rows wanted", n_more);
+    bool grow = used + n_more > cap;
+    while (cap < used + n_more)
+        cap = cap < FIRST_ROWS_MIN ? FIRST_ROWS_MIN : 2 * cap;
+
+    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+        enum rmap_column c = (enum rmap_column)i;
+        void *start = rmap_portion_column(portion, c);
+        bool wanted = start ? grow : (columns & RMAP_COLUMN_BIT(c)) != 0;
+        if (rmap_column_info(c)->table != table || !wanted)
+            continue;
+        void *grown = rmap_realloc(start, cap, rmap_portion_row_nbytes(portion, c));
+        if (!grown)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu rows of %s", cap,
+                                  rmap_column_info(c)->path);
+        column_set(portion, c, grown);
+    }
+    portion->cap[table] = cap;
+    return RMAP_OK;
+}
+
+/* First row of /curve of a ray whose id is not below this one. */
+static size_t curve_bound(const struct rmap_portion *portion, uint64_t ray)
+{
+    size_t low = 0, high = portion->n_row[RMAP_TABLE_CURVE];
+    while (low < high) {
+        size_t middle = low + (high - low) / 2;
+        if (portion->curve.ray[middle] < ray)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low;
+}
+
+size_t rmap_portion_curve_of(const struct rmap_portion *portion, uint64_t ray, size_t *first_ret)
+{
+    size_t first = curve_bound(portion, ray), n = 0;
+    while (n < portion->n_row[RMAP_TABLE_CURVE] - first && portion->curve.ray[first + n] == ray)
+        n++;
+    *first_ret = first;
+    return n;
+}
+
+enum rmap_status rmap_portion_append_ray(struct rmap_portion *dst, const struct rmap_portion *src,
+                                         size_t ray, size_t first_segment,
+                                         size_t first_registration, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t first[RMAP_TABLE_COUNT] = {ray, first_segment, first_registration};
+    const size_t n[RMAP_TABLE_COUNT] = {
+        1, src->ray.segment_count[ray], src->ray.registration_count[ray],
+        rmap_portion_curve_of(src, src->ray.id[ray], &first[RMAP_TABLE_CURVE])};
+    if (dst->n_channel != src->n_channel)
+        return rmap_error_set(err, RMAP_INTERNAL, "rays of %d colour channels appended to %d",
+                              src->n_channel, dst->n_channel);
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        RMAP_TRY(rmap_portion_reserve(dst, (enum rmap_table)t, n[t], RMAP_COLUMNS_ALL, err));
+    for (int i = 0; i < RMAP_COLUMN_COUNT; i++) {
+        enum rmap_column c = (enum rmap_column)i;
+        enum rmap_table t = rmap_column_info(c)->table;
+        size_t row = rmap_portion_row_nbytes(src, c);
+        if (n[t] > 0)
+            memcpy((char *)rmap_portion_column(dst, c) + dst->n_row[t] * row,
+                   (const char *)rmap_portion_column(src, c) + first[t] * row, n[t] * row);
+    }
+    uint64_t id = src->ray.id[ray];
+    if (dst->n_row[RMAP_TABLE_RAY] == 0 || id < dst->first_ray)
+        dst->first_ray = id;
+    for (int t = 0; t < RMAP_TABLE_COUNT; t++)
+        dst->n_row[t] += n[t];
+out:
+    return st;
+}
+
+/* Four points at a time are three vectors of four. */
+#define BOX_WIDE 12
+
+static void box_add(struct rmap_portion_summary *summary, const float *point, size_t n)
+{
+    float low[BOX_WIDE], high[BOX_WIDE];
+    for (size_t k = 0; k < BOX_WIDE; k++) {
+        low[k] = summary->box_min[k % 3];
+        high[k] = summary->box_max[k % 3];
+    }
+    size_t whole = 3 * n / BOX_WIDE * BOX_WIDE;
+    for (size_t i = 0; i < whole; i += BOX_WIDE)
+#pragma GCC unroll 1 /* or it becomes 12 scalars before it can become vectors */
+        for (size_t k = 0; k < BOX_WIDE; k++) {
+            float x = point[i + k];
+            low[k] = x < low[k] ? x : low[k];
+            high[k] = x > high[k] ? x : high[k];
+        }
+    for (size_t i = whole; i < 3 * n; i++) {
+        low[i % 3] = point[i] < low[i % 3] ? point[i] : low[i % 3];
+        high[i % 3] = point[i] > high[i % 3] ? point[i] : high[i % 3];
+    }
+    for (size_t k = 0; k < BOX_WIDE; k++) {
+        summary->box_min[k % 3] =
+            low[k] < summary->box_min[k % 3] ? low[k] : summary->box_min[k % 3];
+        summary->box_max[k % 3] =
+            high[k] > summary->box_max[k % 3] ? high[k] : summary->box_max[k % 3];
+    }
+}
+
+void rmap_portion_summarise(const struct rmap_portion *portion,
+                            struct rmap_portion_summary *summary)
+{
+    const size_t *n = portion->n_row;
+    *summary = (struct rmap_portion_summary){.box_min = {INFINITY, INFINITY, INFINITY},
+                                             .box_max = {-INFINITY, -INFINITY, -INFINITY}};
+    for (size_t i = 0; i < n[RMAP_TABLE_RAY]; i++) {
+        summary->stops |= UINT32_C(1) << (portion->ray.stop[i] & 31);
+        summary->sources |= UINT64_C(1) << ((uint32_t)portion->ray.source[i] & 63);
+    }
+    uint32_t events = 0;
+    for (size_t i = 0; i < n[RMAP_TABLE_SEGMENT]; i++)
+        events |= portion->segment.event[i];
+    summary->events = events;
+    for (size_t i = 0; i < n[RMAP_TABLE_SEGMENT]; i++) {
+        uint32_t object = (uint32_t)portion->segment.object[i];
+        uint64_t bit = UINT64_C(1) << (object & 63), *bits = &summary->objects[object >> 6 & 3];
+        if (portion->segment.object[i] >= 0 && !(*bits & bit)) /* a store waits for the last one */
+            *bits |= bit;
+    }
+    for (size_t i = 0; i < n[RMAP_TABLE_REGISTRATION]; i++)
+        summary->detectors |= UINT64_C(1) << ((uint32_t)portion->registration.detector[i] & 63);
+    box_add(summary, portion->ray.start, n[RMAP_TABLE_RAY]);
+    box_add(summary, portion->segment.position, n[RMAP_TABLE_SEGMENT]);
+    box_add(summary, portion->curve.position, n[RMAP_TABLE_CURVE]);
+}
+
+void rmap_portion_summary_add(struct rmap_portion_summary *sum,
+                              const struct rmap_portion_summary *more)
+{
+    sum->events |= more->events;
+    sum->stops |= more->stops;
+    sum->sources |= more->sources;
+    sum->detectors |= more->detectors;
+    for (size_t i = 0; i < 4; i++)
+        sum->objects[i] |= more->objects[i];
+    for (size_t i = 0; i < 3; i++) {
+        sum->box_min[i] = more->box_min[i] < sum->box_min[i] ? more->box_min[i] : sum->box_min[i];
+        sum->box_max[i] = more->box_max[i] > sum->box_max[i] ? more->box_max[i] : sum->box_max[i];
+    }
+}
