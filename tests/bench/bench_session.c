@@ -3,7 +3,7 @@
  * Measurement of sessions: what a second question takes against the first.
  */
 #include "base/alloc.h"
-#include "mpi/bench_search.h"
+#include "bench_search.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/session/session_memo.h"
 #include "mpi/session/session_warm.h"

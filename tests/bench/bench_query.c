@@ -7,9 +7,9 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "mpi/bench.h"
-#include "mpi/bench_search.h"
-#include "mpi/bench_seed.h"
+#include "bench.h"
+#include "bench_search.h"
+#include "bench_seed.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/scan/index_run.h"

@@ -2,9 +2,9 @@
  *
  * Measurements of recording: against tracing alone and against the reference.
  */
+#include "bench.h"
+#include "bench_seed.h"
 #include "io/map/map_reader.h"
-#include "mpi/bench.h"
-#include "mpi/bench_seed.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/trace/trace_run.h"
 

@@ -4,9 +4,9 @@
  * against the trace that they are part of.
  */
 #include "base/alloc.h"
+#include "bench.h"
 #include "io/codec/codec.h"
 #include "io/map/map_reader.h"
-#include "mpi/bench.h"
 
 /* So often that what a flush costs stands out of what else the machine does; how often it comes by
  * default is known. */

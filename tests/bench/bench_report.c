@@ -5,7 +5,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "mpi/bench.h"
+#include "bench.h"
 
 bool rmap_bench_wanted(const struct rmap_bench *bench, const char *name)
 {

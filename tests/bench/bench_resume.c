@@ -3,7 +3,7 @@
  * Measurement of going on with a large map: a block more, everything included, against tracing
  * the map anew.
  */
-#include "mpi/bench.h"
+#include "bench.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/trace/trace_session.h"

@@ -4,9 +4,9 @@
  * against decoding.
  */
 #include "base/alloc.h"
+#include "bench.h"
+#include "bench_seed.h"
 #include "io/map/map_reader.h"
-#include "mpi/bench.h"
-#include "mpi/bench_seed.h"
 #include "mpi/parallel/parts.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/upkeep/verify_run.h"

@@ -27,6 +27,11 @@ struct rmap_bench_scene {
     struct rmap_accel *accel;
 };
 
+/* What `raymap bench` does. Collective. */
+enum rmap_status rmap_bench_run(const struct rmap_context *context,
+                                const struct rmap_arguments *given,
+                                struct rmap_error *err) RMAP_MUST_USE;
+
 /* Releases what the scene holds. */
 void rmap_bench_scene_fini(struct rmap_bench_scene *scene);
 

@@ -10,8 +10,8 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
-#include "mpi/bench_seed.h"
-#include "mpi/bench_seed_record.h"
+#include "bench_seed.h"
+#include "bench_seed_record.h"
 #include "mpi/parallel/progress.h"
 #include "portion/event.h"
 

@@ -5,7 +5,7 @@
  */
 #include <unistd.h>
 
-#include "mpi/bench.h"
+#include "bench.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 

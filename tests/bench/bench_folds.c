@@ -9,8 +9,8 @@
 
 #include "analysis/energy/energy_sums.h"
 #include "base/alloc.h"
-#include "mpi/bench.h"
-#include "mpi/bench_questions.h"
+#include "bench.h"
+#include "bench_questions.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/scan/energy_run.h"
 #include "mpi/scan/fold_run.h"

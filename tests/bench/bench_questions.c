@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "mpi/bench_questions.h"
+#include "bench_questions.h"
 
 #include <fnmatch.h>
 #include <math.h>

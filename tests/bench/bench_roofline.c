@@ -3,7 +3,7 @@
  * Measurement of tracing against Embree alone.
  */
 #include "base/alloc.h"
-#include "mpi/bench.h"
+#include "bench.h"
 #include "mpi/parallel/progress.h"
 #include "trace/tracer.h"
 

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "mpi/bench.h"
+#include "bench.h"
 #include "mpi/command/load.h"
 #include "trace/tracer.h"
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * raymap bench: the program's speed against references built into it, as ratios in one run.
+ * raymap bench: the measurements of `raymap bench`: speed against references, as ratios in one run.
  */
 #define _XOPEN_SOURCE 700 /* nftw */
 #include <ftw.h>
@@ -11,20 +11,11 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
-#include "mpi/bench.h"
+#include "bench.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/parallel/agree.h"
 #include "version.h"
-
-static const struct rmap_option options[] = {
-    {"only", 0, "NAME", "one measurement: trace_vs_roofline, record_vs_trace, ..."},
-    {"quick", 0, NULL, "fewer rays and repeats"},
-    {"repeats", 0, "N", "rounds of each comparison (default 7; quick 3)"},
-    {"scene", 0, "NAME", "room or double-gauss alone"},
-    {"examples", 0, "FOLDER", "where the example scenes are"},
-    {"partner", 0, NULL, "for the program's own use: the second rank of ranks_vs_threads"},
-    {NULL}};
 
 static const char *const measurement[] = {
     "trace_vs_roofline",        "record_vs_trace",  "record_vs_seed",
@@ -315,8 +306,8 @@ out:
     return st;
 }
 
-static enum rmap_status run_bench(const struct rmap_context *context,
-                                  const struct rmap_arguments *given, struct rmap_error *err)
+enum rmap_status rmap_bench_run(const struct rmap_context *context,
+                                const struct rmap_arguments *given, struct rmap_error *err)
 {
     struct rmap_context quiet = *context;
     quiet.quiet = true;
@@ -344,21 +335,3 @@ out:
     json_decref(bench.results);
     return st;
 }
-
-const struct rmap_command rmap_command_bench = {
-    .name = "bench",
-    .summary = "measure the program against references built into it",
-    .operands = "[options]",
-    .help =
-        "Measures tracing against Embree alone, recording against tracing alone and against\n"
-        "the classic way of storing rays (36-byte records, zlib), decoding and queries against\n"
-        "reading all of those, what safety costs, going on with a large map, ranks against\n"
-        "threads, and gradient media against the scheme of Sharma et al. Both sides of a ratio\n"
-        "run in turns in this process; the median is given with the least and the greatest.\n"
-        "render_preview: pictures of 640 x 480 a second; render_overhead: a picture against its\n"
-        "index evaluations and its surface queries alone.",
-    .options = options,
-    .min_operands = 0,
-    .max_operands = 0,
-    .run = run_bench,
-};

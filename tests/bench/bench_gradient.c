@@ -8,9 +8,9 @@
 #include <math.h>
 #include <stdio.h>
 
+#include "bench.h"
 #include "gradient/curve.h"
 #include "gradient/models.h"
-#include "mpi/bench.h"
 
 /* A ray whose end is known: on the unit sphere, or (sphere false) at z = end.z. */
 struct passage {

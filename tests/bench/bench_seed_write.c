@@ -9,8 +9,8 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
-#include "mpi/bench_seed.h"
-#include "mpi/bench_seed_record.h"
+#include "bench_seed.h"
+#include "bench_seed_record.h"
 #include "mpi/parallel/progress.h"
 #include "portion/portion.h"
 #include "portion/portion_recorder.h"

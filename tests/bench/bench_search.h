@@ -6,8 +6,8 @@
 #ifndef RMAP_BENCH_SEARCH_H
 #define RMAP_BENCH_SEARCH_H
 
-#include "mpi/bench.h"
-#include "mpi/bench_questions.h"
+#include "bench.h"
+#include "bench_questions.h"
 
 /* How a map may stand there. */
 enum { RMAP_BENCH_STORED = 4 };

@@ -4,7 +4,7 @@
  * evaluation nor the search for surfaces.
  */
 #include "base/alloc.h"
-#include "mpi/bench.h"
+#include "bench.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/trace/render_pass.h"

@@ -6,8 +6,8 @@
 #ifndef RMAP_BENCH_QUESTIONS_H
 #define RMAP_BENCH_QUESTIONS_H
 
-#include "mpi/bench.h"
-#include "mpi/bench_seed.h"
+#include "bench.h"
+#include "bench_seed.h"
 
 /* A criterion, and the same in the reference's terms (there for those with a class). Names of
  * objects have wildcards; NULL: whatever. */

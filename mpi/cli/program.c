@@ -1,0 +1,223 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * MPI_COMM_WORLD and MPI_Finalize stand here alone.
+ */
+#include "mpi/cli/program.h"
+
+#include <mpi.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include "io/export/json_memory.h"
+#include "io/file/diagnostics.h"
+#include "mpi/cli/manual.h"
+#include "mpi/command/version_text.h"
+#include "mpi/parallel/agree.h"
+#include "mpi/parallel/interrupt.h"
+#include "mpi/parallel/terminal.h"
+#include "mpi/parallel/threads.h"
+#include "mpi/parallel/watchdog.h"
+
+enum { COMMANDS_MAX = 32 };
+
+/* What the program can do. */
+struct commands {
+    const struct rmap_command *const *list;
+    size_t n;
+};
+
+static void print_overview(const struct commands *known, FILE *out)
+{
+    fputs("usage: raymap COMMAND [options] ...      alone, or under mpirun -np N\n\n"
+          "Traces light through a scene, keeps every ray's whole history in a ray map, and\n"
+          "answers questions about those histories.\n\ncommands:\n",
+          out);
+    for (size_t i = 0; i < known->n; i++)
+        fprintf(out, "  %-10s %s\n", known->list[i]->name, known->list[i]->summary);
+    fputs("\nraymap COMMAND --help says more; raymap --version names the libraries.\n", out);
+}
+
+static enum rmap_status find_command(const struct commands *known, const char *name,
+                                     const struct rmap_command **found, struct rmap_error *err)
+{
+    const char *word[COMMANDS_MAX] = {NULL};
+    size_t n = known->n < COMMANDS_MAX ? known->n : COMMANDS_MAX;
+    for (size_t i = 0; i < n; i++) {
+        word[i] = known->list[i]->name;
+        if (strcmp(word[i], name) == 0) {
+            *found = known->list[i];
+            return RMAP_OK;
+        }
+    }
+    const char *nearest = rmap_nearest_word(name, word, n);
+    if (nearest)
+        return rmap_error_set(err, RMAP_USAGE, "no command '%s' (did you mean '%s'?)", name,
+                              nearest);
+    return rmap_error_set(err, RMAP_USAGE, "no command '%s'; see: raymap --help", name);
+}
+
+/* Collective. Reads the common options, then hands over to the command. */
+static enum rmap_status run_command(struct rmap_context *context, const struct rmap_command *chosen,
+                                    int argc, char **argv, struct rmap_error *err)
+{
+    struct rmap_arguments given = {0};
+    enum rmap_status st = rmap_arguments_parse(chosen, argc, argv, &given, err);
+    uint64_t n_thread = (uint64_t)rmap_threads_share(context->comm);
+    if (st == RMAP_OK)
+        st = rmap_argument_count(&given, "threads", &n_thread, err);
+    if (st == RMAP_OK && (n_thread < 1 || n_thread > 4096))
+        st = rmap_error_set(err, RMAP_USAGE, "--threads must lie between 1 and 4096");
+    RMAP_TRY(rmap_agree(context, st, err));
+    context->n_thread = (int)n_thread;
+    context->json = rmap_argument(&given, "json") != NULL;
+    context->quiet = rmap_argument(&given, "quiet") != NULL;
+    if (!rmap_argument(&given, "help"))
+        st = chosen->run(context, &given, err);
+    else if (context->rank == 0)
+        rmap_arguments_help(chosen, stdout);
+out:
+    rmap_arguments_fini(&given);
+    return st;
+}
+
+/* `raymap help --man` and `help --completion` are what the build installs. */
+static void print_help(const struct commands *known, const char *form, FILE *out)
+{
+    if (strcmp(form, "--man") == 0)
+        rmap_manual_print(known->list, known->n, out);
+    else if (strcmp(form, "--completion") == 0)
+        rmap_completion_print(known->list, known->n, out);
+    else
+        print_overview(known, out);
+}
+
+/* Collective. */
+static enum rmap_status dispatch(struct rmap_context *context, const struct commands *known,
+                                 int argc, char **argv, struct rmap_error *err)
+{
+    const char *word = argc > 1 ? argv[1] : "";
+    const struct rmap_command *chosen = NULL;
+    if (strcmp(word, "help") == 0 && argc > 2 && argv[2][0] != '-') {
+        enum rmap_status st = find_command(known, argv[2], &chosen, err);
+        if (st == RMAP_OK && context->rank == 0)
+            rmap_arguments_help(chosen, stdout);
+        return st;
+    }
+    bool help = strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0;
+    if (help || strcmp(word, "--version") == 0) {
+        if (context->rank == 0 && help)
+            print_help(known, argc > 2 ? argv[2] : "", stdout);
+        else if (context->rank == 0)
+            rmap_version_print(stdout);
+        return RMAP_OK;
+    }
+    if (!*word) {
+        if (context->rank == 0)
+            print_overview(known, stderr);
+        return rmap_error_set(err, RMAP_USAGE, "no command given");
+    }
+    enum rmap_status st = find_command(known, word, &chosen, err);
+    return st == RMAP_OK ? run_command(context, chosen, argc - 1, argv + 1, err) : st;
+}
+
+/* What rank 0 could not write, to a full disk or a closed pipe, nobody has read. */
+static enum rmap_status flush_output(const struct rmap_context *context, enum rmap_status st,
+                                     struct rmap_error *err)
+{
+    if (context->rank == 0 && (fflush(stdout) != 0 || ferror(stdout)) && st == RMAP_OK)
+        st = rmap_error_set(err, RMAP_SYSTEM, "cannot write to standard output");
+    return rmap_agree(context, st, err);
+}
+
+/* From the start: a batch system's signal may come while ranks still find each other, read a scene,
+ * or take in what a killed run left. */
+static void watch_signals(const struct commands *known, const char *word)
+{
+    for (size_t i = 0; i < known->n; i++)
+        if (known->list[i]->stops_in_order && strcmp(word, known->list[i]->name) == 0)
+            rmap_interrupt_watch();
+}
+
+static bool is_alone(void)
+{
+    return !getenv("OMPI_COMM_WORLD_SIZE") && !getenv("PMIX_RANK") && !getenv("PMI_RANK");
+}
+
+/* Started without mpirun. Open MPI would start a daemon beside the one process, for half a second
+ * and for nothing, and make a folder in /tmp/ompi.HOST.UID that another process may be removing at
+ * that moment: of 160 starts, 4 at a time, 2 died so in MPI_Init. It would also load the drivers of
+ * all network cards, some of which measure a clock for 0.2 s. Only `bench` needs these, to start a
+ * second rank, and TCP between the two. */
+static void prepare_alone(const char *word)
+{
+    if (strcmp(word, "bench") == 0) {
+        (void)unsetenv("OMPI_MCA_btl");
+        return;
+    }
+    (void)setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+    (void)setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+    (void)setenv("OMPI_MCA_pml", "ob1", 0);
+}
+
+#if defined(__GLIBC__)
+/* Pages are dear: a fault with its clearing takes as long as a thousand instructions and more. What
+ * a scan, a question of a session or a block of rays gives back is wanted again soon. By default
+ * the C library would return blocks from 128 KiB on, and what is free at the end of a heap; and
+ * threads would have heaps of their own, of which it returns what a scan has freed in any case. */
+static void keep_pages(void)
+{
+    (void)mallopt(M_MMAP_THRESHOLD, 32 << 20); /* the most there may be */
+    (void)mallopt(M_TRIM_THRESHOLD, 64 << 20);
+    (void)mallopt(M_ARENA_MAX, 1);
+}
+#else
+#define keep_pages() ((void)0)
+#endif
+
+int rmap_program(const struct rmap_command *const *command, size_t n_command, int argc, char **argv)
+{
+    const struct commands known = {command, n_command};
+    struct rmap_context context = {.comm = MPI_COMM_NULL, .size = 1, .n_thread = 1};
+    struct rmap_error error = {0}, *err = &error;
+    enum rmap_status st = RMAP_OK;
+    int provided = MPI_THREAD_SINGLE, wanted = MPI_THREAD_FUNNELED;
+    rmap_terminal_guard();
+    watch_signals(&known, argc > 1 ? argv[1] : "");
+    keep_pages();
+    /* Open MPI's handlers of SIGABRT and the like allocate: after a broken heap they wait for ever
+     * for its lock, and a crash does not end. */
+    (void)setenv("OMPI_MCA_opal_signal", "", 0);
+    if (is_alone())
+        prepare_alone(argc > 1 ? argv[1] : "");
+    else
+        wanted = MPI_THREAD_MULTIPLE; /* of the watchdog */
+    rmap_json_memory_watch();
+    if (MPI_Init_thread(&argc, &argv, wanted, &provided) != MPI_SUCCESS) {
+        fputs("raymap: MPI cannot be started\n", stderr);
+        return RMAP_SYSTEM;
+    }
+    RMAP_TRY(RMAP_MPI(MPI_Comm_dup(MPI_COMM_WORLD, &context.comm)));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_set_errhandler(context.comm, MPI_ERRORS_RETURN)));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_rank(context.comm, &context.rank)));
+    RMAP_TRY(RMAP_MPI(MPI_Comm_size(context.comm, &context.size)));
+    if (context.size > 1 && provided == MPI_THREAD_MULTIPLE)
+        RMAP_TRY(rmap_watchdog_start(&context, &context.watchdog, err));
+    if (provided < MPI_THREAD_FUNNELED)
+        st = rmap_error_set(err, RMAP_SYSTEM, "this MPI does not allow threads beside it");
+    else
+        st = dispatch(&context, &known, argc, argv, err);
+    st = flush_output(&context, st, err);
+out:
+    if (st != RMAP_OK && context.rank == 0 && error.text[0])
+        fprintf(stderr, "raymap: %s\n", error.text);
+    rmap_watchdog_end(context.watchdog);
+    if (context.comm != MPI_COMM_NULL)
+        (void)MPI_Comm_free(&context.comm);
+    (void)MPI_Finalize();
+    return (int)st;
+}
