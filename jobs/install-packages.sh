@@ -9,7 +9,7 @@ set -euo pipefail
 build_packages=(
     gcc libc6-dev make cmake ninja-build pkg-config git
     libembree-dev libopenmpi-dev openmpi-bin openssh-client libhdf5-dev
-    zlib1g-dev libdeflate-dev libisal-dev libyaml-dev libjansson-dev libxxhash-dev
+    zlib1g-dev libdeflate-dev libyaml-dev libjansson-dev libxxhash-dev
     librandom123-dev libpng-dev libedit-dev libassimp-dev libmuparser-dev librsvg2-dev
     libopenexr-dev fonts-dejavu-core libjs-three
 )

@@ -37,7 +37,7 @@ def plain(value):
 text = sys.stdin.read()
 for one in text.splitlines() if sys.argv[1].startswith("session") else [text]:
     print(json.dumps(plain(json.loads(one)), indent=1))' "$1" | sed "s#$source#SOURCE#g" ;;
-    *) sed -E "s#$source#SOURCE#g; s/raymap [0-9]+\.[0-9]+\.[0-9]+[^<\"]*/raymap VERSION/" ;;
+    *) sed -E "s#$source#SOURCE#g; s/raymap [0-9]+\.[0-9]+\.[0-9]+[^<\"]*/raymap VERSION/; s/[0-9.]+ bytes per segment/BYTES/" ;;
     esac
 }
 

@@ -178,41 +178,12 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
     return rmap_query_marker_know(rays->scanner->marker, columns, &portion, err);
 }
 
-/* Whether stored bytes tell that a column follows a cycle. */
-static enum rmap_status tell(const struct rmap_matched *rays, enum rmap_column column,
-                             const struct rmap_cycle *cycle, bool *holds_ret,
-                             struct rmap_error *err)
-{
-    const struct rmap_fold_scanner *scanner = rays->scanner;
-    if (scanner->marker)
-        return rmap_query_marker_holds(scanner->marker, column, cycle, holds_ret, err);
-    return rmap_cursor_holds(scanner->cursor, column, cycle, holds_ret, err);
-}
-
 static enum rmap_status tell_weights(const struct rmap_matched *rays, bool *are_one_ret,
                                      struct rmap_error *err)
 {
-    static const double one = 1.0;
-    const struct rmap_cycle ones = {.element = &one, .n = 1};
-    return tell(rays, RMAP_RAY_weight, &ones, are_one_ret, err);
-}
-
-enum rmap_status rmap_fold_schedule(const struct rmap_matched *rays, struct rmap_cycle *cycle_ret,
-                                    bool *follows_ret, struct rmap_error *err)
-{
     const struct rmap_fold_scanner *scanner = rays->scanner;
-    *follows_ret = false;
-    if (!scanner || scanner->view || rays->view || rays->portion->ray.source)
-        return RMAP_OK;
-    const struct rmap_map *map = scanner->fold->map;
-    const struct rmap_portion_info *info = rmap_map_portion(map, rays->index);
-    const struct rmap_scene *scene = rmap_map_scene(map);
-    if (scene->schedule_len < 2 || rmap_portion_has_gaps(info))
-        return RMAP_OK;
-    *cycle_ret = (struct rmap_cycle){.element = scene->schedule,
-                                     .n = scene->schedule_len,
-                                     .phase = (size_t)(info->first_ray % scene->schedule_len)};
-    return tell(rays, RMAP_RAY_source, cycle_ret, follows_ret, err);
+    return scanner->marker ? rmap_query_marker_weigh(scanner->marker, are_one_ret, err)
+                           : rmap_cursor_weigh(scanner->cursor, are_one_ret, err);
 }
 
 enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,

@@ -49,11 +49,6 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
 enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* *follows_ret: the sources of all rays of the portion, of which ids run, are those of the scene's
- * schedule, int32_t, from *cycle_ret on; told without reading the column. False says nothing. */
-enum rmap_status rmap_fold_schedule(const struct rmap_matched *rays, struct rmap_cycle *cycle_ret,
-                                    bool *follows_ret, struct rmap_error *err) RMAP_MUST_USE;
-
 /* What all rays of a portion have, whether they match or not, as far as it is told without reading
  * columns of them. */
 struct rmap_fold_told {

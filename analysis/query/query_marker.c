@@ -94,11 +94,10 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_col
     return rmap_query_verdicts_know(self->verdicts, columns, portion_ret, err);
 }
 
-enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *self, enum rmap_column column,
-                                         const struct rmap_cycle *cycle, bool *holds_ret,
+enum rmap_status rmap_query_marker_weigh(struct rmap_query_marker *self, bool *are_one_ret,
                                          struct rmap_error *err)
 {
-    return rmap_query_verdicts_hold(self->verdicts, column, cycle, holds_ret, err);
+    return rmap_query_verdicts_weigh(self->verdicts, are_one_ret, err);
 }
 
 enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,

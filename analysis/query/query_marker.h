@@ -41,9 +41,8 @@ enum rmap_status rmap_query_marker_know(struct rmap_query_marker *marker, rmap_c
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* As rmap_cursor_holds, of that portion. */
-enum rmap_status rmap_query_marker_holds(struct rmap_query_marker *marker, enum rmap_column column,
-                                         const struct rmap_cycle *cycle, bool *holds_ret,
+/* As rmap_cursor_weigh, of that portion. */
+enum rmap_status rmap_query_marker_weigh(struct rmap_query_marker *marker, bool *are_one_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* What reads that portion, which it has entered. */

@@ -49,10 +49,9 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,
                                           const struct rmap_portion **portion_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* As rmap_cursor_holds. */
-enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *verdicts,
-                                          enum rmap_column column, const struct rmap_cycle *cycle,
-                                          bool *holds_ret, struct rmap_error *err) RMAP_MUST_USE;
+/* As rmap_cursor_weigh. */
+enum rmap_status rmap_query_verdicts_weigh(struct rmap_query_verdicts *verdicts, bool *are_one_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
 
 /* What reads the portion in hand, which it has entered. */
 enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *verdicts,

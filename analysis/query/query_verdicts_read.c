@@ -57,12 +57,11 @@ enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *self, rmap
     return RMAP_OK;
 }
 
-enum rmap_status rmap_query_verdicts_hold(struct rmap_query_verdicts *self, enum rmap_column column,
-                                          const struct rmap_cycle *cycle, bool *holds_ret,
-                                          struct rmap_error *err)
+enum rmap_status rmap_query_verdicts_weigh(struct rmap_query_verdicts *self, bool *are_one_ret,
+                                           struct rmap_error *err)
 {
     enum rmap_status st = rmap_query_verdicts_enter_columns(self, err);
-    return st == RMAP_OK ? rmap_cursor_holds(self->cursor, column, cycle, holds_ret, err) : st;
+    return st == RMAP_OK ? rmap_cursor_weigh(self->cursor, are_one_ret, err) : st;
 }
 
 enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *self,

@@ -35,7 +35,6 @@ void rmap_stats_reader_fini(struct rmap_stats_reader *reader)
     rmap_free(reader->arranged.place);
     rmap_free(reader->run);
     rmap_free(reader->source);
-    rmap_free(reader->turns.source);
     *reader = (struct rmap_stats_reader){0};
 }
 
@@ -232,33 +231,19 @@ int32_t rmap_stats_told_source(const struct rmap_stats_setup *setup,
     return (size_t)source < setup->n_source ? source : -1; /* a damaged one may name one too many */
 }
 
-/* The source of all rays of the portion, or -1 where there may be several: then that of each, by
- * the schedule or by the column; NULL: they take the reader's turns, and all match. */
-static enum rmap_status find_source(struct rmap_stats_reader *reader,
-                                    const struct rmap_stats_setup *setup,
+/* The source of all rays of the portion, or -1 where there may be several: then that of each. */
+static enum rmap_status find_source(const struct rmap_stats_setup *setup,
                                     const struct rmap_matched *rays, int32_t *source_ret,
                                     const int32_t **of_ret, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    struct rmap_cycle cycle;
-    bool follows = false;
     *source_ret =
         rmap_stats_told_source(setup, rmap_map_portion(setup->quantities->map, rays->index));
     if (*source_ret >= 0)
         return RMAP_OK;
-    if (setup->n_source <= RMAP_STATS_SOURCES_FEW)
-        RMAP_TRY(rmap_fold_schedule(rays, &cycle, &follows, err));
-    *of_ret = NULL;
-    if (follows && rays->n_match == n_ray && cycle.n <= RMAP_TURNS_MOST) {
-        rmap_stats_know_turns(&reader->turns, &cycle, setup->n_source);
-        return RMAP_OK;
-    }
-    if (follows)
-        return rmap_stats_lay_turns(&reader->turns, &cycle, n_ray, of_ret, err);
     RMAP_TRY(rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err));
     *of_ret = rays->portion->ray.source;
-    if (setup->n_source > TOLD_APART && !any_other(*of_ret, n_ray))
+    if (setup->n_source > TOLD_APART && !any_other(*of_ret, rays->portion->n_row[RMAP_TABLE_RAY]))
         *source_ret = (*of_ret)[0];
 out:
     return st;
@@ -318,7 +303,7 @@ enum rmap_status rmap_stats_reader_read(struct rmap_stats_reader *reader,
     int32_t source = -1;
     readings->lean = false;
     if (setup->by != RMAP_STATS_BY_DETECTOR)
-        RMAP_TRY(find_source(reader, setup, rays, &source, &of, err));
+        RMAP_TRY(find_source(setup, rays, &source, &of, err));
     if (setup->by != RMAP_STATS_BY_DETECTOR &&
         (setup->n_source <= RMAP_STATS_SOURCES_FEW || source >= 0))
         RMAP_TRY(rmap_fold_weights(rays, &readings->lean, err));

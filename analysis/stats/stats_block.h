@@ -8,7 +8,6 @@
 
 #include "analysis/query/quantity.h"
 #include "analysis/stats/stats_measure.h"
-#include "base/turns.h"
 
 enum rmap_stats_by { RMAP_STATS_TOGETHER, RMAP_STATS_BY_SOURCE, RMAP_STATS_BY_DETECTOR };
 
@@ -96,14 +95,6 @@ struct rmap_stats_arranged {
 /* More sources than that are not gone through one by one. */
 enum { RMAP_STATS_SOURCES_FEW = 8 };
 
-/* Sources of rays that follow a cycle: laid out, and the turns of each. */
-struct rmap_stats_turns {
-    struct rmap_cycle laid, known;
-    int32_t *source; /* [n] */
-    size_t n, cap;
-    struct rmap_turns of[RMAP_STATS_SOURCES_FEW];
-};
-
 /* Memory of a portion's block. All zero at first. */
 struct rmap_stats_reader {
     struct rmap_readings readings;
@@ -114,7 +105,6 @@ struct rmap_stats_reader {
     struct rmap_stats_run *run;
     int32_t *source; /* of readings */
     size_t run_cap, source_cap;
-    struct rmap_stats_turns turns;
     /* Memory for those of a portion and RMAP_PICK_MORE more; NULL: none. Borrowed, used where the
      * block's values would be copied anyway and its readings are stored columns. */
     double *into[RMAP_QUANTITIES_MAX];

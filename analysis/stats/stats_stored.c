@@ -7,7 +7,6 @@
 #include "base/alloc.h"
 #include "base/pick.h"
 #include "base/wide.h"
-#include "io/map/chunk_cycle.h"
 
 RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
 {
@@ -17,41 +16,6 @@ RMAP_WIDE static size_t count_of(const int32_t *source, size_t n, int32_t which)
     return count;
 }
 
-enum rmap_status rmap_stats_lay_turns(struct rmap_stats_turns *turns,
-                                      const struct rmap_cycle *cycle, size_t n,
-                                      const int32_t **source_ret, struct rmap_error *err)
-{
-    const int32_t *source = cycle->element;
-    void *block = turns->source;
-    const bool are_laid = rmap_cycle_is(&turns->laid, cycle) && turns->n >= n;
-    enum rmap_status st = rmap_reserve(&block, &turns->cap, n, sizeof *turns->source, err);
-    *source_ret = turns->source = block;
-    if (are_laid || st != RMAP_OK)
-        return st;
-    size_t at = cycle->n < n ? cycle->n : n;
-    for (size_t i = 0, k = cycle->phase; i < at; i++) {
-        turns->source[i] = source[k];
-        k = k + 1 < cycle->n ? k + 1 : 0;
-    }
-    for (size_t some; at < n; at += some) { /* whole cycles, twice as many each time */
-        some = n - at < at ? n - at : at;
-        memcpy(turns->source + at, turns->source, some * sizeof *turns->source);
-    }
-    turns->laid = *cycle;
-    turns->n = n;
-    return RMAP_OK;
-}
-
-void rmap_stats_know_turns(struct rmap_stats_turns *turns, const struct rmap_cycle *cycle,
-                           size_t n_source)
-{
-    if (rmap_cycle_is(&turns->known, cycle))
-        return;
-    for (size_t s = 0; s < n_source; s++)
-        rmap_turns_init(&turns->of[s], cycle->element, cycle->n, cycle->phase, (int32_t)s);
-    turns->known = *cycle;
-}
-
 static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
                      int32_t source, size_t end, struct rmap_stats_block *block)
 {
@@ -59,20 +23,6 @@ static void list_run(struct rmap_stats_reader *reader, const struct rmap_stats_s
     if (end > first)
         reader->run[block->n_run++] =
             (struct rmap_stats_run){end, rmap_stats_class_of(setup, source)};
-}
-
-/* Puts stored readings in the order of their sources, which take turns, and lists the runs. */
-static void pick_turns(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
-                       size_t n_ray, const double *const *column, double *const *to,
-                       struct rmap_stats_block *block)
-{
-    size_t end = 0;
-    for (int32_t s = 0; s < (int32_t)setup->n_source; s++) {
-        const size_t first = end;
-        for (size_t q = 0; q < setup->quantities->n; q++)
-            end = first + rmap_turns_pick(&reader->turns.of[s], column[q], n_ray, to[q] + first);
-        list_run(reader, setup, s, end, block);
-    }
 }
 
 /* Puts stored readings of matching rays in the order of their sources, and lists the runs. */
@@ -123,9 +73,7 @@ bool rmap_stats_read_stored(struct rmap_stats_reader *reader, const struct rmap_
     reader->readings.n = n;
     reader->readings.n_undefined = 0;
     *block = (struct rmap_stats_block){.n = n, .run = reader->run};
-    if (source < 0 && !of)
-        pick_turns(reader, setup, n_ray, column, to, block);
-    else if (source < 0)
+    if (source < 0)
         pick_stored(reader, setup, rays, of, column, to, block);
     else
         list_run(reader, setup, source, n, block);

@@ -7,21 +7,10 @@
 
 #include "analysis/stats/stats_block.h"
 
-/* The sources of n rays that follow the cycle; borrowed until the next call. RMAP_SYSTEM. */
-enum rmap_status rmap_stats_lay_turns(struct rmap_stats_turns *turns,
-                                      const struct rmap_cycle *cycle, size_t n,
-                                      const int32_t **source_ret,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
-/* The turns of each source of rays that follow the cycle, which is of RMAP_TURNS_MOST at most.
- * n_source <= RMAP_STATS_SOURCES_FEW. */
-void rmap_stats_know_turns(struct rmap_stats_turns *turns, const struct rmap_cycle *cycle,
-                           size_t n_source);
-
 /* The matching rays' values of the columns [n_ray], to reader->into where there is such memory,
  * else reader->arranged; where all match and are of one source, they stay where they are. The
  * block's runs are reader->run; there is room in all of these. source: of all rays, or -1: then
- * `of` is that of each [n_ray]; NULL: all match, and take the reader's turns. False: not all values
+ * `of` is that of each [n_ray]. False: not all values
  * are numbers, and the block is none. */
 bool rmap_stats_read_stored(struct rmap_stats_reader *reader, const struct rmap_stats_setup *setup,
                             const struct rmap_matched *rays, int32_t source, const int32_t *of,

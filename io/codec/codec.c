@@ -5,9 +5,8 @@
 
 #include "base/alloc.h"
 #include "base/wide.h"
-#include "io/codec/inflate.h"
 #include "io/codec/shuffle.h"
-#include "io/codec/uniform_plane.h"
+#include "io/codec/zlib_stream.h"
 #include "portion/portion_hash.h"
 
 #define FLETCHER_NBYTES 4
@@ -80,7 +79,7 @@ uint32_t rmap_fletcher32(const uint8_t *data, size_t nbytes)
 
 size_t rmap_codec_bound(size_t n, size_t element_nbytes)
 {
-    return rmap_deflate_bound(element_nbytes, n) + FLETCHER_NBYTES;
+    return rmap_deflate_bound(n * element_nbytes) + FLETCHER_NBYTES;
 }
 
 enum rmap_status rmap_encoder_create(struct rmap_encoder **encoder_ret, struct rmap_error *err)
@@ -106,49 +105,29 @@ void rmap_encoder_destroy(struct rmap_encoder *encoder)
     rmap_free(encoder);
 }
 
-static enum rmap_status planes_reserve(uint8_t **plane, size_t *cap, size_t nbytes,
-                                       struct rmap_error *err)
+size_t rmap_encoder_encode_planes(struct rmap_encoder *encoder, const uint8_t *plane, size_t n,
+                                  size_t element_nbytes, uint8_t *stored)
 {
-    void *block = *plane;
-    enum rmap_status st = rmap_reserve(&block, cap, nbytes, 1, err);
-    *plane = block;
-    return st;
+    size_t nbytes = rmap_deflate(encoder->deflater, plane, n * element_nbytes, stored);
+    uint32_t sum = rmap_fletcher32(stored, nbytes);
+    memcpy(stored + nbytes, &sum, FLETCHER_NBYTES);
+    return nbytes + FLETCHER_NBYTES;
 }
 
-struct rmap_stream_size rmap_encoder_encode_planes(struct rmap_encoder *encoder,
-                                                   struct rmap_plane_habit *habit,
-                                                   const uint8_t *plane, size_t stride,
-                                                   size_t n_used, size_t n, size_t element_nbytes,
-                                                   uint8_t *stored)
+enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n_used,
+                                     size_t n, size_t element_nbytes, uint8_t *stored,
+                                     size_t *nbytes_ret, struct rmap_error *err)
 {
-    struct rmap_stream_size size = rmap_deflate_planes(encoder->deflater, habit, plane, stride,
-                                                       element_nbytes, n_used, n - n_used, stored);
-    uint32_t sum = rmap_fletcher32(stored, size.nbytes);
-    memcpy(stored + size.nbytes, &sum, FLETCHER_NBYTES);
-    size.nbytes += FLETCHER_NBYTES;
-    return size;
-}
-
-enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const void *raw,
-                                           size_t n_used, size_t n, size_t element_nbytes,
-                                           uint8_t *stored, struct rmap_stream_size *size_ret,
-                                           struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(
-        planes_reserve(&encoder->plane, &encoder->plane_cap, n_used * element_nbytes + 1, err));
-    rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n_used);
-    *size_ret = rmap_encoder_encode_planes(encoder, NULL, encoder->plane, n_used, n_used, n,
-                                           element_nbytes, stored);
-out:
-    return st;
-}
-
-enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n,
-                                     size_t element_nbytes, uint8_t *stored,
-                                     struct rmap_stream_size *size_ret, struct rmap_error *err)
-{
-    return rmap_encoder_encode_first(encoder, raw, n, n, element_nbytes, stored, size_ret, err);
+    void *block = encoder->plane;
+    enum rmap_status st = rmap_reserve(&block, &encoder->plane_cap, n * element_nbytes + 1, 1, err);
+    encoder->plane = block;
+    if (st != RMAP_OK)
+        return st;
+    rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n);
+    for (size_t k = 0; k < element_nbytes; k++)
+        memset(encoder->plane + k * n + n_used, 0, n - n_used);
+    *nbytes_ret = rmap_encoder_encode_planes(encoder, encoder->plane, n, element_nbytes, stored);
+    return RMAP_OK;
 }
 
 enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret, struct rmap_error *err)
@@ -172,56 +151,18 @@ void rmap_decoder_destroy(struct rmap_decoder *decoder)
     rmap_free(decoder);
 }
 
-/* A zlib header (RFC 1950 2.2) of a deflate stream without a preset dictionary. */
-static bool is_zlib_header(const uint8_t *stream)
-{
-    return (stream[0] & 15) == 8 && (stream[0] * 256 + stream[1]) % 31 == 0 && !(stream[1] & 32);
-}
-
-enum { HEADER = 2, ADLER = 4 };
-
-static enum rmap_status check_stored(const uint8_t *stored, const struct rmap_stream_size *size,
-                                     size_t element_nbytes, struct rmap_error *err)
+enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
+                                     size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
+                                     struct rmap_error *err)
 {
     uint32_t sum;
-    if (size->nbytes < HEADER + ADLER + FLETCHER_NBYTES || !is_zlib_header(stored))
-        return rmap_error_set(err, RMAP_FORMAT, "%zu bytes are no chunk", size->nbytes);
-    size_t stream = size->nbytes - FLETCHER_NBYTES;
+    if (nbytes < FLETCHER_NBYTES)
+        return rmap_error_set(err, RMAP_FORMAT, "%zu bytes are no chunk", nbytes);
+    size_t stream = nbytes - FLETCHER_NBYTES;
     memcpy(&sum, stored + stream, sizeof sum);
     if (sum != rmap_fletcher32(stored, stream))
         return rmap_error_set(err, RMAP_FORMAT, "fletcher32 does not match: the data are damaged");
-    if (size->lead_planes < element_nbytes &&
-        (size->lead_nbytes < HEADER || size->lead_nbytes > stream - ADLER))
-        return rmap_error_set(err, RMAP_FORMAT, "its leading planes end outside it");
+    if (!rmap_inflate(decoder->inflater, stored, stream, plane, n * element_nbytes))
+        return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * element_nbytes);
     return RMAP_OK;
-}
-
-enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stored,
-                                     const struct rmap_stream_size *size, size_t n,
-                                     size_t element_nbytes, uint8_t *plane, struct rmap_error *err)
-{
-    static const uint8_t final_block[2] = {0x03, 0x00}; /* empty, RFC 1951 3.2.6 */
-    enum rmap_status st = check_stored(stored, size, element_nbytes, err);
-    if (st != RMAP_OK)
-        return st;
-    size_t lead = element_nbytes, nbytes = size->nbytes - HEADER;
-    if (size->lead_planes < element_nbytes) {
-        lead = size->lead_planes;
-        nbytes = size->lead_nbytes - HEADER + sizeof final_block;
-        memcpy(stored + size->lead_nbytes, final_block, sizeof final_block);
-    }
-    /* fletcher32 vouches for all that was stored: Adler-32 need not be computed once more. */
-    if (lead > 0 && !rmap_inflate(decoder->inflater, stored + HEADER, nbytes + RMAP_DECODER_SLACK,
-                                  plane, n * lead))
-        return rmap_error_set(err, RMAP_FORMAT, "no zlib stream of %zu bytes", n * lead);
-    return RMAP_OK;
-}
-
-bool rmap_codec_repeats(const uint8_t *stored, const struct rmap_stream_size *size,
-                        const void *element, size_t element_nbytes, size_t n_used, size_t n)
-{
-    const size_t end = ADLER + FLETCHER_NBYTES;
-    return size->nbytes > end && n_used > 0 &&
-           rmap_uniform_stream(stored, size->nbytes - end, element, element_nbytes, n_used,
-                               n - n_used);
 }

@@ -14,9 +14,8 @@
 #include <stdint.h>
 
 #include "base/status.h"
-#include "io/codec/deflate_planes.h"
 
-/* Room that encoding n elements can need at most. */
+/* Most stored bytes of n elements, fletcher32 among them. */
 size_t rmap_codec_bound(size_t n, size_t element_nbytes);
 
 /* Not thread-safe: one per thread. */
@@ -25,51 +24,27 @@ enum rmap_status rmap_encoder_create(struct rmap_encoder **encoder_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_encoder_destroy(struct rmap_encoder *encoder);
 
-/* Encodes raw into stored, which has room for rmap_codec_bound bytes; the size counts
- * fletcher32 too. The same input gives the
- * same output, whatever was encoded before. RMAP_SYSTEM when memory is short. */
-enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n,
-                                     size_t element_nbytes, uint8_t *stored,
-                                     struct rmap_stream_size *size_ret,
-                                     struct rmap_error *err) RMAP_MUST_USE;
+/* Encodes n elements, of which raw has the first n_used, and the others are 0, into stored, which
+ * has room for rmap_codec_bound bytes. The same input gives the same output, whatever was encoded
+ * before. RMAP_SYSTEM when memory is short. */
+enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *raw, size_t n_used,
+                                     size_t n, size_t element_nbytes, uint8_t *stored,
+                                     size_t *nbytes_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* The same of n elements of which raw has the first n_used, and the others are 0. */
-enum rmap_status rmap_encoder_encode_first(struct rmap_encoder *encoder, const void *raw,
-                                           size_t n_used, size_t n, size_t element_nbytes,
-                                           uint8_t *stored, struct rmap_stream_size *size_ret,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-
-/* The same of elements that are shuffled already: plane [element_nbytes][stride]. With a habit
- * [element_nbytes], of the stream's chunks before, the output depends on those, too. */
-struct rmap_stream_size rmap_encoder_encode_planes(struct rmap_encoder *encoder,
-                                                   struct rmap_plane_habit *habit,
-                                                   const uint8_t *plane, size_t stride,
-                                                   size_t n_used, size_t n, size_t element_nbytes,
-                                                   uint8_t *stored);
+/* The same of elements that are shuffled already: plane [element_nbytes][n]. Stored bytes. */
+size_t rmap_encoder_encode_planes(struct rmap_encoder *encoder, const uint8_t *plane, size_t n,
+                                  size_t element_nbytes, uint8_t *stored);
 
 struct rmap_decoder;
 enum rmap_status rmap_decoder_create(struct rmap_decoder **decoder_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 void rmap_decoder_destroy(struct rmap_decoder *decoder);
 
-/* Bytes after the stored ones that must be readable (their values are of no matter): libdeflate
- * 1.14 leaves its fast loop some 30 bytes before the end of its input, and that little may stand
- * for whole planes of equal bytes, which then take three times as long. */
-#define RMAP_DECODER_SLACK 64
-
 /* Decodes a chunk of exactly n elements as far as its byte planes, [element_nbytes][n]; any range
- * of elements then comes out of them by rmap_unshuffle. The size is the encoder's: planes from its
- * lead_planes on are 0, and what comes out for them is undefined. Changes bytes of `stored` behind
- * its leading planes. RMAP_FORMAT when the bytes are not that. */
-enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, uint8_t *stored,
-                                     const struct rmap_stream_size *size, size_t n,
-                                     size_t element_nbytes, uint8_t *plane,
+ * of elements then comes out of them by rmap_unshuffle. RMAP_FORMAT when the bytes are not that. */
+enum rmap_status rmap_decoder_planes(struct rmap_decoder *decoder, const uint8_t *stored,
+                                     size_t nbytes, size_t n, size_t element_nbytes, uint8_t *plane,
                                      struct rmap_error *err) RMAP_MUST_USE;
-
-/* Whether a chunk of the encoder's is n_used times this element, then zeros up to n: told without
- * decoding it. False of one that another encoder made, whatever is in it. */
-bool rmap_codec_repeats(const uint8_t *stored, const struct rmap_stream_size *size,
-                        const void *element, size_t element_nbytes, size_t n_used, size_t n);
 
 /* HDF5's fletcher32 filter: Fletcher's sums of big-endian 16-bit words modulo 65535, where 0
  * stands for "all words 0" only. */

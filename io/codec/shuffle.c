@@ -7,7 +7,6 @@
 
 #include <string.h>
 
-#include "base/intrinsics.h"
 #include "base/wide.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "columns are little-endian in memory");
@@ -153,104 +152,16 @@ void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t 
         memcpy(plane, element, n);
 }
 
-#ifdef RMAP_INTRINSICS
-/* Planes of a chunk are read when it is full, long after: written past the caches, 64 bytes of each
- * at a time, they take no room there from the scene, which the tracing reads. */
-#define LEAST_AWAY 256
-#define TARGET     __attribute__((target("avx2")))
-
-/* Byte `plane` of each of 32 elements. */
-TARGET static inline __m256i plane_of(const __m256i e[4], int plane)
-{
-    const __m256i low = _mm256_set1_epi32(255);
-    __m256i v[4];
-    RMAP_UNROLL for (int k = 0; k < 4; k++) v[k] =
-        _mm256_and_si256(_mm256_srli_epi32(e[k], 8 * plane), low);
-    __m256i row =
-        _mm256_packus_epi16(_mm256_packus_epi32(v[0], v[1]), _mm256_packus_epi32(v[2], v[3]));
-    return _mm256_permutevar8x32_epi32(row, _mm256_setr_epi32(0, 4, 1, 5, 2, 6, 3, 7));
-}
-
-TARGET static void away4(const uint32_t *e, size_t n, uint8_t *plane, size_t stride)
-{
-    size_t head = -(uintptr_t)plane % 64;
-    if (stride % 64 != 0 || n < LEAST_AWAY) {
-        shuffle4(e, n, plane, plane + stride, plane + 2 * stride, plane + 3 * stride);
-        return;
-    }
-    shuffle4(e, head, plane, plane + stride, plane + 2 * stride, plane + 3 * stride);
-    size_t i = head;
-    for (; n - i >= 64; i += 64) {
-        __m256i a[4], b[4];
-        for (int k = 0; k < 4; k++) {
-            a[k] = _mm256_loadu_si256((const __m256i *)(const void *)(e + i + 8 * k));
-            b[k] = _mm256_loadu_si256((const __m256i *)(const void *)(e + i + 32 + 8 * k));
-        }
-        RMAP_UNROLL for (int k = 0; k < 4; k++)
-        {
-            uint8_t *to = plane + (size_t)k * stride + i;
-            _mm256_stream_si256((__m256i *)(void *)to, plane_of(a, k));
-            _mm256_stream_si256((__m256i *)(void *)(to + 32), plane_of(b, k));
-        }
-    }
-    plane += i;
-    shuffle4(e + i, n - i, plane, plane + stride, plane + 2 * stride, plane + 3 * stride);
-    _mm_sfence();
-}
-#endif
-
-void rmap_shuffle_away(const void *element, size_t n, size_t element_nbytes, uint8_t *plane,
-                       size_t stride)
-{
-#ifdef RMAP_INTRINSICS
-    if (element_nbytes == 4 && __builtin_cpu_supports("avx2")) {
-        away4(element, n, plane, stride);
-        return;
-    }
-#endif
-    rmap_shuffle(element, n, element_nbytes, plane, stride);
-}
-
-/* Planes 1 to 3 are 0. */
-RMAP_WIDE
-static void widen4(const uint8_t *restrict p0, size_t n, uint32_t *restrict e)
-{
-    for (size_t i = 0; i < n; i++)
-        e[i] = p0[i];
-}
-
-/* All planes are there. */
-static void unshuffle(const uint8_t *plane, size_t stride, size_t n, size_t element_nbytes,
-                      void *element)
-{
-    const uint8_t *p = plane;
-    if (element_nbytes == 2)
-        unshuffle2(p, p + stride, n, element);
-    else if (element_nbytes == 4)
-        unshuffle4(p, p + stride, p + 2 * stride, p + 3 * stride, n, element);
-    else if (element_nbytes == 8)
-        unshuffle8(p, stride, n, element);
-    else
-        memcpy(element, p, n);
-}
-
-void rmap_unshuffle(const uint8_t *plane, size_t n, size_t n_lead, size_t first, size_t n_range,
+void rmap_unshuffle(const uint8_t *plane, size_t n, size_t first, size_t n_range,
                     size_t element_nbytes, void *element)
 {
-    uint8_t strip[8 * STRIP] = {0}, *out = element;
     const uint8_t *p = plane + first;
-    if (n_lead >= element_nbytes) {
-        unshuffle(p, n, n_range, element_nbytes, element);
-    } else if (n_lead == 0) {
-        memset(element, 0, n_range * element_nbytes);
-    } else if (n_lead == 1 && element_nbytes == 4) {
-        widen4(p, n_range, element);
-    } else {
-        for (size_t i = 0; i < n_range; i += STRIP) {
-            size_t m = n_range - i < STRIP ? n_range - i : STRIP;
-            for (size_t k = 0; k < n_lead; k++)
-                memcpy(strip + k * STRIP, p + k * n + i, m);
-            unshuffle(strip, STRIP, m, element_nbytes, out + i * element_nbytes);
-        }
-    }
+    if (element_nbytes == 2)
+        unshuffle2(p, p + n, n_range, element);
+    else if (element_nbytes == 4)
+        unshuffle4(p, p + n, p + 2 * n, p + 3 * n, n_range, element);
+    else if (element_nbytes == 8)
+        unshuffle8(p, n, n_range, element);
+    else
+        memcpy(element, p, n_range);
 }

@@ -13,13 +13,8 @@
 void rmap_shuffle(const void *element, size_t n, size_t element_nbytes, uint8_t *plane,
                   size_t stride);
 
-/* The same past the caches, for planes that nobody reads soon. */
-void rmap_shuffle_away(const void *element, size_t n, size_t element_nbytes, uint8_t *plane,
-                       size_t stride);
-
-/* Elements [first, first + n_range) of planes of n elements. Planes from n_lead on are 0, whatever
- * is there. */
-void rmap_unshuffle(const uint8_t *plane, size_t n, size_t n_lead, size_t first, size_t n_range,
+/* Elements [first, first + n_range) of planes of n elements. */
+void rmap_unshuffle(const uint8_t *plane, size_t n, size_t first, size_t n_range,
                     size_t element_nbytes, void *element);
 
 #endif

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/export/npy.h"
 
-#include <libdeflate.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+#include <zlib.h>
 
 #include "io/file/whole_file.h"
 
@@ -89,7 +89,8 @@ static void write_member(FILE *file, const struct rmap_npy_array *array, uint32_
     const size_t nbytes = count_of(array) * sizeof *array->data;
     make_header(array, header);
     (void)snprintf(member->name, sizeof member->name, "%.70s.npy", array->name);
-    member->crc = libdeflate_crc32(libdeflate_crc32(0, header, sizeof header), array->data, nbytes);
+    member->crc =
+        (uint32_t)crc32_z(crc32_z(0, header, sizeof header), (const void *)array->data, nbytes);
     member->nbytes = (uint32_t)(nbytes + sizeof header);
     member->offset = offset;
     (void)put_member(put(head, 0x04034b50, 4), member);

@@ -4,9 +4,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/codec/deflate_planes.h"
-#include "io/codec/inflate.h"
 #include "io/codec/shuffle.h"
+#include "io/codec/zlib_stream.h"
 
 /* What readers are told; any zlib level reads alike. */
 #define DECLARED_LEVEL 1
@@ -58,7 +57,7 @@ static enum rmap_status scratch_init(struct scratch *scratch, size_t n, size_t e
         return st;
     scratch->raw = rmap_alloc(n, element_nbytes);
     scratch->plane = rmap_alloc(n, element_nbytes);
-    scratch->stored = rmap_alloc(rmap_deflate_bound(element_nbytes, n), 1);
+    scratch->stored = rmap_alloc(rmap_deflate_bound(n * element_nbytes), 1);
     if (!scratch->raw || !scratch->plane || !scratch->stored)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a table");
     return RMAP_OK;
@@ -81,10 +80,10 @@ static bool write_tile(hid_t set, struct scratch *scratch, const struct rmap_h5_
     for (int k = 0; k < tiles->rank; k++)
         all *= (size_t)tiles->chunk[k];
     memcpy(scratch->raw, first, n * cell); /* aligned */
-    rmap_shuffle(scratch->raw, n, cell, scratch->plane, n);
-    struct rmap_stream_size size = rmap_deflate_planes(scratch->deflater, NULL, scratch->plane, n,
-                                                       cell, n, all - n, scratch->stored);
-    return H5Dwrite_chunk(set, H5P_DEFAULT, 0, at, size.nbytes, scratch->stored) >= 0;
+    memset(scratch->raw + n * cell, 0, (all - n) * cell);
+    rmap_shuffle(scratch->raw, all, cell, scratch->plane, all);
+    size_t nbytes = rmap_deflate(scratch->deflater, scratch->plane, all * cell, scratch->stored);
+    return H5Dwrite_chunk(set, H5P_DEFAULT, 0, at, nbytes, scratch->stored) >= 0;
 }
 
 static bool write_all(hid_t set, struct scratch *scratch, const struct rmap_h5_tiles *tiles,
@@ -165,18 +164,14 @@ struct tile_reader {
     size_t n, element_nbytes;
 };
 
-/* The chunk at `at`, as planes; a zlib stream (RFC 1950) without a preset dictionary. The table has
- * a checksum of its own. */
+/* The chunk at `at`, as planes. The table has a checksum of its own. */
 static bool read_planes(struct tile_reader *self, const hsize_t *at)
 {
-    enum { HEADER = 2, ADLER = 4 };
     hsize_t n = 0;
     uint32_t mask = 0;
     return H5Dget_chunk_storage_size(self->set, at, &n) >= 0 && n <= self->cap &&
-           n > HEADER + ADLER &&
            H5Dread_chunk(self->set, H5P_DEFAULT, at, &mask, self->stored) >= 0 && mask == 0 &&
-           (self->stored[0] & 15) == 8 && !(self->stored[1] & 32) &&
-           rmap_inflate(self->inflater, self->stored + HEADER, (size_t)n - HEADER, self->plane,
+           rmap_inflate(self->inflater, self->stored, (size_t)n, self->plane,
                         self->n * self->element_nbytes);
 }
 
@@ -198,8 +193,8 @@ bool rmap_h5_read_tiles(hid_t set, int rank, const hsize_t *dims, size_t element
         hsize_t left = dims[0] - at[0] < rows ? dims[0] - at[0] : rows;
         good = read_planes(&self, at);
         if (good)
-            rmap_unshuffle(self.plane, self.n, element_nbytes, 0, (size_t)left * row,
-                           element_nbytes, (char *)data + at[0] * row * element_nbytes);
+            rmap_unshuffle(self.plane, self.n, 0, (size_t)left * row, element_nbytes,
+                           (char *)data + at[0] * row * element_nbytes);
     }
     rmap_inflater_destroy(self.inflater);
     rmap_free(self.plane);

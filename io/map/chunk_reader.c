@@ -10,7 +10,6 @@
 #include "io/codec/shuffle.h"
 #include "io/file/read_exactly.h"
 #include "io/map/chunk_cache.h"
-#include "io/map/chunk_cycle.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_memory.h"
 #include "io/map/piece_file.h"
@@ -24,13 +23,6 @@ struct open_file {
     uint64_t tick;
 };
 
-/* What the stored bytes of a chunk told. */
-struct told {
-    const struct rmap_chunk_entry *entry;
-    struct rmap_cycle cycle; /* from its first row on */
-    bool holds;
-};
-
 struct rmap_chunk_reader {
     const struct rmap_map *map;
     struct rmap_decoder *decoder;
@@ -39,8 +31,6 @@ struct rmap_chunk_reader {
     /* Chunks as byte planes, from which rows are taken; made when first read. */
     struct rmap_chunk_cache *cache[RMAP_ENCODING_COUNT][RMAP_STREAM_MAX];
     struct rmap_chunk_budget budget; /* of all caches */
-    struct told told[2];             /* by the last ones that were asked: about one element, more */
-    struct rmap_cycle_chunks cycles; /* those asked about more */
     struct open_file file[FILES_MAX];
     uint64_t tick;
     bool is_counted; /* among those that share the map's bytes: it has read chunks */
@@ -162,8 +152,7 @@ static enum rmap_status read_stored(struct rmap_chunk_reader *self,
 {
     enum rmap_status st = RMAP_OK;
     void *block = self->stored;
-    st =
-        rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes + RMAP_DECODER_SLACK, 1, err);
+    st = rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes, 1, err);
     self->stored = block;
     if (st != RMAP_OK)
         return st;
@@ -179,11 +168,10 @@ static enum rmap_status decode(struct rmap_chunk_reader *self, const struct plac
                                const struct rmap_chunk_entry *entry, int fd, uint8_t *plane,
                                struct rmap_error *err)
 {
-    struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(read_stored(self, entry, fd, err));
-    RMAP_TRY(rmap_decoder_planes(self->decoder, self->stored, &size, RMAP_CHUNK_ROWS * place->width,
-                                 place->element, plane, err));
+    RMAP_TRY(rmap_decoder_planes(self->decoder, self->stored, entry->nbytes,
+                                 RMAP_CHUNK_ROWS * place->width, place->element, plane, err));
 out:
     return st;
 }
@@ -284,8 +272,7 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t p
             st = find_chunk(self, &place, index, &plane, err);
             if (st != RMAP_OK)
                 return st;
-            size_t n_lead = place.chunks->entry[place.chunks->first[stream] + index].lead_planes;
-            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place.width, n_lead, (size_t)skip * place.width,
+            rmap_unshuffle(plane, RMAP_CHUNK_ROWS * place.width, (size_t)skip * place.width,
                            n * place.width, place.element, out);
             self->nbytes_of_rows +=
                 share_of_chunk(self, &place, index, (size_t)skip, (size_t)skip + n);
@@ -298,84 +285,4 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *self, size_t p
         at += n;
     }
     return st;
-}
-
-/* By its planes, whatever it takes. It is remembered. */
-static enum rmap_status decode_cycle(struct rmap_chunk_reader *self, const struct place *place,
-                                     uint64_t index, const struct rmap_cycle *cycle,
-                                     bool *holds_ret, struct rmap_error *err)
-{
-    const struct rmap_chunk_entry *entry =
-        &place->chunks->entry[place->chunks->first[place->stream] + index];
-    const size_t n_row = (size_t)rows_of_chunk(self, place, index);
-    const uint8_t *plane = NULL;
-    struct rmap_error damage = {0};
-    struct rmap_cycle_chunk *known =
-        rmap_cycle_chunks_find(&self->cycles, self->stored, entry->nbytes, n_row, cycle);
-    enum rmap_status st = RMAP_OK;
-    if (!known) {
-        known = rmap_cycle_chunks_add(&self->cycles, self->stored, entry->nbytes, n_row, cycle);
-        if (find_chunk(self, place, index, &plane, &damage) != RMAP_OK)
-            return RMAP_OK;
-        st = rmap_cycle_compare(cycle, place->element, plane, RMAP_CHUNK_ROWS, entry->lead_planes,
-                                n_row, &known->follows, err);
-    }
-    *holds_ret = known->follows;
-    return st;
-}
-
-/* Whether the chunk follows the cycle, by its stored bytes. One that was damaged does not tell:
- * reading its rows will say so. */
-static enum rmap_status ask_chunk(struct rmap_chunk_reader *self, const struct place *place,
-                                  uint64_t index, const struct rmap_cycle *cycle, bool *holds_ret,
-                                  struct rmap_error *err)
-{
-    const struct rmap_chunk_entry *entry =
-        &place->chunks->entry[place->chunks->first[place->stream] + index];
-    const struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
-    struct rmap_error damage = {0};
-    int fd = -1;
-    *holds_ret = false;
-    if (entry->nbytes > RMAP_CYCLE_STORED_MOST)
-        return RMAP_OK;
-    enum rmap_status st = open_piece(self, place->piece, &fd, err);
-    if (st != RMAP_OK || read_stored(self, entry, fd, &damage) != RMAP_OK)
-        return st;
-    if (cycle->n > 1)
-        return decode_cycle(self, place, index, cycle, holds_ret, err);
-    *holds_ret = rmap_codec_repeats(self->stored, &size, cycle->element, place->element,
-                                    (size_t)rows_of_chunk(self, place, index), RMAP_CHUNK_ROWS);
-    return RMAP_OK;
-}
-
-enum rmap_status rmap_chunk_reader_holds(struct rmap_chunk_reader *self, size_t piece, int stream,
-                                         uint64_t first, size_t n, const struct rmap_cycle *cycle,
-                                         bool *holds_ret, struct rmap_error *err)
-{
-    struct place place;
-    struct rmap_cycle own = *cycle; /* from the first row of a chunk on */
-    struct told *told = &self->told[cycle->n > 1];
-    enum rmap_status st = look_up(self, piece, stream, &place, err);
-    *holds_ret = false;
-    if (st != RMAP_OK || n == 0 || place.width != 1)
-        return st;
-    const uint64_t last = (first + n - 1) / RMAP_CHUNK_ROWS;
-    bool holds = last < place.chunks->first[stream + 1] - place.chunks->first[stream];
-    own.phase = (size_t)((cycle->phase + cycle->n - first % RMAP_CHUNK_ROWS % cycle->n) % cycle->n);
-    for (uint64_t index = first / RMAP_CHUNK_ROWS; holds && index <= last; index++) {
-        const struct rmap_chunk_entry *entry =
-            &place.chunks->entry[place.chunks->first[stream] + index];
-        if (told->entry != entry || !rmap_cycle_is(&told->cycle, &own)) {
-            *told = (struct told){.entry = NULL};
-            st = ask_chunk(self, &place, index, &own, &told->holds, err);
-            if (st != RMAP_OK)
-                return st;
-            told->entry = entry;
-            told->cycle = own;
-        }
-        holds = told->holds;
-        own.phase = (own.phase + RMAP_CHUNK_ROWS) % own.n;
-    }
-    *holds_ret = holds;
-    return RMAP_OK;
 }

@@ -21,12 +21,6 @@ enum rmap_status rmap_chunk_reader_rows(struct rmap_chunk_reader *reader, size_t
                                         uint64_t first, size_t n, void *to,
                                         struct rmap_error *err) RMAP_MUST_USE;
 
-/* *holds_ret: rows [first, first + n) of a stream of width 1 follow the cycle, as far as the stored
- * bytes of their chunks tell, of which few are decoded, if any. */
-enum rmap_status rmap_chunk_reader_holds(struct rmap_chunk_reader *reader, size_t piece, int stream,
-                                         uint64_t first, size_t n, const struct rmap_cycle *cycle,
-                                         bool *holds_ret, struct rmap_error *err) RMAP_MUST_USE;
-
 /* As rmap_cursor_nbytes and rmap_cursor_nbytes_of_rows. */
 uint64_t rmap_chunk_reader_nbytes(const struct rmap_chunk_reader *reader);
 uint64_t rmap_chunk_reader_nbytes_of_rows(const struct rmap_chunk_reader *reader);

@@ -18,7 +18,7 @@ struct rmap_chunk_entry {
     uint64_t checksum;    /* rmap_checksum of the stored bytes */
     uint32_t nbytes;      /* stored */
     uint32_t index;       /* rows [index x RMAP_CHUNK_ROWS, ...) */
-    uint32_t lead_nbytes; /* struct rmap_stream_size */
+    uint32_t lead_nbytes; /* with the next, of earlier programs: where planes of 0 begin */
     uint16_t lead_planes;
     uint16_t stream; /* number in the layout; row of /chunk/name */
 };

@@ -288,23 +288,6 @@ out:
     return st;
 }
 
-enum rmap_status rmap_cursor_holds(struct rmap_cursor *self, enum rmap_column column,
-                                   const struct rmap_cycle *cycle, bool *holds_ret,
-                                   struct rmap_error *err)
-{
-    static const double one = 1.0;
-    const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
-    const enum rmap_table table = rmap_column_info(column)->table;
-    *holds_ret = false;
-    if (self->map->content.piece[info->piece].encoding == RMAP_ENCODING_PLAIN)
-        return rmap_chunk_reader_holds(self->reader, (size_t)info->piece, (int)column,
-                                       info->stored_first[table], (size_t)info->n_row[table], cycle,
-                                       holds_ret, err);
-    if (column == RMAP_RAY_weight && cycle->n == 1 && memcmp(cycle->element, &one, sizeof one) == 0)
-        return rmap_cursor_weigh_compact(self, holds_ret, err);
-    return RMAP_OK;
-}
-
 enum rmap_status rmap_cursor_read(struct rmap_cursor *self, size_t portion,
                                   const struct rmap_portion **portion_ret, struct rmap_error *err)
 {

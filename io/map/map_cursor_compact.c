@@ -111,13 +111,16 @@ out:
     return st;
 }
 
-enum rmap_status rmap_cursor_weigh_compact(struct rmap_cursor *self, bool *are_one_ret,
-                                           struct rmap_error *err)
+enum rmap_status rmap_cursor_weigh(struct rmap_cursor *self, bool *are_one_ret,
+                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion_info *info = &self->map->content.portion[self->in_hand];
     struct compact_rows in_hand;
     struct rmap_compact_told told = {.weigh_one = false};
+    *are_one_ret = false;
+    if (self->map->content.piece[info->piece].encoding != RMAP_ENCODING_COMPACT)
+        return RMAP_OK;
     RMAP_TRY(enter_rows(self, info, rmap_compact_header_streams(), &in_hand, err));
     st = rmap_compact_tell_header(&in_hand.rows, &told, err);
     if (st != RMAP_OK)

@@ -50,10 +50,6 @@ enum rmap_status rmap_cursor_read_compact(struct rmap_cursor *cursor,
                                           rmap_column_set columns,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* Whether the header of that portion says that each ray weighs 1. */
-enum rmap_status rmap_cursor_weigh_compact(struct rmap_cursor *cursor, bool *are_one_ret,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-
 /* Values of a column of rows of that portion must name something of the scene. */
 enum rmap_status rmap_cursor_check_limits(const struct rmap_cursor *cursor,
                                           const struct rmap_portion *rows, enum rmap_column column,

@@ -16,8 +16,8 @@ static const struct rmap_h5_field chunk_field[] = {
     CHUNK(checksum, U64, "XXH3-64 of the stored bytes"),
     CHUNK(lead_planes, U16, "byte planes of the shuffled rows before the last ones, which are 0"),
     CHUNK(lead_nbytes, U32,
-          "stored bytes in which those planes end; without meaning when all "
-          "planes lead"),
+          "stored bytes in which those planes end, of pieces by earlier programs; "
+          "without meaning when all planes lead"),
 };
 
 #define PORTION(name, member, element, width, text)                                                \

@@ -206,17 +206,9 @@ enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set c
  */
 void rmap_cursor_lend(struct rmap_cursor *cursor, enum rmap_column column, void *memory);
 
-/* Elements over and over: the one in row i is element (phase + i) mod n. */
-struct rmap_cycle {
-    const void *element; /* [n], borrowed as long as anybody is asked about it */
-    size_t n, phase;     /* phase < n */
-};
-
-/* *holds_ret: all rows of a column of the portion in hand, of one number per row, follow the cycle,
- * as far as the stored bytes of its chunks tell, of which few are decoded, if any; false says
- * nothing. RMAP_SYSTEM. */
-enum rmap_status rmap_cursor_holds(struct rmap_cursor *cursor, enum rmap_column column,
-                                   const struct rmap_cycle *cycle, bool *holds_ret,
+/* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
+ * false says nothing. Errors as of fetch. */
+enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* A portion by the paths of its rays: those that refer to the same one are alike in

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/map/provenance.h"
 
-#include <libdeflate.h>
 #include <stdio.h>
 #include <string.h>
 #include <xxhash.h>
 
 #include "base/alloc.h"
+#include "io/codec/zlib_stream.h"
 #include "io/map/map_format.h"
 #include "trace/tracer_revision.h"
 #include "version.h"
@@ -114,7 +114,7 @@ static enum rmap_status put_versions(struct rmap_h5 *h5, const struct rmap_run *
     RMAP_TRY(rmap_h5_put_text(h5, "/", "hdf5_version", text, err));
     RMAP_TRY(rmap_h5_put_text(h5, "/", "embree_version",
                               run->embree_version ? run->embree_version : "", err));
-    RMAP_TRY(rmap_h5_put_text(h5, "/", "libdeflate_version", LIBDEFLATE_VERSION_STRING, err));
+    RMAP_TRY(rmap_h5_put_text(h5, "/", "libdeflate_version", rmap_libdeflate_version(), err));
     unsigned xxhash = XXH_versionNumber();
     (void)snprintf(text, sizeof text, "%u.%u.%u", xxhash / 10000, xxhash / 100 % 100, xxhash % 100);
     RMAP_TRY(rmap_h5_put_text(h5, "/", "xxhash_version", text, err));

@@ -128,7 +128,6 @@ static enum rmap_status read_chunk(struct salvage *self, const struct rmap_chunk
 static enum rmap_status copy_chunk(struct salvage *self, const struct rmap_chunk_entry *entry,
                                    struct rmap_error *err)
 {
-    const struct rmap_stream_size size = {entry->nbytes, entry->lead_nbytes, entry->lead_planes};
     uint64_t *n_row = &self->n_row[entry->stream];
     uint64_t end = ((uint64_t)entry->index + 1) * RMAP_CHUNK_ROWS;
     enum rmap_status st = read_chunk(self, entry, err);
@@ -136,7 +135,7 @@ static enum rmap_status copy_chunk(struct salvage *self, const struct rmap_chunk
         return st;
     *n_row = end > *n_row ? end : *n_row;
     return rmap_piece_writer_put(self->writer, entry->stream, entry->index, *n_row, self->buffer,
-                                 &size, err);
+                                 entry->nbytes, err);
 }
 
 static int by_offset(const void *a, const void *b)
@@ -181,15 +180,15 @@ static enum rmap_status encode_tail(struct salvage *self, int stream, struct rma
         &rmap_map_piece_layout(self->map, self->piece)->stream[stream];
     size_t nbytes = RMAP_CHUNK_ROWS * rmap_stream_row_nbytes(info, self->run.scene->channels.n);
     size_t element = rmap_element_nbytes(info->element), n = nbytes / element;
-    struct rmap_stream_size size;
+    size_t stored_nbytes;
     RMAP_TRY(reserve(&self->buffer, &self->buffer_cap, tail->nbytes, err));
     RMAP_TRY(reserve(&self->stored, &self->stored_cap, rmap_codec_bound(n, element), err));
     memcpy(self->buffer, tail->data, tail->nbytes); /* aligned */
-    RMAP_TRY(rmap_encoder_encode_first(self->encoder, self->buffer, tail->nbytes / element, n,
-                                       element, self->stored, &size, err));
-    RMAP_TRY(rmap_piece_writer_put(self->writer, stream,
-                                   (uint32_t)(tail->first_row / RMAP_CHUNK_ROWS),
-                                   tail->first_row + tail->n_row, self->stored, &size, err));
+    RMAP_TRY(rmap_encoder_encode(self->encoder, self->buffer, tail->nbytes / element, n, element,
+                                 self->stored, &stored_nbytes, err));
+    RMAP_TRY(
+        rmap_piece_writer_put(self->writer, stream, (uint32_t)(tail->first_row / RMAP_CHUNK_ROWS),
+                              tail->first_row + tail->n_row, self->stored, stored_nbytes, err));
 out:
     return st;
 }

@@ -28,7 +28,7 @@ enum rmap_status rmap_chunk_queue_take(struct rmap_chunk_queue *queue, int strea
     chunk->sign = RMAP_SIGN_NONE;
     chunk->state = is_sign ? RMAP_CHUNK_ENCODED : RMAP_CHUNK_FILLED;
     chunk->n_row = 0;
-    chunk->stored_size = (struct rmap_stream_size){0};
+    chunk->stored_nbytes = 0;
     *chunk_ret = chunk;
     return RMAP_OK;
 }
@@ -66,7 +66,7 @@ void rmap_chunk_queue_encoded(struct rmap_chunk_queue *queue, struct rmap_chunk 
 {
     chunk->state = RMAP_CHUNK_ENCODED;
     queue->nbytes -= chunk->raw_nbytes;
-    queue->nbytes += chunk->stored_size.nbytes;
+    queue->nbytes += chunk->stored_nbytes;
 }
 
 struct rmap_chunk *rmap_chunk_queue_pop(struct rmap_chunk_queue *queue)
@@ -77,7 +77,7 @@ struct rmap_chunk *rmap_chunk_queue_pop(struct rmap_chunk_queue *queue)
     queue->head = chunk->next;
     if (!queue->head)
         queue->tail = NULL;
-    queue->nbytes -= chunk->stored_size.nbytes;
+    queue->nbytes -= chunk->stored_nbytes;
     return chunk;
 }
 

@@ -28,7 +28,7 @@ struct rmap_chunk {
     uint64_t n_row_end; /* rows of the stream in the piece, this chunk included */
     size_t n_row;       /* filled */
     size_t raw_nbytes;
-    struct rmap_stream_size stored_size;
+    size_t stored_nbytes;
     uint8_t *plane;  /* [bytes of an element][raw_nbytes / that]: rows' bytes, shuffled */
     uint8_t *stored; /* [rmap_codec_bound]; made when first encoded */
 };

@@ -23,8 +23,8 @@
 #define WRITE_BACK_NBYTES ((size_t)4 << 20)
 
 enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int stream, uint32_t index,
-                                       uint64_t n_row, const uint8_t *stored,
-                                       const struct rmap_stream_size *size, struct rmap_error *err)
+                                       uint64_t n_row, const uint8_t *stored, size_t nbytes,
+                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_stream_info *info = &self->layout->stream[stream];
@@ -42,18 +42,17 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
         return st;
     hid_t set = self->set[stream];
     if (H5Dset_extent(set, extent) < 0 ||
-        H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, size->nbytes, stored) < 0 ||
+        H5Dwrite_chunk(set, H5P_DEFAULT, 0, offset, nbytes, stored) < 0 ||
         H5Dget_chunk_info_by_coord(set, offset, &mask, &address, &found_nbytes) < 0)
         return rmap_h5_fail(&self->h5, info->path, err);
     self->entry[self->n_entry++] =
         (struct rmap_chunk_entry){.offset = address,
-                                  .checksum = rmap_checksum(stored, size->nbytes),
-                                  .nbytes = (uint32_t)size->nbytes,
-                                  .lead_nbytes = size->lead_nbytes,
-                                  .lead_planes = size->lead_planes,
+                                  .checksum = rmap_checksum(stored, nbytes),
+                                  .nbytes = (uint32_t)nbytes,
+                                  .lead_planes = (uint16_t)rmap_element_nbytes(info->element),
                                   .index = index,
                                   .stream = (uint16_t)stream};
-    self->resting_nbytes += size->nbytes;
+    self->resting_nbytes += nbytes;
     if (self->resting_nbytes >= WRITE_BACK_NBYTES) {
         rmap_write_back_begin(self->fd);
         self->resting_nbytes = 0;

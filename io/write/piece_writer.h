@@ -21,8 +21,7 @@ enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int
 
 /* Stores chunk `index` of a stream, after which the stream has n_row rows. */
 enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *writer, int stream, uint32_t index,
-                                       uint64_t n_row, const uint8_t *stored,
-                                       const struct rmap_stream_size *size,
+                                       uint64_t n_row, const uint8_t *stored, size_t nbytes,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* Makes what was put so far safe, with the batch's tails and portions: after it the piece commits

@@ -40,8 +40,8 @@ static enum rmap_status append_stream(struct rmap_shard_writer *self, int stream
             self->open[stream] = chunk;
         }
         size_t n = RMAP_CHUNK_ROWS - chunk->n_row < left ? RMAP_CHUNK_ROWS - chunk->n_row : left;
-        rmap_shuffle_away(from, n * width, element, chunk->plane + chunk->n_row * width,
-                          RMAP_CHUNK_ROWS * width);
+        rmap_shuffle(from, n * width, element, chunk->plane + chunk->n_row * width,
+                     RMAP_CHUNK_ROWS * width);
         chunk->n_row += n;
         chunk->n_row_end = at += n;
         from += n * row;

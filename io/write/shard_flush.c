@@ -44,8 +44,8 @@ static enum rmap_status take_rows(struct rmap_shard_writer *self, int stream,
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a flush");
     size_t element = rmap_element_nbytes(self->queue.layout->stream[stream].element);
     size_t width = row / element;
-    rmap_unshuffle(chunk->plane, RMAP_CHUNK_ROWS * width, element, (size_t)(from - first) * width,
-                   n * width, element, rows);
+    rmap_unshuffle(chunk->plane, RMAP_CHUNK_ROWS * width, (size_t)(from - first) * width, n * width,
+                   element, rows);
     enum rmap_status st =
         rmap_journal_add_tail(&self->flush.batch, stream, from, n, row, rows, err);
     if (st == RMAP_OK)

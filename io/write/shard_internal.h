@@ -38,7 +38,6 @@ struct rmap_shard_flush {
 struct rmap_encoder_slot {
     struct rmap_encoder_slot *next;
     struct rmap_encoder *encoder;
-    struct rmap_plane_habit habit[RMAP_STREAM_MAX][sizeof(uint64_t)]; /* by byte of an element */
 };
 
 struct rmap_shard_writer {

@@ -2,11 +2,10 @@
  *
  * A shard's buffers under one lock; encoding outside any lock; HDF5 in one thread.
  *
- * A full buffer goes to a queue that keeps the order of filling, so the rows of the file do not
- * depend on which thread encoded what; how their planes are deflated does, as each encoder keeps
- * its choices. A piece ends between two portions: its buffers are flushed as they
- * are, and a sign in the queue tells the writing thread to close it. A flush is such a sign too:
- * when it comes out, all that was appended before it is stored or in the sign's batch.
+ * A full buffer goes to a queue that keeps the order of filling, so the file does not
+ * depend on which thread encoded what. A piece ends between two portions: its buffers are flushed
+ * as they are, and a sign in the queue tells the writing thread to close it. A flush is such a sign
+ * too: when it comes out, all that was appended before it is stored or in the sign's batch.
  */
 #include <errno.h>
 #include <string.h>
@@ -142,9 +141,11 @@ static enum rmap_status encode_chunk(const struct rmap_layout *layout,
         chunk->stored = rmap_alloc_unset(rmap_codec_bound(n, element), 1);
     if (!chunk->stored)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for an encoded chunk");
-    chunk->stored_size =
-        rmap_encoder_encode_planes(slot->encoder, slot->habit[chunk->stream], chunk->plane, n,
-                                   n / RMAP_CHUNK_ROWS * chunk->n_row, n, element, chunk->stored);
+    size_t n_used = n / RMAP_CHUNK_ROWS * chunk->n_row;
+    for (size_t k = 0; k < element; k++)
+        memset(chunk->plane + k * n + n_used, 0, n - n_used);
+    chunk->stored_nbytes =
+        rmap_encoder_encode_planes(slot->encoder, chunk->plane, n, element, chunk->stored);
     return RMAP_OK;
 }
 
@@ -202,7 +203,7 @@ static enum rmap_status store_chunk(struct rmap_shard_writer *self, const struct
                                        self->flush.n_portion, err);
     case RMAP_SIGN_NONE:
         return rmap_piece_writer_put(self->file, chunk->stream, chunk->index, chunk->n_row_end,
-                                     chunk->stored, &chunk->stored_size, err);
+                                     chunk->stored, chunk->stored_nbytes, err);
     }
 out:
     return st;

@@ -8,7 +8,7 @@
 #include <jansson.h>
 
 #include "accel/accel.h"
-#include "io/file/library_versions.h"
+#include "io/map/library_versions.h"
 #include "trace/tracer_revision.h"
 #include "version.h"
 

@@ -1,6 +1,5 @@
 /* SPDX-License-Identifier: MIT */
 #include <errno.h>
-#include <libdeflate.h>
 #include <math.h>
 #include <pthread.h>
 #include <stdatomic.h>
@@ -12,11 +11,12 @@
 #include "base/workers.h"
 #include "bench_seed.h"
 #include "bench_seed_record.h"
+#include "io/codec/zlib_stream.h"
 #include "mpi/parallel/progress.h"
 #include "portion/event.h"
 
 struct reader {
-    const struct rmap_seed_question *question; /* NULL: inflate only, by libdeflate */
+    const struct rmap_seed_question *question; /* NULL: inflate only, by the fastest */
     pthread_mutex_t mutex;                     /* of the file */
     FILE *file;
     _Atomic uint64_t n_match;
@@ -28,7 +28,7 @@ struct portion {
     struct rmap_seed_header header;
     uint8_t *stored[RMAP_SEED_STREAMS], *raw[RMAP_SEED_STREAMS];
     size_t stored_cap[RMAP_SEED_STREAMS], raw_cap[RMAP_SEED_STREAMS];
-    struct libdeflate_decompressor *quick; /* NULL: zlib */
+    struct rmap_inflater *quick; /* NULL: zlib */
 };
 
 static enum rmap_status make_room(struct portion *portion)
@@ -68,9 +68,8 @@ static bool inflate_portion(struct portion *portion)
     for (int i = 0; i < RMAP_SEED_STREAMS; i++) {
         uLongf n = (uLongf)portion->header.raw[i];
         if (portion->quick) {
-            if (libdeflate_zlib_decompress(portion->quick, portion->stored[i],
-                                           portion->header.stored[i], portion->raw[i], n,
-                                           NULL) != LIBDEFLATE_SUCCESS)
+            if (!rmap_inflate(portion->quick, portion->stored[i], portion->header.stored[i],
+                              portion->raw[i], n))
                 return false;
         } else if (uncompress(portion->raw[i], &n, portion->stored[i],
                               (uLong)portion->header.stored[i]) != Z_OK)
@@ -182,7 +181,7 @@ static void work(void *context, int thread)
     struct reader *reader = context;
     struct portion portion = {0};
     (void)thread;
-    if (!reader->question && !(portion.quick = libdeflate_alloc_decompressor()))
+    if (!reader->question && rmap_inflater_create(&portion.quick, NULL) != RMAP_OK)
         atomic_store(&reader->failed, true);
     while (!atomic_load(&reader->failed) && read_portion(reader, &portion)) {
         if (!inflate_portion(&portion))
@@ -190,7 +189,7 @@ static void work(void *context, int thread)
         else if (reader->question)
             atomic_fetch_add(&reader->n_match, count_matches(reader->question, &portion));
     }
-    libdeflate_free_decompressor(portion.quick);
+    rmap_inflater_destroy(portion.quick);
     for (int i = 0; i < RMAP_SEED_STREAMS; i++) {
         rmap_free(portion.stored[i]);
         rmap_free(portion.raw[i]);

@@ -290,34 +290,26 @@ static const struct rmap_stream_info *stream_of_chunk(const struct map_image *im
     return layout && stream < (uint64_t)layout->n_stream ? &layout->stream[stream] : NULL;
 }
 
-static int decode(const uint8_t *stored, const struct rmap_stream_size *size, size_t n,
-                  size_t element, uint8_t *plane)
+static int decode(const uint8_t *stored, size_t nbytes, size_t n, size_t element, uint8_t *plane)
 {
     struct rmap_decoder *decoder = NULL;
-    uint8_t *copy = malloc(size->nbytes + RMAP_DECODER_SLACK);
-    rmap_fuzz_demand(copy && rmap_decoder_create(&decoder, NULL) == RMAP_OK, "a decoder");
-    memcpy(copy, stored, size->nbytes);
-    memset(copy + size->nbytes, 0, RMAP_DECODER_SLACK);
-    enum rmap_status st = rmap_decoder_planes(decoder, copy, size, n, element, plane, NULL);
+    rmap_fuzz_demand(rmap_decoder_create(&decoder, NULL) == RMAP_OK, "a decoder");
+    enum rmap_status st = rmap_decoder_planes(decoder, stored, nbytes, n, element, plane, NULL);
     rmap_decoder_destroy(decoder);
-    free(copy);
     return st == RMAP_OK;
 }
 
 /* The chunk goes behind the file's end: there is room, and the index says where. */
 static void append_chunk(struct map_image *image, size_t k, size_t piece,
-                         struct map_image_file *file, const uint8_t *stored,
-                         const struct rmap_stream_size *size)
+                         struct map_image_file *file, const uint8_t *stored, size_t nbytes)
 {
-    if (file->nbytes + size->nbytes > file->cap)
+    if (file->nbytes + nbytes > file->cap)
         return;
-    memcpy(file->bytes + file->nbytes, stored, size->nbytes);
+    memcpy(file->bytes + file->nbytes, stored, nbytes);
     set_of_chunk(image, "chunk/offset", k, file->nbytes);
-    set_of_chunk(image, "chunk/nbytes", k, size->nbytes);
-    set_of_chunk(image, "chunk/lead_nbytes", k, size->lead_nbytes);
-    set_of_chunk(image, "chunk/lead_planes", k, size->lead_planes);
-    set_of_chunk(image, "chunk/checksum", k, rmap_checksum(stored, size->nbytes));
-    file->nbytes += size->nbytes;
+    set_of_chunk(image, "chunk/nbytes", k, nbytes);
+    set_of_chunk(image, "chunk/checksum", k, rmap_checksum(stored, nbytes));
+    file->nbytes += nbytes;
     set_of_chunk(image, "piece/nbytes", piece, file->nbytes);
     file->changed = 1;
 }
@@ -330,21 +322,20 @@ void map_image_set_in_chunk(struct map_image *image, size_t k, size_t row, uint6
     struct rmap_encoder *encoder = NULL;
     const uint8_t *stored = bytes_of_chunk(image, k, &piece, &nbytes, &file);
     const struct rmap_stream_info *stream = stream_of_chunk(image, k, piece);
-    struct rmap_stream_size size = {nbytes, (uint32_t)of_chunk(image, "chunk/lead_nbytes", k),
-                                    (uint16_t)of_chunk(image, "chunk/lead_planes", k)};
     if (!stored || !stream || rmap_stream_row_nbytes(stream, CHANNELS) > 24)
         return;
     size_t element = rmap_element_nbytes(stream->element);
     size_t n = RMAP_CHUNK_ROWS * rmap_stream_width(stream, CHANNELS);
-    if (!decode(stored, &size, n, element, plane))
+    if (!decode(stored, nbytes, n, element, plane))
         return;
-    rmap_unshuffle(plane, n, size.lead_planes, 0, n, element, raw);
+    rmap_unshuffle(plane, n, 0, n, element, raw);
     memcpy(raw + row % n * element, &value, element);
     uint8_t *out = malloc(rmap_codec_bound(n, element));
     rmap_fuzz_demand(out && rmap_encoder_create(&encoder, NULL) == RMAP_OK &&
-                         rmap_encoder_encode(encoder, raw, n, element, out, &size, NULL) == RMAP_OK,
+                         rmap_encoder_encode(encoder, raw, n, n, element, out, &nbytes, NULL) ==
+                             RMAP_OK,
                      "encoding");
-    append_chunk(image, k, piece, file, out, &size);
+    append_chunk(image, k, piece, file, out, nbytes);
     rmap_encoder_destroy(encoder);
     free(out);
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * A stored chunk from a stranger: decoding ends in planes of exactly their size or in RMAP_FORMAT.
- * The input is {u8 log2 of the element's bytes; u8 flags; u16 elements; u16 leading planes; u32
- * leading bytes; the stored bytes}. Flag 1 makes fletcher32 right again, so that what lies behind
+ * The input is {u8 log2 of the element's bytes; u8 flags; u16 elements; the stored
+ * bytes}. Flag 1 makes fletcher32 right again, so that what lies behind
  * that check is reached; flag 2 takes the bytes as rows to encode instead, which must come back.
  */
 #include <string.h>
@@ -18,8 +18,7 @@ enum { REPAIR = 1, ENCODE = 2 };
 
 struct head {
     uint8_t log2_element, flags;
-    uint16_t n, lead_planes;
-    uint32_t lead_nbytes;
+    uint16_t n;
 };
 
 static void take_head(const uint8_t **data, size_t *nbytes, struct head *head)
@@ -27,31 +26,29 @@ static void take_head(const uint8_t **data, size_t *nbytes, struct head *head)
     rmap_fuzz_take(data, nbytes, &head->log2_element, 1);
     rmap_fuzz_take(data, nbytes, &head->flags, 1);
     rmap_fuzz_take(data, nbytes, &head->n, 2);
-    rmap_fuzz_take(data, nbytes, &head->lead_planes, 2);
-    rmap_fuzz_take(data, nbytes, &head->lead_nbytes, 4);
     head->log2_element %= 4;
 }
 
-static size_t encode(const void *raw, size_t n, size_t element, uint8_t *stored,
-                     struct rmap_stream_size *size)
+static size_t encode(const void *raw, size_t n, size_t element, uint8_t *stored)
 {
     struct rmap_encoder *encoder = NULL;
     struct rmap_error err = {0};
+    size_t nbytes = 0;
     rmap_fuzz_demand(rmap_encoder_create(&encoder, &err) == RMAP_OK &&
-                         rmap_encoder_encode(encoder, raw, n, element, stored, size, &err) ==
+                         rmap_encoder_encode(encoder, raw, n, n, element, stored, &nbytes, &err) ==
                              RMAP_OK,
                      "encoding");
     rmap_encoder_destroy(encoder);
-    return size->nbytes;
+    return nbytes;
 }
 
-static enum rmap_status decode(uint8_t *stored, const struct rmap_stream_size *size, size_t n,
-                               size_t element, uint8_t *plane)
+static enum rmap_status decode(const uint8_t *stored, size_t nbytes, size_t n, size_t element,
+                               uint8_t *plane)
 {
     struct rmap_decoder *decoder = NULL;
     struct rmap_error err = {0};
     rmap_fuzz_demand(rmap_decoder_create(&decoder, &err) == RMAP_OK, "a decoder");
-    enum rmap_status st = rmap_decoder_planes(decoder, stored, size, n, element, plane, &err);
+    enum rmap_status st = rmap_decoder_planes(decoder, stored, nbytes, n, element, plane, &err);
     rmap_decoder_destroy(decoder);
     return st;
 }
@@ -59,17 +56,16 @@ static enum rmap_status decode(uint8_t *stored, const struct rmap_stream_size *s
 /* Rows are where their elements may lie, unlike the fuzzer's bytes behind their head. */
 static void there_and_back(const uint8_t *data, size_t n, size_t element)
 {
-    struct rmap_stream_size size;
     uint8_t *raw = rmap_alloc(n, element);
-    uint8_t *stored = rmap_alloc(rmap_codec_bound(n, element) + RMAP_DECODER_SLACK, 1);
+    uint8_t *stored = rmap_alloc(rmap_codec_bound(n, element), 1);
     uint8_t *plane = rmap_alloc(n, element), *back = rmap_alloc(n, element);
     rmap_fuzz_demand(raw && stored && plane && back, "memory");
     if (n > 0)
         memcpy(raw, data, n * element);
-    rmap_fuzz_demand(encode(raw, n, element, stored, &size) <= rmap_codec_bound(n, element),
-                     "the bound of an encoded chunk");
-    rmap_fuzz_demand(decode(stored, &size, n, element, plane) == RMAP_OK, "decoding its own");
-    rmap_unshuffle(plane, n, size.lead_planes, 0, n, element, back);
+    size_t nbytes = encode(raw, n, element, stored);
+    rmap_fuzz_demand(nbytes <= rmap_codec_bound(n, element), "the bound of an encoded chunk");
+    rmap_fuzz_demand(decode(stored, nbytes, n, element, plane) == RMAP_OK, "decoding its own");
+    rmap_unshuffle(plane, n, 0, n, element, back);
     rmap_fuzz_demand(memcmp(raw, back, n * element) == 0, "what was encoded comes back");
     rmap_free(raw);
     rmap_free(stored);
@@ -79,9 +75,8 @@ static void there_and_back(const uint8_t *data, size_t n, size_t element)
 
 static void foreign(const struct head *head, const uint8_t *data, size_t nbytes)
 {
-    const struct rmap_stream_size size = {nbytes, head->lead_nbytes, head->lead_planes};
     size_t element = (size_t)1 << head->log2_element;
-    uint8_t *stored = rmap_alloc(nbytes + RMAP_DECODER_SLACK, 1);
+    uint8_t *stored = rmap_alloc(nbytes, 1);
     uint8_t *plane = rmap_alloc(head->n, element);
     rmap_fuzz_demand(stored && plane, "memory");
     if (nbytes > 0)
@@ -90,7 +85,7 @@ static void foreign(const struct head *head, const uint8_t *data, size_t nbytes)
         uint32_t sum = rmap_fletcher32(stored, nbytes - 4);
         memcpy(stored + nbytes - 4, &sum, 4);
     }
-    enum rmap_status st = decode(stored, &size, head->n, element, plane);
+    enum rmap_status st = decode(stored, nbytes, head->n, element, plane);
     rmap_fuzz_demand(st == RMAP_OK || st == RMAP_FORMAT, "status of a foreign chunk");
     rmap_free(stored);
     rmap_free(plane);
@@ -115,7 +110,6 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
 {
     enum { N = 700, KINDS = 3, WIDTHS = 4 };
     static uint8_t raw[N * 8], stored[N * 16 + 4096];
-    struct rmap_stream_size size;
     struct head head = {.log2_element = (uint8_t)(k % WIDTHS), .flags = REPAIR, .n = N};
     size_t element = (size_t)1 << head.log2_element, at = 0;
     unsigned kind = k / WIDTHS % KINDS;
@@ -127,9 +121,7 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
     const uint8_t *body = raw;
     size_t nbytes = N * element;
     if (k < KINDS * WIDTHS) {
-        nbytes = encode(raw, N, element, stored, &size);
-        head.lead_planes = (uint16_t)size.lead_planes;
-        head.lead_nbytes = (uint32_t)size.lead_nbytes;
+        nbytes = encode(raw, N, element, stored);
         body = stored;
     } else {
         head.flags = ENCODE;
@@ -137,8 +129,6 @@ size_t rmap_fuzz_seed(unsigned k, uint8_t *to, size_t cap)
     to[at++] = head.log2_element;
     to[at++] = head.flags;
     memcpy(to + at, &head.n, 2);
-    memcpy(to + at + 2, &head.lead_planes, 2);
-    memcpy(to + at + 4, &head.lead_nbytes, 4);
-    memcpy(to + at + 8, body, nbytes);
-    return at + 8 + nbytes;
+    memcpy(to + at + 2, body, nbytes);
+    return at + 2 + nbytes;
 }

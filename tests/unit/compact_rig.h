@@ -236,11 +236,11 @@ static inline double stored_nbytes(struct rmap_encoder *codec, const void *data,
     double sum = 0.0;
     uint8_t *out = rmap_alloc(rmap_codec_bound(65536, 8), 1);
     for (size_t i = 0; i < n; i += 65536) {
-        struct rmap_stream_size size;
-        rig_ok(rmap_encoder_encode(codec, (const char *)data + i * element_nbytes,
-                                   n - i < 65536 ? n - i : 65536, element_nbytes, out, &size, &err),
+        size_t nbytes, rows = n - i < 65536 ? n - i : 65536;
+        rig_ok(rmap_encoder_encode(codec, (const char *)data + i * element_nbytes, rows, rows,
+                                   element_nbytes, out, &nbytes, &err),
                &err);
-        sum += (double)size.nbytes;
+        sum += (double)nbytes;
     }
     rmap_free(out);
     return sum;

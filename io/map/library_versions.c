@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/file/library_versions.h"
+#include "io/map/library_versions.h"
 
 #include <assimp/version.h>
 #include <hdf5.h>
-#include <libdeflate.h>
 #include <stdio.h>
 #include <xxhash.h>
 #include <yaml.h>
+
+#include "io/codec/zlib_stream.h"
 
 static void set(struct rmap_library_version *library, const char *name, unsigned major,
                 unsigned minor, unsigned patch)
@@ -22,7 +23,8 @@ void rmap_library_versions(struct rmap_library_version list[RMAP_LIBRARY_COUNT])
     (void)H5get_libversion(&major, &minor, &patch);
     set(&list[0], "HDF5", major, minor, patch);
     list[1].name = "libdeflate";
-    (void)snprintf(list[1].version, sizeof list[1].version, "%s", LIBDEFLATE_VERSION_STRING);
+    (void)snprintf(list[1].version, sizeof list[1].version, "%s",
+                   *rmap_libdeflate_version() ? rmap_libdeflate_version() : "not used");
     set(&list[2], "xxHash", xxhash / 10000, xxhash / 100 % 100, xxhash % 100);
     yaml_get_version(&yaml[0], &yaml[1], &yaml[2]);
     set(&list[3], "libyaml", (unsigned)yaml[0], (unsigned)yaml[1], (unsigned)yaml[2]);
