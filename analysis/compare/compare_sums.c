@@ -189,7 +189,7 @@ out:
     return st;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     struct rmap_compare_sums *self = into;
     const struct rmap_compare_sums *other = from;

@@ -157,7 +157,7 @@ static enum rmap_status create(const void *context, void **state_ret, struct rma
     return st;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     (void)err;
     rmap_detector_sums_merge(into, from);

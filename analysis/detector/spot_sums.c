@@ -223,7 +223,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     return st;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     struct rmap_spot_sums *self = into;
     const struct rmap_spot_sums *other = from;

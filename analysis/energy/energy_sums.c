@@ -243,7 +243,7 @@ static void destroy(void *state)
     rmap_energy_sums_destroy(state);
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     struct rmap_energy_sums *sum = into;
     const struct rmap_energy_sums *part = from;

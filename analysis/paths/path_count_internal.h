@@ -150,7 +150,7 @@ enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *counts,
 enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,
                                            const struct rmap_matched *rays,
                                            struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_path_counts_merge(void *into, const void *from, struct rmap_error *err);
+enum rmap_status rmap_path_counts_merge(void *into, void *from, struct rmap_error *err);
 enum rmap_status rmap_path_counts_settle(void *counts, struct rmap_error *err);
 
 #endif

@@ -108,7 +108,7 @@ out:
     return st;
 }
 
-enum rmap_status rmap_path_counts_merge(void *into_, const void *from_, struct rmap_error *err)
+enum rmap_status rmap_path_counts_merge(void *into_, void *from_, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_path_counts *into = into_;

@@ -5,7 +5,7 @@
 
 #include "analysis/paths/path_key_internal.h"
 #include "base/alloc.h"
-#include "base/pick.h"
+#include "base/count.h"
 #include "base/wide.h"
 
 enum { N_STEP = 1 << 16 };
@@ -85,7 +85,7 @@ RMAP_WIDE static void set_where(uint8_t *restrict match, const uint8_t *restrict
 static void settle(struct rmap_path_judge *judge, struct rmap_matched *rays)
 {
     judge->n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    judge->n_match = rmap_pick_count(judge->match, judge->n_ray);
+    judge->n_match = rmap_count_ones(judge->match, judge->n_ray);
     rays->match = judge->match;
     rays->n_match = judge->n_match;
     rays->open = NULL;

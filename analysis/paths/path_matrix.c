@@ -184,7 +184,7 @@ static enum rmap_status merge_sum(struct rmap_path_matrix_sums *into,
     return RMAP_OK;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_key_sums *sums = &((const struct rmap_path_matrix_sums *)from)->sums;

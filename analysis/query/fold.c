@@ -4,7 +4,7 @@
 #include "analysis/query/query_marker.h"
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
-#include "base/pick.h"
+#include "base/count.h"
 
 /* For these an index is read where no criterion asks for it. */
 static const rmap_column_set columns_by_index = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |
@@ -111,7 +111,7 @@ static enum rmap_status judge(struct rmap_fold_scanner *self, struct rmap_matche
     RMAP_TRY(rmap_criterion_evaluate(fold->criterion, rays->portion,
                                      rmap_map_flux_per_weight(fold->map), self->match, err));
     rays->match = self->match;
-    rays->n_match = rmap_pick_count(self->match, n);
+    rays->n_match = rmap_count_ones(self->match, n);
 out:
     return st;
 }
@@ -261,21 +261,6 @@ enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
     return st == RMAP_OK ? rmap_cursor_own_paths(cursor, own_ret, err) : st;
 }
 
-/* Of a portion that receivers are not laid over. */
-static enum rmap_status lend(struct rmap_fold_scanner *self, void *state,
-                             const struct rmap_portion_info *info, struct rmap_error *err)
-{
-    struct rmap_fold_loan loan = {.n = 0};
-    enum rmap_status st = self->fold->kind->lend(state, info, &loan, err);
-    for (size_t k = 0; k < loan.n && st == RMAP_OK; k++) {
-        if (self->marker)
-            rmap_query_marker_lend(self->marker, loan.column[k], loan.memory[k]);
-        else
-            rmap_cursor_lend(self->cursor, loan.column[k], loan.memory[k]);
-    }
-    return st;
-}
-
 /* The registrations of the portion that count. */
 static enum rmap_status choose(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                                struct rmap_error *err)
@@ -310,8 +295,6 @@ static enum rmap_status add_portion(struct rmap_fold_scanner *self, void *state,
     }
     if (fold->kind->may_count && !fold->kind->may_count(fold->context, info))
         return RMAP_OK;
-    if (fold->kind->lend && !fold->overlay)
-        RMAP_TRY(lend(self, state, info, err));
     RMAP_TRY(fold->overlay ? read_extended(self, &rays, err) : read_stored(self, &rays, err));
     if (rays.n_match > 0 && self->which)
         RMAP_TRY(choose(self, &rays, err));

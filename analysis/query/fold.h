@@ -69,21 +69,14 @@ enum rmap_status rmap_fold_own_paths(const struct rmap_matched *rays,
                                      const struct rmap_portion **own_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;
 
-/* Memory for columns of a portion, of all its rays. */
-enum { RMAP_FOLD_LOANS = 2 };
-struct rmap_fold_loan {
-    size_t n;
-    enum rmap_column column[RMAP_FOLD_LOANS];
-    void *memory[RMAP_FOLD_LOANS]; /* NULL: none */
-};
-
 /* Functions of one kind of sum. context: the fold's, shared by all threads and only read. */
 struct rmap_fold_kind {
     /* An empty state. */
     enum rmap_status (*create)(const void *context, void **state_ret, struct rmap_error *err);
     void (*destroy)(void *state); /* NULL is fine */
     enum rmap_status (*add)(void *state, const struct rmap_matched *rays, struct rmap_error *err);
-    enum rmap_status (*merge)(void *into, const void *from, struct rmap_error *err);
+    /* `from` may hand over what it holds: it can only be destroyed then. */
+    enum rmap_status (*merge)(void *into, void *from, struct rmap_error *err);
     /* As bytes for another rank (rmap_free), and from them. */
     enum rmap_status (*pack)(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
                              struct rmap_error *err);
@@ -97,13 +90,6 @@ struct rmap_fold_kind {
     /* Nothing more is added to the states of a rank: this one, which others are merged into, takes
      * what they share through the context. NULL: they share nothing. */
     enum rmap_status (*settle)(void *state, struct rmap_error *err);
-    /* As merge, where nobody needs `from` any more: it may hand over what it holds, and can only be
-     * destroyed then. NULL: as merge. */
-    enum rmap_status (*absorb)(void *into, void *from, struct rmap_error *err);
-    /* Before a portion is read: where the state would have some of its columns. The portion need
-     * not have a match, and its columns may stand elsewhere. NULL: nowhere. */
-    enum rmap_status (*lend)(void *state, const struct rmap_portion_info *portion,
-                             struct rmap_fold_loan *loan, struct rmap_error *err);
 };
 
 /* All borrowed. */

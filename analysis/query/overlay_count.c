@@ -45,7 +45,7 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     return RMAP_OK;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     struct rmap_overlay_count *self = into;
     const struct rmap_overlay_count *other = from;

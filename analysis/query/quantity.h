@@ -91,29 +91,16 @@ bool rmap_quantities_may_count(const struct rmap_quantities *quantities,
 /* What was read of a portion. All zero at first; used again from portion to portion. */
 struct rmap_readings {
     size_t n;
-    uint32_t *ray;                         /* [n] row of /ray, ascending */
-    uint32_t *place;                       /* [n] row of /registration; of rays unset */
-    int16_t *channel;                      /* [n] for spreading */
-    double *share;                         /* [n] of the ray's weight; 1 unless it spreads */
-    double *value[RMAP_QUANTITIES_MAX];    /* [n], finite */
-    const double *at[RMAP_QUANTITIES_MAX]; /* lean: where they are, here or in the portion */
-    uint64_t n_undefined; /* readings of the portion that are no number: left out */
-    /* Set by who reads: he needs neither ray nor place nor share where each matching ray, in their
-     * order, is one reading. Still set then; otherwise not, and they are there. */
-    bool lean;
-    uint32_t *count; /* for counting */
+    uint32_t *ray;                      /* [n] row of /ray, ascending */
+    uint32_t *place;                    /* [n] row of /registration; of rays unset */
+    int16_t *channel;                   /* [n] for spreading */
+    double *share;                      /* [n] of the ray's weight; 1 unless it spreads */
+    double *value[RMAP_QUANTITIES_MAX]; /* [n], finite */
+    uint64_t n_undefined;               /* readings of the portion that are no number: left out */
+    uint32_t *count;                    /* for counting */
     size_t cap, count_cap;
 };
 void rmap_readings_fini(struct rmap_readings *readings);
-
-/* Columns of /ray that the quantities are, as they are stored; false: not all are such. */
-bool rmap_quantities_columns(const struct rmap_quantities *quantities,
-                             enum rmap_column column[RMAP_QUANTITIES_MAX]);
-
-/* Where every ray has one reading of each quantity that stands in a column of its own: those
- * columns, of all rays of the portion. What stands there may be no number, or infinite. */
-bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
-                            const double *column[RMAP_QUANTITIES_MAX]);
 
 /* Readings of the matching rays. The portion has the columns. RMAP_FORMAT when rows do not fit. */
 enum rmap_status rmap_quantities_read(const struct rmap_quantities *quantities,

@@ -9,7 +9,6 @@
 #include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/query/quantity.h"
 #include "base/alloc.h"
-#include "base/pick.h"
 #include "base/wide.h"
 
 void rmap_readings_fini(struct rmap_readings *readings)
@@ -121,48 +120,20 @@ static const double *column_of(const struct rmap_quantity *quantity,
                                                                   : NULL;
 }
 
-static bool all_are_stored(const struct search *search)
-{
-    const struct rmap_quantities *self = search->self;
-    for (size_t i = 0; i < self->n; i++)
-        if (!column_of(&self->of[i], &search->rays->portion->ray))
-            return false;
-    return true;
-}
-
-static bool all_match(const struct rmap_matched *rays)
-{
-    return !rays->match || rays->n_match == rays->portion->n_row[RMAP_TABLE_RAY];
-}
-
-/* A column's values of the matching rays. */
-static void read_column(const struct rmap_matched *rays, const double *column, double *value)
-{
-    const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    if (all_match(rays))
-        memcpy(value, column, n_ray * sizeof *value);
-    else
-        (void)rmap_pick_matching(column, rays->match, n_ray, value);
-}
-
 /* Rays that are one place each. */
 static enum rmap_status list_rays(struct search *search, struct rmap_error *err)
 {
     const struct rmap_matched *rays = search->rays;
     struct rmap_readings *readings = search->readings;
     const size_t n_ray = rays->portion->n_row[RMAP_TABLE_RAY];
-    enum rmap_status st = reserve(readings, n_ray + RMAP_PICK_MORE, err);
+    enum rmap_status st = reserve(readings, n_ray + 1, err);
     if (st != RMAP_OK)
         return st;
-    if (readings->lean && all_are_stored(search)) {
-        readings->n = rays->n_match;
-        return RMAP_OK;
-    }
     for (size_t i = 0; i < n_ray; i++) {
         readings->ray[readings->n] = (uint32_t)i;
         readings->n += !rays->match || rays->match[i];
     }
-    for (size_t k = 0; !readings->lean && k < readings->n; k++) {
+    for (size_t k = 0; k < readings->n; k++) {
         readings->place[k] = 0;
         readings->share[k] = 1.0;
     }
@@ -241,7 +212,7 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
         case RMAP_RAY_NUMBER_PATH_LENGTH:
         case RMAP_RAY_NUMBER_OPTICAL_PATH:
         case RMAP_RAY_NUMBER_WAVELENGTH:
-            break; /* read_column, read_wavelengths */
+            break; /* as columns, read_wavelengths */
         }
     }
 }
@@ -316,9 +287,8 @@ static enum rmap_status read_values(const struct search *search,
     const double *column = column_of(quantity, &portion->ray);
     switch (quantity->kind) {
     case RMAP_QUANTITY_RAY_NUMBER:
-        if (column && !self->of_registrations && !search->channels)
-            read_column(search->rays, column, value);
-        else if (column && quantity->ray_number != RMAP_RAY_NUMBER_WAVELENGTH)
+        if (column && (quantity->ray_number != RMAP_RAY_NUMBER_WAVELENGTH ||
+                       (!self->of_registrations && !search->channels)))
             for (size_t k = 0; k < readings->n; k++)
                 value[k] = column[readings->ray[k]];
         else if (quantity->ray_number == RMAP_RAY_NUMBER_WAVELENGTH)
@@ -345,20 +315,6 @@ static enum rmap_status read_values(const struct search *search,
     return RMAP_OK;
 }
 
-/* Stored values of all rays stay where they are for those who are content with that. */
-static enum rmap_status read_one(const struct search *search, size_t index, struct rmap_error *err)
-{
-    const struct rmap_quantity *quantity = &search->self->of[index];
-    struct rmap_readings *readings = search->readings;
-    const double *column = column_of(quantity, &search->rays->portion->ray);
-    readings->at[index] = readings->value[index];
-    if (column && readings->lean && all_match(search->rays)) {
-        readings->at[index] = column;
-        return RMAP_OK;
-    }
-    return read_values(search, quantity, readings->value[index], err);
-}
-
 /* A number less itself is 0, unless it is none or infinite. */
 RMAP_WIDE static uint64_t any_infinite(const double *value, size_t n)
 {
@@ -376,7 +332,7 @@ static bool all_finite(const struct rmap_quantities *self, const struct rmap_rea
 {
     uint64_t any = 0;
     for (size_t i = 0; i < self->n; i++)
-        any |= any_infinite(readings->at[i], readings->n);
+        any |= any_infinite(readings->value[i], readings->n);
     return !any;
 }
 
@@ -411,39 +367,6 @@ static const struct rmap_channels *channels_of(const struct rmap_quantities *sel
     return spread ? channels : NULL;
 }
 
-bool rmap_quantities_columns(const struct rmap_quantities *self,
-                             enum rmap_column column[RMAP_QUANTITIES_MAX])
-{
-    static const struct {
-        enum rmap_ray_number number;
-        enum rmap_column column;
-    } stored[] = {{RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_RAY_path_length},
-                  {RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_RAY_optical_path}};
-    const size_t n_stored = sizeof stored / sizeof *stored;
-    for (size_t i = 0; i < self->n; i++) {
-        size_t k = 0;
-        while (k < n_stored && stored[k].number != self->of[i].ray_number)
-            k++;
-        if (self->of_registrations || self->of[i].kind != RMAP_QUANTITY_RAY_NUMBER || k == n_stored)
-            return false;
-        column[i] = stored[k].column;
-    }
-    return true;
-}
-
-bool rmap_quantities_stored(const struct rmap_quantities *self, const struct rmap_matched *rays,
-                            const double *column[RMAP_QUANTITIES_MAX])
-{
-    if (self->of_registrations || channels_of(self, rays))
-        return false;
-    for (size_t i = 0; i < self->n; i++) {
-        column[i] = column_of(&self->of[i], &rays->portion->ray);
-        if (!column[i])
-            return false;
-    }
-    return true;
-}
-
 enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
                                       const struct rmap_matched *rays,
                                       struct rmap_readings *readings, struct rmap_error *err)
@@ -453,19 +376,13 @@ enum rmap_status rmap_quantities_read(const struct rmap_quantities *self,
         .self = self, .rays = rays, .channels = channels_of(self, rays), .readings = readings};
     readings->n = 0;
     readings->n_undefined = 0;
-    readings->lean = readings->lean && !self->of_registrations && !search.channels;
     if (self->of_registrations)
         RMAP_TRY(find_registrations(&search, err));
     else
         RMAP_TRY(find_rays(&search, err));
     for (size_t i = 0; i < self->n && readings->n > 0; i++)
-        RMAP_TRY(read_one(&search, i, err));
-    if (!readings->lean) {
-        keep_defined(self, readings);
-    } else if (!all_finite(self, readings)) {
-        readings->lean = false;
-        return rmap_quantities_read(self, rays, readings, err);
-    }
+        RMAP_TRY(read_values(&search, &self->of[i], readings->value[i], err));
+    keep_defined(self, readings);
 out:
     return st;
 }

@@ -6,7 +6,7 @@
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/query/query_marker.h"
 #include "base/alloc.h"
-#include "base/pick.h"
+#include "base/count.h"
 
 struct rmap_picker {
     const struct rmap_map *map;
@@ -183,7 +183,7 @@ enum rmap_status rmap_picker_mark(struct rmap_picker *self, size_t portion,
         goto out;
     if (self->pick.id)
         RMAP_TRY(keep_listed(self, portion, match, err));
-    *n_ret = rmap_pick_count(match, n);
+    *n_ret = rmap_count_ones(match, n);
     if (*n_ret > 0)
         *match_ret = match;
 out:

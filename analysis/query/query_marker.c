@@ -4,7 +4,7 @@
 #include "analysis/criterion/criterion_tree.h"
 #include "analysis/query/query_verdicts.h"
 #include "base/alloc.h"
-#include "base/pick.h"
+#include "base/count.h"
 
 struct rmap_query_marker {
     const struct rmap_map *map;
@@ -75,7 +75,7 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t 
     RMAP_TRY(st);
     RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
     *match_ret = self->match;
-    *n_ret = rmap_pick_count(self->match, n_ray);
+    *n_ret = rmap_count_ones(self->match, n_ray);
 out:
     return st;
 }
@@ -104,11 +104,6 @@ enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *self,
                                           struct rmap_cursor **cursor_ret, struct rmap_error *err)
 {
     return rmap_query_verdicts_cursor(self->verdicts, cursor_ret, err);
-}
-
-void rmap_query_marker_lend(struct rmap_query_marker *self, enum rmap_column column, void *memory)
-{
-    rmap_query_verdicts_lend(self->verdicts, column, memory);
 }
 
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *self)

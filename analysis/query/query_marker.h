@@ -50,10 +50,6 @@ enum rmap_status rmap_query_marker_cursor(struct rmap_query_marker *marker,
                                           struct rmap_cursor **cursor_ret,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* As rmap_cursor_lend. */
-void rmap_query_marker_lend(struct rmap_query_marker *marker, enum rmap_column column,
-                            void *memory);
-
 /* What the history index tells of that portion; NULL: nothing. */
 struct rmap_history_view;
 const struct rmap_history_view *rmap_query_marker_view(const struct rmap_query_marker *marker);

@@ -9,7 +9,7 @@
 #include "analysis/query/query_collect.h"
 #include "analysis/query/query_verdicts.h"
 #include "base/alloc.h"
-#include "base/pick.h"
+#include "base/count.h"
 
 struct place {
     int32_t piece;
@@ -38,7 +38,7 @@ static enum rmap_status collect(struct rmap_query_scanner *self, size_t index,
     RMAP_TRY(rmap_reserve(&block, &self->match_cap, n_ray, 1, err));
     self->match = block;
     RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
-    if (rmap_pick_count(self->match, n_ray) > 0)
+    if (rmap_count_ones(self->match, n_ray) > 0)
         st = rmap_collector_add(&self->collector, index, self->match, err);
 out:
     return st;

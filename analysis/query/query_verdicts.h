@@ -58,10 +58,6 @@ enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *verdicts
                                             struct rmap_cursor **cursor_ret,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* As rmap_cursor_lend. */
-void rmap_query_verdicts_lend(struct rmap_query_verdicts *verdicts, enum rmap_column column,
-                              void *memory);
-
 /* What the history index tells of the portion in hand; NULL: nothing. */
 const struct rmap_history_view *
 rmap_query_verdicts_view(const struct rmap_query_verdicts *verdicts);

@@ -71,12 +71,6 @@ enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *self,
     return rmap_query_verdicts_enter_columns(self, err);
 }
 
-void rmap_query_verdicts_lend(struct rmap_query_verdicts *self, enum rmap_column column,
-                              void *memory)
-{
-    rmap_cursor_lend(self->cursor, column, memory);
-}
-
 const struct rmap_history_view *rmap_query_verdicts_view(const struct rmap_query_verdicts *self)
 {
     return self->view;

@@ -58,7 +58,7 @@ static enum rmap_status add_all(struct rmap_sample_fold *self, const uint8_t *by
     return st;
 }
 
-static enum rmap_status merge(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge(void *into, void *from, struct rmap_error *err)
 {
     const struct rmap_sample *more = &((const struct rmap_sample_fold *)from)->sample;
     return add_all(into, (const uint8_t *)more->ray, more->n, err);

@@ -108,10 +108,10 @@ static void estimate_cells(struct rmap_stats *stats, size_t g, const struct rmap
         double flux = 0.0, variance = 0.0, rays = 0.0;
         for (size_t s = 0; s < setup->n_source; s++) {
             size_t at = (g * setup->n_source + s) * n + c;
-            double single = sums->single[at], weight = single + sums->cell[at].weight;
-            flux += rmap_map_flux_per_weight(map)[s] * weight;
-            variance += spread(map, s, weight, weight, single + sums->cell[at].squared);
-            rays += single + sums->cell[at].rays;
+            const struct rmap_stats_cell *cell = &sums->cell[at];
+            flux += rmap_map_flux_per_weight(map)[s] * cell->weight;
+            variance += spread(map, s, cell->weight, cell->weight, cell->squared);
+            rays += cell->rays;
         }
         stats->group[g].cell[c] = (struct rmap_stats_estimate){
             flux, isnan(variance) ? (double)NAN : sqrt(fmax(variance, 0.0))};
@@ -154,7 +154,7 @@ static enum rmap_status prepare_group(struct rmap_stats *stats, size_t g,
 enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
                                    const struct rmap_stats_gathered *gathered,
                                    const struct rmap_stats_sums *sums, const double *p,
-                                   size_t n_quantile, int n_thread, struct rmap_stats **stats_ret,
+                                   size_t n_quantile, struct rmap_stats **stats_ret,
                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
@@ -177,7 +177,7 @@ enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
         estimate_group(stats, g, sums);
         estimate_cells(stats, g, sums);
     }
-    RMAP_TRY(rmap_stats_find_quantiles(stats, gathered, sums, n_thread, err));
+    RMAP_TRY(rmap_stats_find_quantiles(stats, gathered, sums, err));
     *stats_ret = stats;
     stats = NULL;
 out:

@@ -72,11 +72,11 @@ struct rmap_stats {
     struct rmap_stats_group *group;
 };
 
-/* All but the result is borrowed. n_thread: most that may work on it. */
+/* All but the result is borrowed. */
 enum rmap_status rmap_stats_create(const struct rmap_stats_plan *plan,
                                    const struct rmap_stats_gathered *gathered,
                                    const struct rmap_stats_sums *sums, const double *p,
-                                   size_t n_quantile, int n_thread, struct rmap_stats **stats_ret,
+                                   size_t n_quantile, struct rmap_stats **stats_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
 void rmap_stats_destroy(struct rmap_stats *stats); /* NULL is fine */
 
@@ -88,7 +88,7 @@ void rmap_stats_estimate_moments(const double total[RMAP_MOMENTS],
 /* Fills the quantiles of every group; see stats_quantile.c. */
 enum rmap_status rmap_stats_find_quantiles(struct rmap_stats *stats,
                                            const struct rmap_stats_gathered *gathered,
-                                           const struct rmap_stats_sums *sums, int n_thread,
+                                           const struct rmap_stats_sums *sums,
                                            struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -7,7 +7,6 @@
 #define RMAP_STATS_GATHER_H
 
 #include "analysis/stats/stats_block.h"
-#include "analysis/stats/stats_store.h"
 #include "base/exact_sum.h"
 
 struct rmap_stats_range {
@@ -26,21 +25,12 @@ struct rmap_stats_known {
     uint64_t dropped; /* readings are not in memory */
 };
 
-/* Readings in memory of one portion: those of a class that are plain (a run of a block), or all. */
+/* Readings of one portion in memory: values of each quantity, then weights unless all are 1, then
+ * tags. */
 struct rmap_stats_part {
-    struct rmap_stats_run run; /* end: how many readings */
-    bool is_plain;             /* without tags and weights; its class is the run's */
-    double *value[RMAP_QUANTITIES_MAX];
-    uint16_t *place[RMAP_QUANTITIES_MAX]; /* of plain ones: for their fine bins */
-    uint32_t *tag;
-    double *weight;
-};
-
-/* Memory of the store that a portion's columns are read to, so that they need not be copied. */
-struct rmap_stats_lent {
-    bool is_lent, is_promising;     /* all rays of the portion before matched */
-    struct rmap_stats_store before; /* as it was without */
-    double *column[RMAP_QUANTITIES_MAX];
+    size_t n;
+    bool has_weight;
+    double *data;
 };
 
 struct rmap_stats_gathered {
@@ -48,13 +38,11 @@ struct rmap_stats_gathered {
     struct rmap_stats_known known;
     struct rmap_stats_range *range; /* [n_group][n quantities] */
     struct rmap_stats_reader reader;
-    size_t n, n_part, part_cap;
+    size_t n, n_part, part_cap; /* n: readings in memory */
     struct rmap_stats_part *part;
-    struct rmap_stats_store store; /* of their arrays */
-    struct rmap_stats_lent lent;
 };
 
-/* Context: the setup. State: struct rmap_stats_gathered. */
+/* Context: the setup. State: struct rmap_stats_gathered. Merging hands readings over. */
 extern const struct rmap_fold_kind rmap_stats_gather_kind;
 
 struct rmap_stats_block rmap_stats_gathered_block(const struct rmap_stats_gathered *gathered,

@@ -10,45 +10,20 @@
 #ifndef RMAP_STATS_MOMENTS_H
 #define RMAP_STATS_MOMENTS_H
 
-#include <stdbool.h>
-
 #include "base/exact_sum.h"
 
-enum {
-    RMAP_MOMENTS = 5,
-    RMAP_MOMENT_PRODUCTS = 15,
-    RMAP_MOMENT_POWERS = 9,
-    RMAP_MOMENT_BATCH = 1024
-};
+enum { RMAP_MOMENTS = 5, RMAP_MOMENT_PRODUCTS = 15 };
 
 /* All zero is empty. */
 struct rmap_stats_moments {
-    /* Clusters of one reading of weight 1: products are powers. */
-    struct rmap_exact_sum power[RMAP_MOMENT_POWERS];
-    /* All others. */
     struct rmap_exact_sum total[RMAP_MOMENTS], product[RMAP_MOMENT_PRODUCTS];
     /* Of the portion in hand. */
-    size_t n_waiting, n_cluster;
-    double waiting[RMAP_MOMENT_BATCH];
+    size_t n_cluster;
     double its_total[RMAP_MOMENTS], its_product[RMAP_MOMENT_PRODUCTS];
 };
 
 /* Ends a portion. */
 void rmap_stats_moments_flush(struct rmap_stats_moments *moments);
-
-/* n clusters of one reading of weight 1: u = (value - centre) per_scale. Borrowed. */
-struct rmap_moment_ones {
-    const double *value; /* [n] */
-    size_t n;
-    double centre, per_scale;
-    bool are_last; /* of the portion: they need not wait for others */
-    /* What is done beside, as the processor has time for it: */
-    const uint16_t *place; /* [n] NULL: none */
-    uint32_t *count;       /* count[place] of each goes up by 1 */
-    const double *next;    /* about as many readings that will be asked for next; NULL: none */
-};
-void rmap_stats_moments_add_ones(struct rmap_stats_moments *moments,
-                                 const struct rmap_moment_ones *ones);
 
 /* A cluster's sums q. */
 void rmap_stats_moments_add(struct rmap_stats_moments *moments, const double q[RMAP_MOMENTS]);

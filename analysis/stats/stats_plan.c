@@ -174,39 +174,6 @@ static void choose_fine(struct rmap_stats_plan *plan, size_t i,
     }
 }
 
-/* Fine bins of which at least so many lie in the range of the readings. */
-enum { LEAST_FINE_BINS_IN_RANGE = 1024 };
-
-/* Cells of the histogram from whole numbers of fine bins, so that readings are counted once. With
- * few fine bins within the range of the readings, or none, they stay apart. */
-static void align_fine(struct rmap_stats_plan *plan, const struct rmap_stats_range *range)
-{
-    const struct rmap_bins *bins = &plan->bins[0];
-    if (!bins->uniform || range->n_reading == 0)
-        return;
-    const double first = bins->edge[0], last = bins->edge[bins->n];
-    const double below = fmax((first - range->low) * bins->per, 0.0);
-    const double above = fmax((range->high - last) * bins->per, 0.0);
-    const double most = (double)plan->n_fine - 4.0; /* ends are rounded up, and one more */
-    const bool whole = plan->setup->quantities->of[0].is_whole && plan->fine_per[0] == 1.0;
-    const double each = whole ? 1.0 / bins->per : floor(most / (below + (double)bins->n + above));
-    const double in_range = (range->high - range->low) * bins->per * each;
-    if (!(each >= 1.0) || (!whole && !(in_range >= LEAST_FINE_BINS_IN_RANGE)))
-        return;
-    if (whole && (each != round(each) || first != floor(first) + 0.5))
-        return;
-    const double n_below = below > 0.0 ? ceil(below * each) + !whole : 0.0;
-    const double n_above = above > 0.0 ? ceil(above * each) + !whole : 0.0;
-    const double n = n_below + (double)bins->n * each + n_above;
-    if (!(n <= (double)plan->n_fine))
-        return;
-    plan->n_fine = (size_t)n;
-    plan->n_fine_below = (size_t)n_below;
-    plan->n_fine_per_cell = (size_t)each;
-    plan->fine_per[0] = whole ? 1.0 : bins->per * each;
-    plan->fine_low[0] = first - n_below / plan->fine_per[0];
-}
-
 enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
                                       const struct rmap_stats_setup *setup,
                                       const struct rmap_stats_known *known,
@@ -230,8 +197,6 @@ enum rmap_status rmap_stats_plan_init(struct rmap_stats_plan *plan,
         choose_fine(plan, i, &whole);
         RMAP_TRY(choose_bins(setup, i, &range[i], &whole, &axis[i], &plan->bins[i], err));
         plan->n_cell *= plan->bins[i].n;
-        if (setup->quantities->n == 1 && !known->dropped)
-            align_fine(plan, &whole);
     }
 out:
     return st;

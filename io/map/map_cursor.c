@@ -83,18 +83,6 @@ static enum rmap_status enter_space(struct rmap_cursor *self, size_t space, stru
     return RMAP_OK;
 }
 
-void rmap_cursor_lend(struct rmap_cursor *self, enum rmap_column column, void *memory)
-{
-    self->lent[column] = memory;
-}
-
-/* Where a column of the portion in hand stands. */
-static void *place_of(const struct rmap_cursor *self, enum rmap_column column)
-{
-    return self->in_lent & RMAP_COLUMN_BIT(column) ? self->lent[column]
-                                                   : rmap_portion_column(self->portion, column);
-}
-
 /* The streams are the columns. */
 static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_portion_info *info,
                                    rmap_column_set columns, struct rmap_error *err)
@@ -116,11 +104,9 @@ static enum rmap_status read_plain(struct rmap_cursor *self, const struct rmap_p
         enum rmap_table table = rmap_column_info((enum rmap_column)c)->table;
         if (!(columns & RMAP_COLUMN_BIT(c)))
             continue;
-        if (self->lent[c])
-            self->in_lent |= RMAP_COLUMN_BIT(c);
-        RMAP_TRY(rmap_chunk_reader_rows(self->reader, (size_t)info->piece, c,
-                                        info->stored_first[table], rows->n_row[table],
-                                        place_of(self, (enum rmap_column)c), err));
+        RMAP_TRY(rmap_chunk_reader_rows(
+            self->reader, (size_t)info->piece, c, info->stored_first[table], rows->n_row[table],
+            rmap_portion_column(self->portion, (enum rmap_column)c), err));
     }
 out:
     return st;
@@ -191,7 +177,6 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *self, size_t portion,
     const struct rmap_piece_chunks *chunks;
     self->present = 0;
     self->kept = 0;
-    self->in_lent = 0;
     self->streams = 0;
     self->in_hand = portion;
     self->has_own = false;
@@ -232,7 +217,7 @@ static void show_columns(struct rmap_cursor *self)
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (self->present & RMAP_COLUMN_BIT(c))
             *rmap_portion_column_address(&self->shown, (enum rmap_column)c) =
-                place_of(self, (enum rmap_column)c);
+                rmap_portion_column(self->portion, (enum rmap_column)c);
 }
 
 /* What is decoded when columns are asked for: rays are gone through once for all that their paths

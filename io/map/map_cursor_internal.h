@@ -30,8 +30,6 @@ struct rmap_cursor {
     rmap_column_set kept;            /* and those that the map's store lends */
     uint64_t streams;                /* of a compact one, in `buffer` */
     struct rmap_portion *portion;    /* of the space in hand; borrowed from there */
-    void *lent[RMAP_COLUMN_COUNT];   /* memory for rows of plain pieces; NULL: the portion's */
-    rmap_column_set in_lent;         /* columns present that stand there */
     struct rmap_portion shown;       /* that, without columns that only decoding needed */
     struct rmap_row_buffer buffer[RMAP_STREAM_MAX];
     const struct rmap_path_table *paths; /* of a compact piece; NULL: none in hand */

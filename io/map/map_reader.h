@@ -201,11 +201,6 @@ enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
 enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* From the next portion on, rows of a column that are read from a plain piece are put there, and
- * stay when the cursor goes on: there is room for all of a portion. NULL: the cursor's own memory.
- */
-void rmap_cursor_lend(struct rmap_cursor *cursor, enum rmap_column column, void *memory);
-
 /* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
  * false says nothing. Errors as of fetch. */
 enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,

@@ -61,12 +61,6 @@ static void choose_step(struct run *run, int n_rank)
         run->deal.step = few > 0 ? few : 1;
 }
 
-static enum rmap_status absorb(const struct rmap_fold_kind *kind, void *into, void *from,
-                               struct rmap_error *err)
-{
-    return kind->absorb ? kind->absorb(into, from, err) : kind->merge(into, from, err);
-}
-
 /* The rank's share, in the state of its first thread. */
 static enum rmap_status add_share(struct run *run, struct rmap_error *err)
 {
@@ -83,7 +77,7 @@ static enum rmap_status add_share(struct run *run, struct rmap_error *err)
     if (fold->kind->settle)
         RMAP_TRY(fold->kind->settle(run->worker[0].state, err));
     for (int i = 1; i < run->n_thread; i++)
-        RMAP_TRY(absorb(fold->kind, run->worker[0].state, run->worker[i].state, err));
+        RMAP_TRY(fold->kind->merge(run->worker[0].state, run->worker[i].state, err));
 out:
     return st;
 }

@@ -72,7 +72,6 @@ static enum rmap_status sum_in_memory(const struct rmap_context *context,
     RMAP_TRY(rmap_parts_run(&parts, (int)n_thread, err));
     for (size_t t = 1; t < n_thread; t++)
         RMAP_TRY(kind->merge(sharing.state[0], sharing.state[t], err));
-    rmap_stats_sums_finish(sharing.state[0]);
     *sums_ret = sharing.state[0];
     sharing.state[0] = NULL;
 out:
@@ -154,7 +153,7 @@ enum rmap_status rmap_stats_run(const struct rmap_context *context,
         st = sum_in_memory(context, &answer->plan, gathered, &sums, err);
     if (context->rank == 0 && st == RMAP_OK)
         st = rmap_stats_create(&answer->plan, gathered, sums, request->p, request->n_quantile,
-                               context->n_thread, &answer->stats, err);
+                               &answer->stats, err);
     RMAP_TRY(rmap_agree(context, st, err));
 out:
     rmap_stats_sums_kind.destroy(sums);

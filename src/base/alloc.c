@@ -113,6 +113,17 @@ enum rmap_status rmap_reserve(void **block, size_t *cap, size_t need, size_t siz
     return RMAP_OK;
 }
 
+/* A pointer's bytes are copied: to take it for one to void would be undefined. */
+enum rmap_status rmap_reserve_array(void *array_address, size_t *cap, size_t need, size_t size,
+                                    struct rmap_error *err)
+{
+    void *block;
+    memcpy(&block, array_address, sizeof block);
+    enum rmap_status st = rmap_reserve(&block, cap, need, size, err);
+    memcpy(array_address, &block, sizeof block);
+    return st;
+}
+
 int64_t rmap_alloc_live(void)
 {
     return atomic_load(&live_count);

@@ -30,6 +30,12 @@ void rmap_free(void *block); /* NULL is fine */
 enum rmap_status rmap_reserve(void **block, size_t *cap, size_t need, size_t size,
                               struct rmap_error *err) RMAP_MUST_USE;
 
+/* The same of an array and its capacity, both of which are lvalues. */
+#define RMAP_RESERVE(array, cap, need, err)                                                        \
+    rmap_reserve_array(&(array), &(cap), (need), sizeof *(array), (err))
+enum rmap_status rmap_reserve_array(void *array_address, size_t *cap, size_t need, size_t size,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+
 /* Test hooks. Blocks alive now; and: the fail_at-th allocation from now on fails (0: never). */
 int64_t rmap_alloc_live(void);
 void rmap_alloc_fail_at(int64_t fail_at);

@@ -69,7 +69,7 @@ static enum rmap_status add_rays(void *state, const struct rmap_matched *rays,
     return RMAP_OK;
 }
 
-static enum rmap_status merge_numbers(void *into, const void *from, struct rmap_error *err)
+static enum rmap_status merge_numbers(void *into, void *from, struct rmap_error *err)
 {
     (void)err;
     *(uint64_t *)into += *(const uint64_t *)from;

@@ -1,0 +1,12 @@
+/* SPDX-License-Identifier: MIT */
+#include "base/count.h"
+
+#include "base/wide.h"
+
+RMAP_WIDE size_t rmap_count_ones(const uint8_t *mark, size_t n)
+{
+    size_t count = 0;
+    for (size_t k = 0; k < n; k++)
+        count += mark[k];
+    return count;
+}
