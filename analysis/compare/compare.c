@@ -15,10 +15,7 @@ static enum rmap_status add_only(struct rmap_comparison *self, int k, const char
                                  const char *name, struct rmap_error *err)
 {
     char text[600];
-    void *block = self->only[k];
-    enum rmap_status st =
-        rmap_reserve(&block, &self->cap_only[k], self->n_only[k] + 1, sizeof *self->only[k], err);
-    self->only[k] = block;
+    enum rmap_status st = RMAP_RESERVE(self->only[k], self->cap_only[k], self->n_only[k] + 1, err);
     if (st != RMAP_OK)
         return st;
     (void)snprintf(text, sizeof text, "%s %s", what, name);
@@ -178,9 +175,7 @@ enum rmap_status rmap_comparison_test(struct rmap_comparison *self, enum rmap_co
                                       const char *name, struct rmap_compare_test **test_ret,
                                       struct rmap_error *err)
 {
-    void *block = self->test;
-    enum rmap_status st = rmap_reserve(&block, &self->cap, self->n + 1, sizeof *self->test, err);
-    self->test = block;
+    enum rmap_status st = RMAP_RESERVE(self->test, self->cap, self->n + 1, err);
     if (st != RMAP_OK)
         return st;
     struct rmap_compare_test *test = &self->test[self->n];

@@ -114,10 +114,7 @@ static enum rmap_status put_off(struct rmap_comparison *self, const size_t detec
                                 struct rmap_bins *bins, struct rmap_error *err)
 {
     double rays[2] = {0.0, 0.0};
-    void *block = self->again;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->cap_again, self->n_again + 1, sizeof *self->again, err);
-    self->again = block;
+    enum rmap_status st = RMAP_RESERVE(self->again, self->cap_again, self->n_again + 1, err);
     if (st != RMAP_OK)
         return st;
     struct rmap_compare_again again = {.detector = {detector[0], detector[1]},

@@ -14,14 +14,12 @@ enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
                                          const struct rmap_criterion_node *node, int32_t *index_ret,
                                          struct rmap_error *err)
 {
-    void *block = criterion->node;
     if (criterion->n_node >= INT32_MAX)
         return rmap_error_set(err, RMAP_INPUT, "the criterion has too many tests");
-    enum rmap_status st = rmap_reserve(&block, &criterion->node_cap, criterion->n_node + 1,
-                                       sizeof *criterion->node, err);
+    enum rmap_status st =
+        RMAP_RESERVE(criterion->node, criterion->node_cap, criterion->n_node + 1, err);
     if (st != RMAP_OK)
         return st;
-    criterion->node = block;
     *index_ret = (int32_t)criterion->n_node;
     criterion->node[criterion->n_node++] = *node;
     return RMAP_OK;
@@ -30,12 +28,10 @@ enum rmap_status rmap_criterion_node_add(struct rmap_criterion *criterion,
 enum rmap_status rmap_criterion_block_add(struct rmap_criterion *criterion, size_t n, size_t size,
                                           void **block_ret, struct rmap_error *err)
 {
-    void *list = criterion->block;
-    enum rmap_status st = rmap_reserve(&list, &criterion->block_cap, criterion->n_block + 1,
-                                       sizeof *criterion->block, err);
+    enum rmap_status st =
+        RMAP_RESERVE(criterion->block, criterion->block_cap, criterion->n_block + 1, err);
     if (st != RMAP_OK)
         return st;
-    criterion->block = list;
     *block_ret = rmap_alloc(n, size);
     if (!*block_ret)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the criterion");

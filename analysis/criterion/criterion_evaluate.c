@@ -204,12 +204,9 @@ void rmap_judge_fini(struct rmap_judge *judge)
 enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t n_slot,
                                   size_t n_ray, struct rmap_error *err)
 {
-    void *kept = judge->kept, *is_kept = judge->is_kept;
-    enum rmap_status st = rmap_reserve(&kept, &judge->kept_cap, n_slot * n_ray, 1, err);
-    judge->kept = kept;
+    enum rmap_status st = RMAP_RESERVE(judge->kept, judge->kept_cap, n_slot * n_ray, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&is_kept, &judge->is_kept_cap, n_slot, 1, err);
-    judge->is_kept = is_kept;
+        st = RMAP_RESERVE(judge->is_kept, judge->is_kept_cap, n_slot, err);
     if (st == RMAP_OK && n_slot > 0)
         memset(judge->is_kept, 0, n_slot);
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
@@ -221,10 +218,8 @@ enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t
 
 enum rmap_status rmap_judge_reserve(struct rmap_judge *judge, size_t n_ray, struct rmap_error *err)
 {
-    void *reach = judge->reach;
-    enum rmap_status st = rmap_reserve(&reach, &judge->reach_cap, 2 * rmap_bit_words(n_ray),
-                                       sizeof *judge->reach, err);
-    judge->reach = reach;
+    enum rmap_status st =
+        RMAP_RESERVE(judge->reach, judge->reach_cap, 2 * rmap_bit_words(n_ray), err);
     return st;
 }
 
@@ -234,14 +229,11 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
                                       struct rmap_error *err)
 {
     size_t n_ray = evidence->portion->n_row[RMAP_TABLE_RAY];
-    void *count = judge->count, *mask = judge->mask;
     if (n_ray == 0)
         return RMAP_OK;
-    enum rmap_status st = rmap_reserve(&count, &judge->count_cap, n_ray, sizeof *judge->count, err);
-    judge->count = count;
+    enum rmap_status st = RMAP_RESERVE(judge->count, judge->count_cap, n_ray, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&mask, &judge->mask_cap, n_ray * (size_t)criterion->n_mask, 1, err);
-    judge->mask = mask;
+        st = RMAP_RESERVE(judge->mask, judge->mask_cap, n_ray * (size_t)criterion->n_mask, err);
     if (st == RMAP_OK)
         st = rmap_judge_reserve(judge, n_ray, err);
     if (st != RMAP_OK)

@@ -61,9 +61,7 @@ static enum rmap_status add_let(struct rmap_criteria *criteria, const struct rma
         return rmap_criterion_fail(criteria->text, token->begin, token->end, err,
                                    "'%s' is defined already", shown);
     }
-    void *block = criteria->let;
-    RMAP_TRY(rmap_reserve(&block, &criteria->cap, criteria->n + 1, sizeof *criteria->let, err));
-    criteria->let = block;
+    RMAP_TRY(RMAP_RESERVE(criteria->let, criteria->cap, criteria->n + 1, err));
     struct rmap_let *let = &criteria->let[criteria->n];
     *let = (struct rmap_let){.name = rmap_strdup(name),
                              .reference = rmap_alloc(token->end - token->begin + 2, 1),

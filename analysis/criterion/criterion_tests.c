@@ -22,10 +22,8 @@ enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_co
 static enum rmap_status reserve(const struct rmap_evaluation *ev, size_t n_bit,
                                 struct rmap_error *err)
 {
-    void *mark = ev->judge->mark;
     enum rmap_status st =
-        rmap_reserve(&mark, &ev->judge->mark_cap, rmap_bit_words(n_bit) + 2, sizeof(uint64_t), err);
-    ev->judge->mark = mark;
+        RMAP_RESERVE(ev->judge->mark, ev->judge->mark_cap, rmap_bit_words(n_bit) + 2, err);
     return st;
 }
 
@@ -71,10 +69,8 @@ static enum rmap_status mark_regions(const struct rmap_evaluation *ev,
 {
     struct rmap_judge *judge = ev->judge;
     uint8_t flag[STRIP_ROWS];
-    void *block = judge->in_region;
-    enum rmap_status st = rmap_reserve(&block, &judge->in_region_cap, rmap_bit_words(n_row) + 2,
-                                       sizeof *judge->in_region, err);
-    judge->in_region = block;
+    enum rmap_status st =
+        RMAP_RESERVE(judge->in_region, judge->in_region_cap, rmap_bit_words(n_row) + 2, err);
     if (st != RMAP_OK || (judge->has_region && ask_alike(&judge->region, test)))
         return st;
     for (struct rmap_strip strip = {0}; strip.first < n_row; strip.first += strip.n) {
@@ -137,10 +133,8 @@ static enum rmap_status mark_objects(const struct rmap_evaluation *ev,
                                      struct rmap_error *err)
 {
     struct rmap_judge *judge = ev->judge;
-    void *block = judge->at_objects;
-    enum rmap_status st = rmap_reserve(&block, &judge->at_objects_cap, rmap_bit_words(n_row),
-                                       sizeof *judge->at_objects, err);
-    judge->at_objects = block;
+    enum rmap_status st =
+        RMAP_RESERVE(judge->at_objects, judge->at_objects_cap, rmap_bit_words(n_row), err);
     if (st != RMAP_OK)
         return st;
     if (!judge->has_objects || judge->objects.low != objects->low ||

@@ -240,9 +240,7 @@ static enum rmap_status parse_coordinates(struct rmap_parser *parser, enum rmap_
             RMAP_TRY(rmap_parser_advance(parser));
             break;
         }
-        void *block = list->value;
-        RMAP_TRY(rmap_reserve(&block, &list->cap, list->n + 1, sizeof *list->value, parser->err));
-        list->value = block;
+        RMAP_TRY(RMAP_RESERVE(list->value, list->cap, list->n + 1, parser->err));
         RMAP_TRY(parse_value(parser, dimension, &list->value[list->n]));
         list->n++;
         if (parser->token.kind != RMAP_TOKEN_COMMA)

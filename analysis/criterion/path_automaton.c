@@ -64,12 +64,10 @@ static enum rmap_status fail_work(const struct build *build)
 
 static enum rmap_status add_node(struct build *build, struct node node, uint32_t *index_ret)
 {
-    void *block = build->node;
-    enum rmap_status st = rmap_reserve(&block, &build->node_cap, build->n_node + 1,
-                                       sizeof *build->node, build->parser->err);
+    enum rmap_status st =
+        RMAP_RESERVE(build->node, build->node_cap, build->n_node + 1, build->parser->err);
     if (st != RMAP_OK)
         return st;
-    build->node = block;
     *index_ret = (uint32_t)build->n_node;
     build->node[build->n_node++] = node;
     return RMAP_OK;
@@ -167,12 +165,10 @@ static enum rmap_status add_closure(struct build *build, uint32_t from, size_t *
             build->stack[n_stack++] = node->other;
             continue;
         }
-        void *block = build->member;
-        enum rmap_status st = rmap_reserve(&block, &build->member_cap, build->n_member + *n + 1,
-                                           sizeof *build->member, build->parser->err);
+        enum rmap_status st = RMAP_RESERVE(build->member, build->member_cap,
+                                           build->n_member + *n + 1, build->parser->err);
         if (st != RMAP_OK)
             return st;
-        build->member = block;
         build->member[build->n_member + (*n)++] = index;
     }
     return RMAP_OK;
@@ -266,10 +262,7 @@ static enum rmap_status determinise(struct build *build, uint32_t entry)
         return rmap_error_set(build->parser->err, RMAP_SYSTEM, "out of memory for a path");
     build->n_set = 1;
     /* Room for the empty set too, whose members are none. */
-    void *block = build->member;
-    RMAP_TRY(
-        rmap_reserve(&block, &build->member_cap, 1, sizeof *build->member, build->parser->err));
-    build->member = block;
+    RMAP_TRY(RMAP_RESERVE(build->member, build->member_cap, 1, build->parser->err));
     RMAP_TRY(add_closure(build, entry, &n));
     RMAP_TRY(find_state(build, n, &first));
     for (size_t from = 0; from < build->n_state; from++)

@@ -12,12 +12,10 @@ static enum rmap_status add_term(struct rmap_path_reader *reader, const struct r
                                  int32_t *index_ret)
 {
     struct rmap_path_regex *regex = reader->regex;
-    void *block = regex->term;
-    enum rmap_status st = rmap_reserve(&block, &regex->term_cap, regex->n_term + 1,
-                                       sizeof *regex->term, reader->parser->err);
+    enum rmap_status st =
+        RMAP_RESERVE(regex->term, regex->term_cap, regex->n_term + 1, reader->parser->err);
     if (st != RMAP_OK)
         return st;
-    regex->term = block;
     *index_ret = (int32_t)regex->n_term;
     regex->term[regex->n_term++] = *term;
     return RMAP_OK;

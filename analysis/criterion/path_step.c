@@ -149,7 +149,6 @@ static enum rmap_status find_place(struct rmap_path_reader *reader, const struct
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_path_regex *regex = reader->regex;
-    void *block = regex->place;
     for (size_t i = 0; i < regex->n_place; i++)
         if (same_text(reader, &regex->place[i], token)) {
             *index_ret = (int32_t)i;
@@ -159,9 +158,7 @@ static enum rmap_status find_place(struct rmap_path_reader *reader, const struct
         return RMAP_PATH_FAIL(reader, token->begin, token->end,
                               "this path is too complex: more than %d different names",
                               RMAP_PATH_NAME_MAX);
-    RMAP_TRY(rmap_reserve(&block, &regex->place_cap, regex->n_place + 1, sizeof *regex->place,
-                          reader->parser->err));
-    regex->place = block;
+    RMAP_TRY(RMAP_RESERVE(regex->place, regex->place_cap, regex->n_place + 1, reader->parser->err));
     RMAP_TRY(look_up(reader, token, &regex->place[regex->n_place]));
     *index_ret = (int32_t)regex->n_place++;
 out:
@@ -224,7 +221,6 @@ static enum rmap_status find_atom(struct rmap_path_reader *reader, struct rmap_p
                                   size_t begin, uint32_t *index_ret)
 {
     struct rmap_path_regex *regex = reader->regex;
-    void *block = regex->atom;
     for (size_t i = 0; i < regex->n_atom; i++)
         if (regex->atom[i].letters == atom.letters && regex->atom[i].place == atom.place) {
             *index_ret = (uint32_t)i;
@@ -234,11 +230,10 @@ static enum rmap_status find_atom(struct rmap_path_reader *reader, struct rmap_p
         return RMAP_PATH_FAIL(reader, begin, reader->at,
                               "this path is too complex: more than %d different steps",
                               RMAP_PATH_ATOM_MAX);
-    enum rmap_status st = rmap_reserve(&block, &regex->atom_cap, regex->n_atom + 1,
-                                       sizeof *regex->atom, reader->parser->err);
+    enum rmap_status st =
+        RMAP_RESERVE(regex->atom, regex->atom_cap, regex->n_atom + 1, reader->parser->err);
     if (st != RMAP_OK)
         return st;
-    regex->atom = block;
     *index_ret = (uint32_t)regex->n_atom;
     regex->atom[regex->n_atom++] = atom;
     return RMAP_OK;

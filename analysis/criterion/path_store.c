@@ -137,7 +137,6 @@ enum rmap_status rmap_path_store_table(struct rmap_path_store *store, struct rma
     const char *text = parser->text + string->begin;
     const size_t nbytes = string->end - string->begin;
     struct rmap_path_table *table = NULL;
-    void *list = store->path;
     for (size_t i = 0; i < store->n; i++)
         if (store->path[i].scene == parser->criterion->scene &&
             strncmp(store->path[i].text, text, nbytes) == 0 && store->path[i].text[nbytes] == 0) {
@@ -145,8 +144,7 @@ enum rmap_status rmap_path_store_table(struct rmap_path_store *store, struct rma
             return RMAP_OK;
         }
     RMAP_TRY(build(store, parser, string, &table));
-    RMAP_TRY(rmap_reserve(&list, &store->cap, store->n + 1, sizeof *store->path, parser->err));
-    store->path = list;
+    RMAP_TRY(RMAP_RESERVE(store->path, store->cap, store->n + 1, parser->err));
     char *copy = rmap_alloc(nbytes + 1, 1);
     if (!copy)
         return rmap_error_set(parser->err, RMAP_SYSTEM, "out of memory for the criterion");

@@ -128,11 +128,9 @@ static void add_place(struct rmap_detector_sums *sums, const struct rmap_portion
 static enum rmap_status take_hit(struct rmap_detector_sums *sums, size_t n_hit, size_t cell,
                                  size_t leg, struct rmap_error *err)
 {
-    void *block = sums->hit;
-    enum rmap_status st = rmap_reserve(&block, &sums->cap_hit, n_hit + 1, sizeof *sums->hit, err);
+    enum rmap_status st = RMAP_RESERVE(sums->hit, sums->cap_hit, n_hit + 1, err);
     if (st != RMAP_OK)
         return st;
-    sums->hit = block;
     sums->hit[n_hit] = (struct rmap_detector_hit){cell, leg};
     return RMAP_OK;
 }

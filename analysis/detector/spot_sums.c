@@ -190,9 +190,7 @@ static enum rmap_status add_ray(struct rmap_spot_sums *self, const struct rmap_m
                                   portion->ray.id[ray]);
         if (rmap_detector_bins_cell(&self->ask.bins, portion, row) >= SIZE_MAX - 1)
             continue;
-        void *block = self->point;
-        RMAP_TRY(rmap_reserve(&block, &self->cap_point, n + 1, sizeof *self->point, err));
-        self->point = block;
+        RMAP_TRY(RMAP_RESERVE(self->point, self->cap_point, n + 1, err));
         struct rmap_spot_point *point = &self->point[n++];
         rmap_detector_bins_place(&self->ask.bins, portion, row, &point->x, &point->y);
         point->x -= self->ask.centre[0];

@@ -14,10 +14,7 @@ void rmap_outline_fini(struct rmap_outline *outline)
 
 enum rmap_status rmap_outline_begin(struct rmap_outline *outline, struct rmap_error *err)
 {
-    void *block = outline->run;
-    enum rmap_status st =
-        rmap_reserve(&block, &outline->run_cap, outline->n_run + 1, sizeof *outline->run, err);
-    outline->run = block;
+    enum rmap_status st = RMAP_RESERVE(outline->run, outline->run_cap, outline->n_run + 1, err);
     if (st == RMAP_OK)
         outline->run[outline->n_run++] = (struct rmap_outline_run){.first = outline->n_point};
     return st;
@@ -26,10 +23,8 @@ enum rmap_status rmap_outline_begin(struct rmap_outline *outline, struct rmap_er
 enum rmap_status rmap_outline_add(struct rmap_outline *outline, double u, double v,
                                   struct rmap_error *err)
 {
-    void *block = outline->point;
-    enum rmap_status st = rmap_reserve(&block, &outline->point_cap, outline->n_point + 1,
-                                       sizeof *outline->point, err);
-    outline->point = block;
+    enum rmap_status st =
+        RMAP_RESERVE(outline->point, outline->point_cap, outline->n_point + 1, err);
     if (st != RMAP_OK)
         return st;
     outline->point[outline->n_point][0] = u;

@@ -68,11 +68,8 @@ struct pen {
 
 static void stroke_add(struct pen *pen, struct stroke *stroke, double x, double y)
 {
-    void *block = stroke->pixel;
     if (pen->status == RMAP_OK)
-        pen->status =
-            rmap_reserve(&block, &stroke->cap, stroke->n + 1, sizeof *stroke->pixel, pen->err);
-    stroke->pixel = block;
+        pen->status = RMAP_RESERVE(stroke->pixel, stroke->cap, stroke->n + 1, pen->err);
     if (pen->status != RMAP_OK)
         return;
     stroke->pixel[stroke->n][0] = x;

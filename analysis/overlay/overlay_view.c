@@ -23,13 +23,10 @@ struct rmap_overlay_view {
 static void take(struct rmap_recorder *base, const struct rmap_registration *registration)
 {
     struct rmap_overlay_view *self = (struct rmap_overlay_view *)base;
-    void *block = self->found;
     if (self->status == RMAP_OK)
-        self->status =
-            rmap_reserve(&block, &self->cap_found, self->n_found + 1, sizeof *self->found, NULL);
+        self->status = RMAP_RESERVE(self->found, self->cap_found, self->n_found + 1, NULL);
     if (self->status != RMAP_OK)
         return;
-    self->found = block;
     self->found[self->n_found++] = *registration;
 }
 

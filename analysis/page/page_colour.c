@@ -52,10 +52,7 @@ static enum rmap_status add(struct book *book, size_t leg, size_t space, struct 
 {
     size_t at = find_slot(book, leg, space);
     if (!book->slot[at]) {
-        void *block = book->entry;
-        enum rmap_status st =
-            rmap_reserve(&block, &book->cap, book->n + 1, sizeof *book->entry, err);
-        book->entry = block;
+        enum rmap_status st = RMAP_RESERVE(book->entry, book->cap, book->n + 1, err);
         if (st != RMAP_OK)
             return st;
         book->entry[book->n++] = (struct entry){leg, space};

@@ -101,7 +101,6 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
     const struct rmap_path_place_of_ray place = first_ray(work, first, last)->place;
     struct rmap_path_class *path = &classes->path[classes->n];
     const struct rmap_path_class *before = classes->n > 0 ? path - 1 : NULL;
-    void *block = classes->symbol;
     *path = (struct rmap_path_class){.source = portion->ray.source[place.ray],
                                      .first_ray = portion->ray.id[place.ray],
                                      .first_row = place.ray,
@@ -109,9 +108,7 @@ static enum rmap_status add_class(struct rmap_path_classes *classes, struct work
                                      .first_symbol =
                                          before ? before->first_symbol + before->n_symbol : 0};
     (void)rmap_path_key_of(classes->keys, portion, &place, work->symbol, &path->n_symbol);
-    RMAP_TRY(rmap_reserve(&block, cap, path->first_symbol + path->n_symbol + 1,
-                          sizeof *classes->symbol, err));
-    classes->symbol = block;
+    RMAP_TRY(RMAP_RESERVE(classes->symbol, *cap, path->first_symbol + path->n_symbol + 1, err));
     memcpy(classes->symbol + path->first_symbol, work->symbol,
            path->n_symbol * sizeof *work->symbol);
     for (size_t i = first; i < last; i++) {

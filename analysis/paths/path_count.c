@@ -198,11 +198,9 @@ static enum rmap_status add_totals(struct rmap_path_counts *self, const struct r
 {
     struct rmap_path_buffers *buffers = self->buffers;
     const size_t n = rays->portion->n_row[RMAP_TABLE_RAY], had = buffers->all_cap;
-    void *all = buffers->all;
     enum rmap_status st = RMAP_OK;
     if (!rays->match) {
-        st = rmap_reserve(&all, &buffers->all_cap, n, 1, err);
-        buffers->all = all;
+        st = RMAP_RESERVE(buffers->all, buffers->all_cap, n, err);
         RMAP_TRY(st);
         memset(buffers->all + had, 1, buffers->all_cap - had);
     }

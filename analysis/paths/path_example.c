@@ -141,14 +141,12 @@ static enum rmap_status read_texts(struct reading *reading, struct rmap_path_row
     enum rmap_status st = RMAP_OK;
     struct rmap_path_place_of_ray place;
     size_t n = 0;
-    void *symbol = reading->symbol;
     RMAP_TRY(open_map(reading, err));
     RMAP_TRY(find_ray(reading, row->first_ray, &place, err));
-    st = rmap_reserve(&symbol, &reading->symbol_cap,
+    st = RMAP_RESERVE(reading->symbol, reading->symbol_cap,
                       (size_t)reading->portion->ray.segment_count[place.ray] +
                           reading->portion->ray.registration_count[place.ray] + 1,
-                      sizeof *reading->symbol, err);
-    reading->symbol = symbol;
+                      err);
     RMAP_TRY(st);
     find_path(reading, row, &place, &n);
     st = write_texts(reading->report, row, reading->symbol, n, err);

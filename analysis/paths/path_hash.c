@@ -47,11 +47,8 @@ static enum rmap_status reserve_scratch(struct rmap_path_hasher *hasher, struct 
         const size_t n = (size_t)ray->segment_count[i] + ray->registration_count[i];
         longest = n > longest ? n : longest;
     }
-    void *block = hasher->scratch;
     enum rmap_status st =
-        rmap_reserve(&block, &hasher->scratch_cap, longest + RMAP_STEP_HASH_BEHIND,
-                     sizeof *hasher->scratch, err);
-    hasher->scratch = block;
+        RMAP_RESERVE(hasher->scratch, hasher->scratch_cap, longest + RMAP_STEP_HASH_BEHIND, err);
     return st;
 }
 

@@ -202,13 +202,11 @@ enum rmap_status rmap_path_hits_enter(struct rmap_path_hits *hits,
                                       const struct rmap_portion *portion, struct rmap_error *err)
 {
     const size_t n = portion->n_row[RMAP_TABLE_REGISTRATION];
-    void *word = hits->word;
     hits->any = n > 0;
     hits->is_spelled = n > 0 && is_wide() && are_registered(portion->registration.registered, n);
     if (!hits->is_spelled)
         return RMAP_OK;
-    enum rmap_status st = rmap_reserve(&word, &hits->cap, n + WORDS_NEAR, sizeof *hits->word, err);
-    hits->word = word;
+    enum rmap_status st = RMAP_RESERVE(hits->word, hits->cap, n + WORDS_NEAR, err);
     if (st == RMAP_OK)
         spell(keys, portion, hits->word);
     return st;

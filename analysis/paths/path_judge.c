@@ -69,9 +69,7 @@ static enum rmap_status make_symbols(struct rmap_path_judge *judge,
 
 static enum rmap_status reserve(uint8_t **bytes, size_t *cap, size_t n, struct rmap_error *err)
 {
-    void *block = *bytes;
-    const enum rmap_status st = rmap_reserve(&block, cap, n, 1, err);
-    *bytes = block;
+    const enum rmap_status st = RMAP_RESERVE(*bytes, *cap, n, err);
     return st;
 }
 

@@ -278,14 +278,11 @@ static bool next_group(const struct run *run, struct group *group)
 static enum rmap_status reserve(struct run *run, const struct group *group, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *step = run->step, *symbol = run->symbol;
     size_t n_symbol = group->n_segment + group->n_registration + group->n_ray;
     if (n_symbol < GROUP_SYMBOLS)
         n_symbol = GROUP_SYMBOLS;
-    RMAP_TRY(rmap_reserve(&step, &run->step_cap, n_symbol + COPY, sizeof *run->step, err));
-    run->step = step;
-    RMAP_TRY(rmap_reserve(&symbol, &run->symbol_cap, n_symbol + COPY, sizeof *run->symbol, err));
-    run->symbol = symbol;
+    RMAP_TRY(RMAP_RESERVE(run->step, run->step_cap, n_symbol + COPY, err));
+    RMAP_TRY(RMAP_RESERVE(run->symbol, run->symbol_cap, n_symbol + COPY, err));
 out:
     return st;
 }

@@ -23,12 +23,9 @@ bool rmap_path_shares_matter(const struct rmap_matched *rays, const struct rmap_
 enum rmap_status rmap_path_shares_reserve(struct rmap_path_shares *self, size_t n,
                                           struct rmap_error *err)
 {
-    void *n_ray = self->n_ray, *first = self->first;
-    enum rmap_status st = rmap_reserve(&n_ray, &self->n_ray_cap, n, sizeof *self->n_ray, err);
-    self->n_ray = n_ray;
+    enum rmap_status st = RMAP_RESERVE(self->n_ray, self->n_ray_cap, n, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&first, &self->first_cap, n, sizeof *self->first, err);
-    self->first = first;
+        st = RMAP_RESERVE(self->first, self->first_cap, n, err);
     return st;
 }
 
@@ -37,10 +34,8 @@ static enum rmap_status reserve_paths(struct rmap_path_shares *self, size_t n_pa
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *row = self->row;
     RMAP_TRY(rmap_path_shares_reserve(self, (n_path < n_ray ? n_path : n_ray) + 1, err));
-    RMAP_TRY(rmap_reserve(&row, &self->row_cap, n_path + 1, sizeof *self->row, err));
-    self->row = row;
+    RMAP_TRY(RMAP_RESERVE(self->row, self->row_cap, n_path + 1, err));
     if (n_path + 1 <= self->number_cap)
         goto out;
     rmap_free(self->number_of);
@@ -110,12 +105,10 @@ enum rmap_status rmap_path_shares_own(struct rmap_path_shares *self,
                                       struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *block = self->own;
     *own =
         (struct rmap_matched){.n_match = told->n_own, .index = rays->index, .space = rays->space};
     if (rays->match) {
-        RMAP_TRY(rmap_reserve(&block, &self->own_cap, told->n_own + 1, 1, err));
-        self->own = block;
+        RMAP_TRY(RMAP_RESERVE(self->own, self->own_cap, told->n_own + 1, err));
         own->n_match =
             match_own(told->path, rays->match, rays->portion->n_row[RMAP_TABLE_RAY], self->own);
         own->match = self->own;

@@ -28,11 +28,9 @@ static void RMAP_PRINTF(2, 3) add_text(struct text *text, const char *format, ..
     va_start(arguments, format);
     int n = vsnprintf(NULL, 0, format, arguments);
     va_end(arguments);
-    void *block = text->bytes;
     if (text->status != RMAP_OK || n < 0)
         return;
-    text->status = rmap_reserve(&block, &text->cap, text->n + (size_t)n + 1, 1, text->err);
-    text->bytes = block;
+    text->status = RMAP_RESERVE(text->bytes, text->cap, text->n + (size_t)n + 1, text->err);
     if (text->status != RMAP_OK)
         return;
     va_start(arguments, format);

@@ -103,11 +103,9 @@ static enum rmap_status judge(struct rmap_fold_scanner *self, struct rmap_matche
     enum rmap_status st = RMAP_OK;
     const struct rmap_fold *fold = self->fold;
     const size_t n = rays->portion->n_row[RMAP_TABLE_RAY];
-    void *block = self->match;
     if (!fold->criterion)
         return RMAP_OK;
-    RMAP_TRY(rmap_reserve(&block, &self->n_match, n, 1, err));
-    self->match = block;
+    RMAP_TRY(RMAP_RESERVE(self->match, self->n_match, n, err));
     RMAP_TRY(rmap_criterion_evaluate(fold->criterion, rays->portion,
                                      rmap_map_flux_per_weight(fold->map), self->match, err));
     rays->match = self->match;
@@ -266,10 +264,8 @@ static enum rmap_status choose(struct rmap_fold_scanner *self, struct rmap_match
                                struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *block = self->chosen;
-    RMAP_TRY(rmap_reserve(&block, &self->chosen_cap,
-                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, 1, err));
-    self->chosen = block;
+    RMAP_TRY(RMAP_RESERVE(self->chosen, self->chosen_cap,
+                          rays->portion->n_row[RMAP_TABLE_REGISTRATION] + 1, err));
     RMAP_TRY(rmap_which_mark(self->which, rays->portion, self->chosen, err));
     rays->chosen = self->chosen;
 out:

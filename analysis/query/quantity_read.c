@@ -221,10 +221,7 @@ static void read_ray_numbers(const struct search *search, enum rmap_ray_number n
 static enum rmap_status reserve_counts(struct rmap_readings *readings, size_t n_row,
                                        struct rmap_error *err)
 {
-    void *count = readings->count;
-    enum rmap_status st =
-        rmap_reserve(&count, &readings->count_cap, 2 * n_row + 1, sizeof *readings->count, err);
-    readings->count = count;
+    enum rmap_status st = RMAP_RESERVE(readings->count, readings->count_cap, 2 * n_row + 1, err);
     return st;
 }
 

@@ -17,12 +17,9 @@ static enum rmap_status widen(struct rmap_collector *self, struct rmap_portion *
 {
     size_t n = portion->n_row[RMAP_TABLE_SEGMENT], few = (size_t)portion->n_channel;
     size_t many = (size_t)self->rays->n_channel;
-    void *block = self->wide;
     if (few == many)
         return RMAP_OK;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->wide_cap, n * many + 1, sizeof *self->wide, err);
-    self->wide = block;
+    enum rmap_status st = RMAP_RESERVE(self->wide, self->wide_cap, n * many + 1, err);
     if (st != RMAP_OK)
         return st;
     for (size_t i = 0; i < n; i++)

@@ -187,11 +187,9 @@ static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_err
 {
     enum rmap_status st = RMAP_OK;
     const size_t n = self->told.n_own;
-    void *verdict = self->own_verdict;
     if (self->own)
         goto out;
-    RMAP_TRY(rmap_reserve(&verdict, &self->own_cap, n + 1, 1, err));
-    self->own_verdict = verdict;
+    RMAP_TRY(RMAP_RESERVE(self->own_verdict, self->own_cap, n + 1, err));
     RMAP_TRY(rmap_cursor_own_paths(self->cursor, &self->own, err));
     st = rmap_judge_begin(&self->judge, false, self->shared->n_slot, n, err);
 out:

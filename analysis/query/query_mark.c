@@ -85,11 +85,9 @@ enum rmap_status rmap_picker_ids(struct rmap_picker *self, size_t portion, const
             *id_ret = rows->ray.id;
         return st;
     }
-    void *block = self->id;
     enum rmap_status st = vouch(self, portion, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&block, &self->cap_id, n, sizeof *self->id, err);
-    self->id = block;
+        st = RMAP_RESERVE(self->id, self->cap_id, n, err);
     for (size_t i = 0; st == RMAP_OK && i < n; i++)
         self->id[i] = info->first_ray + i;
     *id_ret = self->id;
@@ -142,11 +140,9 @@ static enum rmap_status mark_every(struct rmap_picker *self, size_t portion, uin
                                    struct rmap_error *err)
 {
     size_t n = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
-    void *block = self->every;
     enum rmap_status st = vouch(self, portion, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&block, &self->cap_every, n, 1, err);
-    self->every = block;
+        st = RMAP_RESERVE(self->every, self->cap_every, n, err);
     if (st == RMAP_OK && n > 0)
         memset(self->every, 1, n);
     *match_ret = self->every;

@@ -69,9 +69,7 @@ enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *self, uint8_t 
     *n_ret = n_ray;
     if (!self->criterion || n_ray == 0)
         return RMAP_OK;
-    void *block = self->match;
-    st = rmap_reserve(&block, &self->cap, n_ray, 1, err);
-    self->match = block;
+    st = RMAP_RESERVE(self->match, self->cap, n_ray, err);
     RMAP_TRY(st);
     RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
     *match_ret = self->match;

@@ -25,17 +25,13 @@ static enum rmap_status reserve(struct rmap_query_path *self, const struct rmap_
     enum rmap_status st = RMAP_OK;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_leg = view->n_row[RMAP_TABLE_SEGMENT];
     size_t n_class = rmap_history_n_class(view->index), n_hit = rmap_history_n_hit(view->index);
-    void *may = self->may, *leg = self->leg, *wanted = self->wanted;
     if (!self->rays && !(self->rays = rmap_alloc(1, sizeof *self->rays)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
-    RMAP_TRY(rmap_reserve(&may, &self->may_cap, 2 * rmap_bit_words(n_ray), sizeof *self->may, err));
-    self->may = may;
-    RMAP_TRY(rmap_reserve(&leg, &self->leg_cap, 2 * (rmap_bit_words(n_leg) + 1), sizeof *self->leg,
+    RMAP_TRY(RMAP_RESERVE(self->may, self->may_cap, 2 * rmap_bit_words(n_ray), err));
+    RMAP_TRY(RMAP_RESERVE(self->leg, self->leg_cap, 2 * (rmap_bit_words(n_leg) + 1),
                           err)); /* one word more is read */
-    self->leg = leg;
-    RMAP_TRY(rmap_reserve(&wanted, &self->wanted_cap,
-                          (n_class > 2 * n_hit ? n_class : 2 * n_hit) + 1, 1, err));
-    self->wanted = wanted;
+    RMAP_TRY(RMAP_RESERVE(self->wanted, self->wanted_cap,
+                          (n_class > 2 * n_hit ? n_class : 2 * n_hit) + 1, err));
 out:
     return st;
 }
@@ -181,7 +177,6 @@ static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
     struct rmap_query_path *path = search->path;
     const size_t n_ray = search->view->n_row[RMAP_TABLE_RAY];
     struct rmap_bit_groups *hits = NULL;
-    void *ray = path->ray;
     bool any = true;
     *n_ret = 0;
     if (search->view->registration_count)
@@ -197,8 +192,7 @@ static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
             any = hits && keep(search, hits, mark_hits(search, table->need[k].has));
     if (!any || !keep_chain(search))
         return RMAP_OK;
-    RMAP_TRY(rmap_reserve(&ray, &path->ray_cap, n_ray, sizeof *path->ray, err));
-    path->ray = ray;
+    RMAP_TRY(RMAP_RESERVE(path->ray, path->ray_cap, n_ray, err));
     *n_ret = rmap_history_place_rays(search->view, path->may, path->ray);
 out:
     return st;
@@ -215,13 +209,11 @@ static enum rmap_status gather(struct rmap_query_path *self, const struct rmap_h
                                  RMAP_COLUMN_BIT(RMAP_REGISTRATION_registered) |
                                  RMAP_COLUMN_BIT(RMAP_REGISTRATION_segment);
     size_t n_leg = 0, n_hit = 0;
-    void *block = self->row_class;
     for (size_t k = 0; k < n; k++) {
         n_leg += view->segment_count[self->ray[k].ray];
         n_hit += view->registration_count ? view->registration_count[self->ray[k].ray] : 0;
     }
-    RMAP_TRY(rmap_reserve(&block, &self->row_class_cap, n_leg + 1, sizeof *self->row_class, err));
-    self->row_class = block;
+    RMAP_TRY(RMAP_RESERVE(self->row_class, self->row_class_cap, n_leg + 1, err));
     rmap_portion_clear(self->rays);
     RMAP_TRY(rmap_portion_reserve(self->rays, RMAP_TABLE_RAY, n, counts, err));
     RMAP_TRY(rmap_portion_reserve(self->rays, RMAP_TABLE_REGISTRATION, n_hit, hits, err));
@@ -245,7 +237,6 @@ enum rmap_status rmap_query_path_mark(struct rmap_query_path *self,
                             .table = node->path.table,
                             .symbol = symbol,
                             .n_word = rmap_bit_words(view->n_row[RMAP_TABLE_RAY])};
-    void *match = self->match;
     size_t n = 0;
     own.interval = (struct rmap_interval){1.0, 1.0, false};
     memset(bits, 0, search.n_word * sizeof *bits);
@@ -262,8 +253,7 @@ enum rmap_status rmap_query_path_mark(struct rmap_query_path *self,
         return RMAP_OK;
     }
     RMAP_TRY(gather(self, view, n, err));
-    RMAP_TRY(rmap_reserve(&match, &self->match_cap, n, 1, err));
-    self->match = match;
+    RMAP_TRY(RMAP_RESERVE(self->match, self->match_cap, n, err));
     const struct rmap_path_rows rows = {.row_class = self->row_class, .symbol = symbol};
     RMAP_TRY(rmap_path_mark_rows(&own, self->rays, &rows, self->match, err));
     for (size_t k = 0; k < n; k++)

@@ -88,22 +88,15 @@ static enum rmap_status reserve(struct rmap_query_rows *self, size_t n_class, si
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *object = self->object, *event = self->event, *medium = self->medium;
-    void *detector = self->detector, *registered = self->registered;
-    st = rmap_reserve(&object, &self->object_cap, n_class, sizeof *self->object, err);
-    self->object = object;
+    st = RMAP_RESERVE(self->object, self->object_cap, n_class, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&event, &self->event_cap, n_class, sizeof *self->event, err);
-    self->event = event;
+        st = RMAP_RESERVE(self->event, self->event_cap, n_class, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&medium, &self->medium_cap, n_class, sizeof *self->medium, err);
-    self->medium = medium;
+        st = RMAP_RESERVE(self->medium, self->medium_cap, n_class, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&detector, &self->detector_cap, n_hit, sizeof *self->detector, err);
-    self->detector = detector;
+        st = RMAP_RESERVE(self->detector, self->detector_cap, n_hit, err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&registered, &self->registered_cap, n_hit, 1, err);
-    self->registered = registered;
+        st = RMAP_RESERVE(self->registered, self->registered_cap, n_hit, err);
     return st;
 }
 
@@ -190,13 +183,10 @@ static enum rmap_status answer(struct rmap_query_rows *self, int32_t index,
 static enum rmap_status reserve_rays(struct rmap_query_rows *self, struct rmap_error *err)
 {
     size_t n_ray = self->view->n_row[RMAP_TABLE_RAY];
-    void *bits = self->bits, *flag = self->flag;
-    enum rmap_status st = rmap_reserve(&bits, &self->bits_cap, 2 * (rmap_bit_words(n_ray) + 1),
-                                       sizeof *self->bits, err);
-    self->bits = bits;
+    enum rmap_status st =
+        RMAP_RESERVE(self->bits, self->bits_cap, 2 * (rmap_bit_words(n_ray) + 1), err);
     if (st == RMAP_OK)
-        st = rmap_reserve(&flag, &self->flag_cap, n_ray + 1, 1, err);
-    self->flag = flag;
+        st = RMAP_RESERVE(self->flag, self->flag_cap, n_ray + 1, err);
     return st;
 }
 

@@ -34,9 +34,7 @@ static enum rmap_status collect(struct rmap_query_scanner *self, size_t index,
 {
     enum rmap_status st = RMAP_OK;
     size_t n_ray = (size_t)rmap_map_portion(self->map, index)->n_row[RMAP_TABLE_RAY];
-    void *block = self->match;
-    RMAP_TRY(rmap_reserve(&block, &self->match_cap, n_ray, 1, err));
-    self->match = block;
+    RMAP_TRY(RMAP_RESERVE(self->match, self->match_cap, n_ray, err));
     RMAP_TRY(rmap_query_verdicts_mark(self->verdicts, 0, self->match, err));
     if (rmap_count_ones(self->match, n_ray) > 0)
         st = rmap_collector_add(&self->collector, index, self->match, err);
@@ -137,10 +135,7 @@ static int compare_places(const void *a, const void *b)
 static enum rmap_status arrange(struct rmap_query_scanner *self, size_t first, size_t last,
                                 struct rmap_error *err)
 {
-    void *block = self->place;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->place_cap, last - first, sizeof *self->place, err);
-    self->place = block;
+    enum rmap_status st = RMAP_RESERVE(self->place, self->place_cap, last - first, err);
     if (st != RMAP_OK || first == last)
         return st;
     for (size_t p = first; p < last; p++)

@@ -48,9 +48,7 @@ enum rmap_status rmap_undecided_enter(struct rmap_undecided *self, const uint8_t
                                       struct rmap_query_history *history, struct rmap_error *err)
 {
     size_t n_ray = view->n_row[RMAP_TABLE_RAY], n = 0;
-    void *ray = self->ray;
-    enum rmap_status st = rmap_reserve(&ray, &self->ray_cap, n_ray + 1, sizeof *self->ray, err);
-    self->ray = ray;
+    enum rmap_status st = RMAP_RESERVE(self->ray, self->ray_cap, n_ray + 1, err);
     if (st != RMAP_OK)
         return st;
     if (!self->memory && !(self->memory = rmap_alloc(1, sizeof *self->memory)))
@@ -90,7 +88,6 @@ static enum rmap_status place(struct rmap_undecided *self, enum rmap_table table
     const struct rmap_history_view *view = self->view;
     const bool by_path = view->form == RMAP_HISTORY_PATHS, is_ray = table == RMAP_TABLE_RAY;
     struct rmap_known_rows known;
-    void *block = self->range[table];
     size_t at = 0, n = 0;
     if (self->is_placed[table])
         return RMAP_OK;
@@ -98,8 +95,7 @@ static enum rmap_status place(struct rmap_undecided *self, enum rmap_table table
                                      RMAP_COLUMN_BIT(RMAP_RAY_segment_count) |
                                          RMAP_COLUMN_BIT(RMAP_RAY_registration_count),
                                      &known, err));
-    RMAP_TRY(rmap_reserve(&block, &self->range_cap[table], self->n + 1, sizeof **self->range, err));
-    self->range[table] = block;
+    RMAP_TRY(RMAP_RESERVE(self->range[table], self->range_cap[table], self->n + 1, err));
     const uint32_t *count = is_ray ? NULL : known_counts(&known, table);
     for (size_t s = 0, i = 0; s < self->n; s++) {
         for (; count && i < self->ray[s]; i++)

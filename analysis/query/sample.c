@@ -67,10 +67,7 @@ enum rmap_status rmap_sample_add(struct rmap_sample *sample, struct rmap_sample_
         sink(sample->ray, sample->n);
         return RMAP_OK;
     }
-    void *block = sample->ray;
-    enum rmap_status st =
-        rmap_reserve(&block, &sample->cap, sample->n + 1, sizeof *sample->ray, err);
-    sample->ray = block;
+    enum rmap_status st = RMAP_RESERVE(sample->ray, sample->cap, sample->n + 1, err);
     if (st != RMAP_OK)
         return st;
     sample->ray[sample->n] = ray;

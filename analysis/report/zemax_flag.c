@@ -17,13 +17,11 @@ enum rmap_status rmap_zemax_put(struct rmap_zemax_translation *t, struct rmap_ze
                                 const char *text)
 {
     size_t nbytes = strlen(text);
-    void *block = draft->text;
     if (draft->nbytes + nbytes > NBYTES_MAX)
         return RMAP_ZEMAX_FAIL(t, t->at, t->at, "the filter's translation is too long");
-    enum rmap_status st = rmap_reserve(&block, &draft->cap, draft->nbytes + nbytes + 1, 1, t->err);
+    enum rmap_status st = RMAP_RESERVE(draft->text, draft->cap, draft->nbytes + nbytes + 1, t->err);
     if (st != RMAP_OK)
         return st;
-    draft->text = block;
     memcpy(draft->text + draft->nbytes, text, nbytes + 1);
     draft->nbytes += nbytes;
     return RMAP_OK;

@@ -27,9 +27,7 @@ void rmap_text_table_add(struct rmap_text_table *table, const char *format, ...)
     va_end(args);
     if (table->status != RMAP_OK)
         return;
-    void *block = table->cell;
-    table->status = rmap_reserve(&block, &table->cap, table->n_cell + 1, sizeof *table->cell, NULL);
-    table->cell = block;
+    table->status = RMAP_RESERVE(table->cell, table->cap, table->n_cell + 1, NULL);
     char *copy = table->status == RMAP_OK ? rmap_strdup(text) : NULL;
     if (copy)
         table->cell[table->n_cell++] = copy;

@@ -118,9 +118,8 @@ enum rmap_status rmap_encoder_encode(struct rmap_encoder *encoder, const void *r
                                      size_t n, size_t element_nbytes, uint8_t *stored,
                                      size_t *nbytes_ret, struct rmap_error *err)
 {
-    void *block = encoder->plane;
-    enum rmap_status st = rmap_reserve(&block, &encoder->plane_cap, n * element_nbytes + 1, 1, err);
-    encoder->plane = block;
+    enum rmap_status st =
+        RMAP_RESERVE(encoder->plane, encoder->plane_cap, n * element_nbytes + 1, err);
     if (st != RMAP_OK)
         return st;
     rmap_shuffle(raw, n_used, element_nbytes, encoder->plane, n);

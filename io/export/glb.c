@@ -89,9 +89,7 @@ enum rmap_status rmap_glb_add_material(struct rmap_glb *self, const struct rmap_
 static enum rmap_status add_view(struct rmap_glb *self, const void *bytes, size_t nbytes,
                                  int target, size_t *index_ret, struct rmap_error *err)
 {
-    void *block = self->bytes;
-    enum rmap_status st = rmap_reserve(&block, &self->cap, self->nbytes + nbytes + 4, 1, err);
-    self->bytes = block;
+    enum rmap_status st = RMAP_RESERVE(self->bytes, self->cap, self->nbytes + nbytes + 4, err);
     if (st != RMAP_OK)
         return st;
     if (nbytes > 0)

@@ -79,11 +79,9 @@ static enum rmap_status reserve(struct rmap_polydata *self, enum array_index ind
                                 struct rmap_error *err)
 {
     struct array *array = &self->array[index];
-    void *block = array->bytes;
-    enum rmap_status st = rmap_reserve(
-        &block, &array->cap,
-        LENGTH_NBYTES + (array->n_row + n_more) * array_table[index].row_nbytes, 1, err);
-    array->bytes = block;
+    enum rmap_status st =
+        RMAP_RESERVE(array->bytes, array->cap,
+                     LENGTH_NBYTES + (array->n_row + n_more) * array_table[index].row_nbytes, err);
     return st;
 }
 

@@ -18,9 +18,7 @@ struct bytes {
 
 static enum rmap_status append(struct bytes *bytes, const uint8_t *data, size_t n)
 {
-    void *block = bytes->data;
-    enum rmap_status st = rmap_reserve(&block, &bytes->cap, bytes->n + n, 1, NULL);
-    bytes->data = block;
+    enum rmap_status st = RMAP_RESERVE(bytes->data, bytes->cap, bytes->n + n, NULL);
     if (st != RMAP_OK)
         return st;
     memcpy(bytes->data + bytes->n, data, n);

@@ -24,9 +24,7 @@ static void put_bytes(struct rmap_svg *svg, const char *bytes, size_t n)
 {
     if (svg->status != RMAP_OK)
         return;
-    void *block = svg->text;
-    svg->status = rmap_reserve(&block, &svg->cap, svg->nbytes + n, 1, NULL);
-    svg->text = block;
+    svg->status = RMAP_RESERVE(svg->text, svg->cap, svg->nbytes + n, NULL);
     if (svg->status != RMAP_OK)
         return;
     memcpy(svg->text + svg->nbytes, bytes, n);

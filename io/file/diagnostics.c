@@ -50,11 +50,8 @@ void rmap_diagnostics_vadd(struct rmap_diagnostics *diagnostics, enum rmap_sever
     char text[RMAP_ERROR_TEXT_LEN];
     (void)vsnprintf(text, sizeof text, format, args);
     blank_controls(text);
-    void *item = diagnostics->item;
-    if (rmap_reserve(&item, &diagnostics->cap, diagnostics->n + 1, sizeof *diagnostics->item,
-                     NULL) != RMAP_OK)
+    if (RMAP_RESERVE(diagnostics->item, diagnostics->cap, diagnostics->n + 1, NULL) != RMAP_OK)
         return;
-    diagnostics->item = item;
     char *copy = rmap_strdup(text);
     if (!copy)
         return;

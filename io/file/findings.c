@@ -56,10 +56,7 @@ enum rmap_status rmap_findings_append(struct rmap_findings *findings,
                                       const struct rmap_finding *row, size_t n,
                                       struct rmap_error *err)
 {
-    void *block = findings->row;
-    enum rmap_status st =
-        rmap_reserve(&block, &findings->cap, findings->n + n, sizeof *findings->row, err);
-    findings->row = block;
+    enum rmap_status st = RMAP_RESERVE(findings->row, findings->cap, findings->n + n, err);
     if (st != RMAP_OK || n == 0)
         return st;
     memcpy(findings->row + findings->n, row, n * sizeof *row);

@@ -151,9 +151,7 @@ static enum rmap_status read_stored(struct rmap_chunk_reader *self,
                                     struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *block = self->stored;
-    st = rmap_reserve(&block, &self->stored_cap, (size_t)entry->nbytes, 1, err);
-    self->stored = block;
+    st = RMAP_RESERVE(self->stored, self->stored_cap, (size_t)entry->nbytes, err);
     if (st != RMAP_OK)
         return st;
     RMAP_TRY(rmap_read_exactly(fd, self->stored, entry->nbytes, entry->offset, err));

@@ -132,9 +132,7 @@ static bool take_tail(struct reading *self, size_t nbytes, enum rmap_status *st,
         nbytes != head.n_row * rmap_stream_row_nbytes(&journal->layout->stream[head.stream],
                                                       (int)journal->header.n_channel))
         return false;
-    void *rows = self->journal->tail;
-    *st = rmap_reserve(&rows, &self->cap_tail, self->n_tail + 1, sizeof *journal->tail, err);
-    self->journal->tail = rows;
+    *st = RMAP_RESERVE(self->journal->tail, self->cap_tail, self->n_tail + 1, err);
     if (*st != RMAP_OK)
         return false;
     self->journal->tail[self->n_tail++] =

@@ -18,9 +18,7 @@ struct walk {
 static enum rmap_status add_name(struct rmap_piece_list *list, int shard, int number,
                                  struct rmap_error *err)
 {
-    void *block = list->name;
-    enum rmap_status st = rmap_reserve(&block, &list->cap, list->n + 1, sizeof *list->name, err);
-    list->name = block;
+    enum rmap_status st = RMAP_RESERVE(list->name, list->cap, list->n + 1, err);
     if (st == RMAP_OK)
         list->name[list->n++] = (struct rmap_piece_name){shard, number};
     return st;
@@ -40,10 +38,8 @@ static enum rmap_status add_leftover(const struct walk *walk, const char *name,
     if ((size_t)snprintf(row.name, sizeof row.name, "%s/%.*s.part", walk->shard_name, stem, name) >=
         sizeof row.name)
         return RMAP_OK; /* no name of ours is that long */
-    void *block = listing->leftover;
-    enum rmap_status st = rmap_reserve(&block, &listing->cap_leftover, listing->n_leftover + 1,
-                                       sizeof *listing->leftover, err);
-    listing->leftover = block;
+    enum rmap_status st =
+        RMAP_RESERVE(listing->leftover, listing->cap_leftover, listing->n_leftover + 1, err);
     if (st == RMAP_OK)
         listing->leftover[listing->n_leftover++] = row;
     return st;

@@ -28,10 +28,7 @@ int32_t rmap_map_spaces_find(const struct rmap_map_spaces *spaces, const char *d
 static enum rmap_status make_room(struct rmap_map_spaces *spaces, size_t n_more,
                                   struct rmap_error *err)
 {
-    void *block = spaces->space;
-    enum rmap_status st =
-        rmap_reserve(&block, &spaces->cap, spaces->n + n_more, sizeof *spaces->space, err);
-    spaces->space = block;
+    enum rmap_status st = RMAP_RESERVE(spaces->space, spaces->cap, spaces->n + n_more, err);
     return st;
 }
 

@@ -349,9 +349,7 @@ enum rmap_status rmap_gltf_numbers(struct rmap_gltf *gltf, size_t accessor, size
     if (view != SIZE_MAX)
         RMAP_TRY(find_place(gltf, view, offset, to->n, n_component * nbytes, &place));
     RMAP_TRY(rmap_gltf_charge(gltf, to->n));
-    void *value = to->value;
-    RMAP_TRY(rmap_reserve(&value, &to->cap, to->n * n_component, sizeof *to->value, gltf->err));
-    to->value = value;
+    RMAP_TRY(RMAP_RESERVE(to->value, to->cap, to->n * n_component, gltf->err));
     const bool normalized = json_is_true(json_object_get(entry, "normalized"));
     for (size_t i = 0; i < to->n; i++)
         for (size_t k = 0; k < n_component; k++)

@@ -41,9 +41,7 @@ static enum rmap_status vertex_index(struct rmap_mesh_builder *b, const float po
         RMAP_TRY(grow_slots(b));
     uint32_t *slot = find_slot(b, position);
     if (!*slot) {
-        void *vertex = b->vertex;
-        RMAP_TRY(rmap_reserve(&vertex, &b->cap_vertex, b->n_vertex + 1, sizeof *b->vertex, b->err));
-        b->vertex = vertex;
+        RMAP_TRY(RMAP_RESERVE(b->vertex, b->cap_vertex, b->n_vertex + 1, b->err));
         memcpy(b->vertex[b->n_vertex], position, sizeof *b->vertex);
         *slot = (uint32_t)++b->n_vertex;
     }
@@ -81,12 +79,8 @@ enum rmap_status rmap_mesh_builder_add(struct rmap_mesh_builder *b,
     }
     if (b->n_triangle >= TRIANGLES_MAX || b->n_vertex + 3 >= UINT32_MAX)
         return rmap_error_set(b->err, RMAP_INPUT, "it has more than 2^31 triangles");
-    void *triangle = b->triangle, *face = b->face;
-    RMAP_TRY(
-        rmap_reserve(&triangle, &b->cap_triangle, b->n_triangle + 1, sizeof *b->triangle, b->err));
-    b->triangle = triangle;
-    RMAP_TRY(rmap_reserve(&face, &b->cap_face, b->n_triangle + 1, sizeof *b->face, b->err));
-    b->face = face;
+    RMAP_TRY(RMAP_RESERVE(b->triangle, b->cap_triangle, b->n_triangle + 1, b->err));
+    RMAP_TRY(RMAP_RESERVE(b->face, b->cap_face, b->n_triangle + 1, b->err));
     for (int k = 0; k < 3; k++)
         RMAP_TRY(vertex_index(b, p[k], &b->triangle[b->n_triangle][k]));
     b->face[b->n_triangle++] = (uint32_t)b->n_face;
@@ -99,9 +93,7 @@ enum rmap_status rmap_mesh_builder_close_face(struct rmap_mesh_builder *b, const
     enum rmap_status st = RMAP_OK;
     if (!b->n_triangle || b->face[b->n_triangle - 1] < b->n_face)
         return RMAP_OK;
-    void *names = b->face_name;
-    RMAP_TRY(rmap_reserve(&names, &b->cap_face_name, b->n_face + 1, sizeof *b->face_name, b->err));
-    b->face_name = names;
+    RMAP_TRY(RMAP_RESERVE(b->face_name, b->cap_face_name, b->n_face + 1, b->err));
     b->face_name[b->n_face] = rmap_strdup(name);
     if (name && !b->face_name[b->n_face])
         return rmap_error_set(b->err, RMAP_SYSTEM, "out of memory: %zu faces", b->n_face);

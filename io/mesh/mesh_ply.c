@@ -256,11 +256,8 @@ static enum rmap_status read_list(struct ply *ply, const struct property *proper
     bool corners = property->role == ROLE_CORNERS;
     if (!next_index(ply, property->count_type, ply->nbytes - ply->at + 1, &n))
         return cut_off(ply);
-    void *corner = ply->corner;
     if (corners)
-        RMAP_TRY(rmap_reserve(&corner, &ply->cap_corner, (size_t)n, sizeof *ply->corner,
-                              ply->builder->err));
-    ply->corner = corner;
+        RMAP_TRY(RMAP_RESERVE(ply->corner, ply->cap_corner, (size_t)n, ply->builder->err));
     for (uint64_t i = 0; i < n; i++) {
         if (corners && !next_index(ply, property->type, ply->n_vertex, &ply->corner[i]))
             return refuse(ply, "it ends early, or a face has a vertex that is not there");

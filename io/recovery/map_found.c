@@ -18,10 +18,7 @@
 enum rmap_status rmap_map_note_trouble(struct rmap_map *map, const char *text,
                                        struct rmap_error *err)
 {
-    void *block = map->trouble;
-    enum rmap_status st =
-        rmap_reserve(&block, &map->cap_trouble, map->n_trouble + 1, sizeof *map->trouble, err);
-    map->trouble = block;
+    enum rmap_status st = RMAP_RESERVE(map->trouble, map->cap_trouble, map->n_trouble + 1, err);
     if (st != RMAP_OK)
         return st;
     map->trouble[map->n_trouble] = rmap_strdup(text);

@@ -57,10 +57,7 @@ static enum rmap_status add_shared(struct shared *shared, struct rmap_ray_range 
         shared->range[shared->n - 1].end = range.end;
         return RMAP_OK;
     }
-    void *block = shared->range;
-    enum rmap_status st =
-        rmap_reserve(&block, &shared->cap, shared->n + 1, sizeof *shared->range, err);
-    shared->range = block;
+    enum rmap_status st = RMAP_RESERVE(shared->range, shared->cap, shared->n + 1, err);
     if (st == RMAP_OK)
         shared->range[shared->n++] = range;
     return st;

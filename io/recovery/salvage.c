@@ -50,9 +50,7 @@ static enum rmap_status no_memory(struct rmap_error *err)
 static enum rmap_status reserve(uint8_t **buffer, size_t *cap, size_t nbytes,
                                 struct rmap_error *err)
 {
-    void *block = *buffer;
-    enum rmap_status st = rmap_reserve(&block, cap, nbytes, 1, err);
-    *buffer = block;
+    enum rmap_status st = RMAP_RESERVE(*buffer, *cap, nbytes, err);
     return st;
 }
 

@@ -104,15 +104,13 @@ static enum rmap_status prepare(struct rmap_chunk_verifier *self, size_t piece,
                                 struct rmap_error *err)
 {
     const struct rmap_piece_info *info = &self->verification->content->piece[piece];
-    void *block = self->stored;
     *wrong_ret = NULL;
     if (entry->nbytes < sizeof(uint32_t) || entry->offset > info->nbytes ||
         entry->nbytes > info->nbytes - entry->offset) {
         *wrong_ret = "it lies outside its file";
         return RMAP_OK;
     }
-    enum rmap_status st = rmap_reserve(&block, &self->cap, entry->nbytes, 1, err);
-    self->stored = block;
+    enum rmap_status st = RMAP_RESERVE(self->stored, self->cap, entry->nbytes, err);
     if (st != RMAP_OK || (self->fd >= 0 && self->piece == piece))
         return st;
     if (self->fd >= 0)

@@ -45,9 +45,7 @@ enum rmap_status rmap_names_add(struct rmap_names *names, const char *text, int3
     enum rmap_status st = RMAP_OK;
     if (2 * (names->n + 1) > names->n_slot)
         RMAP_TRY(grow(names, err));
-    void *name = names->name;
-    RMAP_TRY(rmap_reserve(&name, &names->cap, names->n + 1, sizeof *names->name, err));
-    names->name = name;
+    RMAP_TRY(RMAP_RESERVE(names->name, names->cap, names->n + 1, err));
     size_t slot = find_slot(names, text);
     names->name[names->n++] = (struct rmap_name){text, kind, index, line};
     names->slot[slot] = (uint32_t)names->n;

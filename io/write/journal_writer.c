@@ -34,10 +34,8 @@ static enum rmap_status add_record(struct rmap_journal_batch *batch, enum rmap_j
                                    size_t nbytes, uint8_t **payload_ret, struct rmap_error *err)
 {
     struct rmap_journal_record_head head = {(uint32_t)type, (uint32_t)nbytes};
-    void *block = batch->data;
     enum rmap_status st =
-        rmap_reserve(&block, &batch->cap, batch->nbytes + sizeof head + nbytes, 1, err);
-    batch->data = block;
+        RMAP_RESERVE(batch->data, batch->cap, batch->nbytes + sizeof head + nbytes, err);
     if (st != RMAP_OK)
         return st;
     memcpy(batch->data + batch->nbytes, &head, sizeof head);

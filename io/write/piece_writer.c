@@ -33,11 +33,9 @@ enum rmap_status rmap_piece_writer_put(struct rmap_piece_writer *self, int strea
     hsize_t found_nbytes = 0;
     haddr_t address = 0;
     unsigned mask = 0;
-    void *block = self->entry;
     if (self->h5.failed)
         return rmap_error_set(err, RMAP_SYSTEM, "%s: an earlier write failed", self->h5.path);
-    st = rmap_reserve(&block, &self->cap_entry, self->n_entry + 1, sizeof *self->entry, err);
-    self->entry = block;
+    st = RMAP_RESERVE(self->entry, self->cap_entry, self->n_entry + 1, err);
     if (st != RMAP_OK)
         return st;
     hid_t set = self->set[stream];

@@ -73,10 +73,8 @@ static enum rmap_status make_room(struct rmap_row_parts *parts, size_t nbytes,
                                   struct rmap_error *err)
 {
     if (parts->n == parts->cap) {
-        void *grown = parts->part;
         size_t cap = parts->cap;
-        enum rmap_status st = rmap_reserve(&grown, &cap, cap + 1, sizeof *parts->part, err);
-        parts->part = grown;
+        enum rmap_status st = RMAP_RESERVE(parts->part, cap, cap + 1, err);
         if (st != RMAP_OK)
             return st;
         memset(parts->part + parts->cap, 0, (cap - parts->cap) * sizeof *parts->part);

@@ -106,10 +106,7 @@ static enum rmap_status append_locked(struct rmap_shard_writer *self, struct rma
     struct rmap_rows rows;
     RMAP_TRY(begin_piece(self, err));
     struct rmap_shard_piece *piece = self->piece;
-    void *block = piece->portion;
-    st = rmap_reserve(&block, &piece->cap_portion, piece->n_portion + 1, sizeof *piece->portion,
-                      err);
-    piece->portion = block;
+    st = RMAP_RESERVE(piece->portion, piece->cap_portion, piece->n_portion + 1, err);
     if (st != RMAP_OK)
         goto out;
     for (size_t i = 0; i < rmap_row_slot_count(slot); i++) {

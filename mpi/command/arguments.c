@@ -109,12 +109,10 @@ static enum rmap_status append_value(struct rmap_arguments *arguments,
                                      const struct rmap_option *option, const char *text,
                                      struct rmap_error *err)
 {
-    void *value = arguments->value;
-    enum rmap_status st = rmap_reserve(&value, &arguments->cap_value, arguments->n_value + 1,
-                                       sizeof *arguments->value, err);
+    enum rmap_status st =
+        RMAP_RESERVE(arguments->value, arguments->cap_value, arguments->n_value + 1, err);
     if (st != RMAP_OK)
         return st;
-    arguments->value = value;
     arguments->value[arguments->n_value++] =
         (struct rmap_argument_value){.option = option, .text = text ? text : ""};
     return RMAP_OK;
@@ -264,11 +262,9 @@ const char *rmap_argument(const struct rmap_arguments *arguments, const char *na
 static enum rmap_status append_piece(char ***list, size_t *n, size_t *cap, const char *from,
                                      size_t len, struct rmap_error *err)
 {
-    void *block = *list;
-    enum rmap_status st = rmap_reserve(&block, cap, *n + 1, sizeof(char *), err);
+    enum rmap_status st = RMAP_RESERVE(*list, *cap, *n + 1, err);
     if (st != RMAP_OK)
         return st;
-    *list = block;
     char *copy = rmap_alloc(len + 1, 1);
     if (!copy)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the command line");

@@ -19,9 +19,7 @@ enum rmap_status rmap_gather_findings(const struct rmap_context *context,
     for (int r = 1; context->rank == 0 && r < context->size; r++)
         total += all[r];
     if (context->rank == 0) { /* room for everything first: nothing fails once ranks send */
-        void *block = findings->row;
-        st = rmap_reserve(&block, &findings->cap, total, sizeof *findings->row, err);
-        findings->row = block;
+        st = RMAP_RESERVE(findings->row, findings->cap, total, err);
     }
     RMAP_TRY(rmap_agree(context, st, err));
     for (size_t i = 0; context->rank != 0 && i < findings->n; i++)

@@ -12,10 +12,7 @@ struct rmap_held_rays {
 enum rmap_status rmap_ray_order_add(struct rmap_ray_order *self, size_t portion,
                                     struct rmap_parcel *parcel, struct rmap_error *err)
 {
-    void *block = self->held;
-    enum rmap_status st =
-        rmap_reserve(&block, &self->cap_held, self->n_held + 1, sizeof *self->held, err);
-    self->held = block;
+    enum rmap_status st = RMAP_RESERVE(self->held, self->cap_held, self->n_held + 1, err);
     if (st != RMAP_OK) {
         rmap_parcel_destroy(parcel);
         return st;

@@ -108,9 +108,7 @@ static enum rmap_status mark_part(struct rmap_ray_parts *self, struct rmap_picke
         RMAP_TRY(rmap_picker_mark(picker, portion[i], &match, &marks->n[i], err));
         if (!match)
             continue;
-        void *block = marks->match;
-        st = rmap_reserve(&block, &marks->cap_match, used + n_ray, 1, err);
-        marks->match = block;
+        st = RMAP_RESERVE(marks->match, marks->cap_match, used + n_ray, err);
         RMAP_TRY(st);
         memcpy(marks->match + used, match, n_ray);
         marks->first[i] = used;

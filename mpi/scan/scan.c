@@ -242,9 +242,7 @@ static enum rmap_status widen(struct collection *self, const struct rmap_streame
 {
     size_t few = (size_t)portion->n_channel, many = (size_t)self->rays->n_channel;
     size_t first = ray->segment, end = first + portion->ray.segment_count[ray->row];
-    void *block = self->wide;
-    enum rmap_status st = rmap_reserve(&block, &self->cap, end * many + 1, sizeof *self->wide, err);
-    self->wide = block;
+    enum rmap_status st = RMAP_RESERVE(self->wide, self->cap, end * many + 1, err);
     for (size_t i = first * many; st == RMAP_OK && i < end * many; i++)
         self->wide[i] = i % many < few ? portion->colour[i / many * few + i % many] : 0;
     portion->n_channel = (int)many;

@@ -256,10 +256,8 @@ static enum rmap_status lay_out(struct rmap_bit_groups *groups, const uint32_t *
                                 struct rmap_error *err)
 {
     const size_t n_word = rmap_bit_words(n_bit), n_made = rmap_bit_groups_words(n_group, n_bit);
-    void *memory = groups->memory;
-    enum rmap_status st = rmap_reserve(&memory, &groups->cap, (made ? n_made : 2 * n_made) + 2,
-                                       sizeof(uint64_t), err);
-    groups->memory = memory;
+    enum rmap_status st =
+        RMAP_RESERVE(groups->memory, groups->cap, (made ? n_made : 2 * n_made) + 2, err);
     if (st != RMAP_OK)
         return st;
     groups->n_group = n_group;

@@ -72,9 +72,7 @@ static enum rmap_status make_room(struct rmap_compact_encoder *encoder,
     enum rmap_status st = RMAP_OK;
     size_t n = part->n_row[RMAP_TABLE_RAY], s = part->n_row[RMAP_TABLE_SEGMENT];
     size_t words = RMAP_WORD_HEAD * n + 2 * s + 3 * part->n_row[RMAP_TABLE_REGISTRATION];
-#define ROOM(field, n)                                                                             \
-    RMAP_TRY(rmap_reserve((void **)&encoder->field, &encoder->cap_##field, n,                      \
-                          sizeof *encoder->field, err))
+#define ROOM(field, n) RMAP_TRY(RMAP_RESERVE(encoder->field, encoder->cap_##field, n, err))
     ROOM(path, encoder->n_ray + n);
     ROOM(channel, encoder->n_ray + n);
     ROOM(hash, encoder->n_ray + n);
@@ -97,8 +95,7 @@ static enum rmap_status copy_curve(struct rmap_compact_encoder *encoder,
     if (n == 0)
         return RMAP_OK;
 #define COPY(field, path, type, element, width, unit, text)                                        \
-    RMAP_TRY(rmap_reserve((void **)&encoder->curve.field, &encoder->cap_##field, n *(width),       \
-                          sizeof(type), err));                                                     \
+    RMAP_TRY(RMAP_RESERVE(encoder->curve.field, encoder->cap_##field, n *(width), err));           \
     memcpy(encoder->curve.field, portion->curve.field, n *(width) * sizeof(type));
     RMAP_CURVE_COLUMNS(COPY)
 #undef COPY

@@ -72,11 +72,9 @@ void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *va
         if (d == 0)
             continue;
         size_t n = lane->n_patch, at = lane->before + first + i, skip = at - lane->last;
-        lane->status =
-            rmap_reserve((void **)&lane->skip, &lane->cap_patch, n + 1, sizeof *lane->skip, NULL);
+        lane->status = RMAP_RESERVE(lane->skip, lane->cap_patch, n + 1, NULL);
         if (lane->status == RMAP_OK)
-            lane->status = rmap_reserve((void **)&lane->value, &lane->cap_value, n + 1,
-                                        sizeof *lane->value, NULL);
+            lane->status = RMAP_RESERVE(lane->value, lane->cap_value, n + 1, NULL);
         if (lane->status != RMAP_OK)
             return;
         lane->skip[n] = skip > UINT32_MAX ? UINT32_MAX : (uint32_t)skip; /* then not patched */

@@ -60,15 +60,15 @@ static enum rmap_status grow_pool(struct rmap_lane_store *store, size_t nbytes, 
     enum rmap_status st;
     switch (nbytes) {
     case 2:
-        st = rmap_reserve((void **)&store->pool16, &store->cap16, store->n16 + n, 2, err);
+        st = RMAP_RESERVE(store->pool16, store->cap16, store->n16 + n, err);
         *at_ret = (uint8_t *)store->pool16 + 2 * store->n16;
         break;
     case 4:
-        st = rmap_reserve((void **)&store->pool32, &store->cap32, store->n32 + n, 4, err);
+        st = RMAP_RESERVE(store->pool32, store->cap32, store->n32 + n, err);
         *at_ret = (uint8_t *)store->pool32 + 4 * store->n32;
         break;
     default:
-        st = rmap_reserve((void **)&store->pool64, &store->cap64, store->n64 + n, 8, err);
+        st = RMAP_RESERVE(store->pool64, store->cap64, store->n64 + n, err);
         *at_ret = (uint8_t *)store->pool64 + 8 * store->n64;
     }
     return st;
@@ -111,10 +111,8 @@ static enum rmap_status store_lane(const struct rmap_lane *lane, struct rmap_lan
             return RMAP_OK;
         }
     }
-    RMAP_TRY(rmap_reserve((void **)&store->skip, &store->cap_skip, store->n_patch + n,
-                          sizeof *store->skip, err));
-    RMAP_TRY(rmap_reserve((void **)&store->value, &store->cap_value, store->n_patch + n,
-                          sizeof *store->value, err));
+    RMAP_TRY(RMAP_RESERVE(store->skip, store->cap_skip, store->n_patch + n, err));
+    RMAP_TRY(RMAP_RESERVE(store->value, store->cap_value, store->n_patch + n, err));
     memcpy(store->skip + store->n_patch, lane->skip, n * sizeof *lane->skip);
     memcpy(store->value + store->n_patch, lane->value, n * sizeof *lane->value);
     store->n_patch += n;
@@ -133,7 +131,7 @@ enum rmap_status rmap_lanes_store(const struct rmap_lane *lane,
     memcpy(header, start, RMAP_HEADER_COUNT * sizeof *header);
     store->n16 = store->n32 = store->n_patch = 0;
     store->n64 = RMAP_HEADER_COUNT + RMAP_LANE_COUNT; /* the most it can take; closed up below */
-    RMAP_TRY(rmap_reserve((void **)&store->pool64, &store->cap64, store->n64, 8, err));
+    RMAP_TRY(RMAP_RESERVE(store->pool64, store->cap64, store->n64, err));
     for (int i = 0; i < RMAP_LANE_COUNT; i++) {
         RMAP_TRY(store_lane(&lane[i], store, &mode, err));
         header[RMAP_HEADER_MODES] |= (uint64_t)mode << (2 * i);

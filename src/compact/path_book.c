@@ -97,10 +97,8 @@ enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t
         *seen = hash;
         return RMAP_OK;
     }
-    RMAP_TRY(rmap_reserve((void **)&book->entry, &book->cap_entry, book->n + 1, sizeof *book->entry,
-                          err));
-    RMAP_TRY(rmap_reserve((void **)&book->word, &book->cap_word, book->n_word + n_word,
-                          sizeof *book->word, err));
+    RMAP_TRY(RMAP_RESERVE(book->entry, book->cap_entry, book->n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(book->word, book->cap_word, book->n_word + n_word, err));
     memcpy(book->word + book->n_word, word, n_word * sizeof *word);
     book->entry[book->n] = (struct entry){hash, book->n_word};
     book->n_word += n_word;
@@ -111,14 +109,11 @@ out:
     return st;
 }
 
-#define RESERVE(field, cap, n)                                                                     \
-    rmap_reserve((void **)&rows->field, &(cap), n, sizeof *rows->field, err)
-
 /* rmap_reserve keeps one capacity per block; those of a table are grown alike. */
 #define RESERVE_LIKE(field, own, n)                                                                \
     do {                                                                                           \
         size_t cap = own;                                                                          \
-        RMAP_TRY(RESERVE(field, cap, n));                                                          \
+        RMAP_TRY(RMAP_RESERVE(rows->field, cap, n, err));                                          \
     } while (0)
 
 enum rmap_status rmap_path_rows_reserve(struct rmap_path_rows *rows, size_t n, size_t n_segment,
@@ -132,12 +127,12 @@ enum rmap_status rmap_path_rows_reserve(struct rmap_path_rows *rows, size_t n, s
     RESERVE_LIKE(stop, rows->cap, n);
     RESERVE_LIKE(start_object, rows->cap, n);
     RESERVE_LIKE(segment_count, rows->cap, n);
-    RMAP_TRY(RESERVE(registration_count, rows->cap, n));
+    RMAP_TRY(RMAP_RESERVE(rows->registration_count, rows->cap, n, err));
     RESERVE_LIKE(object, rows->cap_segment, n_segment);
-    RMAP_TRY(RESERVE(event, rows->cap_segment, n_segment));
+    RMAP_TRY(RMAP_RESERVE(rows->event, rows->cap_segment, n_segment, err));
     RESERVE_LIKE(segment, rows->cap_registration, n_registration);
     RESERVE_LIKE(detector, rows->cap_registration, n_registration);
-    RMAP_TRY(RESERVE(registered, rows->cap_registration, n_registration));
+    RMAP_TRY(RMAP_RESERVE(rows->registered, rows->cap_registration, n_registration, err));
 out:
     return st;
 }

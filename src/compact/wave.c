@@ -56,12 +56,11 @@ static enum rmap_status make_room(struct rmap_wave *wave, const struct rmap_retr
 {
     enum rmap_status st = RMAP_OK;
     size_t most, n_leg = plan_shelves(wave, r, &most);
-    RMAP_TRY(rmap_reserve((void **)&wave->careful, &wave->cap_careful, r->n_ray,
-                          sizeof *wave->careful, err));
+    RMAP_TRY(RMAP_RESERVE(wave->careful, wave->cap_careful, r->n_ray, err));
     /* one more: it is asked for its kind when the last one is done, to no end */
-    RMAP_TRY(rmap_reserve((void **)&wave->leg, &wave->cap_leg, n_leg + 1, sizeof *wave->leg, err));
-    RMAP_TRY(rmap_reserve((void **)&wave->start, &wave->cap_start, most, sizeof *wave->start, err));
-    RMAP_TRY(rmap_reserve((void **)&wave->queue, &wave->cap_queue, 1, sizeof *wave->queue, err));
+    RMAP_TRY(RMAP_RESERVE(wave->leg, wave->cap_leg, n_leg + 1, err));
+    RMAP_TRY(RMAP_RESERVE(wave->start, wave->cap_start, most, err));
+    RMAP_TRY(RMAP_RESERVE(wave->queue, wave->cap_queue, 1, err));
     RMAP_TRY(rmap_reserve(&wave->room, &wave->cap_room,
                           (RMAP_WAVE_RAYS + 1) * sizeof *wave->ray + LINE, 1, err));
     wave->ray = (void *)((uint8_t *)wave->room + (-(uintptr_t)wave->room & (LINE - 1)));

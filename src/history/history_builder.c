@@ -40,9 +40,7 @@ void rmap_history_builder_destroy(struct rmap_history_builder *self)
 static enum rmap_status reserve_words(uint32_t **block, size_t *cap, size_t need,
                                       struct rmap_error *err)
 {
-    void *grown = *block;
-    enum rmap_status st = rmap_reserve(&grown, cap, need + 1, sizeof **block, err);
-    *block = grown;
+    enum rmap_status st = RMAP_RESERVE(*block, *cap, need + 1, err);
     return st;
 }
 
@@ -173,12 +171,10 @@ static enum rmap_status extend_body(struct rmap_history_builder *self,
                                     const struct rmap_history_shape *shape, uint64_t nbytes,
                                     struct rmap_error *err)
 {
-    void *body = self->body;
     if (nbytes > UINT32_MAX)
         return rmap_error_set(err, RMAP_INTERNAL, "a portion's index is too large");
     enum rmap_status st =
-        rmap_reserve(&body, &self->cap_body, self->body_nbytes + (size_t)nbytes, 1, err);
-    self->body = body;
+        RMAP_RESERVE(self->body, self->cap_body, self->body_nbytes + (size_t)nbytes, err);
     if (st != RMAP_OK)
         return st;
     place->offset = self->body_nbytes;
@@ -280,7 +276,6 @@ enum rmap_status rmap_history_builder_add(struct rmap_history_builder *self,
     enum rmap_status st = RMAP_OK;
     const size_t *n = portion->n_row;
     bool fits = true;
-    void *block = self->place;
     struct rmap_history_place place = {.first_ray = portion->first_ray,
                                        .digest_low = digest.low,
                                        .digest_high = digest.high,
@@ -291,8 +286,7 @@ enum rmap_status rmap_history_builder_add(struct rmap_history_builder *self,
         n[RMAP_TABLE_SEGMENT] > INT32_MAX / 16 || n[RMAP_TABLE_REGISTRATION] > INT32_MAX / 16)
         return RMAP_OK;
     self->portion = portion;
-    RMAP_TRY(rmap_reserve(&block, &self->cap_place, self->n_place + 1, sizeof *self->place, err));
-    self->place = block;
+    RMAP_TRY(RMAP_RESERVE(self->place, self->cap_place, self->n_place + 1, err));
     RMAP_TRY(reserve_rows(self, err));
     RMAP_TRY(number_rows(self, &fits, err));
     if (!fits)

@@ -23,13 +23,8 @@ static int by_rows(const void *a, const void *b)
 static enum rmap_status tally_classes(struct rmap_history_builder *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *local_of = self->local_of, *tally = self->tally;
-    RMAP_TRY(rmap_reserve(&local_of, &self->cap_local_of, self->class_of.n + 1,
-                          sizeof *self->local_of, err));
-    self->local_of = local_of;
-    RMAP_TRY(
-        rmap_reserve(&tally, &self->cap_tally, self->class_of.n + 1, sizeof *self->tally, err));
-    self->tally = tally;
+    RMAP_TRY(RMAP_RESERVE(self->local_of, self->cap_local_of, self->class_of.n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(self->tally, self->cap_tally, self->class_of.n + 1, err));
     memset(self->local_of, 0, self->class_of.n * sizeof *self->local_of);
     for (size_t i = 0; i < self->portion->n_row[RMAP_TABLE_SEGMENT]; i++)
         self->local_of[self->row_class[i]]++;

@@ -255,26 +255,19 @@ enum rmap_status rmap_history_sets_enter(struct rmap_history_view *view, struct 
     const struct rmap_history_shape *shape = &view->rows->shape;
     size_t n_class = view->index->n_class, n_rare = shape->n_local - shape->n_common;
     size_t n_paged = PAGE * (size_t)rmap_history_n_page(shape->n_local);
-    void *wanted = sets->wanted, *of_class = sets->of_class, *of_rare = sets->of_rare;
-    void *of_leg = sets->of_leg, *mark = sets->mark;
     if (sets->n_class != n_class)
         sets->n = sets->n_composed = 0;
     sets->n_class = n_class;
     sets->portion++;
     sets->n_room = sets->n + SPARE < SET_MAX ? sets->n + SPARE : SET_MAX;
-    RMAP_TRY(rmap_reserve(&wanted, &sets->cap_wanted, sets->n_room * n_class + 1, 1, err));
-    sets->wanted = wanted;
-    RMAP_TRY(rmap_reserve(&of_class, &sets->cap_of_class, n_class + 1, 1, err));
-    sets->of_class = of_class;
-    RMAP_TRY(rmap_reserve(&of_rare, &sets->cap_of_rare, (n_paged > n_rare ? n_paged : n_rare) + 1,
-                          1, err));
-    sets->of_rare = of_rare;
-    RMAP_TRY(rmap_reserve(&of_leg, &sets->cap_of_leg, shape->n_rare + STEP, 1, err));
-    sets->of_leg = of_leg;
+    RMAP_TRY(RMAP_RESERVE(sets->wanted, sets->cap_wanted, sets->n_room * n_class + 1, err));
+    RMAP_TRY(RMAP_RESERVE(sets->of_class, sets->cap_of_class, n_class + 1, err));
+    RMAP_TRY(RMAP_RESERVE(sets->of_rare, sets->cap_of_rare,
+                          (n_paged > n_rare ? n_paged : n_rare) + 1, err));
+    RMAP_TRY(RMAP_RESERVE(sets->of_leg, sets->cap_of_leg, shape->n_rare + STEP, err));
     memset(sets->of_rare, 0, n_paged > n_rare ? n_paged : n_rare);
-    RMAP_TRY(rmap_reserve(&mark, &sets->cap_mark, sets->n_room * rmap_history_mark_words(view),
-                          sizeof *sets->mark, err));
-    sets->mark = mark;
+    RMAP_TRY(RMAP_RESERVE(sets->mark, sets->cap_mark, sets->n_room * rmap_history_mark_words(view),
+                          err));
 out:
     return st;
 }

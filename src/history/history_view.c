@@ -120,10 +120,8 @@ WIDE static bool sums_to(const uint32_t *count, size_t n, uint64_t wanted)
 static enum rmap_status reserve_marks(struct rmap_history_view *view, struct rmap_error *err)
 {
     struct rmap_history_rows *rows = view->rows;
-    void *mark_hit = rows->mark_hit;
-    enum rmap_status st = rmap_reserve(&mark_hit, &rows->cap_mark_hit, rmap_history_hit_words(view),
-                                       sizeof *rows->mark_hit, err);
-    rows->mark_hit = mark_hit;
+    enum rmap_status st =
+        RMAP_RESERVE(rows->mark_hit, rows->cap_mark_hit, rmap_history_hit_words(view), err);
     if (st == RMAP_OK && view->form == RMAP_HISTORY_ROWS)
         st = rmap_history_sets_enter(view, err);
     return st;

@@ -68,13 +68,10 @@ enum rmap_status rmap_word_book_add(struct rmap_word_book *book, uint64_t hash,
                                     const uint32_t *word, size_t n, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    void *entry = book->entry, *words = book->word;
-    st = rmap_reserve(&entry, &book->cap, book->n + 1, sizeof *book->entry, err);
-    book->entry = entry;
+    st = RMAP_RESERVE(book->entry, book->cap, book->n + 1, err);
     if (st != RMAP_OK)
         return st;
-    st = rmap_reserve(&words, &book->cap_word, book->n_word + n, sizeof *book->word, err);
-    book->word = words;
+    st = RMAP_RESERVE(book->word, book->cap_word, book->n_word + n, err);
     if (st == RMAP_OK && 2 * (book->n + 1) > book->n_slot)
         st = widen(book, err);
     if (st != RMAP_OK)

@@ -25,9 +25,7 @@ static enum rmap_status put_last(struct rmap_ray_set *set, struct rmap_ray_range
             last->end = range.end;
         return RMAP_OK;
     }
-    void *block = set->range;
-    enum rmap_status st = rmap_reserve(&block, &set->cap, set->n + 1, sizeof range, err);
-    set->range = block;
+    enum rmap_status st = RMAP_RESERVE(set->range, set->cap, set->n + 1, err);
     if (st == RMAP_OK)
         set->range[set->n++] = range;
     return st;

@@ -82,9 +82,7 @@ struct watched {
 static void keep(const struct rmap_field *field, const struct evaluation *evaluation)
 {
     struct watched_field *self = (struct watched_field *)(uintptr_t)field;
-    void *block = self->evaluation;
-    if (rmap_reserve(&block, &self->cap, self->n + 1, sizeof *self->evaluation, NULL) == RMAP_OK) {
-        self->evaluation = block;
+    if (RMAP_RESERVE(self->evaluation, self->cap, self->n + 1, NULL) == RMAP_OK) {
         self->evaluation[self->n++] = *evaluation;
     } else {
         self->failed = true;
@@ -116,12 +114,10 @@ static bool pass_quadratic(const struct rmap_field *field, int channel, double b
 static void watch_query(void *context, const struct rmap_ray *ray, double length)
 {
     struct watched *self = context;
-    void *block = self->query;
-    if (rmap_reserve(&block, &self->cap, self->n + 1, sizeof *self->query, NULL) != RMAP_OK) {
+    if (RMAP_RESERVE(self->query, self->cap, self->n + 1, NULL) != RMAP_OK) {
         self->failed = true;
         return;
     }
-    self->query = block;
     self->query[self->n++] = (struct rmap_replay_ray){.ray = *ray, .length = length};
 }
 

@@ -29,12 +29,10 @@ static void keep_step(struct rmap_recorder *base, const struct rmap_step *step)
     const uint32_t turned =
         RMAP_EVENT_REFLECT_SPECULAR | RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TOTAL_REFLECTION;
     struct leg_recorder *self = (struct leg_recorder *)base;
-    void *leg = self->leg;
-    if (rmap_reserve(&leg, &self->cap, self->n + 1, sizeof *self->leg, NULL) != RMAP_OK) {
+    if (RMAP_RESERVE(self->leg, self->cap, self->n + 1, NULL) != RMAP_OK) {
         self->status = RMAP_SYSTEM;
         return;
     }
-    self->leg = leg;
     self->ray.direction = step->direction;
     self->ray.medium = step->medium;
     self->leg[self->n++] = (struct rmap_replay_ray){.ray = self->ray};

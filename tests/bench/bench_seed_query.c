@@ -34,13 +34,11 @@ struct portion {
 static enum rmap_status make_room(struct portion *portion)
 {
     for (int i = 0; i < RMAP_SEED_STREAMS; i++) {
-        void *stored = portion->stored[i], *raw = portion->raw[i];
-        enum rmap_status st =
-            rmap_reserve(&stored, &portion->stored_cap[i], portion->header.stored[i] + 1, 1, NULL);
-        portion->stored[i] = stored;
+        enum rmap_status st = RMAP_RESERVE(portion->stored[i], portion->stored_cap[i],
+                                           portion->header.stored[i] + 1, NULL);
         if (st == RMAP_OK)
-            st = rmap_reserve(&raw, &portion->raw_cap[i], portion->header.raw[i] + 1, 1, NULL);
-        portion->raw[i] = raw;
+            st = RMAP_RESERVE(portion->raw[i], portion->raw_cap[i], portion->header.raw[i] + 1,
+                              NULL);
         if (st != RMAP_OK)
             return st;
     }

@@ -37,12 +37,10 @@ struct recorder {
 static void *extend(struct recorder *self, enum rmap_seed_stream which, size_t nbytes)
 {
     struct stream *stream = &self->stream[which];
-    void *byte = stream->byte;
-    if (rmap_reserve(&byte, &stream->cap, stream->n + nbytes, 1, NULL) != RMAP_OK) {
+    if (RMAP_RESERVE(stream->byte, stream->cap, stream->n + nbytes, NULL) != RMAP_OK) {
         self->status = RMAP_SYSTEM;
         return NULL;
     }
-    stream->byte = byte;
     stream->n += nbytes;
     return stream->byte + stream->n - nbytes;
 }
