@@ -5,7 +5,6 @@
 #include "analysis/paths/path_hash.h"
 #include "analysis/paths/path_key_internal.h"
 #include "base/alloc.h"
-#include "base/intrinsics.h"
 #include "base/wide.h"
 
 enum { SOURCE_BITS = 20 };
@@ -35,55 +34,11 @@ static enum rmap_status reserve(struct rmap_path_keyed *keyed, size_t n, struct 
     return RMAP_OK;
 }
 
-#ifdef RMAP_INTRINSICS
-/* Of the first of n counts, all but at most seven. */
-__attribute__((target("avx2"))) static size_t add_up_wide(const uint32_t *count, size_t n,
-                                                          uint32_t *first, uint32_t *sum_ret)
-{
-    const __m256i last = _mm256_set1_epi32(7);
-    __m256i before = _mm256_setzero_si256();
-    size_t i = 0;
-    for (; i + 8 <= n; i += 8) {
-        const __m256i own = _mm256_loadu_si256((const __m256i *)(count + i));
-        __m256i sum = _mm256_add_epi32(own, _mm256_slli_si256(own, 4));
-        sum = _mm256_add_epi32(sum, _mm256_slli_si256(sum, 8));
-        /* The lower half's sum, over all of the upper half. */
-        const __m256i half = _mm256_permute2x128_si256(sum, sum, 0x08);
-        sum = _mm256_add_epi32(sum, _mm256_shuffle_epi32(half, 0xff));
-        _mm256_storeu_si256((__m256i *)(first + i),
-                            _mm256_add_epi32(before, _mm256_sub_epi32(sum, own)));
-        before = _mm256_add_epi32(before, _mm256_permutevar8x32_epi32(sum, last));
-    }
-    *sum_ret = (uint32_t)_mm256_extract_epi32(before, 0);
-    return i;
-}
-
-static bool is_wide(void)
-{
-    return __builtin_cpu_supports("avx2");
-}
-#else
-static size_t add_up_wide(const uint32_t *count, size_t n, uint32_t *first, uint32_t *sum_ret)
-{
-    (void)count;
-    (void)n;
-    (void)first;
-    (void)sum_ret;
-    return 0;
-}
-
-static bool is_wide(void)
-{
-    return false;
-}
-#endif
-
 /* Where rows of each ray begin. */
 static void add_up(const uint32_t *count, size_t n, uint32_t *first)
 {
     uint32_t sum = 0;
-    size_t i = is_wide() ? add_up_wide(count, n, first, &sum) : 0;
-    for (; i < n; i++) {
+    for (size_t i = 0; i < n; i++) {
         first[i] = sum;
         sum += count[i];
     }

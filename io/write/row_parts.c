@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "base/intrinsics.h"
 
 #define LINE 64 /* bytes that are written at once, and where columns begin */
 
@@ -92,33 +91,6 @@ static enum rmap_status make_room(struct rmap_row_parts *parts, size_t nbytes,
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the histories of a block");
 }
 
-#ifdef RMAP_INTRINSICS
-/* To a line's start. */
-__attribute__((target("avx2"))) static void copy_lines(uint8_t *to, const uint8_t *from,
-                                                       size_t nbytes)
-{
-    size_t i = 0;
-    for (; nbytes - i >= LINE; i += LINE) {
-        __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)(from + i));
-        __m256i b = _mm256_loadu_si256((const __m256i *)(const void *)(from + i + LINE / 2));
-        _mm256_stream_si256((__m256i *)(void *)(to + i), a);
-        _mm256_stream_si256((__m256i *)(void *)(to + i + LINE / 2), b);
-    }
-    memcpy(to + i, from + i, nbytes - i);
-}
-#endif
-
-static void copy_away(uint8_t *to, const void *from, size_t nbytes)
-{
-#ifdef RMAP_INTRINSICS
-    if (__builtin_cpu_supports("avx2")) {
-        copy_lines(to, from, nbytes);
-        return;
-    }
-#endif
-    memcpy(to, from, nbytes);
-}
-
 enum rmap_status rmap_row_parts_add(struct rmap_row_parts *parts, const struct rmap_portion *part,
                                     struct rmap_error *err)
 {
@@ -135,12 +107,9 @@ enum rmap_status rmap_row_parts_add(struct rmap_row_parts *parts, const struct r
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++) {
         size_t n = column_nbytes(part, c);
         if (n > 0)
-            copy_away(to, rmap_portion_column(part, (enum rmap_column)c), n);
+            memcpy(to, rmap_portion_column(part, (enum rmap_column)c), n);
         to += to_line(n);
     }
-#ifdef RMAP_INTRINSICS
-    _mm_sfence();
-#endif
     return RMAP_OK;
 }
 

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "compact/damaged.h"
-#include "compact/path_wide.h"
+#include "compact/paths.h"
 
 #define BIT(column) RMAP_COLUMN_BIT(column)
 
@@ -18,7 +18,6 @@ struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                    .n = rows->n_row[RMAP_COMPACT_OWN],
                                    .n_registration = rows->n_row[RMAP_COMPACT_OWN_REGISTRATION],
                                    .n_segment = n_segment,
-                                   .guided = object && rmap_path_guided(model, object, n_segment),
                                    .path = data[RMAP_STREAM_ray_path],
                                    .source = data[RMAP_STREAM_OWN_source],
                                    .stop = data[RMAP_STREAM_OWN_stop],
@@ -115,9 +114,7 @@ static inline struct rmap_folded_path own_path(const struct rmap_own_paths *own,
 {
     return (struct rmap_folded_path){.source = own->source[k],
                                      .stop = own->stop[k],
-                                     .guided = own->guided,
                                      .n = own->segment_count[k],
-                                     .n_stored = own->n_segment - from,
                                      .object = own->object + from,
                                      .event = own->event + from};
 }
@@ -125,18 +122,15 @@ static inline struct rmap_folded_path own_path(const struct rmap_own_paths *own,
 /* Those of rows from `row` on. */
 static inline struct rmap_path_columns rows_from(const struct rmap_path_columns *all, size_t row)
 {
-    return (struct rmap_path_columns){.n_row = all->n_row - row,
-                                      .object = all->object ? all->object + row : NULL,
+    return (struct rmap_path_columns){.object = all->object ? all->object + row : NULL,
                                       .event = all->event ? all->event + row : NULL,
                                       .medium = all->medium ? all->medium + row : NULL};
 }
 
 static struct rmap_path_columns table_rows(const struct rmap_path_table *table)
 {
-    return (struct rmap_path_columns){.n_row = table->n_segment,
-                                      .object = table->object,
-                                      .event = table->event,
-                                      .medium = table->medium};
+    return (struct rmap_path_columns){
+        .object = table->object, .event = table->event, .medium = table->medium};
 }
 
 static inline void copy_legs(const struct rmap_path_columns *from, size_t n,
@@ -171,65 +165,6 @@ static void fill_legs(const struct rmap_path_table *table, const struct rmap_own
         to += path->n_segment;
     }
 }
-
-#ifdef RMAP_PATHS_AVX2
-/* Known paths that will be copied soon: where their legs are, and these. */
-static inline void expect(const struct rmap_path_table *table, const uint32_t *path, size_t n)
-{
-    soon(later(table, path, n, 16));
-    size_t row = table->n > 0 ? later(table, path, n, 8)->segment : 0;
-    soon(table->object + row);
-    soon(table->event + row);
-    soon(table->medium + row);
-}
-
-/* The same, eight legs at once. Both columns are asked for. What is written beyond a path belongs
- * to later ones. */
-RMAP_PATHS_AVX2 static void fill_legs_8(const struct rmap_path_table *table,
-                                        const struct rmap_own_paths *own, size_t n_ray,
-                                        const struct rmap_path_columns *out)
-{
-    const struct rmap_path_columns known = table_rows(table);
-    size_t k = 0, from = 0, to = 0;
-    for (size_t i = 0; i < n_ray; i++) {
-        const struct rmap_path_columns legs = rows_from(out, to);
-        expect(table, own->path + i, n_ray - i);
-        if (own->path[i] == 0) {
-            const struct rmap_folded_path path = own_path(own, k++, from);
-            if (!rmap_path_unfold_8(own->model, &path, &legs))
-                rmap_path_unfold(own->model, &path, &legs);
-            else
-                rmap_path_end(&path, &legs);
-            from += path.n;
-            to += path.n;
-            continue;
-        }
-        const struct rmap_known_path *path = &table->path[own->path[i] - 1];
-        const struct rmap_path_columns its = rows_from(&known, path->segment);
-        size_t n = path->n_segment, whole = (n + 7) / 8 * 8;
-        bool room = whole <= legs.n_row && whole <= its.n_row;
-        for (size_t j = 0; room && j < n; j += 8)
-            copy_8(&its, j, &legs);
-        if (!room)
-            copy_legs(&its, n, &legs);
-        to += n;
-    }
-}
-
-static bool eight_at_once(const struct rmap_own_paths *own, const struct rmap_path_columns *out)
-{
-    return (own->guided || own->n == 0) && out->object && out->event &&
-           __builtin_cpu_supports("avx2");
-}
-#else
-static bool eight_at_once(const struct rmap_own_paths *own, const struct rmap_path_columns *out)
-{
-    (void)own;
-    (void)out;
-    return false;
-}
-#define fill_legs_8 fill_legs
-#endif
 
 /* Registrations of paths: their own ones, or the table's. */
 struct crossings {
@@ -308,12 +243,11 @@ void rmap_paths_fill(const struct rmap_own_paths *own, const struct rmap_path_ta
     if (columns & RMAP_HEAD_COLUMNS)
         fill_heads(&known, &some, columns, out);
     const struct rmap_path_columns legs = {
-        .n_row = out->n_row[RMAP_TABLE_SEGMENT],
         .object = columns & BIT(RMAP_SEGMENT_object) ? out->segment.object : NULL,
         .event = columns & BIT(RMAP_SEGMENT_event) ? out->segment.event : NULL,
         .medium = columns & BIT(RMAP_SEGMENT_medium) ? out->segment.medium : NULL};
     if (legs.object || legs.event)
-        (eight_at_once(own, &legs) ? fill_legs_8 : fill_legs)(table, own, n_ray, &legs);
+        fill_legs(table, own, n_ray, &legs);
     if (columns & (BIT(RMAP_REGISTRATION_segment) | BIT(RMAP_REGISTRATION_detector) |
                    BIT(RMAP_REGISTRATION_registered)))
         fill_crossings(&known, &some, columns, out);
@@ -329,10 +263,8 @@ void rmap_own_paths_unfold(const struct rmap_own_paths *own, struct rmap_portion
 {
     const struct rmap_ray_columns *ray = &out->ray;
     const struct rmap_registration_columns *hit = &out->registration;
-    const struct rmap_path_columns legs = {.n_row = own->n_segment,
-                                           .object = out->segment.object,
-                                           .event = out->segment.event,
-                                           .medium = out->segment.medium};
+    const struct rmap_path_columns legs = {
+        .object = out->segment.object, .event = out->segment.event, .medium = out->segment.medium};
     copy(ray->source, own->source, own->n * sizeof *ray->source);
     copy(ray->stop, own->stop, own->n * sizeof *ray->stop);
     copy(ray->segment_count, own->segment_count, own->n * sizeof *ray->segment_count);

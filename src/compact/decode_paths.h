@@ -21,7 +21,6 @@ struct rmap_own_paths {
     const uint8_t *stop, *registered;
     const uint32_t *start_object, *segment_count, *registration_count, *object, *event, *segment;
     size_t n, n_segment, n_registration; /* rows of its own */
-    bool guided;                         /* as rmap_path_guided says of their objects */
 };
 struct rmap_own_paths rmap_own_paths(const struct rmap_compact_model *model,
                                      const struct rmap_rows *rows);

@@ -159,28 +159,6 @@ static void set_body(const struct rmap_scene *scene, const struct rmap_object *f
         closed && body->medium_back != body->medium_front ? body->medium_back : INT32_MIN;
 }
 
-static uint32_t sign_of(const struct rmap_compact_body *body)
-{
-    int32_t front = body->medium_front;
-    int32_t back = body->medium_back >= 0 ? body->medium_back : front;
-    bool closed = body->inside >= 0;
-    uint32_t sign = body->expected | (uint32_t)closed << RMAP_SIGN_CLOSED;
-    if (front < 0) /* light does not go through */
-        return sign | 1u << RMAP_SIGN_ANY | (closed ? (uint32_t)back : 0) << RMAP_SIGN_FRONT;
-    uint32_t change = (uint32_t)front ^ (uint32_t)back;
-    return sign | (uint32_t)front << RMAP_SIGN_FRONT | change << RMAP_SIGN_CHANGE;
-}
-
-static void set_signs(struct rmap_compact_model *model)
-{
-    model->signs = model->n_medium <= 1u << RMAP_SIGN_MEDIUM_BITS && model->n_object < INT32_MAX;
-    model->sign[0] = 1u << RMAP_SIGN_ANY;
-    for (size_t i = 0; i < model->n_object; i++) {
-        model->signs = model->signs && model->body[i].expected < 1u << RMAP_SIGN_EVENT_BITS;
-        model->sign[i + 1] = sign_of(&model->body[i]);
-    }
-}
-
 static void set_source(const struct rmap_compact_model *model, const struct rmap_source *from,
                        struct rmap_compact_source *source)
 {
@@ -266,7 +244,6 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         model->absorbing = model->absorbing || scene->medium[i].absorbing;
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);
     model->body = rmap_alloc(scene->n_object + 1, sizeof *model->body);
-    model->sign = rmap_alloc(scene->n_object + 1, sizeof *model->sign);
     model->listed = rmap_alloc(scene->n_object + 1, sizeof *model->listed);
     model->guide = rmap_alloc(scene->n_object + 1, sizeof *model->guide);
     model->source = rmap_alloc(scene->n_source + 1, sizeof *model->source);
@@ -275,8 +252,8 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->index =
         rmap_alloc((scene->n_medium + 1) * (size_t)model->n_channel, sizeof *model->index);
     model->tint = rmap_alloc(scene->n_medium + 1, sizeof *model->tint);
-    if (!model->object || !model->body || !model->sign || !model->listed || !model->guide ||
-        !model->source || !model->source_colour || !model->index || !model->tint)
+    if (!model->object || !model->body || !model->listed || !model->guide || !model->source ||
+        !model->source_colour || !model->index || !model->tint)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scene"));
     set_media(model);
     for (size_t i = 0; i < scene->n_object; i++) {
@@ -286,7 +263,6 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
         model->listed[i] = model->body[i].mesh ? UINT32_MAX : 0;
     }
     model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
-    set_signs(model);
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++) {
         set_quadric(&model->object[i], model->object[i].quadric);
@@ -312,7 +288,6 @@ void rmap_compact_model_destroy(struct rmap_compact_model *model)
         return;
     rmap_free(model->object);
     rmap_free(model->body);
-    rmap_free(model->sign);
     rmap_free(model->listed);
     rmap_free(model->guide);
     rmap_free(model->source);

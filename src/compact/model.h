@@ -47,18 +47,6 @@ struct rmap_compact_body {
     bool mesh;
 };
 
-/* The same in 32 bits, for many legs at once: the event expected; the medium in front; in which
- * bits that behind differs from it; whether light in that is inside a closed body, and whether
- * light may come in any medium. Only where media and events are as few. */
-enum {
-    RMAP_SIGN_EVENT_BITS = 13,
-    RMAP_SIGN_MEDIUM_BITS = 5,
-    RMAP_SIGN_FRONT = RMAP_SIGN_EVENT_BITS, /* its lowest bit; and so on */
-    RMAP_SIGN_CHANGE = RMAP_SIGN_FRONT + RMAP_SIGN_MEDIUM_BITS,
-    RMAP_SIGN_CLOSED = RMAP_SIGN_CHANGE + RMAP_SIGN_MEDIUM_BITS,
-    RMAP_SIGN_ANY
-};
-
 /* What waves need of it beforehand. */
 #define RMAP_GUIDE_STEPS 14 /* event bits, and none of them */
 struct rmap_compact_guide {
@@ -93,8 +81,6 @@ struct rmap_compact_model {
     size_t n_object, n_source, n_medium, n_detector;
     struct rmap_compact_object *object; /* [n_object] */
     struct rmap_compact_body *body;     /* [n_object + 1]: the last is that of no object */
-    uint32_t *sign;                     /* [n_object + 1]: the first is that of no object */
-    bool signs;                         /* can be used */
     uint32_t *listed;                   /* [n_object + 1]: all ones for a mesh, else 0 */
     struct rmap_compact_guide *guide;   /* [n_object + 1]: the last is that of no object */
     struct rmap_compact_source *source;

@@ -39,7 +39,6 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
                    *object = rows->data[RMAP_STREAM_PATH_object],
                    *event = rows->data[RMAP_STREAM_PATH_event];
     size_t segment = 0, registration = 0;
-    bool guided = rmap_path_guided(model, object, table->n_segment);
     for (size_t i = 0; i < table->n; i++) {
         if (n_segment[i] > table->n_segment - segment ||
             n_registration[i] > table->n_registration - registration)
@@ -54,14 +53,11 @@ static enum rmap_status fill(const struct rmap_compact_model *model, const struc
         table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i]};
         const struct rmap_folded_path folded = {.source = source[i],
                                                 .stop = stop[i],
-                                                .guided = guided,
                                                 .n = n_segment[i],
-                                                .n_stored = table->n_segment - segment,
                                                 .object = object + segment,
                                                 .event = event + segment};
         rmap_path_unfold(model, &folded,
-                         &(struct rmap_path_columns){.n_row = table->n_segment - segment,
-                                                     .object = table->object + segment,
+                         &(struct rmap_path_columns){.object = table->object + segment,
                                                      .event = table->event + segment,
                                                      .medium = table->medium + segment});
         segment += n_segment[i];

@@ -52,19 +52,12 @@ void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash);
 struct rmap_folded_path {
     int32_t source;
     uint8_t stop;
-    bool guided;     /* as rmap_path_guided says */
-    size_t n;        /* legs */
-    size_t n_stored; /* legs that can be read from the first on: at least n */
+    size_t n; /* legs */
     const uint32_t *object, *event;
 };
 
-/* Whether the scene's signposts lead along paths of these stored objects. */
-bool rmap_path_guided(const struct rmap_compact_model *model, const uint32_t *object, size_t n);
-
 /* Where a path's legs go; any column may be NULL. */
 struct rmap_path_columns {
-    size_t n_row; /* rows from the first on that may be written: at least as many as legs; what
-                     comes after those is undefined */
     int32_t *object;
     uint32_t *event;
     int16_t *medium; /* as rmap_path_media says */
