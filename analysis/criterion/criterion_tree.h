@@ -298,8 +298,6 @@ enum rmap_status rmap_path_mark(const struct rmap_criterion *criterion,
 struct rmap_path_rows {
     const uint16_t *row_class; /* [n_segment] */
     const uint16_t *symbol;    /* [n_class] */
-    bool is_padded;            /* row_class has seven more, and any uint16_t is a class */
-    const uint8_t *skip;       /* [n_ray] 1: what is marked means nothing; NULL: none is skipped */
 };
 uint16_t rmap_path_symbol(const struct rmap_criterion_node *node, int32_t object, uint32_t event,
                           int32_t medium);

@@ -95,11 +95,6 @@ void rmap_overlay_destroy(struct rmap_overlay *self)
     rmap_free(self);
 }
 
-const struct rmap_scene *rmap_overlay_scene(const struct rmap_overlay *overlay)
-{
-    return &overlay->scene;
-}
-
 const struct rmap_scene *rmap_scene_with(const struct rmap_map *map,
                                          const struct rmap_overlay *overlay)
 {

@@ -28,10 +28,8 @@ enum rmap_status rmap_overlay_create(const struct rmap_map *map,
 void rmap_overlay_destroy(struct rmap_overlay *overlay); /* NULL is fine */
 
 /* The map's scene (colour space 0) with the receivers behind its detectors: what criteria are
- * compiled against, and what says what detector an index is. Not for tracing. Borrowed. */
-const struct rmap_scene *rmap_overlay_scene(const struct rmap_overlay *overlay);
-
-/* The same, or without an overlay (NULL) the map's own scene. */
+ * compiled against, and what says what detector an index is; without an overlay (NULL) the map's
+ * own. Not for tracing. Borrowed. */
 const struct rmap_scene *rmap_scene_with(const struct rmap_map *map,
                                          const struct rmap_overlay *overlay);
 

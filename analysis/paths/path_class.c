@@ -4,7 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "analysis/paths/path_hash.h"
 #include "base/alloc.h"
 
 /* A ray that has a path. */
@@ -19,11 +18,6 @@ static int compare_members(const void *a_, const void *b_)
     int order = (a->key.low > b->key.low) - (a->key.low < b->key.low);
     order = order != 0 ? order : (a->key.high > b->key.high) - (a->key.high < b->key.high);
     return order != 0 ? order : (a->place.ray > b->place.ray) - (a->place.ray < b->place.ray);
-}
-
-static bool is_same(const struct member *a, const struct member *b)
-{
-    return a->key.low == b->key.low && a->key.high == b->key.high;
 }
 
 static int compare_classes(const void *a_, const void *b_)
@@ -62,23 +56,19 @@ static enum rmap_status allocate(struct rmap_path_classes *classes, struct work 
     return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of %zu rays", n_ray);
 }
 
-static enum rmap_status find_members(const struct rmap_path_classes *classes, struct work *work,
-                                     struct rmap_error *err)
+/* Until a detector, a ray that registered there more than once has the first of its paths. */
+static void find_members(const struct rmap_path_classes *classes, struct work *work)
 {
     const struct rmap_portion *portion = work->portion;
-    const struct rmap_matched all = {.portion = portion, .n_match = portion->n_row[RMAP_TABLE_RAY]};
-    struct rmap_path_hasher hasher = {0};
-    enum rmap_status st = rmap_path_hasher_enter(&hasher, classes->keys, &all, err);
-    if (st == RMAP_OK)
-        st = rmap_path_hasher_place(&hasher, &all, err);
-    if (st == RMAP_OK)
-        rmap_path_hasher_key(&hasher, 0, hasher.keyed.n, -1);
-    for (size_t i = 0; st == RMAP_OK && i < hasher.keyed.n; i++)
-        if (i == 0 || hasher.keyed.ray[i] != hasher.keyed.ray[i - 1]) /* of several the first */
-            work->member[work->n_member++] = (struct member){rmap_path_key_at(&hasher.keyed, i),
-                                                             rmap_path_place_at(&hasher.keyed, i)};
-    rmap_path_hasher_fini(&hasher);
-    return st;
+    struct rmap_path_place_of_ray place = {0};
+    size_t n_step;
+    for (; place.ray < portion->n_row[RMAP_TABLE_RAY]; place.ray++) {
+        if (rmap_path_key_of(classes->keys, portion, &place, work->symbol, &n_step))
+            work->member[work->n_member++] = (struct member){
+                rmap_path_key_hash(work->symbol, n_step, portion->ray.source[place.ray]), place};
+        place.segment += portion->ray.segment_count[place.ray];
+        place.registration += portion->ray.registration_count[place.ray];
+    }
 }
 
 /* The member in [first, last) with the smallest id. */
@@ -149,11 +139,11 @@ rmap_path_classes_create(const struct rmap_scene *scene, const struct rmap_path_
     RMAP_TRY(allocate(classes, &work, err));
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
         classes->of_ray[i] = RMAP_PATH_NO_CLASS;
-    RMAP_TRY(find_members(classes, &work, err));
+    find_members(classes, &work);
     qsort(work.member, work.n_member, sizeof *work.member, compare_members);
     for (size_t i = 0; i < work.n_member;) {
         size_t first = i++;
-        while (i < work.n_member && is_same(&work.member[i], &work.member[first]))
+        while (i < work.n_member && rmap_keys_equal(work.member[i].key, work.member[first].key))
             i++;
         RMAP_TRY(add_class(classes, &work, first, i, &cap, err));
     }

@@ -1,11 +1,11 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays go to their classes one by one; those that share a path together (path_count_shared.c).
+ */
 #include "analysis/paths/path_count.h"
 
 #include <string.h>
 
-#include "analysis/paths/path_count_internal.h"
-#include "analysis/paths/path_pack.h"
-#include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 
 rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context)
@@ -15,71 +15,15 @@ rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context
     return context->most_cells ? columns | RMAP_COLUMN_BIT(RMAP_REGISTRATION_cell) : columns;
 }
 
-/* ---- classes and their steps ---- */
-
-void rmap_path_tally_init(struct rmap_path_tally *tally, const struct rmap_path_counting *context)
-{
-    *tally = (struct rmap_path_tally){0};
-    rmap_class_sums_init(&tally->classes, !rmap_path_keys_are_simple(context->keys),
-                         context->most_classes);
-}
-
-void rmap_path_tally_fini(struct rmap_path_tally *tally)
-{
-    rmap_class_sums_fini(&tally->classes);
-    rmap_path_steps_fini(&tally->steps);
-}
-
-enum rmap_status rmap_path_tally_make_room(struct rmap_path_tally *tally,
-                                           const struct rmap_portion *portion,
-                                           const struct rmap_path_place_of_ray *place,
-                                           const struct rmap_path_added *added, rmap_path_step **to,
-                                           struct rmap_error *err)
-{
-    const size_t most = (size_t)portion->ray.segment_count[place->ray] +
-                        portion->ray.registration_count[place->ray];
-    return rmap_path_steps_make_room(&tally->steps, most, added->after, to, err);
-}
-
-enum rmap_status rmap_path_pool_create(const struct rmap_path_counting *context,
-                                       struct rmap_path_pool **pool_ret, struct rmap_error *err)
-{
-    struct rmap_path_pool *pool = rmap_alloc(1, sizeof *pool);
-    if (!pool)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
-    (void)pthread_mutex_init(&pool->mutex, NULL);
-    rmap_path_tally_init(&pool->tally, context);
-    *pool_ret = pool;
-    return RMAP_OK;
-}
-
-void rmap_path_pool_destroy(struct rmap_path_pool *pool)
-{
-    if (!pool)
-        return;
-    rmap_path_tally_fini(&pool->tally);
-    (void)pthread_mutex_destroy(&pool->mutex);
-    rmap_free(pool);
-}
-
-/* ---- states ---- */
-
 static void destroy(void *state)
 {
     struct rmap_path_counts *self = state;
     if (!self)
         return;
-    if (self->buffers) {
-        rmap_path_hasher_fini(&self->buffers->hasher);
-        rmap_path_dictionary_fini(&self->buffers->dictionary);
-        rmap_path_judge_fini(&self->buffers->judge);
-        rmap_free(self->buffers->left);
-        rmap_free(self->buffers->mixed);
-        rmap_free(self->buffers->all);
-    }
-    rmap_free(self->buffers);
-    rmap_free(self->cache);
-    rmap_path_tally_fini(&self->tally);
+    rmap_path_dictionary_fini(&self->dictionary);
+    rmap_free(self->step);
+    rmap_free(self->of_ray);
+    rmap_key_sums_fini(&self->classes);
     rmap_key_sums_fini(&self->cells);
     rmap_path_sketch_fini(&self->sketch);
     rmap_count_fini(&self->total);
@@ -91,20 +35,10 @@ static enum rmap_status create(const void *context_, void **state_ret, struct rm
     enum rmap_status st = RMAP_OK;
     const struct rmap_path_counting *context = context_;
     struct rmap_path_counts *self = rmap_alloc(1, sizeof *self);
-    if (self)
-        self->buffers = rmap_alloc(1, sizeof *self->buffers);
-    if (!self || !self->buffers) {
-        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
-        goto out;
-    }
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
     self->context = context;
-    self->pool = context->pool;
-    if (context->pool && rmap_path_keys_are_simple(context->keys)) {
-        self->cache = rmap_alloc(1, sizeof *self->cache);
-        if (!self->cache)
-            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths"));
-    }
-    rmap_path_tally_init(&self->tally, context);
+    rmap_key_sums_init(&self->classes, context->most_classes);
     rmap_key_sums_init(&self->cells, context->most_cells);
     RMAP_TRY(rmap_count_init(&self->total, rmap_map_scene(context->map)->n_source, err));
     *state_ret = self;
@@ -114,241 +48,238 @@ out:
     return st;
 }
 
-void rmap_path_counts_drop_cells(struct rmap_path_counts *self)
+/* ---- classes ---- */
+
+static void drop_cells(struct rmap_path_counts *self)
 {
     self->cells_full = true;
     rmap_key_sums_fini(&self->cells);
 }
 
-enum rmap_status rmap_path_counts_outline(struct rmap_path_counts *self,
-                                          const struct rmap_class_sums *classes,
-                                          struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    if (!self->sketch.rays)
-        RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
-    for (size_t i = 0; i < classes->n; i++)
-        rmap_path_sketch_add(&self->sketch, classes->entry[i].key, classes->entry[i].rays);
-out:
-    return st;
-}
-
-void rmap_path_counts_take_cache(struct rmap_path_counts *self,
-                                 const struct rmap_class_cache *cache)
-{
-    for (size_t i = 0; cache && i < RMAP_CLASS_CACHE_LINES; i++) {
-        const uint64_t n_ray = cache->rays[i];
-        if (n_ray == 0)
-            continue;
-        if (!self->is_full)
-            rmap_class_sums_add_rays(&self->tally.classes, cache->class[i], n_ray);
-        else if (self->sketch.rays)
-            rmap_path_sketch_add(&self->sketch, cache->key[i], n_ray);
-    }
-}
-
-void rmap_path_counts_drop_cache(struct rmap_path_counts *self)
-{
-    rmap_free(self->cache);
-    self->cache = NULL;
-}
-
 /* More classes than may be: from now on there is the sketch alone. */
-enum rmap_status rmap_path_counts_spill(struct rmap_path_counts *self, struct rmap_error *err)
+static enum rmap_status spill(struct rmap_path_counts *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     if (self->is_full)
         return RMAP_OK;
-    if (!self->context->sketch)
-        RMAP_TRY(rmap_path_counts_outline(self, &self->tally.classes, err));
-    self->is_full = self->tally.steps.is_closed = self->tally.steps.is_full = true;
-    rmap_path_counts_take_cache(self, self->cache);
-    rmap_path_counts_drop_cache(self);
-    rmap_path_tally_fini(&self->tally);
-    rmap_path_counts_drop_cells(self);
+    if (!self->context->sketch) {
+        RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
+        for (size_t i = 0; i < self->classes.n; i++)
+            rmap_path_sketch_add(&self->sketch, self->classes.entry[i].key,
+                                 self->classes.entry[i].number[RMAP_PATH_CLASS_RAYS]);
+    }
+    self->is_full = true;
+    rmap_key_sums_fini(&self->classes);
+    drop_cells(self);
 out:
     return st;
 }
 
-/* Adds what another entry, or one ray, brings to its class. */
-enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *self,
-                                            const struct rmap_class_sum *more,
-                                            struct rmap_path_added *added, struct rmap_error *err)
+static bool counts(const struct rmap_path_counting *context, struct rmap_key key)
+{
+    if (context->chosen && !rmap_key_sums_find(context->chosen, key))
+        return false;
+    return !context->sketch || rmap_path_sketch_estimate(context->sketch, key) >=
+                                   context->least[rmap_path_source_of(key)];
+}
+
+static void add_to(struct rmap_key_sum *sum, const struct rmap_key_sum *more)
+{
+    const bool is_new = sum->number[RMAP_PATH_CLASS_RAYS] == 0;
+    uint64_t *first = &sum->number[RMAP_PATH_CLASS_FIRST_RAY];
+    const uint64_t id = more->number[RMAP_PATH_CLASS_FIRST_RAY];
+    *first = is_new || id < *first ? id : *first;
+    sum->weight += more->weight;
+    sum->weight_squared += more->weight_squared;
+    sum->number[RMAP_PATH_CLASS_RAYS] += more->number[RMAP_PATH_CLASS_RAYS];
+    sum->number[RMAP_PATH_CLASS_SEGMENTS] += more->number[RMAP_PATH_CLASS_SEGMENTS];
+    sum->number[RMAP_PATH_CLASS_REGISTRATIONS] += more->number[RMAP_PATH_CLASS_REGISTRATIONS];
+}
+
+/* Of one that counts. */
+static enum rmap_status add_counted(struct rmap_path_counts *self, const struct rmap_key_sum *more,
+                                    struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    *added = (struct rmap_path_added){.class = RMAP_KEY_SLOTS_NONE};
+    struct rmap_key_sum *sum = NULL;
     if (!self->is_full) {
-        RMAP_TRY(
-            rmap_class_sums_add(&self->tally.classes, more, &added->class, &added->before, err));
-        added->after = added->before + more->entry.rays;
-        if (added->class == RMAP_KEY_SLOTS_NONE)
-            RMAP_TRY(rmap_path_counts_spill(self, err));
+        RMAP_TRY(rmap_key_sums_enter(&self->classes, more->key, &sum, err));
+        if (sum)
+            add_to(sum, more);
+        else
+            RMAP_TRY(spill(self, err));
     }
-    if (added->class == RMAP_KEY_SLOTS_NONE && self->sketch.rays)
-        rmap_path_sketch_add(&self->sketch, more->entry.key, more->entry.rays);
+    if (!sum && self->sketch.rays)
+        rmap_path_sketch_add(&self->sketch, more->key, more->number[RMAP_PATH_CLASS_RAYS]);
 out:
     return st;
 }
 
-/* ---- rays of a portion ---- */
-
-/* counted: rays weigh 1, and all that match have a path. */
-static enum rmap_status add_totals(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                   const struct rmap_sums_facts *facts, struct rmap_error *err)
+enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *self,
+                                            const struct rmap_key_sum *more, struct rmap_error *err)
 {
-    struct rmap_path_buffers *buffers = self->buffers;
-    const size_t n = rays->portion->n_row[RMAP_TABLE_RAY], had = buffers->all_cap;
+    return counts(self->context, more->key) ? add_counted(self, more, err) : RMAP_OK;
+}
+
+/* ---- cells ---- */
+
+/* Numbers of a cell's entry: the last ray, and what it brought so far in weights. */
+enum { LAST_RAY, LAST_COUNT };
+
+static struct rmap_key cell_key(struct rmap_key class, int32_t detector, uint32_t cell)
+{
+    return (struct rmap_key){class.low,
+                             UINT64_C(1) << 63 | (uint64_t)(uint32_t)detector << 32 | cell};
+}
+
+struct rmap_path_cell rmap_path_cell_of(const struct rmap_key_sum *entry)
+{
+    return (struct rmap_path_cell){entry->key.low, (int32_t)(entry->key.high >> 32 & INT32_MAX),
+                                   (uint32_t)entry->key.high};
+}
+
+/* The ray's k-th registration in the cell makes its contribution k w: (k w)^2 - ((k - 1) w)^2. */
+static enum rmap_status add_cell(struct rmap_path_counts *self, struct rmap_key key, uint64_t ray,
+                                 double weight, struct rmap_error *err)
+{
     enum rmap_status st = RMAP_OK;
-    if (!rays->match) {
-        st = RMAP_RESERVE(buffers->all, buffers->all_cap, n, err);
-        RMAP_TRY(st);
-        memset(buffers->all + had, 1, buffers->all_cap - had);
+    struct rmap_key_sum *sum = NULL;
+    RMAP_TRY(rmap_key_sums_enter(&self->cells, key, &sum, err));
+    if (!sum) {
+        drop_cells(self);
+        goto out;
     }
-    rmap_sums_add_matches(&self->total, rays->portion, rays->match ? rays->match : buffers->all,
-                          facts);
-    if (rays->n_match > 0 && self->most_weight < 1.0)
-        self->most_weight = 1.0;
+    bool again = sum->number[LAST_COUNT] > 0 && sum->number[LAST_RAY] == ray;
+    uint64_t k = again ? sum->number[LAST_COUNT] + 1 : 1;
+    sum->number[LAST_RAY] = ray;
+    sum->number[LAST_COUNT] = k;
+    sum->weight += weight;
+    sum->weight_squared += (2.0 * (double)k - 1.0) * weight * weight;
 out:
     return st;
 }
 
-/* Of those that are keyed. */
-static void add_weights(struct rmap_path_counts *self, const struct rmap_portion *portion)
+/* Registrations of a path that count: how many, and each in its cell. */
+static enum rmap_status add_hits(struct rmap_path_counts *self, const struct rmap_portion *portion,
+                                 const struct rmap_path_place_of_ray *place, struct rmap_key key,
+                                 uint64_t *n_hit, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_path_counting *context = self->context;
+    const struct rmap_detector *detector =
+        rmap_scene_with(context->map, context->overlay)->detector;
+    const struct rmap_registration_columns *hit = &portion->registration;
+    const size_t first = place->until ? place->until - 1 : place->registration;
+    const size_t last = place->until
+                            ? place->until
+                            : place->registration + portion->ray.registration_count[place->ray];
+    *n_hit = 0;
+    for (size_t i = first; i < last; i++) {
+        const int32_t d = hit->detector[i];
+        if (!hit->registered[i] || (context->detector >= 0 && d != context->detector))
+            continue;
+        ++*n_hit;
+        if (self->cells_full || context->most_cells == 0)
+            continue;
+        const uint32_t cell = hit->cell[2 * i] + hit->cell[2 * i + 1] * detector[d].cells[0];
+        RMAP_TRY(add_cell(self, cell_key(key, d, cell), portion->ray.id[place->ray],
+                          portion->ray.weight[place->ray], err));
+    }
+out:
+    return st;
+}
+
+/* ---- rays ---- */
+
+/* A path of a ray, of which *n_path were added before. The n-th time that it comes to a class adds
+ * (n w)^2 - ((n - 1) w)^2: a ray is one contribution. */
+static enum rmap_status add_path(struct rmap_path_counts *self, const struct rmap_portion *portion,
+                                 const struct rmap_path_place_of_ray *place, size_t *n_path,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
     const struct rmap_ray_columns *ray = &portion->ray;
-    const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
-    for (size_t i = 0, end; i < keyed->n; i = end) {
-        const size_t row = keyed->ray[i], source = (size_t)ray->source[row];
-        for (end = i + 1; end < keyed->n && keyed->ray[end] == row; end++) {
-            if (rmap_path_times_before(keyed, end) > 0)
-                continue;
-            self->again.rays++;
-            self->again.segments += ray->segment_count[row];
-        }
-        const double weight = ray->weight[row] * (double)(end - i);
-        self->total.rays++;
-        self->total.segments += ray->segment_count[row];
-        self->total.source_weight[source] += weight;
-        self->total.source_weight_squared[source] += weight * weight;
-        self->most_weight = weight > self->most_weight ? weight : self->most_weight;
+    const uint64_t n_leg = ray->segment_count[place->ray];
+    const double weight = ray->weight[place->ray];
+    size_t n_step, before = 0;
+    if (!rmap_path_key_of(self->context->keys, portion, place, self->step, &n_step))
+        return RMAP_OK;
+    const struct rmap_key key = rmap_path_key_hash(self->step, n_step, ray->source[place->ray]);
+    for (size_t i = 0; i < *n_path; i++)
+        before += rmap_keys_equal(self->of_ray[i], key);
+    if (*n_path > 0 && before == 0) {
+        self->again.rays++;
+        self->again.segments += n_leg;
     }
-}
-
-/* Rays that were judged after they were keyed may not match. */
-static enum rmap_status add_cells(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_path_keyed *keyed = &self->buffers->hasher.keyed;
-    uint64_t n_hit;
-    for (size_t i = 0; i < keyed->n && !self->cells_full; i++)
-        if (keyed->n_hit[i] > 0 && (!rays->match || rays->match[keyed->ray[i]]))
-            RMAP_TRY(rmap_path_counts_add_hits(self, rays->portion, i, &n_hit, err));
+    RMAP_TRY(RMAP_RESERVE(self->of_ray, self->of_ray_cap, *n_path + 1, err));
+    self->of_ray[(*n_path)++] = key;
+    if (!counts(self->context, key))
+        goto out;
+    struct rmap_key_sum one = {key,
+                               weight,
+                               (2.0 * (double)before + 1.0) * weight * weight,
+                               {before == 0, ray->id[place->ray], before == 0 ? n_leg : 0, 0}};
+    RMAP_TRY(add_hits(self, portion, place, key, &one.number[RMAP_PATH_CLASS_REGISTRATIONS], err));
+    st = add_counted(self, &one, err);
 out:
     return st;
 }
 
-/* Reads what is needed, and notes what is told without. */
-static enum rmap_status read_rays(struct rmap_path_counts *self, const struct rmap_matched *rays,
-                                  bool lean, struct rmap_error *err)
+static void add_total(struct rmap_path_counts *self, const struct rmap_portion *portion, size_t ray,
+                      size_t n_path)
+{
+    const size_t source = (size_t)portion->ray.source[ray];
+    const double weight = portion->ray.weight[ray] * (double)n_path;
+    self->total.rays++;
+    self->total.segments += portion->ray.segment_count[ray];
+    self->total.source_weight[source] += weight;
+    self->total.source_weight_squared[source] += weight * weight;
+    self->most_weight = weight > self->most_weight ? weight : self->most_weight;
+}
+
+/* All paths of a ray: one, or one for each of its registrations that are to end one. */
+static enum rmap_status add_ray(struct rmap_path_counts *self, const struct rmap_portion *portion,
+                                struct rmap_path_place_of_ray place, const uint8_t *counted,
+                                struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_portion *portion = rays->portion;
-    struct rmap_fold_told *told = &self->buffers->told;
-    rmap_column_set columns = rmap_path_count_columns(self->context) & ~RMAP_PATH_HASH_DEFERRED;
-    *told = (struct rmap_fold_told){.source = -1};
-    if (lean)
-        RMAP_TRY(rmap_fold_tell(rays, told, err));
-    if (told->weigh_one)
-        columns &= ~RMAP_COLUMN_BIT(RMAP_RAY_weight);
-    if (told->ids_run)
-        columns &= ~RMAP_COLUMN_BIT(RMAP_RAY_id);
-    if (told->source >= 0)
-        columns &= ~RMAP_COLUMN_BIT(RMAP_RAY_source);
-    RMAP_TRY(rmap_fold_fetch(rays, columns, err));
-    if (!told->weigh_one)
-        told->weigh_one = rmap_weights_are_one(portion->ray.weight, portion->n_row[RMAP_TABLE_RAY]);
-    if (!told->weigh_one)
-        st = rmap_fold_fetch(rays, RMAP_COLUMN_BIT(RMAP_RAY_source), err);
+    const struct rmap_path_view *view = rmap_path_keys_view(self->context->keys);
+    const size_t n_hit = portion->ray.registration_count[place.ray];
+    size_t n_path = 0;
+    RMAP_TRY(RMAP_RESERVE(self->step, self->step_cap,
+                          (size_t)portion->ray.segment_count[place.ray] + n_hit + 1, err));
+    if (!view->until_detector)
+        RMAP_TRY(add_path(self, portion, &place, &n_path, err));
+    for (size_t i = place.registration; view->until_detector && i < place.registration + n_hit;
+         i++) {
+        place.until = i + 1;
+        if (counted[i] && portion->registration.detector[i] == view->detector)
+            RMAP_TRY(add_path(self, portion, &place, &n_path, err));
+    }
+    if (n_path > 0)
+        add_total(self, portion, place.ray, n_path);
 out:
     return st;
-}
-
-/* Classes of the cache match: where most rays do, those of others alone are judged, after all are
- * keyed. */
-static bool judges_left(const struct rmap_path_counts *self, const struct rmap_matched *rays,
-                        bool counted, bool plain)
-{
-    return rays->open && counted && plain && self->cache &&
-           rmap_path_judge_expects_most(&self->buffers->judge);
-}
-
-static enum rmap_status judge_left(struct rmap_path_counts *self, struct rmap_matched *rays,
-                                   const struct rmap_sums_facts *facts, struct rmap_error *err)
-{
-    struct rmap_path_buffers *buffers = self->buffers;
-    const enum rmap_status st =
-        rmap_path_judge_left(&buffers->judge, &buffers->hasher, rays, buffers->left, buffers->mixed,
-                             &buffers->n_left, err);
-    if (st != RMAP_OK)
-        return st;
-    rmap_key_slots_expect(&buffers->ahead, buffers->mixed, buffers->n_left);
-    return add_totals(self, rays, facts, err);
 }
 
 enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *self,
-                                           const struct rmap_matched *entered,
-                                           struct rmap_error *err)
+                                           const struct rmap_matched *rays, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_matched rays = *entered;
-    const struct rmap_portion *portion = rays.portion;
-    const size_t n_source = rmap_map_scene(self->context->map)->n_source;
-    struct rmap_path_buffers *buffers = self->buffers;
-    const struct rmap_fold_told *told = &buffers->told;
-    const bool plain = rmap_path_counts_are_plain(self);
-    const bool cells = plain && self->context->most_cells > 0 && !self->cells_full;
-    const bool simple = rmap_path_keys_are_simple(self->context->keys);
-    struct rmap_sums_facts facts;
-    const bool lean = plain && simple && !cells && n_source <= RMAP_SUMS_SOURCES_MAX;
-    RMAP_TRY(read_rays(self, &rays, lean, err));
-    RMAP_TRY(rmap_path_hasher_enter(&buffers->hasher, self->context->keys, &rays, err));
-    RMAP_TRY(rmap_sums_facts(portion, n_source, told->weigh_one, told->source, &facts, err));
-    const bool counted = facts.are_counted && simple;
-    const bool later = judges_left(self, &rays, counted, plain);
-    if (rays.open && !later)
-        RMAP_TRY(rmap_path_judge_steps(&buffers->judge, &buffers->hasher, &rays, err));
-    if (counted && !later)
-        RMAP_TRY(add_totals(self, &rays, &facts, err));
-    RMAP_TRY(rmap_path_hasher_place(&buffers->hasher, &rays, err));
-    if (!counted)
-        add_weights(self, portion);
-    if (!plain) {
-        rmap_path_hasher_key(&buffers->hasher, 0, buffers->hasher.keyed.n, told->source);
-        return rmap_path_counts_add_keyed(self, &rays, err);
+    const struct rmap_portion *portion = rays->portion;
+    struct rmap_path_place_of_ray place = {0};
+    RMAP_TRY(rmap_fold_fetch(rays, rmap_path_count_columns(self->context), err));
+    for (; place.ray < portion->n_row[RMAP_TABLE_RAY]; place.ray++) {
+        if (!rays->match || rays->match[place.ray])
+            RMAP_TRY(add_ray(self, portion, place, rmap_registrations_counted(rays), err));
+        place.segment += portion->ray.segment_count[place.ray];
+        place.registration += portion->ray.registration_count[place.ray];
     }
-    const size_t n_ray = portion->n_row[RMAP_TABLE_RAY];
-    const uint64_t end =
-        told->ids_run || n_ray == 0 ? portion->first_ray + n_ray : portion->ray.id[n_ray - 1] + 1;
-    RMAP_TRY(rmap_path_counts_ready_cache(self, portion->first_ray, end, err));
-    RMAP_TRY(rmap_path_buffers_list(buffers, counted ? self->cache : NULL, !later, err));
-    if (later)
-        RMAP_TRY(judge_left(self, &rays, &facts, err));
-    if (cells)
-        RMAP_TRY(add_cells(self, &rays, err));
-    st = rmap_path_counts_add_listed(self, &rays, !counted, err);
 out:
     return st;
 }
 
-/* Rays that are open, of which few are expected to match. */
-static enum rmap_status add_few(struct rmap_path_counts *self, const struct rmap_matched *all,
-                                struct rmap_error *err)
-{
-    struct rmap_matched rays = *all;
-    const enum rmap_status st = rmap_path_judge_columns(&self->buffers->judge, &rays, err);
-    return st == RMAP_OK && rays.n_match > 0 ? rmap_path_counts_add_rays(self, &rays, err) : st;
-}
+/* ---- a kind of fold ---- */
 
 static enum rmap_status add(void *state, const struct rmap_matched *rays, struct rmap_error *err)
 {
@@ -356,29 +287,171 @@ static enum rmap_status add(void *state, const struct rmap_matched *rays, struct
     const bool cells = self->context->most_cells > 0 && !self->cells_full;
     struct rmap_told_paths told = {.known = NULL};
     enum rmap_status st = RMAP_OK;
-    if (rays->open && rmap_path_judge_expects_few(&self->buffers->judge))
-        return add_few(self, rays, err);
+    bool done = false;
     if (rays->view && rays->view->form == RMAP_HISTORY_PATHS && rays->view->unit_weight && !cells)
-        return rmap_path_counts_add_view(self, rays, err);
+        RMAP_TRY(rmap_path_counts_add_view(self, rays, &done, err));
     if (!rays->view && !cells)
         RMAP_TRY(rmap_fold_tell_paths(rays, &told, err));
-    st = rmap_path_shares_matter(rays, &told) ? rmap_path_counts_add_told(self, rays, &told, err)
-                                              : rmap_path_counts_add_rays(self, rays, err);
+    if (rmap_path_shares_matter(rays, &told))
+        RMAP_TRY(rmap_path_counts_add_told(self, rays, &told, &done, err));
+    if (!done)
+        st = rmap_path_counts_add_rays(self, rays, err);
 out:
     return st;
 }
 
-static bool judges(const void *context_, const struct rmap_criterion *criterion)
+static enum rmap_status merge_cells(struct rmap_path_counts *into,
+                                    const struct rmap_path_counts *from, struct rmap_error *err)
 {
+    enum rmap_status st = RMAP_OK;
+    if (from->cells_full)
+        drop_cells(into);
+    for (size_t i = 0; i < from->cells.n && !into->cells_full; i++) {
+        const struct rmap_key_sum *more = &from->cells.entry[i];
+        struct rmap_key_sum *sum = NULL;
+        RMAP_TRY(rmap_key_sums_enter(&into->cells, more->key, &sum, err));
+        if (!sum) {
+            drop_cells(into);
+            break;
+        }
+        sum->weight += more->weight;
+        sum->weight_squared += more->weight_squared;
+    }
+out:
+    return st;
+}
+
+static enum rmap_status merge(void *into_, void *from_, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_counts *into = into_;
+    const struct rmap_path_counts *from = from_;
+    rmap_count_add(&into->total, &from->total, rmap_map_scene(into->context->map)->n_source);
+    into->again.rays += from->again.rays;
+    into->again.segments += from->again.segments;
+    if (from->most_weight > into->most_weight)
+        into->most_weight = from->most_weight;
+    if (from->is_full)
+        RMAP_TRY(spill(into, err));
+    for (size_t i = 0; i < from->classes.n; i++)
+        RMAP_TRY(add_counted(into, &from->classes.entry[i], err));
+    if (from->sketch.rays)
+        rmap_path_sketch_merge(&into->sketch, &from->sketch);
+    st = merge_cells(into, from, err);
+out:
+    return st;
+}
+
+/* What a state is as bytes: this, weights [2][n_source], classes, cells and the sketch. */
+struct head {
+    uint64_t rays, segments, again_rays, again_segments, n_class, n_cell;
+    double most_weight;
+    uint64_t is_full, cells_full, has_sketch;
+};
+
+static size_t state_nbytes(const struct head *head, size_t n_source)
+{
+    return sizeof *head + 2 * n_source * sizeof(double) +
+           (size_t)(head->n_class + head->n_cell) * sizeof(struct rmap_key_sum) +
+           (head->has_sketch ? RMAP_PATH_SKETCH_NBYTES : 0);
+}
+
+static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
+{
+    if (nbytes > 0)
+        memcpy(to, from, nbytes);
+    return to + nbytes;
+}
+
+static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nbytes_ret,
+                             struct rmap_error *err)
+{
+    const struct rmap_path_counts *self = state;
+    const size_t n_source = rmap_map_scene(self->context->map)->n_source;
+    const struct head head = {.rays = self->total.rays,
+                              .segments = self->total.segments,
+                              .again_rays = self->again.rays,
+                              .again_segments = self->again.segments,
+                              .n_class = self->classes.n,
+                              .n_cell = self->cells.n,
+                              .most_weight = self->most_weight,
+                              .is_full = self->is_full,
+                              .cells_full = self->cells_full,
+                              .has_sketch = self->sketch.rays != NULL};
+    const size_t nbytes = state_nbytes(&head, n_source);
+    uint8_t *bytes = rmap_alloc_unset(nbytes, 1), *at = bytes;
+    if (!bytes)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the paths of a rank");
+    at = put(at, &head, sizeof head);
+    at = put(at, self->total.source_weight, n_source * sizeof(double));
+    at = put(at, self->total.source_weight_squared, n_source * sizeof(double));
+    at = put(at, self->classes.entry, self->classes.n * sizeof *self->classes.entry);
+    at = put(at, self->cells.entry, self->cells.n * sizeof *self->cells.entry);
+    if (head.has_sketch)
+        (void)put(at, self->sketch.rays, RMAP_PATH_SKETCH_NBYTES);
+    *bytes_ret = bytes;
+    *nbytes_ret = nbytes;
+    return RMAP_OK;
+}
+
+static enum rmap_status take_sums(struct rmap_key_sums *sums, const uint8_t **at, uint64_t n,
+                                  struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (uint64_t i = 0; i < n; i++) {
+        struct rmap_key_sum sum, *entry = NULL;
+        memcpy(&sum, *at, sizeof sum);
+        *at += sizeof sum;
+        RMAP_TRY(rmap_key_sums_enter(sums, sum.key, &entry, err));
+        if (entry)
+            *entry = sum;
+    }
+out:
+    return st;
+}
+
+static enum rmap_status unpack(const void *context_, const uint8_t *bytes, size_t nbytes,
+                               void **state_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
     const struct rmap_path_counting *context = context_;
-    return rmap_path_judges(context->keys, criterion);
+    const size_t n_source = rmap_map_scene(context->map)->n_source;
+    struct head head = {0};
+    void *state = NULL;
+    if (nbytes >= sizeof head)
+        memcpy(&head, bytes, sizeof head);
+    if (nbytes < sizeof head || nbytes != state_nbytes(&head, n_source))
+        return rmap_error_set(err, RMAP_INTERNAL, "paths of a rank: %zu bytes came", nbytes);
+    RMAP_TRY(create(context, &state, err));
+    struct rmap_path_counts *self = state;
+    self->total.rays = head.rays;
+    self->total.segments = head.segments;
+    self->again.rays = head.again_rays;
+    self->again.segments = head.again_segments;
+    self->most_weight = head.most_weight;
+    self->is_full = head.is_full != 0;
+    self->cells_full = head.cells_full != 0;
+    const uint8_t *at = bytes + sizeof head;
+    memcpy(self->total.source_weight, at, n_source * sizeof(double));
+    at += n_source * sizeof(double);
+    memcpy(self->total.source_weight_squared, at, n_source * sizeof(double));
+    at += n_source * sizeof(double);
+    RMAP_TRY(take_sums(&self->classes, &at, head.n_class, err));
+    RMAP_TRY(take_sums(&self->cells, &at, head.n_cell, err));
+    if (head.has_sketch) {
+        RMAP_TRY(rmap_path_sketch_init(&self->sketch, err));
+        memcpy(self->sketch.rays, at, RMAP_PATH_SKETCH_NBYTES);
+    }
+    *state_ret = state;
+    state = NULL;
+out:
+    destroy(state);
+    return st;
 }
 
 const struct rmap_fold_kind rmap_path_count_kind = {.create = create,
                                                     .destroy = destroy,
                                                     .add = add,
-                                                    .judges = judges,
-                                                    .merge = rmap_path_counts_merge,
-                                                    .settle = rmap_path_counts_settle,
-                                                    .pack = rmap_path_counts_pack,
-                                                    .unpack = rmap_path_counts_unpack};
+                                                    .merge = merge,
+                                                    .pack = pack,
+                                                    .unpack = unpack};

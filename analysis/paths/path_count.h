@@ -8,13 +8,19 @@
 #ifndef RMAP_PATH_COUNT_H
 #define RMAP_PATH_COUNT_H
 
-#include "analysis/paths/path_hash.h"
+#include "analysis/paths/path_dictionary.h"
+#include "analysis/paths/path_key.h"
 #include "analysis/paths/path_sketch.h"
-#include "analysis/paths/path_steps.h"
 #include "analysis/query/fold.h"
 #include "analysis/query/query.h"
-#include "analysis/table/class_sums.h"
-#include "analysis/table/key_sums.h"
+
+/* Numbers of a class's entry. */
+enum {
+    RMAP_PATH_CLASS_RAYS,
+    RMAP_PATH_CLASS_FIRST_RAY, /* the smallest id */
+    RMAP_PATH_CLASS_SEGMENTS,
+    RMAP_PATH_CLASS_REGISTRATIONS
+};
 
 /* An entry of cells: what of a class was registered in a cell; a ray's registrations in it are one
  * contribution. */
@@ -35,21 +41,6 @@ struct rmap_path_counting {
     const struct rmap_path_sketch *sketch; /* NULL: count all */
     const uint32_t *least;                 /* [n_source] with a sketch */
     const struct rmap_key_sums *chosen;    /* NULL, or keys of the only classes that count */
-    struct rmap_path_pool *pool;           /* NULL: each state has all of its classes itself */
-};
-
-/* Classes of all states of a rank, which they enter together: most are those of one ray, which each
- * of them would have again, and which would have to be merged. They become those of the state that
- * settles. */
-enum rmap_status rmap_path_pool_create(const struct rmap_path_counting *context,
-                                       struct rmap_path_pool **pool_ret,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-void rmap_path_pool_destroy(struct rmap_path_pool *pool);
-
-/* Classes, and the steps of some, in the order of their entries. */
-struct rmap_path_tally {
-    struct rmap_class_sums classes;
-    struct rmap_path_steps steps;
 };
 
 /* State of the fold. */
@@ -59,18 +50,41 @@ struct rmap_path_counts {
         uint64_t rays, segments;
     } again;            /* further paths of rays that have several */
     double most_weight; /* of a ray */
-    struct rmap_path_tally tally;
-    struct rmap_key_sums cells;
+    struct rmap_key_sums classes, cells;
     bool is_full, cells_full;       /* more than `most`: without entries then */
     struct rmap_path_sketch sketch; /* when is_full without a sketch to begin with */
-    struct rmap_path_buffers *buffers;
     const struct rmap_path_counting *context;
-    struct rmap_path_pool *pool;    /* NULL: settled, or none is shared */
-    struct rmap_class_cache *cache; /* of the pool's classes; NULL: none */
+    /* Of the portion in hand. */
+    struct rmap_path_dictionary dictionary;
+    rmap_path_step *step;
+    struct rmap_key *of_ray; /* keys of a ray's paths so far */
+    size_t step_cap, of_ray_cap;
 };
 
 /* The fold is to defer them all: an index may make them unnecessary. */
 rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context);
 extern const struct rmap_fold_kind rmap_path_count_kind;
+
+/* For path_count_shared.c: a portion by the paths that its rays share, as a view of the map's index
+ * or a compact piece has them; *done_ret false: rays have several paths each, of which these know
+ * nothing. */
+enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,
+                                           const struct rmap_matched *rays, bool *done_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *counts,
+                                           const struct rmap_matched *rays,
+                                           const struct rmap_told_paths *told, bool *done_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds what rays of weight 1, or one ray, bring to their class, unless it is none of those that
+ * count. more: the key, weights and numbers. */
+enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *counts,
+                                            const struct rmap_key_sum *more,
+                                            struct rmap_error *err) RMAP_MUST_USE;
+
+/* Adds the rays of a portion that has the columns, one by one. */
+enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *counts,
+                                           const struct rmap_matched *rays,
+                                           struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -37,27 +37,28 @@ static uint32_t count_hits(const struct rmap_portion *portion,
     return n;
 }
 
-/* Keys of all paths of a piece. */
+/* Keys of all paths of a piece, its rays. */
 static enum rmap_status key_paths(const struct rmap_path_keying *keying,
                                   const struct rmap_portion *paths, struct rmap_path_known *known,
                                   struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    struct rmap_path_hasher *hasher = keying->hasher;
-    const struct rmap_path_keyed *keyed = &hasher->keyed;
-    const struct rmap_matched all = {.portion = paths, .n_match = paths->n_row[RMAP_TABLE_RAY]};
-    RMAP_TRY(rmap_path_hasher_enter(hasher, keying->keys, &all, err));
-    RMAP_TRY(rmap_path_hasher_place(hasher, &all, err));
-    rmap_path_hasher_key(hasher, 0, keyed->n, -1);
-    for (size_t k = 0; k < keyed->n; k++) {
-        const struct rmap_path_place_of_ray place = rmap_path_place_at(keyed, k);
-        known[place.ray] =
-            (struct rmap_path_known){.key = rmap_path_key_at(keyed, k),
-                                     .segment = (uint32_t)place.segment,
-                                     .registration = (uint32_t)place.registration,
-                                     .n_hit = count_hits(paths, &place, keying->detector)};
+    struct rmap_path_place_of_ray place = {0};
+    rmap_path_step *step = NULL;
+    size_t step_cap = 0, n_step;
+    for (; place.ray < paths->n_row[RMAP_TABLE_RAY]; place.ray++) {
+        const size_t n_leg = paths->ray.segment_count[place.ray];
+        const size_t n_hit = paths->ray.registration_count[place.ray];
+        RMAP_TRY(RMAP_RESERVE(step, step_cap, n_leg + n_hit + 1, err));
+        if (rmap_path_key_of(keying->keys, paths, &place, step, &n_step))
+            known[place.ray] = (struct rmap_path_known){
+                .key = rmap_path_key_hash(step, n_step, paths->ray.source[place.ray]),
+                .n_hit = count_hits(paths, &place, keying->detector)};
+        place.segment += n_leg;
+        place.registration += n_hit;
     }
 out:
+    rmap_free(step);
     return st;
 }
 

@@ -6,15 +6,14 @@
 #ifndef RMAP_PATH_DICTIONARY_H
 #define RMAP_PATH_DICTIONARY_H
 
-#include "analysis/paths/path_hash.h"
+#include "analysis/paths/path_key.h"
 #include "analysis/paths/path_shares.h"
 #include "history/history_index.h"
 
 /* A path of the dictionary, as a ray of it. */
 struct rmap_path_known {
-    struct rmap_key key;            /* high 0: rays that took it have no path */
-    uint32_t segment, registration; /* where its rows begin */
-    uint32_t n_hit;                 /* registrations that count */
+    struct rmap_key key; /* high 0: rays that took it have no path */
+    uint32_t n_hit;      /* registrations that count */
 };
 
 /* One thread's; all zero at first. */
@@ -34,9 +33,8 @@ struct rmap_path_dictionary {
 };
 void rmap_path_dictionary_fini(struct rmap_path_dictionary *dictionary);
 
-/* How paths are keyed. The hasher's own portion is lost. */
+/* How paths are keyed. */
 struct rmap_path_keying {
-    struct rmap_path_hasher *hasher;
     const struct rmap_path_keys *keys;
     const struct rmap_map *map;
     int32_t detector; /* registrations on it alone count; -1: on any */

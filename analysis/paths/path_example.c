@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The texts of classes, each from its steps or from its first ray.
+ * The texts of classes, each from its first ray.
  */
 #include <inttypes.h>
 #include <stdlib.h>
@@ -129,8 +129,7 @@ static void find_path(const struct reading *reading, const struct rmap_path_row 
             portion->registration.detector[i] != view->detector ||
             !rmap_path_key_of(keys, portion, place, reading->symbol, n))
             continue;
-        const struct rmap_key key = rmap_path_key_hash(keys, reading->symbol, *n, row->source);
-        if (key.low == row->key.low && key.high == row->key.high)
+        if (rmap_keys_equal(rmap_path_key_hash(reading->symbol, *n, row->source), row->key))
             return;
     }
 }
@@ -143,11 +142,10 @@ static enum rmap_status read_texts(struct reading *reading, struct rmap_path_row
     size_t n = 0;
     RMAP_TRY(open_map(reading, err));
     RMAP_TRY(find_ray(reading, row->first_ray, &place, err));
-    st = RMAP_RESERVE(reading->symbol, reading->symbol_cap,
-                      (size_t)reading->portion->ray.segment_count[place.ray] +
-                          reading->portion->ray.registration_count[place.ray] + 1,
-                      err);
-    RMAP_TRY(st);
+    RMAP_TRY(RMAP_RESERVE(reading->symbol, reading->symbol_cap,
+                          (size_t)reading->portion->ray.segment_count[place.ray] +
+                              reading->portion->ray.registration_count[place.ray] + 1,
+                          err));
     find_path(reading, row, &place, &n);
     st = write_texts(reading->report, row, reading->symbol, n, err);
 out:
@@ -171,8 +169,7 @@ enum rmap_status rmap_path_report_add_texts(struct rmap_path_report *report, str
         row[k] = &report->row[k];
     qsort(row, report->n_row, sizeof(struct rmap_path_row *), compare_rows);
     for (size_t k = 0; k < report->n_row; k++)
-        RMAP_TRY(row[k]->step ? write_texts(report, row[k], row[k]->step, row[k]->n_step, err)
-                              : read_texts(&reading, row[k], err));
+        RMAP_TRY(read_texts(&reading, row[k], err));
 out:
     rmap_overlay_view_destroy(reading.view);
     rmap_cursor_destroy(reading.cursor);

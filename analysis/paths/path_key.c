@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "analysis/paths/path_key.h"
 
+#include <xxhash.h>
+
 #include "analysis/paths/path_key_internal.h"
 #include "base/alloc.h"
 #include "portion/event.h"
@@ -37,20 +39,9 @@ static void fill_letters(struct rmap_path_keys *keys)
         const char c = rmap_event_letter(events);
         const uint32_t letter =
             c ? (uint32_t)(strchr(RMAP_PATH_LETTERS, c) - RMAP_PATH_LETTERS) : RMAP_PATH_LETTER_ANY;
-        const uint32_t met = keys->view.without_events ? RMAP_PATH_LETTER_ANY : letter;
-        const bool is_other = met != letter || RMAP_PATH_INSIDE >> letter & 1;
         keys->letter[events] = (uint8_t)letter;
-        keys->met[events] = met | (is_other ? RMAP_PATH_LOOK_TWICE : 0);
+        keys->met[events] = keys->view.without_events ? RMAP_PATH_LETTER_ANY : (uint8_t)letter;
     }
-}
-
-/* Whether labels are numbers of objects. */
-static bool has_own_labels(const struct rmap_path_keys *keys)
-{
-    bool own = true;
-    for (size_t o = 0; o < keys->scene->n_object; o++)
-        own = own && (size_t)keys->labels.of_object[o] == o;
-    return own;
 }
 
 static void fill_hits(struct rmap_path_keys *keys)
@@ -82,10 +73,6 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
     for (size_t m = 0; m < scene->n_medium; m++)
         keys->reads_media |= scene->medium[m].absorbing || scene->medium[m].scattering_at_all;
     find_clashes(keys);
-    rmap_step_hash_keys_init(&keys->of_hash);
-    keys->tells_all = !view->without_events && has_own_labels(keys);
-    if (keys->tells_all)
-        rmap_step_letters_init(&keys->of_letters, keys->letter, RMAP_PATH_INSIDE);
     *keys_ret = keys;
     keys = NULL;
 out:
@@ -104,6 +91,11 @@ void rmap_path_keys_destroy(struct rmap_path_keys *keys)
     rmap_free(keys->hit);
     rmap_free(keys->clashes);
     rmap_free(keys);
+}
+
+const struct rmap_path_view *rmap_path_keys_view(const struct rmap_path_keys *keys)
+{
+    return &keys->view;
 }
 
 rmap_column_set rmap_path_keys_columns(const struct rmap_path_keys *keys)
@@ -187,6 +179,17 @@ bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_porti
     bool has_path = walk(keys, portion, place, &writer);
     *n_ret = writer.n;
     return has_path;
+}
+
+/* Sources are told apart in either half: cells and the sketch go by the lower one. Not by a seed,
+ * with which short paths of two sources were seen to share 64 bits. */
+struct rmap_key rmap_path_key_hash(const rmap_path_step *symbol, size_t n, int32_t source)
+{
+    enum { SOURCE_BITS = 20 };
+    const uint64_t its = (uint32_t)source;
+    const XXH128_hash_t hash = XXH3_128bits(symbol, n * sizeof *symbol);
+    return (struct rmap_key){hash.low64 + (its + 1) * UINT64_C(0x9e3779b97f4a7c15),
+                             UINT64_C(1) << 63 | hash.high64 << SOURCE_BITS | its};
 }
 
 size_t rmap_path_n_label(const struct rmap_path_keys *keys)

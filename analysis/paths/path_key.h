@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "analysis/table/key_sums.h"
 #include "portion/portion.h"
 #include "scene/scene.h"
 
@@ -45,6 +46,8 @@ enum rmap_status rmap_path_keys_create(const struct rmap_scene *scene,
                                        struct rmap_error *err) RMAP_MUST_USE;
 void rmap_path_keys_destroy(struct rmap_path_keys *keys);
 
+const struct rmap_path_view *rmap_path_keys_view(const struct rmap_path_keys *keys);
+
 /* Columns that rmap_path_key_of reads. */
 rmap_column_set rmap_path_keys_columns(const struct rmap_path_keys *keys);
 
@@ -58,6 +61,19 @@ struct rmap_path_place_of_ray {
 bool rmap_path_key_of(const struct rmap_path_keys *keys, const struct rmap_portion *portion,
                       const struct rmap_path_place_of_ray *place, rmap_path_step *symbol,
                       size_t *n_ret);
+
+/* Scenes with more sources are refused: a key has the source in it. */
+#define RMAP_PATH_SOURCES_MAX ((size_t)1 << 20)
+
+/* The key of a path and the source of its ray, which rays of a map share where both are equal: XXH3
+ * of the steps, of which 107 bits are kept, so that of 100 million classes two share a key by a
+ * chance of 2^-54. */
+struct rmap_key rmap_path_key_hash(const rmap_path_step *symbol, size_t n, int32_t source);
+
+static inline int32_t rmap_path_source_of(struct rmap_key key)
+{
+    return (int32_t)(key.high & (RMAP_PATH_SOURCES_MAX - 1));
+}
 
 /* "T@lens.1 R@lens.3{2} V@sensor", rmap_free; a medium that shares its name with an object is
  * "A@milk[medium]". Longer than most_nbytes (0: no matter): the middle is

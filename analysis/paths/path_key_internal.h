@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * What path_key.c, path_hash.c and path_text.c share.
+ * What path_key.c and path_text.c share.
  */
 #ifndef RMAP_PATH_KEY_INTERNAL_H
 #define RMAP_PATH_KEY_INTERNAL_H
@@ -9,13 +9,8 @@
 
 #include "analysis/criterion/path_table.h"
 #include "analysis/paths/path_label.h"
-#include "analysis/paths/step_hash.h"
-#include "analysis/paths/step_letters.h"
 
 enum { RMAP_PATH_LETTER_ANY = 13, RMAP_PATH_LETTER_BITS = 4 };
-
-/* In `met`: without an object, the step is another than the table says. */
-#define RMAP_PATH_LOOK_TWICE 0x80000000u
 
 /* Of a detector. */
 struct rmap_path_hit {
@@ -29,14 +24,11 @@ struct rmap_path_keys {
     struct rmap_path_view view;
     struct rmap_path_labels labels;
     uint8_t *letter; /* [2^13] of sets of events */
-    uint32_t *met;   /* [2^13] the same at an object, ANY without events; LOOK_TWICE above it */
+    uint8_t *met;    /* [2^13] the same at an object: ANY without events */
     uint32_t *place; /* [1 + n_object] of no object, then of each one's label, above the letter */
-    struct rmap_path_hit *hit;           /* [n_detector] */
-    uint8_t *clashes;                    /* [n_medium] an object or a group has the name, too */
-    bool reads_media;                    /* something can happen inside one */
-    bool tells_all;                      /* a place is an object's number, events count */
-    struct rmap_step_letters of_letters; /* usable where steps tell all */
-    struct rmap_step_hash_keys of_hash;
+    struct rmap_path_hit *hit; /* [n_detector] */
+    uint8_t *clashes;          /* [n_medium] an object or a group has the name, too */
+    bool reads_media;          /* something can happen inside one */
 };
 
 /* The step that ends the leg in this row. */
@@ -45,7 +37,7 @@ static inline rmap_path_step rmap_path_step_of(const struct rmap_path_keys *keys
 {
     const uint32_t events = rows->event[row] % RMAP_PATH_EVENT_CODES;
     if (rows->object[row] >= 0)
-        return keys->place[rows->object[row] + 1] | (keys->met[events] & ~RMAP_PATH_LOOK_TWICE);
+        return keys->place[rows->object[row] + 1] | keys->met[events];
     const uint32_t letter = keys->letter[events];
     if (!(RMAP_PATH_INSIDE >> letter & 1) || !rows->medium || rows->medium[row] < 0)
         return letter;

@@ -197,12 +197,13 @@ static enum rmap_status pack(const void *state, uint8_t **bytes_ret, size_t *nby
                              struct rmap_error *err)
 {
     const struct rmap_path_matrix_sums *self = state;
-    struct rmap_key_sum *list = NULL;
-    enum rmap_status st = rmap_key_sums_list(&self->sums, &list, err);
-    if (st != RMAP_OK)
-        return st;
-    *bytes_ret = (uint8_t *)list;
-    *nbytes_ret = self->sums.n * sizeof *list;
+    *nbytes_ret = self->sums.n * sizeof *self->sums.entry;
+    *bytes_ret = rmap_alloc_unset(*nbytes_ret + 1, 1);
+    if (!*bytes_ret)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for sums of %zu paths",
+                              self->sums.n);
+    if (*nbytes_ret > 0)
+        memcpy(*bytes_ret, self->sums.entry, *nbytes_ret);
     return RMAP_OK;
 }
 

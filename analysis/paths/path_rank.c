@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The first of many classes are kept in a heap, whose root is the last of them.
+ */
 #include "analysis/paths/path_rank.h"
 
 #include <stdlib.h>
@@ -15,25 +18,23 @@ static int compare_ranked(const void *a_, const void *b_)
     return (a->first_ray > b->first_ray) - (a->first_ray < b->first_ray);
 }
 
-static inline double flux_of(const struct rmap_class_sums *classes, size_t i, const double *unit)
+static struct rmap_path_ranked ranked_of(const struct rmap_path_counts *counts, size_t class,
+                                         enum rmap_path_sort sort)
 {
-    const struct rmap_class_entry *its = &classes->entry[i];
-    const double weight = classes->is_wide ? classes->more[i].weight : (double)its->rays;
-    return unit[rmap_path_source_of(its->key)] * weight;
+    const struct rmap_key_sum *sum = &counts->classes.entry[class];
+    const double *unit = rmap_map_flux_per_weight(counts->context->map);
+    const double rays = (double)sum->number[RMAP_PATH_CLASS_RAYS];
+    const double flux = unit[rmap_path_source_of(sum->key)] * sum->weight;
+    return (struct rmap_path_ranked){
+        .class = class,
+        .first_ray = sum->number[RMAP_PATH_CLASS_FIRST_RAY],
+        .value = sort == RMAP_PATH_BY_FLUX   ? flux
+                 : sort == RMAP_PATH_BY_RAYS ? rays
+                                             : (double)sum->number[RMAP_PATH_CLASS_SEGMENTS] / rays,
+        .flux = flux};
 }
 
-static inline double value_of(const struct rmap_class_sums *classes, size_t i,
-                              enum rmap_path_sort sort, const double *unit)
-{
-    if (sort == RMAP_PATH_BY_FLUX)
-        return flux_of(classes, i, unit);
-    const double rays = (double)classes->entry[i].rays;
-    if (sort == RMAP_PATH_BY_RAYS)
-        return rays;
-    return (double)rmap_class_sums_at(classes, i).more.segments / rays;
-}
-
-/* Moves the entry at `at` down to its place in a heap, whose root comes last of all. */
+/* Moves the entry at `at` down to its place. */
 static void sift(struct rmap_path_ranked *heap, size_t n, size_t at)
 {
     for (size_t child = 2 * at + 1; child < n; child = 2 * at + 1) {
@@ -48,78 +49,25 @@ static void sift(struct rmap_path_ranked *heap, size_t n, size_t at)
     }
 }
 
-struct ranking {
-    const struct rmap_path_counts *counts;
-    enum rmap_path_sort sort;
-    size_t n_row;
-    struct rmap_path_ranked *ranked; /* [n] a heap once there are n_row */
-    size_t n;
-    uint64_t fewest; /* rays below which no class has a place: 0 where that is not told yet */
-};
-
-static void note_fewest(struct ranking *self)
-{
-    const struct rmap_map *map = self->counts->context->map;
-    const double *unit = rmap_map_flux_per_weight(map);
-    double most = self->sort == RMAP_PATH_BY_RAYS ? 1.0 : 0.0;
-    if (self->sort == RMAP_PATH_BY_FLUX && !self->counts->tally.classes.is_wide)
-        for (size_t s = 0; s < rmap_map_scene(map)->n_source; s++)
-            most = unit[s] > most ? unit[s] : most;
-    const double rays = most > 0.0 ? self->ranked[0].value / most * (1.0 - 1e-12) : 0.0;
-    self->fewest = rays > 0.0 && rays < 0x1p63 ? (uint64_t)rays : 0;
-}
-
-/* Takes the class among the first, if it is one of them so far. */
-RMAP_COPIED void consider(struct ranking *self, size_t class)
-{
-    const struct rmap_class_sums *classes = &self->counts->tally.classes;
-    const double *unit = rmap_map_flux_per_weight(self->counts->context->map);
-    struct rmap_path_ranked *ranked = self->ranked;
-    if (classes->entry[class].rays < self->fewest)
-        return;
-    const double value = value_of(classes, class, self->sort, unit);
-    if (self->n == self->n_row && value < ranked[0].value)
-        return;
-    const struct rmap_path_ranked entry = {class, classes->entry[class].first_ray, value,
-                                           flux_of(classes, class, unit)};
-    if (self->n < self->n_row) {
-        ranked[self->n++] = entry;
-        for (size_t k = self->n_row / 2; self->n == self->n_row && k-- > 0;)
-            sift(ranked, self->n_row, k);
-    } else if (compare_ranked(&entry, &ranked[0]) < 0) {
-        ranked[0] = entry;
-        sift(ranked, self->n_row, 0);
-    }
-    if (self->n == self->n_row)
-        note_fewest(self);
-}
-
-/* Those of many rays. False: others may have a place, too. */
-static bool rank_many(struct ranking *self)
-{
-    const struct rmap_class_many *many = self->counts->tally.classes.many;
-    for (size_t k = 0; many && many->n >= self->n_row && k < many->n; k++)
-        consider(self, many->class[k]);
-    return self->n == self->n_row && self->fewest >= many->least;
-}
-
 enum rmap_status rmap_path_rank(const struct rmap_path_counts *counts, enum rmap_path_sort sort,
                                 size_t n_row, struct rmap_path_ranked **ranked_ret,
                                 struct rmap_error *err)
 {
-    struct ranking ranking = {.counts = counts,
-                              .sort = sort,
-                              .n_row = n_row,
-                              .ranked = rmap_alloc(n_row + 1, sizeof *ranking.ranked)};
-    if (!ranking.ranked)
+    struct rmap_path_ranked *ranked = rmap_alloc(n_row + 1, sizeof *ranked);
+    if (!ranked)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_row);
-    if (n_row > 0 && !rank_many(&ranking)) {
-        ranking.n = 0;
-        ranking.fewest = 0;
-        for (size_t i = 0; i < counts->tally.classes.n; i++)
-            consider(&ranking, i);
+    for (size_t i = 0; i < n_row; i++)
+        ranked[i] = ranked_of(counts, i, sort);
+    for (size_t k = n_row / 2; k-- > 0;)
+        sift(ranked, n_row, k);
+    for (size_t i = n_row; n_row > 0 && i < counts->classes.n; i++) {
+        const struct rmap_path_ranked entry = ranked_of(counts, i, sort);
+        if (compare_ranked(&entry, &ranked[0]) >= 0)
+            continue;
+        ranked[0] = entry;
+        sift(ranked, n_row, 0);
     }
-    qsort(ranking.ranked, ranking.n, sizeof *ranking.ranked, compare_ranked);
-    *ranked_ret = ranking.ranked;
+    qsort(ranked, n_row, sizeof *ranked, compare_ranked);
+    *ranked_ret = ranked;
     return RMAP_OK;
 }

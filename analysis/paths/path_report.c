@@ -21,82 +21,24 @@ void rmap_path_flux(const struct rmap_map *map, size_t source, double weight, do
 }
 
 /* A row, and its share taken off what is left. */
-static void fill_row(struct rmap_path_report *report, const struct rmap_class_sum *sum,
+static void fill_row(struct rmap_path_report *report, const struct rmap_key_sum *sum,
                      struct rmap_path_row *row, struct rmap_count *rest)
 {
-    const struct rmap_class_more *more = &sum->more;
-    const int32_t source = rmap_path_source_of(sum->entry.key);
-    *row = (struct rmap_path_row){.key = sum->entry.key,
+    const int32_t source = rmap_path_source_of(sum->key);
+    *row = (struct rmap_path_row){.key = sum->key,
                                   .source = source,
-                                  .rays = sum->entry.rays,
-                                  .segments = more->segments,
-                                  .registrations = more->registrations,
-                                  .first_ray = sum->entry.first_ray,
+                                  .rays = sum->number[RMAP_PATH_CLASS_RAYS],
+                                  .segments = sum->number[RMAP_PATH_CLASS_SEGMENTS],
+                                  .registrations = sum->number[RMAP_PATH_CLASS_REGISTRATIONS],
+                                  .first_ray = sum->number[RMAP_PATH_CLASS_FIRST_RAY],
                                   .peak.detector = -1};
-    rmap_path_flux(report->map, (size_t)source, more->weight, more->weight_squared, &row->flux,
+    rmap_path_flux(report->map, (size_t)source, sum->weight, sum->weight_squared, &row->flux,
                    &row->standard_error);
     row->share = report->total.flux > 0.0 ? row->flux / report->total.flux : 0.0;
     rest->rays -= row->rays;
     rest->segments -= row->segments;
-    rest->source_weight[source] -= more->weight;
-    rest->source_weight_squared[source] -= more->weight_squared;
-}
-
-/* Rows whose steps are found without an index of all classes. */
-enum { ROWS_FEW = 64 };
-
-/* Numbers of the rows' steps among those that were kept; rmap_free. */
-static enum rmap_status find_steps(const struct rmap_path_counts *counts,
-                                   const struct rmap_path_ranked *ranked, size_t n_row,
-                                   uint32_t **number_ret, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    const struct rmap_path_steps *steps = &counts->tally.steps;
-    size_t class[ROWS_FEW];
-    uint32_t *of_class = NULL, *number = rmap_alloc(n_row + 1, sizeof *number);
-    if (!number)
-        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths");
-    if (n_row > ROWS_FEW)
-        RMAP_TRY(rmap_path_steps_index(steps, counts->tally.classes.n, &of_class, err));
-    for (size_t k = 0; k < n_row; k++) {
-        if (of_class)
-            number[k] = of_class[ranked[k].class];
-        else
-            class[k] = ranked[k].class;
-    }
-    if (!of_class)
-        rmap_path_steps_find(steps, class, n_row, number);
-    *number_ret = number;
-    number = NULL;
-out:
-    rmap_free(of_class);
-    rmap_free(number);
-    return st;
-}
-
-/* Of each row, as far as they were kept. */
-static enum rmap_status copy_steps(const struct rmap_path_counts *counts,
-                                   const struct rmap_path_ranked *ranked,
-                                   struct rmap_path_report *report, struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_OK;
-    uint32_t *number = NULL;
-    RMAP_TRY(find_steps(counts, ranked, report->n_row, &number, err));
-    for (size_t k = 0; k < report->n_row; k++) {
-        struct rmap_path_row *row = &report->row[k];
-        size_t n;
-        const rmap_path_step *step = rmap_path_steps_at(&counts->tally.steps, number[k], &n);
-        if (!step)
-            continue;
-        row->step = rmap_alloc(n + 1, sizeof *row->step);
-        if (!row->step)
-            RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for paths"));
-        memcpy(row->step, step, n * sizeof *step);
-        row->n_step = n;
-    }
-out:
-    rmap_free(number);
-    return st;
+    rest->source_weight[source] -= sum->weight;
+    rest->source_weight_squared[source] -= sum->weight_squared;
 }
 
 static struct rmap_path_total total_of(const struct rmap_map *map, const struct rmap_count *count)
@@ -113,7 +55,7 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_map *map = counts->context->map;
-    const size_t n_source = rmap_map_scene(map)->n_source, n = counts->tally.classes.n;
+    const size_t n_source = rmap_map_scene(map)->n_source, n = counts->classes.n;
     struct rmap_path_ranked *ranked = NULL;
     struct rmap_count rest = {0};
     struct rmap_path_report *report = rmap_alloc(1, sizeof *report);
@@ -137,12 +79,8 @@ enum rmap_status rmap_path_report_create(const struct rmap_path_counts *counts,
     rest.segments += counts->again.segments;
     report->n_path = rest.rays;
     RMAP_TRY(rmap_path_rank(counts, sort, report->n_row, &ranked, err));
-    for (size_t k = 0; k < report->n_row; k++) {
-        const struct rmap_class_sum sum =
-            rmap_class_sums_at(&counts->tally.classes, ranked[k].class);
-        fill_row(report, &sum, &report->row[k], &rest);
-    }
-    RMAP_TRY(copy_steps(counts, ranked, report, err));
+    for (size_t k = 0; k < report->n_row; k++)
+        fill_row(report, &counts->classes.entry[ranked[k].class], &report->row[k], &rest);
     report->rest = total_of(map, &rest);
     *report_ret = report;
     report = NULL;
@@ -160,7 +98,6 @@ void rmap_path_report_destroy(struct rmap_path_report *report)
     for (size_t k = 0; report->row && k < report->n_row; k++) {
         rmap_free(report->row[k].sequence);
         rmap_free(report->row[k].criterion);
-        rmap_free(report->row[k].step);
     }
     rmap_free(report->row);
     rmap_free(report);

@@ -32,8 +32,6 @@ struct rmap_path_row {
     double flux, share, standard_error;
     struct rmap_path_peak peak;
     char *sequence, *criterion; /* criterion NULL: none can be written */
-    rmap_path_step *step;       /* [n_step]; NULL: to be read from its first ray */
-    size_t n_step;
 };
 
 /* Flux of rays: as `raymap query --count` has it. */
@@ -72,7 +70,7 @@ enum rmap_status rmap_path_report_add_peaks(struct rmap_path_report *report,
                                             const struct rmap_key_sums *cells,
                                             struct rmap_error *err) RMAP_MUST_USE;
 
-/* Sequences and criteria; of rows without steps from their first rays, which are read again. */
+/* Sequences and criteria, from the first ray of each row, which is read again. */
 enum rmap_status rmap_path_report_add_texts(struct rmap_path_report *report,
                                             struct rmap_error *err) RMAP_MUST_USE;
 

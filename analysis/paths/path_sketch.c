@@ -54,9 +54,3 @@ uint32_t rmap_path_sketch_estimate(const struct rmap_path_sketch *sketch, struct
     }
     return least;
 }
-
-void rmap_path_sketch_expect(const struct rmap_path_sketch *sketch, struct rmap_key key)
-{
-    for (int row = 0; row < RMAP_PATH_SKETCH_ROWS; row++)
-        __builtin_prefetch(&sketch->rays[place_of(key, row)], 1);
-}

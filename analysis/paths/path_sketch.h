@@ -8,7 +8,7 @@
 #ifndef RMAP_PATH_SKETCH_H
 #define RMAP_PATH_SKETCH_H
 
-#include "analysis/table/key_slots.h"
+#include "analysis/table/key_sums.h"
 
 enum { RMAP_PATH_SKETCH_ROWS = 4, RMAP_PATH_SKETCH_WIDTH = 1 << 20 };
 #define RMAP_PATH_SKETCH_NBYTES                                                                    \
@@ -25,8 +25,5 @@ void rmap_path_sketch_fini(struct rmap_path_sketch *sketch);
 void rmap_path_sketch_add(struct rmap_path_sketch *sketch, struct rmap_key key, uint64_t n_ray);
 void rmap_path_sketch_merge(struct rmap_path_sketch *into, const struct rmap_path_sketch *from);
 uint32_t rmap_path_sketch_estimate(const struct rmap_path_sketch *sketch, struct rmap_key key);
-
-/* The key will be asked for soon. */
-void rmap_path_sketch_expect(const struct rmap_path_sketch *sketch, struct rmap_key key);
 
 #endif

@@ -16,24 +16,12 @@ struct rmap_fold_scanner {
     struct rmap_query_marker *marker; /* NULL: all rays match, or receivers are laid over the map */
     struct rmap_cursor *cursor;       /* NULL: the marker reads */
     struct rmap_overlay_view *view;   /* NULL: no receivers */
-    bool kind_judges;                 /* which rays of plain pieces match */
     uint8_t *match;                   /* [n_match] */
     size_t n_match;
     const struct rmap_which *which; /* NULL: all registrations count */
     uint8_t *chosen;                /* [chosen_cap] */
     size_t chosen_cap;
 };
-
-/* Columns that are kept from one question to the next cost the criterion next to nothing. */
-static bool kind_judges(const struct rmap_fold *fold)
-{
-    struct rmap_map_kept kept;
-    if (!fold->criterion || rmap_which_chooses(fold->which) || !fold->kind->judges ||
-        !fold->kind->judges(fold->context, fold->criterion))
-        return false;
-    rmap_map_kept(fold->map, &kept);
-    return kept.budget == 0;
-}
 
 /* Columns that the portion needs, whatever else decides which rays match. */
 static rmap_column_set columns_of(const struct rmap_fold *fold)
@@ -75,7 +63,6 @@ enum rmap_status rmap_fold_scanner_create(const struct rmap_fold *fold,
         else
             st = rmap_cursor_create(fold->map, columns_of(fold), &self->cursor, err);
         RMAP_TRY(st);
-        self->kind_judges = kind_judges(fold);
     }
     *scanner_ret = self;
     self = NULL;
@@ -126,12 +113,6 @@ out:
     return st;
 }
 
-static bool is_plain(const struct rmap_map *map, size_t portion)
-{
-    const size_t piece = (size_t)rmap_map_portion(map, portion)->piece;
-    return rmap_map_piece(map, piece)->encoding == RMAP_ENCODING_PLAIN;
-}
-
 static enum rmap_status mark(struct rmap_fold_scanner *self, struct rmap_matched *rays,
                              struct rmap_error *err)
 {
@@ -155,10 +136,7 @@ static enum rmap_status read_stored(struct rmap_fold_scanner *self, struct rmap_
     if (rays->n_match == 0)
         goto out;
     rays->view = self->which ? NULL : rmap_query_marker_view(self->marker);
-    if (self->kind_judges && !rays->view && is_plain(self->fold->map, rays->index))
-        rays->open = self->fold->criterion;
-    else
-        RMAP_TRY(mark(self, rays, err));
+    RMAP_TRY(mark(self, rays, err));
     if (rays->n_match > 0)
         st = rmap_query_marker_know(self->marker, columns, &rays->portion, err);
 out:
@@ -199,33 +177,6 @@ enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_on
     *are_one_ret = known;
 out:
     return st;
-}
-
-/* By the summary's bits, which tell TOLD_APART sources apart; a damaged one may name one that is
- * none. */
-static int32_t told_source(uint64_t bits, size_t n_source)
-{
-    enum { TOLD_APART = 64 };
-    if (n_source == 1)
-        return 0;
-    if (n_source > TOLD_APART || bits == 0 || bits & (bits - 1))
-        return -1;
-    const int source = __builtin_ctzll(bits);
-    return (size_t)source < n_source ? source : -1;
-}
-
-enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
-                                struct rmap_error *err)
-{
-    const struct rmap_fold_scanner *scanner = rays->scanner;
-    *told = (struct rmap_fold_told){.source = -1};
-    if (!scanner || scanner->view)
-        return RMAP_OK;
-    const struct rmap_map *map = scanner->fold->map;
-    const struct rmap_portion_info *info = rmap_map_portion(map, rays->index);
-    told->ids_run = !rmap_portion_has_gaps(info);
-    told->source = told_source(info->summary.sources, rmap_map_scene(map)->n_source);
-    return tell_weights(rays, &told->weigh_one, err);
 }
 
 /* What reads the portion. */

@@ -30,8 +30,6 @@ struct rmap_matched {
     size_t space;          /* colour space: the portion has its channels */
     const struct rmap_history_view *view; /* of the map's index on the portion, or NULL */
     struct rmap_fold_scanner *scanner;    /* that reads the portion; NULL: it has all it may have */
-    const struct rmap_criterion *open;    /* NULL; or the kind judges (see below): of all rays, as
-                                             they are told here, those that fulfil it match */
 };
 
 /* [registrations of the portion] not 0: it is to be counted, where its ray matches. */
@@ -48,16 +46,6 @@ enum rmap_status rmap_fold_fetch(const struct rmap_matched *rays, rmap_column_se
  * there: it is read where the stored bytes do not tell. */
 enum rmap_status rmap_fold_weights(const struct rmap_matched *rays, bool *are_one_ret,
                                    struct rmap_error *err) RMAP_MUST_USE;
-
-/* What all rays of a portion have, whether they match or not, as far as it is told without reading
- * columns of them. */
-struct rmap_fold_told {
-    bool weigh_one; /* each weighs 1 */
-    bool ids_run;   /* the one in row i is portion->first_ray + i */
-    int32_t source; /* -1: not told */
-};
-enum rmap_status rmap_fold_tell(const struct rmap_matched *rays, struct rmap_fold_told *told,
-                                struct rmap_error *err) RMAP_MUST_USE;
 
 /* The portion by the paths of its rays, as rmap_cursor_tell_paths has it; known NULL also where
  * receivers are laid over the map. And those of its rays that have paths of their own, where it is
@@ -84,12 +72,6 @@ struct rmap_fold_kind {
                                void **state_ret, struct rmap_error *err);
     /* False: no ray of this portion can count, whatever matches. NULL: any can. */
     bool (*may_count)(const void *context, const struct rmap_portion_info *portion);
-    /* True: where columns alone can tell which rays match, the kind finds out itself, as it reads
-     * the same ones anyway (rays->open). NULL: false. */
-    bool (*judges)(const void *context, const struct rmap_criterion *criterion);
-    /* Nothing more is added to the states of a rank: this one, which others are merged into, takes
-     * what they share through the context. NULL: they share nothing. */
-    enum rmap_status (*settle)(void *state, struct rmap_error *err);
 };
 
 /* All borrowed. */

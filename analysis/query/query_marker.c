@@ -78,13 +78,6 @@ out:
     return st;
 }
 
-enum rmap_status rmap_query_marker_read(struct rmap_query_marker *self, rmap_column_set columns,
-                                        const struct rmap_portion **portion_ret,
-                                        struct rmap_error *err)
-{
-    return rmap_query_verdicts_read(self->verdicts, columns, portion_ret, err);
-}
-
 enum rmap_status rmap_query_marker_know(struct rmap_query_marker *self, rmap_column_set columns,
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err)

@@ -9,7 +9,7 @@
 #include "io/map/map_reader.h"
 
 /* One thread. Map and criterion (NULL: all rays match) are borrowed. more: columns that
- * rmap_query_marker_read may ask for. */
+ * rmap_query_marker_know may ask for. */
 struct rmap_query_marker;
 enum rmap_status rmap_query_marker_create(const struct rmap_map *map,
                                           const struct rmap_criterion *criterion,
@@ -29,14 +29,8 @@ enum rmap_status rmap_query_marker_enter(struct rmap_query_marker *marker, size_
 enum rmap_status rmap_query_marker_mark(struct rmap_query_marker *marker, uint8_t **match_ret,
                                         size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Columns of the portion in hand: what deciding took is not decoded again. Borrowed until the next
- * is entered. */
-enum rmap_status rmap_query_marker_read(struct rmap_query_marker *marker, rmap_column_set columns,
-                                        const struct rmap_portion **portion_ret,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-
-/* The same, discrete columns from the map's history index where there is one; the portion stays the
- * same and gets what is read later. */
+/* Columns of the portion in hand, discrete ones from the map's history index where there is one;
+ * the portion stays the same and gets what is read later. */
 enum rmap_status rmap_query_marker_know(struct rmap_query_marker *marker, rmap_column_set columns,
                                         const struct rmap_portion **portion_ret,
                                         struct rmap_error *err) RMAP_MUST_USE;

@@ -18,16 +18,9 @@ enum { RMAP_SUMS_SOURCES_MAX = 256 };
 struct rmap_sums_facts {
     size_t n_source;
     bool are_counted; /* weights are 1, sources few */
-    int32_t source;   /* of all rays, where they are counted; -1: the column says it */
 };
 
-/* are_one: weights are 1. source: told of all rays, or -1. The columns need not be there where both
- * are told. RMAP_FORMAT when a source is none of n_source. */
-enum rmap_status rmap_sums_facts(const struct rmap_portion *portion, size_t n_source, bool are_one,
-                                 int32_t source, struct rmap_sums_facts *facts,
-                                 struct rmap_error *err) RMAP_MUST_USE;
-
-/* By the columns alone. */
+/* RMAP_FORMAT when a source is none of n_source. */
 enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_source,
                                 struct rmap_sums_facts *facts,
                                 struct rmap_error *err) RMAP_MUST_USE;
@@ -35,10 +28,6 @@ enum rmap_status rmap_sums_look(const struct rmap_portion *portion, size_t n_sou
 /* verdict: [n_ray], bit 1 set where a ray matches. */
 void rmap_sums_add_rays(struct rmap_count *count, const struct rmap_portion *portion,
                         const uint8_t *verdict, const struct rmap_sums_facts *facts);
-
-/* The same; match: [n_ray] 1 where a ray matches, else 0. */
-void rmap_sums_add_matches(struct rmap_count *count, const struct rmap_portion *portion,
-                           const uint8_t *match, const struct rmap_sums_facts *facts);
 
 /* By a view whose weights are 1. PATHS: rays [n_path] that match of each path; paths: the
  * dictionary's rays. ROWS: verdict [n_ray]. */

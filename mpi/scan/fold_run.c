@@ -74,8 +74,6 @@ static enum rmap_status add_share(struct run *run, struct rmap_error *err)
     for (int i = 0; i < run->n_thread; i++)
         RMAP_TRY(fold->kind->create(fold->context, &run->worker[i].state, err));
     RMAP_TRY(rmap_parts_run(&parts, run->n_thread, err));
-    if (fold->kind->settle)
-        RMAP_TRY(fold->kind->settle(run->worker[0].state, err));
     for (int i = 1; i < run->n_thread; i++)
         RMAP_TRY(fold->kind->merge(run->worker[0].state, run->worker[i].state, err));
 out:

@@ -40,16 +40,9 @@ static enum rmap_status fold(struct run *run, struct rmap_path_counts **counts_r
                                    .columns = rmap_path_count_columns(&run->counting),
                                    .deferred = rmap_path_count_columns(&run->counting)};
     void *state = NULL;
-    enum rmap_status st = RMAP_OK;
     *counts_ret = NULL;
-    if (!run->counting.sketch && !run->counting.chosen && run->counting.detector < 0)
-        st = rmap_path_pool_create(&run->counting, &run->counting.pool, err);
-    RMAP_TRY(rmap_agree(&run->context, st, err));
-    st = rmap_fold_run(&run->context, &fold, &state, err);
+    enum rmap_status st = rmap_fold_run(&run->context, &fold, &state, err);
     *counts_ret = state;
-out:
-    rmap_path_pool_destroy(run->counting.pool);
-    run->counting.pool = NULL;
     return st;
 }
 

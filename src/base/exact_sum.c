@@ -27,13 +27,6 @@ void rmap_exact_sum_add_special(struct rmap_exact_sum *sum, double term)
     sum->n_minus_infinite += term < 0.0;
 }
 
-bool rmap_exact_sum_is_empty(const struct rmap_exact_sum *sum)
-{
-    static const int64_t none[RMAP_EXACT_SUM_WORDS] = {0};
-    return !sum->n_nan && !sum->n_plus_infinite && !sum->n_minus_infinite &&
-           memcmp(sum->word, none, sizeof none) == 0;
-}
-
 void rmap_exact_sum_merge(struct rmap_exact_sum *into, const struct rmap_exact_sum *from)
 {
     struct rmap_exact_sum settled = *from;

@@ -55,9 +55,6 @@ static inline void rmap_exact_sum_add(struct rmap_exact_sum *sum, double term)
         rmap_exact_sum_settle(sum);
 }
 
-/* True: nothing was added, or zeros alone. False says nothing. */
-bool rmap_exact_sum_is_empty(const struct rmap_exact_sum *sum);
-
 void rmap_exact_sum_merge(struct rmap_exact_sum *into, const struct rmap_exact_sum *from);
 
 /* The sum, rounded once to the nearest double, ties to even. With terms that are no numbers: what

@@ -89,8 +89,7 @@ static void count_paths(const struct rmap_map *map, const struct rmap_overlay *o
                                    .context = &counting,
                                    .map = map,
                                    .overlay = overlay,
-                                   .columns = rmap_path_count_columns(&counting),
-                                   .deferred = RMAP_PATH_HASH_DEFERRED};
+                                   .columns = rmap_path_count_columns(&counting)};
     void *state = fold_all(&fold);
     if (state)
         rmap_path_count_kind.destroy(state);

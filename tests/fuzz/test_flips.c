@@ -164,8 +164,6 @@ static void *fold_all(const struct rmap_fold *fold, struct answer *self)
     fixture_must(fold->kind->create(fold->context, &state, &err), &err);
     enum rmap_status st =
         rmap_fold_scanner_add(scanner, state, 0, rmap_map_n_portion(fold->map), &err);
-    if (st == RMAP_OK && fold->kind->settle)
-        st = fold->kind->settle(state, &err);
     if (!good(self, st, &err)) {
         fold->kind->destroy(state);
         state = NULL;
@@ -205,16 +203,16 @@ static void count_paths(const struct rmap_map *map, enum rmap_path_level level, 
                                    .context = &counting,
                                    .map = map,
                                    .columns = rmap_path_count_columns(&counting),
-                                   .deferred = RMAP_PATH_HASH_DEFERRED};
+                                   .deferred = 0};
     struct rmap_path_counts *counts = fold_all(&fold, self);
     if (counts) {
         struct rmap_key sum = {0}; /* in whatever order they came */
-        for (size_t i = 0; i < counts->tally.classes.n; i++) {
-            sum.low += counts->tally.classes.entry[i].key.low;
-            sum.high += counts->tally.classes.entry[i].key.high;
+        for (size_t i = 0; i < counts->classes.n; i++) {
+            sum.low += counts->classes.entry[i].key.low;
+            sum.high += counts->classes.entry[i].key.high;
         }
         hear(self, &sum, sizeof sum);
-        hear(self, &counts->tally.classes.n, sizeof counts->tally.classes.n);
+        hear(self, &counts->classes.n, sizeof counts->classes.n);
         hear(self, &counts->cells.n, sizeof counts->cells.n);
         hear(self, &counts->total.rays, sizeof counts->total.rays);
     }

@@ -96,16 +96,10 @@ static void mark_steps(const struct run *run, size_t first, size_t n)
         run->step[i] = run->rows->symbol[run->rows->row_class[first + i]];
 }
 
-/* symbol: of each, or NULL: they are symbols themselves. */
-RMAP_COPIED uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, const uint16_t *symbol,
-                                   size_t n)
+static inline uint16_t *copy_symbols(uint16_t *to, const uint16_t *from, size_t n)
 {
     for (size_t i = 0; i < n; i += COPY)
-        if (symbol)
-            for (size_t k = 0; k < COPY; k++)
-                to[i + k] = symbol[from[i + k]];
-        else
-            memcpy(to + i, from + i, COPY * sizeof *to);
+        memcpy(to + i, from + i, COPY * sizeof *to);
     return to + n;
 }
 
@@ -128,9 +122,8 @@ static size_t place_of(const struct run *run, size_t i)
 }
 
 /* A ray's steps and, in their places, its registrations. */
-RMAP_COPIED uint16_t *merge_ray(const struct run *run, const uint16_t *step, const uint16_t *symbol,
-                                size_t n_step, size_t registration, size_t n_registration,
-                                uint16_t *to)
+static uint16_t *merge_ray(const struct run *run, const uint16_t *step, size_t n_step,
+                           size_t registration, size_t n_registration, uint16_t *to)
 {
     const struct rmap_path_table *table = run->table;
     const struct rmap_registration_columns *from = &run->portion->registration;
@@ -141,12 +134,12 @@ RMAP_COPIED uint16_t *merge_ray(const struct run *run, const uint16_t *step, con
         size_t place = place_of(run, i);
         place = place > n_step ? n_step : place;
         if (place > at) {
-            to = copy_symbols(to, step + at, symbol, place - at);
+            to = copy_symbols(to, step + at, place - at);
             at = place;
         }
         *to++ = rmap_path_hit_symbol(table, from->detector[i]);
     }
-    return copy_symbols(to, step + at, symbol, n_step - at);
+    return copy_symbols(to, step + at, n_step - at);
 }
 
 /* True when its first symbol is that of its first step. */
@@ -178,13 +171,11 @@ static bool cannot_match(const struct run *run, const uint16_t *step, uint32_t n
 }
 
 /* All symbols of a group in order, each ray's last one marked. step: its first row's. */
-RMAP_COPIED void merge_rows(struct run *run, const struct group *group, const uint16_t *step,
-                            const uint16_t *symbol)
+static void merge_rows(struct run *run, const struct group *group, const uint16_t *step)
 {
     const uint32_t *n_step = run->portion->ray.segment_count + group->ray;
     const uint32_t *n_registration =
         group->n_registration ? run->portion->ray.registration_count + group->ray : NULL;
-    const uint8_t *skip = run->rows && run->rows->skip ? run->rows->skip + group->ray : NULL;
     uint16_t n_symbol = (uint16_t)run->table->n_symbol;
     uint16_t *to = run->symbol;
     size_t registration = group->registration;
@@ -193,12 +184,12 @@ RMAP_COPIED void merge_rows(struct run *run, const struct group *group, const ui
         for (size_t ray = run->lane_ray[lane]; ray < run->lane_ray[lane + 1]; ray++) {
             const uint16_t *begin = to;
             uint32_t n_hit = n_registration ? n_registration[ray] : 0;
-            if ((skip && skip[ray]) || cannot_match(run, step, n_step[ray], registration, n_hit))
+            if (cannot_match(run, step, n_step[ray], registration, n_hit))
                 ;
             else if (n_hit > 0)
-                to = merge_ray(run, step, symbol, n_step[ray], registration, n_hit, to);
+                to = merge_ray(run, step, n_step[ray], registration, n_hit, to);
             else
-                to = copy_symbols(to, step, symbol, n_step[ray]);
+                to = copy_symbols(to, step, n_step[ray]);
             registration += n_hit;
             step += n_step[ray];
             if (to > begin)
@@ -210,16 +201,10 @@ RMAP_COPIED void merge_rows(struct run *run, const struct group *group, const ui
     }
 }
 
-/* Where nothing else looks at the steps, they become symbols as they are copied. */
 static void merge_group(struct run *run, const struct group *group)
 {
-    const struct rmap_path_rows *rows = run->rows;
-    if (rows && rows->is_padded && !run->skips) {
-        merge_rows(run, group, rows->row_class + group->segment, rows->symbol);
-        return;
-    }
     mark_steps(run, group->segment, group->n_segment);
-    merge_rows(run, group, run->step, NULL);
+    merge_rows(run, group, run->step);
 }
 
 /* One step of one lane: behind a ray's last symbol, the state says whether it matched. */
