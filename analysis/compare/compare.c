@@ -1,12 +1,87 @@
 /* SPDX-License-Identifier: MIT */
-#include "analysis/compare/compare.h"
-
 #include <inttypes.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
+#include "analysis/compare/compare.h"
 #include "analysis/compare/compare_internal.h"
 #include "base/alloc.h"
+#include "portion/event.h"
+
+static const char *source_name(const struct rmap_scene *scene, size_t i)
+{
+    return scene->source[i].name;
+}
+
+static const char *detector_name(const struct rmap_scene *scene, size_t i)
+{
+    return scene->detector[i].name;
+}
+
+static const char *object_name(const struct rmap_scene *scene, size_t i)
+{
+    return scene->object[i].name;
+}
+
+static const char *medium_name(const struct rmap_scene *scene, size_t i)
+{
+    return scene->medium[i].name;
+}
+
+static struct rmap_names names_of_sources(const struct rmap_scene *scene)
+{
+    return (struct rmap_names){scene, "source", scene->n_source, source_name};
+}
+
+static struct rmap_names names_of_detectors(const struct rmap_scene *scene)
+{
+    return (struct rmap_names){scene, "detector", scene->n_detector, detector_name};
+}
+
+static struct rmap_names names_of_objects(const struct rmap_scene *scene)
+{
+    return (struct rmap_names){scene, "object", scene->n_object, object_name};
+}
+
+static struct rmap_names names_of_media(const struct rmap_scene *scene)
+{
+    return (struct rmap_names){scene, "medium", scene->n_medium, medium_name};
+}
+
+struct entry {
+    const char *name;
+    int32_t at;
+};
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(((const struct entry *)a)->name, ((const struct entry *)b)->name);
+}
+
+/* (*pair_ret)[i]: index of name i among those of `other`, or -1. rmap_free. RMAP_SYSTEM. */
+static enum rmap_status names_pair(const struct rmap_names *own, const struct rmap_names *other,
+                                   int32_t **pair_ret, struct rmap_error *err)
+{
+    struct entry *entry = rmap_alloc(other->n + 1, sizeof *entry);
+    int32_t *pair = rmap_alloc(own->n + 1, sizeof *pair);
+    if (!entry || !pair) {
+        rmap_free(entry);
+        rmap_free(pair);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu names", own->n + other->n);
+    }
+    for (size_t i = 0; i < other->n; i++)
+        entry[i] = (struct entry){other->name(other->scene, i), (int32_t)i};
+    qsort(entry, other->n, sizeof *entry, by_name);
+    for (size_t i = 0; i < own->n; i++) {
+        const struct entry key = {own->name(own->scene, i), 0};
+        const struct entry *found = bsearch(&key, entry, other->n, sizeof key, by_name);
+        pair[i] = found ? found->at : -1;
+    }
+    rmap_free(entry);
+    *pair_ret = pair;
+    return RMAP_OK;
+}
 
 const char *const rmap_compare_word[RMAP_COMPARE_KIND_COUNT + 1] = {
     "flux", "detector", "object", "medium", "stop", "image", "paths", "number", NULL};
@@ -36,7 +111,7 @@ static enum rmap_status find_alone(struct rmap_comparison *self,
     for (int k = 0; k < 2; k++) {
         const struct rmap_names own = names_of(rmap_comparison_scene(self, k));
         const struct rmap_names other = names_of(rmap_comparison_scene(self, 1 - k));
-        RMAP_TRY(rmap_names_pair(&own, &other, &pair, err));
+        RMAP_TRY(names_pair(&own, &other, &pair, err));
         for (size_t i = 0; i < own.n; i++)
             if (pair[i] < 0)
                 RMAP_TRY(add_only(self, k, own.what, own.name(own.scene, i), err));
@@ -52,15 +127,15 @@ out:
 static enum rmap_status pair_sources(struct rmap_comparison *self, struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    const struct rmap_names of_a = rmap_names_of_sources(rmap_map_scene(self->map[0]));
-    const struct rmap_names of_b = rmap_names_of_sources(rmap_map_scene(self->map[1]));
+    const struct rmap_names of_a = names_of_sources(rmap_map_scene(self->map[0]));
+    const struct rmap_names of_b = names_of_sources(rmap_map_scene(self->map[1]));
     int32_t *pair[2] = {NULL, NULL};
     size_t n = of_a.n;
     self->strata.stratum = rmap_alloc(of_a.n + of_b.n + 1, sizeof *self->strata.stratum);
     if (!self->strata.stratum)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu sources", of_a.n + of_b.n);
-    RMAP_TRY(rmap_names_pair(&of_a, &of_b, &pair[0], err));
-    RMAP_TRY(rmap_names_pair(&of_b, &of_a, &pair[1], err));
+    RMAP_TRY(names_pair(&of_a, &of_b, &pair[0], err));
+    RMAP_TRY(names_pair(&of_b, &of_a, &pair[1], err));
     for (size_t s = 0; s < of_a.n; s++) {
         self->strata.stratum[s].source[0] = (int32_t)s;
         self->strata.stratum[s].source[1] = pair[0][s];
@@ -125,7 +200,7 @@ enum rmap_status rmap_comparison_create(const struct rmap_map *const map[2],
                                         struct rmap_error *err)
 {
     struct rmap_names (*const names_of[])(const struct rmap_scene *) = {
-        rmap_names_of_sources, rmap_names_of_detectors, rmap_names_of_objects, rmap_names_of_media};
+        names_of_sources, names_of_detectors, names_of_objects, names_of_media};
     enum rmap_status st = RMAP_OK;
     struct rmap_comparison *self = rmap_alloc(1, sizeof *self);
     if (!self)
@@ -171,9 +246,10 @@ void rmap_comparison_destroy(struct rmap_comparison *self)
     rmap_free(self);
 }
 
-enum rmap_status rmap_comparison_test(struct rmap_comparison *self, enum rmap_compare_kind kind,
-                                      const char *name, struct rmap_compare_test **test_ret,
-                                      struct rmap_error *err)
+/* Appends an empty test, valid until the next one. */
+static enum rmap_status comparison_test(struct rmap_comparison *self, enum rmap_compare_kind kind,
+                                        const char *name, struct rmap_compare_test **test_ret,
+                                        struct rmap_error *err)
 {
     enum rmap_status st = RMAP_RESERVE(self->test, self->cap, self->n + 1, err);
     if (st != RMAP_OK)
@@ -201,7 +277,7 @@ enum rmap_status rmap_comparison_add_bins(struct rmap_comparison *self, enum rma
         self->n_empty++;
         return RMAP_OK;
     }
-    RMAP_TRY(rmap_comparison_test(self, kind, name, &test, err));
+    RMAP_TRY(comparison_test(self, kind, name, &test, err));
     test->is_bins = true;
     test->bins = *result;
     test->p = result->p;
@@ -244,5 +320,240 @@ enum rmap_status rmap_comparison_conclude(struct rmap_comparison *self, double s
         self->overlap.rays == 0 && n_bins > 0 && least * (double)n_bins < significance;
 out:
     rmap_free(p);
+    return st;
+}
+
+/* Tests of a comparison from the sums of its samples, whatever has the same name in both. */
+
+/* What is at hand while sums become tests. */
+struct adding {
+    struct rmap_comparison *self;
+    const struct rmap_compare_sums *const *sums; /* [3] */
+    struct rmap_scalar_sums *scalar;             /* [strata.n] */
+    const double **count[2];                     /* [strata.n] */
+};
+
+static void add_part(const struct rmap_compare_sums *sums, int32_t source, size_t at, int k,
+                     struct rmap_scalar_sums *into)
+{
+    if (!sums || source < 0)
+        return;
+    size_t i = (size_t)source * sums->layout->n_scalar + at;
+    into->sum[k] += sums->sum[i];
+    into->square[k] += sums->square[i];
+    into->rays[k] += sums->rays[i];
+}
+
+/* at: of the scalar in each map. stratum: the only source; -1: all. */
+static enum rmap_status add_scalar(struct adding *adding, enum rmap_compare_kind kind,
+                                   const char *name, const size_t at[2], ptrdiff_t stratum,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_comparison *self = adding->self;
+    struct rmap_compare_test *test = NULL;
+    struct rmap_difference difference;
+    for (size_t s = 0; s < self->strata.n; s++) {
+        const int32_t *source = self->strata.stratum[s].source;
+        adding->scalar[s] = (struct rmap_scalar_sums){0};
+        if (stratum >= 0 && (size_t)stratum != s)
+            continue;
+        add_part(adding->sums[0], source[0], at[0], 0, &adding->scalar[s]);
+        add_part(adding->sums[1], source[1], at[1], 1, &adding->scalar[s]);
+        add_part(adding->sums[2], source[0], at[0], 2, &adding->scalar[s]);
+    }
+    rmap_difference_scalar(&self->strata, adding->scalar, &difference);
+    if (difference.rays[0] + difference.rays[1] <= 0.0) {
+        self->n_empty++;
+        return RMAP_OK;
+    }
+    RMAP_TRY(comparison_test(self, kind, name, &test, err));
+    test->scalar = difference;
+    test->p = difference.p;
+    if (isnan(difference.p))
+        test->note = "no error can be given: fewer than 2 rays";
+    /* all rays of a source count: by definition as much flux as the scene says */
+    else if (difference.standard_error == 0.0 && difference.difference == 0.0) {
+        test->p = (double)NAN;
+        test->note = "no spread";
+    }
+out:
+    return st;
+}
+
+/* Flux of the selection: of all sources, and of each where there are more. */
+static enum rmap_status add_flux(struct adding *adding, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const size_t at[2] = {RMAP_COMPARE_SELECTED, RMAP_COMPARE_SELECTED};
+    const struct rmap_strata *strata = &adding->self->strata;
+    if (strata->n > 1)
+        RMAP_TRY(add_scalar(adding, RMAP_COMPARE_FLUX, "", at, -1, err));
+    for (size_t s = 0; s < strata->n; s++) {
+        int k = strata->stratum[s].source[0] >= 0 ? 0 : 1;
+        const struct rmap_source *source =
+            &rmap_map_scene(adding->self->map[k])->source[strata->stratum[s].source[k]];
+        RMAP_TRY(add_scalar(adding, RMAP_COMPARE_FLUX, source->name, at, (ptrdiff_t)s, err));
+    }
+out:
+    return st;
+}
+
+/* The same place, grid and orientation do not matter: a detector may have been moved. */
+bool rmap_compare_same_grid(const struct rmap_scene *const scene[2], const size_t detector[2])
+{
+    const struct rmap_detector *one = &scene[0]->detector[detector[0]];
+    const struct rmap_detector *other = &scene[1]->detector[detector[1]];
+    bool same = one->type == other->type && one->cells[0] == other->cells[0] &&
+                one->cells[1] == other->cells[1];
+    for (int i = 0; i < 2 && one->type == RMAP_DETECTOR_PLANE; i++) {
+        double x = one->size[i] * scene[0]->unit_m, y = other->size[i] * scene[1]->unit_m;
+        same = same && fabs(x - y) <= 1e-9 * fabs(x);
+    }
+    return same;
+}
+
+void rmap_compare_count_both(const struct rmap_compare_sums *sums, size_t detector,
+                             struct rmap_chi_square *result)
+{
+    const struct rmap_compare_layout *layout = sums ? sums->layout : NULL;
+    for (size_t s = 0; sums && s < layout->n_source; s++)
+        for (size_t c = layout->first_cell[detector]; c < layout->first_cell[detector + 1]; c++)
+            for (int k = 0; k < 2; k++)
+                result->rays[k] += sums->cell[s * layout->n_cell + c];
+}
+
+/* So many merged bins at most where each pair of them needs a number. */
+static const double GROUPS_MAX = 150.0;
+
+static enum rmap_status put_off(struct rmap_comparison *self, const size_t detector[2],
+                                struct rmap_bins *bins, struct rmap_error *err)
+{
+    double rays[2] = {0.0, 0.0};
+    enum rmap_status st = RMAP_RESERVE(self->again, self->cap_again, self->n_again + 1, err);
+    if (st != RMAP_OK)
+        return st;
+    struct rmap_compare_again again = {.detector = {detector[0], detector[1]},
+                                       .group = rmap_alloc(bins->n_bin + 1, sizeof(int32_t))};
+    if (!again.group)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu bins", bins->n_bin);
+    for (size_t s = 0; s < self->strata.n; s++)
+        for (int k = 0; k < 2; k++)
+            for (size_t b = 0; b < bins->n_bin && bins->count[k][s]; b++)
+                rays[k] += bins->count[k][s][b];
+    bins->rays_min = fmin(rays[0], rays[1]) / GROUPS_MAX;
+    rmap_difference_merge(&self->strata, bins, false, again.group, &again.n_group);
+    self->again[self->n_again++] = again;
+    return RMAP_OK;
+}
+
+static enum rmap_status add_image(struct adding *adding, const char *name, const size_t detector[2],
+                                  struct rmap_error *err)
+{
+    struct rmap_comparison *self = adding->self;
+    const struct rmap_scene *const scene[2] = {rmap_comparison_scene(self, 0),
+                                               rmap_comparison_scene(self, 1)};
+    const uint32_t *cells = scene[0]->detector[detector[0]].cells;
+    struct rmap_chi_square result = {.rays = {(double)NAN, (double)NAN}, .p = (double)NAN};
+    struct rmap_bins bins = {.count = {adding->count[0], adding->count[1]},
+                             .n_bin = (size_t)cells[0] * cells[1]};
+    bool again = false;
+    if (!rmap_compare_same_grid(scene, detector))
+        return rmap_comparison_add_bins(self, RMAP_COMPARE_IMAGE, name, &result, "its grid differs",
+                                        err);
+    for (size_t s = 0; s < self->strata.n; s++)
+        for (int k = 0; k < 2; k++) {
+            const struct rmap_compare_sums *sums = adding->sums[k];
+            int32_t source = self->strata.stratum[s].source[k];
+            adding->count[k][s] = source < 0 ? NULL
+                                             : sums->cell + (size_t)source * sums->layout->n_cell +
+                                                   sums->layout->first_cell[detector[k]];
+            again = again || sums->repeated[detector[k]] > 0.0;
+        }
+    if (again)
+        return put_off(self, detector, &bins, err);
+    enum rmap_status st = rmap_difference_bins(&self->strata, &bins, &result, err);
+    rmap_compare_count_both(adding->sums[2], detector[0], &result);
+    if (st == RMAP_OK)
+        st = rmap_comparison_add_bins(self, RMAP_COMPARE_IMAGE, name, &result, NULL, err);
+    return st;
+}
+
+/* One kind of things. */
+struct branch {
+    enum rmap_compare_kind kind;
+    struct rmap_names (*names_of)(const struct rmap_scene *scene);
+    size_t (*place)(const struct rmap_compare_layout *layout, size_t i);
+};
+
+static const struct branch branch[] = {
+    {RMAP_COMPARE_DETECTOR, names_of_detectors, rmap_compare_detector},
+    {RMAP_COMPARE_OBJECT, names_of_objects, rmap_compare_object},
+    {RMAP_COMPARE_MEDIUM, names_of_media, rmap_compare_medium},
+    {RMAP_COMPARE_IMAGE, names_of_detectors, NULL},
+};
+
+/* Everything of one kind that has a name in both maps; one: the only name wanted, or NULL. */
+static enum rmap_status add_branch(struct adding *adding, const struct branch *of, const char *one,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_names own = of->names_of(rmap_comparison_scene(adding->self, 0));
+    const struct rmap_names other = of->names_of(rmap_comparison_scene(adding->self, 1));
+    int32_t *pair = NULL;
+    RMAP_TRY(names_pair(&own, &other, &pair, err));
+    for (size_t i = 0; i < own.n; i++) {
+        const char *name = own.name(own.scene, i);
+        size_t at[2] = {i, (size_t)pair[i]};
+        if (pair[i] < 0 || (one && strcmp(name, one) != 0))
+            continue;
+        for (int k = 0; k < 2 && of->place; k++)
+            at[k] = of->place(adding->sums[k]->layout, at[k]);
+        RMAP_TRY(of->place ? add_scalar(adding, of->kind, name, at, -1, err)
+                           : add_image(adding, name, at, err));
+    }
+out:
+    rmap_free(pair);
+    return st;
+}
+
+static enum rmap_status add_stops(struct adding *adding, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (int stop = 0; stop < RMAP_STOP_COUNT; stop++) {
+        const size_t at[2] = {rmap_compare_stop(adding->sums[0]->layout, stop),
+                              rmap_compare_stop(adding->sums[1]->layout, stop)};
+        RMAP_TRY(add_scalar(adding, RMAP_COMPARE_STOP, rmap_stop_word(stop), at, -1, err));
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_comparison_add_sums(struct rmap_comparison *self,
+                                          const struct rmap_compare_sums *const sums[3],
+                                          unsigned kinds, const char *detector,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct adding adding = {.self = self, .sums = sums};
+    adding.scalar = rmap_alloc(self->strata.n + 1, sizeof *adding.scalar);
+    for (int k = 0; k < 2; k++)
+        adding.count[k] = rmap_alloc(self->strata.n + 1, sizeof *adding.count[k]);
+    if (!adding.scalar || !adding.count[0] || !adding.count[1]) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu sources", self->strata.n);
+        goto out;
+    }
+    if (kinds & 1u << RMAP_COMPARE_FLUX)
+        RMAP_TRY(add_flux(&adding, err));
+    for (size_t i = 0; i < sizeof branch / sizeof *branch; i++) {
+        if (branch[i].kind == RMAP_COMPARE_IMAGE && kinds & 1u << RMAP_COMPARE_STOP)
+            RMAP_TRY(add_stops(&adding, err));
+        if (kinds & 1u << branch[i].kind)
+            RMAP_TRY(add_branch(&adding, &branch[i], detector, err));
+    }
+out:
+    rmap_free(adding.scalar);
+    for (int k = 0; k < 2; k++)
+        rmap_free(adding.count[k]);
     return st;
 }

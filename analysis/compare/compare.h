@@ -95,10 +95,6 @@ enum rmap_status rmap_comparison_add_sums(struct rmap_comparison *comparison,
 /* both: sums of the rays that both samples hold, or NULL; products [2]: of the first two samples
  * above, for the images in `again`. */
 struct rmap_compare_products;
-enum rmap_status rmap_comparison_add_products(struct rmap_comparison *comparison,
-                                              const struct rmap_compare_sums *both,
-                                              const struct rmap_compare_products *const products[2],
-                                              struct rmap_error *err) RMAP_MUST_USE;
 
 /* Whether the cells of a detector in one scene are those of one in the other. */
 bool rmap_compare_same_grid(const struct rmap_scene *const scene[2], const size_t detector[2]);
@@ -113,9 +109,5 @@ enum rmap_status rmap_comparison_add_bins(struct rmap_comparison *comparison,
 enum rmap_status rmap_comparison_conclude(struct rmap_comparison *comparison, double significance,
                                           enum rmap_correction correction,
                                           struct rmap_error *err) RMAP_MUST_USE;
-
-enum rmap_status rmap_comparison_print(const struct rmap_comparison *comparison, FILE *out,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-json_t *rmap_comparison_json(const struct rmap_comparison *comparison); /* NULL: no memory */
 
 #endif

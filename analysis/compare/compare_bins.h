@@ -52,10 +52,4 @@ json_t *rmap_compare_bins_json(const struct rmap_compare_bins *bins); /* NULL: n
 void rmap_compare_bins_csv(const struct rmap_comparison *comparison,
                            const struct rmap_compare_bins *bins, FILE *out);
 
-/* The difference and z beside each other; of a number both samples over z. */
-enum rmap_status rmap_figure_difference(const struct rmap_comparison *comparison,
-                                        const struct rmap_compare_bins *bins,
-                                        struct rmap_svg **svg_ret,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

@@ -1,7 +1,12 @@
 /* SPDX-License-Identifier: MIT */
-#include "analysis/detector/detector_bins.h"
-
+#include <ctype.h>
 #include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "analysis/criterion/criterion_lex.h"
+#include "analysis/criterion/criterion_parser.h"
+#include "analysis/detector/detector_bins.h"
 
 static double sine_squared(double angle)
 {
@@ -147,4 +152,196 @@ void rmap_detector_bins_centre(const struct rmap_detector_bins *bins, uint32_t i
         *x = u * bins->cosine - v * bins->sine;
         *y = u * bins->sine + v * bins->cosine;
     }
+}
+
+/* Cells, region and quantity of a detector's picture, as they are asked for on a command line. */
+
+/* ---- region ---- */
+
+enum { FIELD_NBYTES = 64 };
+
+/* Where the unit begins; the end where there is none. */
+static const char *unit_of(const char *field)
+{
+    const char *c = field;
+    while (*c && !(isalpha((unsigned char)*c) &&
+                   !(c > field && (*c == 'e' || *c == 'E') &&
+                     (isdigit((unsigned char)c[1]) || c[1] == '-' || c[1] == '+'))))
+        c++;
+    return c;
+}
+
+/* "a..b" as the criterion language reads it. */
+static enum rmap_status read_range(const struct rmap_scene *scene, enum rmap_dimension dimension,
+                                   const char *text, double *low, double *high,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_criterion holder = {.scene = scene};
+    struct rmap_parser parser = {.criterion = &holder, .text = text, .err = err};
+    struct rmap_interval interval;
+    RMAP_TRY(rmap_criterion_check_utf8(text, err));
+    RMAP_TRY(rmap_parser_advance(&parser));
+    RMAP_TRY(rmap_parse_range(&parser, dimension, &interval));
+    if (parser.token.kind != RMAP_TOKEN_END)
+        RMAP_TRY(rmap_parser_expected(&parser, "the end"));
+    *low = interval.low;
+    *high = interval.high;
+out:
+    return st;
+}
+
+static enum rmap_status read_region(const struct rmap_scene *scene, const char *text,
+                                    struct rmap_detector_bins *bins, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char field[4][FIELD_NBYTES] = {{0}}, range[2 * FIELD_NBYTES + 16];
+    const enum rmap_dimension dimension =
+        bins->directions ? RMAP_DIMENSION_ANGLE : RMAP_DIMENSION_LENGTH;
+    size_t n = 0, at = 0;
+    for (const char *c = text; *c && n < 4 && at < FIELD_NBYTES - 8; c++) {
+        if (*c == ',') {
+            n++;
+            at = 0;
+        } else {
+            field[n][at++] = *c;
+        }
+    }
+    if (n != 3 || !field[3][0])
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--region '%.80s': give four numbers, as in -1,-1,1,1 mm or (over "
+                              "directions: theta, phi) 0,0,30,360",
+                              text);
+    if (!*unit_of(field[1]) && !*unit_of(field[2])) /* one unit at the end is meant for all */
+        (void)snprintf(field[2] + strlen(field[2]), 8, " %.6s", unit_of(field[3]));
+    /* x0,y0,x1,y1 */
+    for (int k = 0; k < 2; k++) {
+        (void)snprintf(range, sizeof range, "%.60s..%.60s", field[k], field[k + 2]);
+        RMAP_TRY(read_range(scene, dimension, range, &bins->low[k], &bins->high[k], err));
+        if (bins->directions) {
+            bins->low[k] *= RMAP_PI / 180.0;
+            bins->high[k] *= RMAP_PI / 180.0;
+        }
+        if (!(bins->high[k] > bins->low[k]) || !isfinite(bins->high[k] - bins->low[k]))
+            return rmap_error_set(err, RMAP_USAGE, "--region '%.80s' has no extent in %s", text,
+                                  k == 0 ? "x" : "y");
+    }
+    if (bins->directions && (bins->low[0] < 0.0 || bins->high[0] > RMAP_PI * (1.0 + 1e-12) ||
+                             bins->high[1] - bins->low[1] > 2.0 * RMAP_PI * (1.0 + 1e-12)))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--region '%.80s': theta is an angle from 0 to 180 degrees, and phi "
+                              "goes round once",
+                              text);
+out:
+    if (st == RMAP_INPUT) {
+        rmap_criterion_relabel("--region", err);
+        st = err ? err->status = RMAP_USAGE : RMAP_USAGE;
+    }
+    return st;
+}
+
+/* All of the detector, in axes turned as asked. */
+static void cover(struct rmap_detector_bins *bins)
+{
+    const double *size = bins->detector->size;
+    if (bins->directions) {
+        const bool plane = bins->detector->type == RMAP_DETECTOR_PLANE;
+        const bool front = plane && bins->detector->side == RMAP_SIDE_FRONT;
+        bins->low[0] = bins->low[1] = 0.0;
+        bins->high[0] = front ? 0.5 * RMAP_PI : RMAP_PI;
+        bins->high[1] = 2.0 * RMAP_PI;
+        return;
+    }
+    bins->high[0] = 0.5 * (fabs(bins->cosine) * size[0] + fabs(bins->sine) * size[1]);
+    bins->high[1] = 0.5 * (fabs(bins->sine) * size[0] + fabs(bins->cosine) * size[1]);
+    bins->low[0] = -bins->high[0];
+    bins->low[1] = -bins->high[1];
+}
+
+/* ---- quantity ---- */
+
+static const struct word {
+    const char *word;
+    enum rmap_detector_quantity quantity;
+} word_table[] = {{"irradiance", RMAP_PER_AREA},
+                  {"illuminance", RMAP_PER_AREA},
+                  {"intensity", RMAP_PER_SOLID_ANGLE},
+                  {"radiance", RMAP_PER_AREA_AND_ANGLE},
+                  {"luminance", RMAP_PER_AREA_AND_ANGLE},
+                  {"flux", RMAP_PER_CELL},
+                  {"spectral", RMAP_PER_AREA}};
+
+static enum rmap_status read_quantity(const struct rmap_detector_bins_asked *asked,
+                                      struct rmap_detector_bins *bins, struct rmap_error *err)
+{
+    const struct word *found = NULL;
+    const bool plane = bins->detector->type == RMAP_DETECTOR_PLANE;
+    for (size_t i = 0; asked->quantity && i < sizeof word_table / sizeof *word_table; i++)
+        if (strcmp(asked->quantity, word_table[i].word) == 0)
+            found = &word_table[i];
+    if (asked->quantity && !found)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "--quantity '%.40s': say irradiance (illuminance), intensity, "
+                              "radiance (luminance), flux or spectral",
+                              asked->quantity);
+    if (asked->over && strcmp(asked->over, "area") != 0 && strcmp(asked->over, "direction") != 0)
+        return rmap_error_set(err, RMAP_USAGE, "--over '%.40s': say area or direction",
+                              asked->over);
+    const bool spectral = asked->quantity && strcmp(asked->quantity, "spectral") == 0;
+    const bool asks_area = asked->over && strcmp(asked->over, "area") == 0;
+    if (found && !(spectral && !plane))
+        bins->quantity = found->quantity;
+    if (!plane &&
+        (asks_area || bins->quantity == RMAP_PER_AREA || bins->quantity == RMAP_PER_AREA_AND_ANGLE))
+        return rmap_error_set(err, RMAP_USAGE,
+                              "'%s' is an intensity grid: it has directions and no area; lay a "
+                              "plane over the map (--receivers) for what is per area",
+                              bins->detector->name);
+    if (plane)
+        bins->directions = asked->over ? !asks_area : bins->quantity == RMAP_PER_SOLID_ANGLE;
+    if (bins->directions && !found && plane)
+        bins->quantity = RMAP_PER_SOLID_ANGLE;
+    if (bins->directions && bins->quantity == RMAP_PER_AREA && spectral)
+        bins->quantity = RMAP_PER_SOLID_ANGLE;
+    if (bins->directions && bins->quantity == RMAP_PER_AREA)
+        return rmap_error_set(err, RMAP_USAGE,
+                              "irradiance is per area: leave out --over direction");
+    if (!bins->directions && bins->quantity == RMAP_PER_SOLID_ANGLE)
+        return rmap_error_set(err, RMAP_USAGE, "intensity is per direction: leave out --over area");
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_detector_bins_read(const struct rmap_scene *scene, int32_t detector,
+                                         const struct rmap_detector_bins_asked *asked,
+                                         struct rmap_detector_bins *bins, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    rmap_detector_bins_own(scene, detector, bins);
+    const bool directed = bins->directions;
+    const bool turned = !isnan(asked->rotate_deg) && asked->rotate_deg != 0.0;
+    RMAP_TRY(read_quantity(asked, bins, err));
+    bins->stored = !asked->cells[0] && !asked->region && !turned && bins->directions == directed;
+    if (bins->stored)
+        return RMAP_OK;
+    if (turned) {
+        bins->rotate_rad = asked->rotate_deg * RMAP_PI / 180.0;
+        bins->cosine = cos(bins->rotate_rad);
+        bins->sine = sin(bins->rotate_rad);
+    }
+    cover(bins);
+    if (asked->region)
+        RMAP_TRY(read_region(scene, asked->region, bins, err));
+    if (asked->cells[0]) {
+        memcpy(bins->n, asked->cells, sizeof bins->n);
+    } else if (bins->directions != directed) { /* of 2 degrees */
+        bins->n[0] =
+            (uint32_t)fmax(ceil((bins->high[0] - bins->low[0]) * 90.0 / RMAP_PI - 1e-9), 1.0);
+        bins->n[1] =
+            (uint32_t)fmax(ceil((bins->high[1] - bins->low[1]) * 90.0 / RMAP_PI - 1e-9), 1.0);
+    }
+    if ((uint64_t)bins->n[0] * bins->n[1] > RMAP_DETECTOR_CELLS_MAX)
+        st = rmap_error_set(err, RMAP_USAGE, "%u x %u cells are too many: %u at most", bins->n[0],
+                            bins->n[1], RMAP_DETECTOR_CELLS_MAX);
+out:
+    return st;
 }

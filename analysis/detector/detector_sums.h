@@ -68,10 +68,6 @@ enum rmap_status rmap_detector_sums_init_as(struct rmap_detector_sums *sums,
                                             struct rmap_error *err) RMAP_MUST_USE;
 void rmap_detector_sums_fini(struct rmap_detector_sums *sums);
 
-/* lm/W of the light of a channel; the most of any, 1 where none is seen. */
-double rmap_channel_luminous(const struct rmap_channels *channels, int channel);
-double rmap_luminous_most(const struct rmap_channels *channels);
-
 /* Adds the image that was accumulated during the trace, in the detector's own cells: each
  * registration is then taken for a ray of its own. */
 void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct rmap_tally *tally);
@@ -79,10 +75,6 @@ void rmap_detector_sums_add_tally(struct rmap_detector_sums *sums, const struct 
 /* The same detector's sums of other rays. */
 void rmap_detector_sums_merge(struct rmap_detector_sums *into,
                               const struct rmap_detector_sums *from);
-
-/* Adds what the detector registered of the rays, in the region. RMAP_FORMAT. */
-enum rmap_status rmap_detector_sums_add(void *sums, const struct rmap_matched *rays,
-                                        struct rmap_error *err) RMAP_MUST_USE;
 
 /* As a fold (fold.h): context a struct rmap_detector_ask, states struct rmap_detector_sums. */
 extern const struct rmap_fold_kind rmap_detector_sums_kind;

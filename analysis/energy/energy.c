@@ -1,11 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-#include "analysis/energy/energy.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/energy/energy.h"
+#include "analysis/table/csv_field.h"
+#include "analysis/table/text_table.h"
 #include "base/alloc.h"
+#include "base/grouped.h"
+#include "io/export/json_number.h"
 
 /* Sources [first, last) of the map and the sums that a table is made of. */
 struct making {
@@ -205,4 +208,215 @@ void rmap_energy_destroy(struct rmap_energy *energy)
         rmap_free(energy->table[i].row);
     rmap_free(energy->table);
     rmap_free(energy);
+}
+
+/* The energy balance as text: for people, as CSV and as JSON. */
+
+const char *rmap_energy_end_text(enum rmap_energy_end end)
+{
+    static const char *const text[] = {"absorbed by",         "absorbed in",
+                                       "left the scene",      "stopped by a limit",
+                                       "stopped by an error", "registered by"};
+    return text[end];
+}
+
+uint64_t rmap_energy_whole(double rays)
+{
+    return rays > 0.0 ? (uint64_t)fmin(rays, 9e15) : 0;
+}
+
+static void add_number(struct rmap_text_table *table, double value, int digits)
+{
+    if (isfinite(value))
+        rmap_text_table_add(table, "%.*g", digits, value);
+    else
+        rmap_text_table_add(table, "-");
+}
+
+static void add_share(struct rmap_text_table *table, double share)
+{
+    if (isfinite(share))
+        rmap_text_table_add(table, "%.4f", 100.0 * share);
+    else
+        rmap_text_table_add(table, "-");
+}
+
+/* The whole of a table: a share of 1, or of nothing none. */
+static struct rmap_energy_row emitted_row(const struct rmap_energy_table *table)
+{
+    return (struct rmap_energy_row){.name = "",
+                                    .rays = table->rays,
+                                    .flux = table->flux,
+                                    .flux_error = table->flux_error,
+                                    .share = table->flux / table->flux};
+}
+
+/* What, name, rays, flux, its error, share, its error. */
+enum { N_COLUMN = 7 };
+
+static void add_row(struct rmap_text_table *table, const char *what,
+                    const struct rmap_energy_row *row)
+{
+    char rays[RMAP_GROUPED_LEN];
+    rmap_text_table_add(table, "  %s", what);
+    rmap_text_table_add(table, "%s", row->name);
+    rmap_text_table_add(table, "%s", rmap_grouped(rmap_energy_whole(row->rays), rays));
+    add_number(table, row->flux, 6);
+    add_number(table, row->flux_error, 2);
+    add_share(table, row->share);
+    add_number(table, 100.0 * row->share_error, 2);
+}
+
+static void add_headings(struct rmap_text_table *table, const char *counted, const char *unit)
+{
+    const char *const heading[N_COLUMN] = {"", "", counted, unit, "+-", "%", "+-"};
+    for (int k = 0; k < N_COLUMN; k++)
+        rmap_text_table_add(table, "%s", heading[k]);
+}
+
+static void add_rows(const struct rmap_energy_table *from, struct rmap_text_table *table)
+{
+    struct rmap_energy_shown shown;
+    rmap_energy_show(from, &shown);
+    for (size_t i = 0; i < shown.n; i++)
+        add_row(table, rmap_energy_end_text(shown.row[i].end), &shown.row[i]);
+}
+
+static enum rmap_status print_table(const struct rmap_energy *energy,
+                                    const struct rmap_energy_table *from, FILE *out,
+                                    struct rmap_error *err)
+{
+    struct rmap_text_table table;
+    const struct rmap_energy_row emitted = emitted_row(from);
+    if (from->source)
+        fprintf(out, "\nsource %s\n", from->source);
+    else
+        fprintf(out, energy->n_table > 2 ? "\nall sources\n" : "\n");
+    rmap_text_table_init(&table, N_COLUMN);
+    add_headings(&table, "rays", energy->unit);
+    add_row(&table, "emitted", &emitted);
+    add_rows(from, &table);
+    enum rmap_status st = rmap_text_table_print(&table, "llrrrrr", out, err);
+    rmap_text_table_fini(&table);
+    if (st != RMAP_OK)
+        return st;
+    fprintf(out,
+            from->exact ? "  these add up to the %s emitted, exactly\n"
+                        : "  these do NOT add up to the %s emitted\n",
+            rmap_counted(rmap_energy_whole(from->rays), "ray").text);
+    if (from->n_detector == 0)
+        return RMAP_OK;
+    fprintf(out, "\n  beside that, light that detectors registered on its way:\n");
+    rmap_text_table_init(&table, N_COLUMN);
+    add_headings(&table, "registrations", energy->unit);
+    for (size_t d = 0; d < from->n_detector; d++)
+        add_row(&table, rmap_energy_end_text(RMAP_ENERGY_DETECTOR), &from->row[from->n_row + d]);
+    st = rmap_text_table_print(&table, "llrrrrr", out, err);
+    rmap_text_table_fini(&table);
+    return st;
+}
+
+enum rmap_status rmap_energy_print(const struct rmap_energy *energy, FILE *out,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    char rays[RMAP_GROUPED_LEN];
+    fprintf(out, "energy of %s\n", energy->map);
+    if (energy->criterion) {
+        fprintf(out, "  of the rays that match: %s\n", energy->criterion);
+        fprintf(out, "  %s of %s, %.6g of %.6g %s\n",
+                rmap_grouped(rmap_energy_whole(energy->table[0].rays), rays),
+                rmap_counted(rmap_energy_whole(energy->map_rays), "ray").text,
+                energy->table[0].flux, energy->map_flux, energy->unit);
+    }
+    if (rmap_which_chooses(energy->which))
+        fprintf(out, "  registrations: %s\n", energy->which->text);
+    if (!(energy->table[0].rays > 0.0))
+        fprintf(out, "  no ray matches: nothing is shared out\n");
+    for (size_t i = energy->n_table == 2 ? 1 : 0; i < energy->n_table && st == RMAP_OK; i++)
+        st = print_table(energy, &energy->table[i], out, err);
+    return st;
+}
+
+static void put_line(const struct rmap_energy_table *table, const char *what,
+                     const struct rmap_energy_row *row, FILE *out)
+{
+    const double number[] = {row->flux, row->flux_error, row->share, row->share_error};
+    rmap_csv_put_first(table->source, out);
+    fprintf(out, ",%s", what);
+    rmap_csv_put_text(row->name, out);
+    fprintf(out, ",%.17g", row->rays);
+    for (size_t k = 0; k < sizeof number / sizeof *number; k++)
+        rmap_csv_put_number(number[k], out);
+    fputc('\n', out);
+}
+
+static const char *const word[] = {"object", "medium", "left", "limit", "error", "detector"};
+
+void rmap_energy_csv(const struct rmap_energy *energy, FILE *out)
+{
+    fprintf(out, "# energy of: %s\n# criterion: %s\n# flux: %s\n", energy->map,
+            energy->criterion ? energy->criterion : "all", energy->unit);
+    rmap_which_csv(energy->which, out);
+    fprintf(out, "# exact: %s\n", energy->table[0].exact ? "true" : "false");
+    fprintf(out, "source,what,name,rays,flux,standard_error,share,share_standard_error\n");
+    for (size_t t = 0; t < energy->n_table; t++) {
+        const struct rmap_energy_table *table = &energy->table[t];
+        const struct rmap_energy_row emitted = emitted_row(table);
+        put_line(table, "emitted", &emitted, out);
+        for (size_t i = 0; i < table->n_row + table->n_detector; i++)
+            put_line(table, word[table->row[i].end], &table->row[i], out);
+    }
+}
+
+static json_t *row_json(const struct rmap_energy_row *row)
+{
+    json_t *object = json_object();
+    if (*row->name)
+        (void)json_object_set_new(object, "name", json_string(row->name));
+    (void)json_object_set_new(object, row->end == RMAP_ENERGY_DETECTOR ? "registrations" : "rays",
+                              json_integer((json_int_t)rmap_energy_whole(row->rays)));
+    (void)json_object_set_new(object, "flux", rmap_json_number(row->flux));
+    (void)json_object_set_new(object, "standard_error", rmap_json_number(row->flux_error));
+    (void)json_object_set_new(object, "share", rmap_json_number(row->share));
+    (void)json_object_set_new(object, "share_standard_error", rmap_json_number(row->share_error));
+    return object;
+}
+
+static json_t *table_json(const struct rmap_energy *energy, const struct rmap_energy_table *table)
+{
+    json_t *list[RMAP_ENERGY_DETECTOR + 1] = {NULL};
+    for (int end = 0; end <= RMAP_ENERGY_DETECTOR; end++)
+        list[end] = end < RMAP_ENERGY_LEFT || end == RMAP_ENERGY_DETECTOR ? json_array() : NULL;
+    for (size_t i = 0; i < table->n_row + table->n_detector; i++) {
+        const struct rmap_energy_row *row = &table->row[i];
+        if (list[row->end])
+            (void)json_array_append_new(list[row->end], row_json(row));
+        else
+            list[row->end] = row_json(row);
+    }
+    return json_pack(
+        "{s:o, s:I, s:{s:o, s:o, s:s}, s:b, s:{s:o, s:o}, s:o, s:o, s:o, s:o}", "source",
+        table->source ? json_string(table->source) : json_null(), "emitted",
+        (json_int_t)rmap_energy_whole(table->rays), "flux", "value", rmap_json_number(table->flux),
+        "standard_error", rmap_json_number(table->flux_error), "unit", energy->unit, "exact",
+        (int)table->exact, "absorbed", "objects", list[RMAP_ENERGY_OBJECT], "media",
+        list[RMAP_ENERGY_MEDIUM], "left", list[RMAP_ENERGY_LEFT], "limit", list[RMAP_ENERGY_LIMIT],
+        "error", list[RMAP_ENERGY_ERROR], "detectors", list[RMAP_ENERGY_DETECTOR]);
+}
+
+json_t *rmap_energy_json(const struct rmap_energy *energy)
+{
+    json_t *sources = json_array();
+    for (size_t i = 1; i < energy->n_table; i++)
+        (void)json_array_append_new(sources, table_json(energy, &energy->table[i]));
+    return json_pack("{s:s, s:s, s:o, s:{s:I, s:I}, s:{s:o, s:o, s:o, s:s}, s:o, s:o}", "map",
+                     energy->map, "criterion", energy->criterion ? energy->criterion : "all",
+                     "which", rmap_which_json(energy->which), "rays", "total",
+                     (json_int_t)rmap_energy_whole(energy->map_rays), "matched",
+                     (json_int_t)rmap_energy_whole(energy->table[0].rays), "flux", "total",
+                     rmap_json_number(energy->map_flux), "matched",
+                     rmap_json_number(energy->table[0].flux), "standard_error",
+                     rmap_json_number(energy->table[0].flux_error), "unit", energy->unit, "total",
+                     table_json(energy, &energy->table[0]), "sources", sources);
 }

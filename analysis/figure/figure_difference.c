@@ -9,6 +9,7 @@
 
 #include "analysis/compare/compare_bins.h"
 #include "analysis/figure/figure_detector.h"
+#include "analysis/figure/figure_difference.h"
 #include "analysis/table/figure_axes.h"
 #include "base/alloc.h"
 #include "io/export/raster.h"

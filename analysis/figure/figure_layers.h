@@ -29,16 +29,4 @@ struct rmap_solid {
     float nearest, farthest;      /* depths */
 };
 
-/* Empty layers of the size of the frame. */
-enum rmap_status rmap_solid_init(const struct rmap_scene *scene,
-                                 const struct rmap_view_frame *frame, struct rmap_solid *canvas,
-                                 struct rmap_error *err) RMAP_MUST_USE;
-
-/* A triangle, by pixels of the layers and depths, where it is nearer than what is there. */
-void rmap_solid_fill(struct rmap_solid *canvas, const struct rmap_vec3 corner[3],
-                     const struct rmap_solid_pixel *kind);
-
-/* After the last one: how near and how far all of it is. */
-void rmap_solid_find_depths(struct rmap_solid *canvas);
-
 #endif

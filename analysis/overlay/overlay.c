@@ -1,9 +1,13 @@
 /* SPDX-License-Identifier: MIT */
-#include "analysis/overlay/overlay.h"
+#include <inttypes.h>
+#include <string.h>
 
-#include "analysis/overlay/overlay_internal.h"
+#include "analysis/overlay/overlay.h"
+#include "analysis/overlay/overlay_leg.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
+#include "io/map/map_space.h"
+#include "portion/portion_recorder.h"
 
 static enum rmap_status read_scene(struct rmap_overlay *self,
                                    const struct rmap_receivers *receivers, struct rmap_error *err)
@@ -144,4 +148,270 @@ size_t rmap_overlay_n_read(const struct rmap_overlay *overlay,
         n += !criterion || rmap_criterion_may_match(criterion, &info.summary);
     }
     return n;
+}
+
+/* A portion with the receivers' registrations among its own. */
+
+struct rmap_overlay_view {
+    struct rmap_recorder base; /* takes what detectors tell of the leg in hand */
+    const struct rmap_overlay *overlay;
+    struct rmap_portion *own; /* counts of registrations, and their rows */
+    struct rmap_portion_recorder recorder;
+    struct rmap_portion extended;
+    struct rmap_registration *found;
+    size_t n_found, cap_found;
+    enum rmap_status status;
+};
+
+static void take(struct rmap_recorder *base, const struct rmap_registration *registration)
+{
+    struct rmap_overlay_view *self = (struct rmap_overlay_view *)base;
+    if (self->status == RMAP_OK)
+        self->status = RMAP_RESERVE(self->found, self->cap_found, self->n_found + 1, NULL);
+    if (self->status != RMAP_OK)
+        return;
+    self->found[self->n_found++] = *registration;
+}
+
+enum rmap_status rmap_overlay_view_create(const struct rmap_overlay *overlay,
+                                          struct rmap_overlay_view **view_ret,
+                                          struct rmap_error *err)
+{
+    struct rmap_overlay_view *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the receivers");
+    self->overlay = overlay;
+    self->base.registration = take;
+    enum rmap_status st = rmap_portion_create(RMAP_BLOCK_RAYS, 1, &self->own, err);
+    if (st != RMAP_OK) {
+        rmap_overlay_view_destroy(self);
+        return st;
+    }
+    rmap_portion_recorder_init(&self->recorder, self->own);
+    *view_ret = self;
+    return RMAP_OK;
+}
+
+void rmap_overlay_view_destroy(struct rmap_overlay_view *self)
+{
+    if (!self)
+        return;
+    rmap_portion_destroy(self->own);
+    rmap_free(self->found);
+    rmap_free(self);
+}
+
+/* ---- one leg ---- */
+
+static bool is_free(const struct rmap_overlay *overlay, int32_t index)
+{
+    const struct rmap_detector *detector = &overlay->scene.detector[index];
+    return detector->type == RMAP_DETECTOR_PLANE && detector->on_object < 0 &&
+           detector->on_group < 0;
+}
+
+/* Appends stored row `from`, with the columns that are there. */
+static enum rmap_status copy_row(struct rmap_overlay_view *self, const struct rmap_portion *stored,
+                                 size_t from, struct rmap_error *err)
+{
+    struct rmap_portion *own = self->own;
+    size_t *n = &own->n_row[RMAP_TABLE_REGISTRATION];
+    if (*n == own->cap[RMAP_TABLE_REGISTRATION]) {
+        enum rmap_status st =
+            rmap_portion_reserve(own, RMAP_TABLE_REGISTRATION, 1, RMAP_COLUMNS_ALL, err);
+        if (st != RMAP_OK)
+            return st;
+    }
+#define RMAP_COPY(field, path, type, element, width, unit, text)                                   \
+    if (stored->registration.field)                                                                \
+        memcpy(own->registration.field + (size_t)(width) * (*n),                                   \
+               stored->registration.field + (size_t)(width)*from, (width) * sizeof(type));
+    RMAP_REGISTRATION_COLUMNS(RMAP_COPY)
+#undef RMAP_COPY
+    ++*n;
+    own->ray.registration_count[own->n_row[RMAP_TABLE_RAY] - 1]++;
+    return RMAP_OK;
+}
+
+static enum rmap_status copy_until(struct rmap_overlay_view *self, struct rmap_overlay_ray *ray,
+                                   size_t end, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    while (ray->registration < end && st == RMAP_OK) {
+        st = copy_row(self, ray->portion, ray->registration++, err);
+        ray->n_registration--;
+    }
+    return st;
+}
+
+/* The ray's stored rows of that leg from its next one on; free: of planes free in space alone,
+ * which come first. */
+static size_t stored_until(const struct rmap_overlay_view *self, const struct rmap_overlay_ray *ray,
+                           uint32_t leg, bool free)
+{
+    const struct rmap_registration_columns *stored = &ray->portion->registration;
+    size_t row = ray->registration, end = row + ray->n_registration;
+    while (row < end && stored->segment[row] == leg &&
+           (!free || is_free(self->overlay, stored->detector[row])))
+        row++;
+    return row;
+}
+
+/* What the leg's detectors told, receivers or all of them, put where it belongs among the stored
+ * rows up to `end`: a stored row keeps its place among the stored ones. */
+static enum rmap_status merge(struct rmap_overlay_view *self, struct rmap_overlay_ray *ray,
+                              size_t end, struct rmap_error *err)
+{
+    enum rmap_status st = self->status;
+    if (st != RMAP_OK)
+        return rmap_error_set(err, st, "out of memory for the receivers' registrations");
+    for (size_t i = 0; i < self->n_found && st == RMAP_OK; i++) {
+        const struct rmap_registration *found = &self->found[i];
+        if ((size_t)found->detector >= self->overlay->first) {
+            self->recorder.base.registration(&self->recorder.base, found);
+            st = self->recorder.status;
+            continue;
+        }
+        size_t row = ray->registration;
+        while (row < end && ray->portion->registration.detector[row] != found->detector)
+            row++;
+        if (row < end)
+            st = copy_until(self, ray, row + 1, err);
+    }
+    self->n_found = 0;
+    if (st == RMAP_OK)
+        st = copy_until(self, ray, end, err);
+    return st;
+}
+
+static enum rmap_status watch(struct rmap_overlay_view *self, struct rmap_overlay_ray *ray,
+                              struct rmap_leg *leg, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_overlay *overlay = self->overlay;
+    const struct rmap_segment_columns *segment = &ray->portion->segment;
+    const size_t row = ray->segment + leg->segment;
+    const uint32_t event = segment->event[row];
+    const size_t end = stored_until(self, ray, leg->segment, true);
+    const struct rmap_leg begun = *leg;
+    self->n_found = 0;
+    /* Which comes first only matters where both are met: then all are looked for. */
+    for (int pass = 0; pass < 2; pass++) {
+        const struct rmap_scene *scene = pass == 0 ? &overlay->alone : &overlay->scene;
+        size_t curve = ray->curve;
+        if (event & RMAP_EVENT_GRADIENT)
+            rmap_overlay_curve(scene, ray, leg, &self->base);
+        else
+            rmap_detect_free(scene, leg, &self->base);
+        if (pass > 0 || self->n_found == 0 || end == ray->registration)
+            break;
+        *leg = begun;
+        ray->curve = curve;
+        self->n_found = 0;
+    }
+    RMAP_TRY(merge(self, ray, end, err));
+    RMAP_TRY(copy_until(self, ray, stored_until(self, ray, leg->segment, false), err));
+    if (segment->object[row] >= 0 && overlay->lies_on &&
+        !(event & (RMAP_EVENT_LIMIT | RMAP_EVENT_ERROR)))
+        rmap_detect_on(&overlay->scene, leg, segment->object[row],
+                       overlay->on_faces ? segment->primitive[row] : 0, &self->base);
+    if (event & RMAP_EVENT_LEFT)
+        rmap_detect_far(&overlay->alone, leg, &self->base);
+    RMAP_TRY(merge(self, ray, ray->registration, err));
+out:
+    return st;
+}
+
+/* ---- one ray ---- */
+
+static enum rmap_status extend_ray(struct rmap_overlay_view *self, struct rmap_overlay_ray *ray,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_portion *stored = ray->portion;
+    struct rmap_leg leg;
+    const float *start = stored->ray.start + 3 * ray->row;
+    struct rmap_vec3 from = rmap_vec3((double)start[0], (double)start[1], (double)start[2]);
+    double optical = 0.0;
+    for (uint32_t k = 0; k < ray->n_segment; k++) {
+        const int32_t object = stored->segment.object[ray->segment + k];
+        const int16_t medium = stored->segment.medium[ray->segment + k];
+        if (object >= (int64_t)ray->scene->n_object || medium < 0 ||
+            (size_t)medium >= ray->scene->n_medium)
+            return rmap_error_set(err, RMAP_FORMAT,
+                                  "damaged map: leg %u of ray %" PRIu64
+                                  " has an object or a medium that the scene has not",
+                                  k, stored->ray.id[ray->row]);
+        rmap_overlay_leg(self->overlay, ray, k, from, optical, &leg);
+        RMAP_TRY(watch(self, ray, &leg, err));
+        optical = leg.optical_from + leg.index * leg.length;
+        from = leg.to;
+    }
+    if (ray->n_registration > 0)
+        st = rmap_error_set(err, RMAP_FORMAT,
+                            "damaged map: ray %" PRIu64 " is registered on a leg that it has not",
+                            stored->ray.id[ray->row]);
+out:
+    return st;
+}
+
+static enum rmap_status extend_rays(struct rmap_overlay_view *self,
+                                    const struct rmap_portion *stored, size_t space,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_map *map = self->overlay->map;
+    const bool each = space == RMAP_OVERLAY_EACH_SPACE;
+    struct rmap_portion *own = self->own;
+    struct rmap_overlay_ray ray = {.portion = stored,
+                                   .scene = each ? NULL : rmap_map_scene_of(map, space)};
+    const size_t n_ray = stored->n_row[RMAP_TABLE_RAY];
+    if (n_ray > own->cap[RMAP_TABLE_RAY])
+        RMAP_TRY(rmap_portion_reserve(own, RMAP_TABLE_RAY, n_ray, RMAP_COLUMNS_ALL, err));
+    for (ray.row = 0; ray.row < n_ray; ray.row++) {
+        size_t end;
+        if (each)
+            ray.scene = rmap_map_scene_of(map, rmap_map_space_of_ray(map, stored->ray.id[ray.row]));
+        ray.n_segment = stored->ray.segment_count[ray.row];
+        ray.n_registration = stored->ray.registration_count[ray.row];
+        end = ray.registration + ray.n_registration;
+        if (ray.n_segment > stored->n_row[RMAP_TABLE_SEGMENT] - ray.segment ||
+            ray.n_registration > stored->n_row[RMAP_TABLE_REGISTRATION] - ray.registration)
+            return rmap_error_set(err, RMAP_FORMAT, "damaged map: rows do not fit together");
+        if (stored->curve.segment) {
+            size_t n = rmap_portion_curve_of(stored, stored->ray.id[ray.row], &ray.curve);
+            ray.curve_end = ray.curve + n;
+        }
+        own->ray.registration_count[ray.row] = 0;
+        own->n_row[RMAP_TABLE_RAY] = ray.row + 1;
+        RMAP_TRY(extend_ray(self, &ray, err));
+        ray.segment += ray.n_segment;
+        ray.registration = end;
+    }
+out:
+    return st;
+}
+
+enum rmap_status rmap_overlay_view_extend(struct rmap_overlay_view *self,
+                                          const struct rmap_portion *stored, size_t space,
+                                          const struct rmap_portion **extended_ret,
+                                          struct rmap_error *err)
+{
+    struct rmap_portion *extended = &self->extended;
+    rmap_portion_clear(self->own);
+    self->status = self->recorder.status = RMAP_OK;
+    enum rmap_status st = extend_rays(self, stored, space, err);
+    if (st != RMAP_OK)
+        return st;
+    *extended = *stored;
+    extended->n_row[RMAP_TABLE_REGISTRATION] = self->own->n_row[RMAP_TABLE_REGISTRATION];
+    extended->ray.registration_count = self->own->ray.registration_count;
+    /* Columns that were not read lack the stored rows. */
+#define RMAP_LEND(field, path, type, element, width, unit, text)                                   \
+    extended->registration.field =                                                                 \
+        stored->registration.field ? self->own->registration.field : NULL;
+    RMAP_REGISTRATION_COLUMNS(RMAP_LEND)
+#undef RMAP_LEND
+    *extended_ret = extended;
+    return RMAP_OK;
 }

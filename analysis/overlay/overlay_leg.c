@@ -4,7 +4,7 @@
  */
 #include <math.h>
 
-#include "analysis/overlay/overlay_internal.h"
+#include "analysis/overlay/overlay_leg.h"
 
 static struct rmap_vec3 point_of(const float *p)
 {

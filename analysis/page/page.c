@@ -1,15 +1,209 @@
 /* SPDX-License-Identifier: MIT */
-#include "analysis/page/page.h"
-
 #include <string.h>
 
+#include "analysis/page/page.h"
 #include "analysis/page/page_asset.h"
+#include "analysis/page/page_colour.h"
 #include "analysis/page/page_pack.h"
 #include "analysis/page/page_parts.h"
+#include "base/alloc.h"
 #include "io/export/json_memory.h"
 #include "io/export/json_number.h"
 #include "io/file/whole_file.h"
+#include "portion/event.h"
 #include "version.h"
+
+/* A column of whole numbers of any stored type, as int32. */
+static json_t *integers(const struct rmap_portion *rays, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    const void *from = rmap_portion_column(rays, column);
+    size_t n = rays->n_row[info->table] * (size_t)info->width;
+    int32_t *value = rmap_alloc(n + 1, sizeof *value);
+    if (!value)
+        return NULL;
+    for (size_t i = 0; i < n; i++)
+        switch (info->element) {
+        case RMAP_U8:
+            value[i] = ((const uint8_t *)from)[i];
+            break;
+        case RMAP_U16:
+            value[i] = ((const uint16_t *)from)[i];
+            break;
+        case RMAP_I16:
+            value[i] = ((const int16_t *)from)[i];
+            break;
+        case RMAP_U32:
+            value[i] = (int32_t)((const uint32_t *)from)[i];
+            break;
+        default:
+            value[i] = ((const int32_t *)from)[i];
+        }
+    json_t *json = rmap_page_integers(value, n);
+    rmap_free(value);
+    return json;
+}
+
+static json_t *floats(const struct rmap_portion *rays, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    return rmap_page_floats(rmap_portion_column(rays, column),
+                            rays->n_row[info->table] * (size_t)info->width);
+}
+
+static json_t *doubles(const struct rmap_portion *rays, enum rmap_column column)
+{
+    const struct rmap_column_info *info = rmap_column_info(column);
+    return rmap_page_doubles(rmap_portion_column(rays, column), rays->n_row[info->table]);
+}
+
+/* Ids fit the numbers of JavaScript up to 2^53. */
+static json_t *ids_and_flux(const struct rmap_page *page, json_t **flux_ret)
+{
+    const struct rmap_portion *rays = page->rays;
+    const double *per_weight = rmap_map_flux_per_weight(page->map);
+    size_t n = rays->n_row[RMAP_TABLE_RAY];
+    double *value = rmap_alloc(n + 1, sizeof *value);
+    if (!value)
+        return NULL;
+    for (size_t i = 0; i < n; i++)
+        value[i] = rays->ray.weight[i] * per_weight[rays->ray.source[i]];
+    *flux_ret = rmap_page_doubles(value, n);
+    for (size_t i = 0; i < n; i++)
+        value[i] = (double)rays->ray.id[i];
+    json_t *id = rmap_page_doubles(value, n);
+    rmap_free(value);
+    return id;
+}
+
+static json_t *ray_columns(const struct rmap_page *page)
+{
+    const struct rmap_portion *rays = page->rays;
+    json_t *flux = NULL, *id = ids_and_flux(page, &flux);
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "id", id,
+                     "flux", flux, "source", integers(rays, RMAP_RAY_source), "stop",
+                     integers(rays, RMAP_RAY_stop), "legs", integers(rays, RMAP_RAY_segment_count),
+                     "registrations", integers(rays, RMAP_RAY_registration_count), "wavelength",
+                     doubles(rays, RMAP_RAY_wavelength), "path_length",
+                     doubles(rays, RMAP_RAY_path_length), "optical_path",
+                     doubles(rays, RMAP_RAY_optical_path), "start", floats(rays, RMAP_RAY_start),
+                     "start_object", integers(rays, RMAP_RAY_start_object), "end_direction",
+                     floats(rays, RMAP_RAY_end_direction));
+}
+
+static json_t *leg_columns(const struct rmap_portion *rays)
+{
+    return json_pack("{s:o, s:o, s:o, s:o, s:o}", "object", integers(rays, RMAP_SEGMENT_object),
+                     "primitive", integers(rays, RMAP_SEGMENT_primitive), "event",
+                     integers(rays, RMAP_SEGMENT_event), "medium",
+                     integers(rays, RMAP_SEGMENT_medium), "position",
+                     floats(rays, RMAP_SEGMENT_position));
+}
+
+enum rmap_status rmap_page_which(const struct rmap_page *page,
+                                 const struct rmap_index_set *detector,
+                                 struct rmap_which **which_ret, struct rmap_error *err)
+{
+    const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
+    if (page->n_where > 0)
+        return rmap_which_create_any(scene, detector, page->where, page->n_where,
+                                     rmap_map_flux_per_weight(page->map), which_ret, err);
+    return rmap_which_create(scene, detector, NULL, NULL, page->any, which_ret, err);
+}
+
+/* Which registrations count: a bit for each switch, the lowest where there are none. NULL: memory
+ * is short. */
+static json_t *counted(const struct rmap_page *page)
+{
+    const struct rmap_scene *scene = rmap_scene_with(page->map, page->overlay);
+    const struct rmap_index_set all = {.span = (uint32_t)scene->n_detector};
+    const size_t n = page->rays->n_row[RMAP_TABLE_REGISTRATION];
+    enum rmap_status st = RMAP_OK;
+    int32_t *bits = rmap_alloc(n + 1, sizeof *bits);
+    uint8_t *chosen = rmap_alloc(n + 1, 1);
+    struct rmap_which *which = NULL;
+    json_t *json = NULL;
+    if (!bits || !chosen)
+        goto out;
+    for (size_t k = 0; k < (page->n_where > 0 ? page->n_where : 1); k++) {
+        RMAP_TRY(rmap_which_create(scene, &all, NULL, NULL,
+                                   page->n_where > 0 ? page->where[k] : page->any, &which, NULL));
+        RMAP_TRY(rmap_which_mark(which, page->rays, chosen, NULL));
+        for (size_t i = 0; i < n; i++)
+            bits[i] |= (int32_t)chosen[i] << k;
+        rmap_which_destroy(which);
+        which = NULL;
+    }
+    json = rmap_page_integers(bits, n);
+out:
+    rmap_which_destroy(which);
+    rmap_free(chosen);
+    rmap_free(bits);
+    return st == RMAP_OK ? json : NULL;
+}
+
+static json_t *registration_columns(const struct rmap_page *page)
+{
+    const struct rmap_portion *rays = page->rays;
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "leg",
+                     integers(rays, RMAP_REGISTRATION_segment), "detector",
+                     integers(rays, RMAP_REGISTRATION_detector), "relative",
+                     integers(rays, RMAP_REGISTRATION_relative), "registered",
+                     integers(rays, RMAP_REGISTRATION_registered), "counted", counted(page),
+                     "direction", floats(rays, RMAP_REGISTRATION_direction), "optical_path",
+                     doubles(rays, RMAP_REGISTRATION_optical_path));
+}
+
+/* Points of curved legs with the row of their leg. */
+static json_t *curve_columns(const struct rmap_portion *rays)
+{
+    size_t n = rays->n_row[RMAP_TABLE_CURVE], leg = 0, at;
+    int32_t *of = rmap_alloc(n + 1, sizeof *of);
+    if (!of)
+        return NULL;
+    for (size_t i = 0; n > 0 && i < rays->n_row[RMAP_TABLE_RAY]; i++) {
+        size_t n_point = rmap_portion_curve_of(rays, rays->ray.id[i], &at);
+        for (size_t k = 0; k < n_point; k++)
+            of[at + k] = (int32_t)(leg + rays->curve.segment[at + k]);
+        leg += rays->ray.segment_count[i];
+    }
+    json_t *json = json_pack("{s:o, s:o}", "leg", rmap_page_integers(of, n), "position",
+                             floats(rays, RMAP_CURVE_position));
+    rmap_free(of);
+    return json;
+}
+
+static json_t *words(void)
+{
+#define WORD(symbol, bit, letter, word, meaning) word,
+    static const char *const event[] = {RMAP_EVENT_TABLE(WORD)};
+#undef WORD
+    json_t *events = json_array(), *letters = json_array(), *stops = json_array();
+    for (size_t i = 0; i < sizeof event / sizeof *event; i++) {
+        char letter = rmap_event_letter(1u << i);
+        json_array_append_new(events, json_string(event[i]));
+        json_array_append_new(letters, json_stringn(&letter, letter ? 1 : 0));
+    }
+    for (int i = 0; i < RMAP_STOP_COUNT; i++)
+        json_array_append_new(stops, json_string(rmap_stop_word(i)));
+    return json_pack("{s:o, s:o, s:o, s:s}", "event", events, "letter", letters, "stop", stops,
+                     "precedence", "EKOFSIRTDdAX");
+}
+
+/* Columns of rays, legs, registrations and points of curved legs. */
+static json_t *page_rays(const struct rmap_page *page, struct rmap_error *err)
+{
+    json_t *colours = rmap_page_colours(page, err);
+    if (!colours)
+        return NULL;
+    json_t *json =
+        json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "colour", colours, "ray", ray_columns(page),
+                  "leg", leg_columns(page->rays), "registration", registration_columns(page),
+                  "curve", curve_columns(page->rays), "words", words());
+    if (!json)
+        (void)rmap_error_set(err, RMAP_SYSTEM, "out of memory for the rays of a page");
+    return json;
+}
 
 static json_t *view_json(const struct rmap_page *page)
 {
@@ -47,7 +241,7 @@ static enum rmap_status make_data(const struct rmap_page *page, json_t **data_re
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a page"));
     RMAP_TRY(put(data, "scene", rmap_page_scene(scene, err), err));
     RMAP_TRY(put(data, "geometries", rmap_page_geometries(scene, err), err));
-    RMAP_TRY(put(data, "rays", rmap_page_rays(page, err), err));
+    RMAP_TRY(put(data, "rays", page_rays(page, err), err));
     RMAP_TRY(put(data, "classes", rmap_page_classes(page, err), err));
     RMAP_TRY(put(data, "order", rmap_page_orders(page, err), err));
     RMAP_TRY(put(data, "where", rmap_page_where(page, err), err));

@@ -16,9 +16,6 @@ json_t *rmap_page_scene(const struct rmap_scene *scene, struct rmap_error *err);
  * their box, 16 bits each. */
 json_t *rmap_page_geometries(const struct rmap_scene *scene, struct rmap_error *err);
 
-/* Columns of rays, legs, registrations and points of curved legs. */
-json_t *rmap_page_rays(const struct rmap_page *page, struct rmap_error *err);
-
 /* Every detector, with its image where there is one. */
 json_t *rmap_page_detectors(const struct rmap_page *page, struct rmap_error *err);
 

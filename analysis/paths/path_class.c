@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/paths/path_text.h"
 #include "base/alloc.h"
 
 /* A ray that has a path. */

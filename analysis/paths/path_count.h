@@ -65,26 +65,4 @@ struct rmap_path_counts {
 rmap_column_set rmap_path_count_columns(const struct rmap_path_counting *context);
 extern const struct rmap_fold_kind rmap_path_count_kind;
 
-/* For path_count_shared.c: a portion by the paths that its rays share, as a view of the map's index
- * or a compact piece has them; *done_ret false: rays have several paths each, of which these know
- * nothing. */
-enum rmap_status rmap_path_counts_add_view(struct rmap_path_counts *counts,
-                                           const struct rmap_matched *rays, bool *done_ret,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_path_counts_add_told(struct rmap_path_counts *counts,
-                                           const struct rmap_matched *rays,
-                                           const struct rmap_told_paths *told, bool *done_ret,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-
-/* Adds what rays of weight 1, or one ray, bring to their class, unless it is none of those that
- * count. more: the key, weights and numbers. */
-enum rmap_status rmap_path_counts_add_class(struct rmap_path_counts *counts,
-                                            const struct rmap_key_sum *more,
-                                            struct rmap_error *err) RMAP_MUST_USE;
-
-/* Adds the rays of a portion that has the columns, one by one. */
-enum rmap_status rmap_path_counts_add_rays(struct rmap_path_counts *counts,
-                                           const struct rmap_matched *rays,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

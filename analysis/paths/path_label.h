@@ -13,10 +13,4 @@ struct rmap_path_labels {
     int32_t *of_object; /* [n_object] */
 };
 
-/* Labels are numbered by their first objects. Released by fini whatever happened. */
-enum rmap_status rmap_path_labels_init(struct rmap_path_labels *labels,
-                                       const struct rmap_scene *scene, enum rmap_path_level level,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-void rmap_path_labels_fini(struct rmap_path_labels *labels);
-
 #endif

@@ -70,23 +70,7 @@ enum rmap_status rmap_path_matrix_list(const struct rmap_path_matrix_sums *sums,
                                        struct rmap_path_cellsum **list_ret, size_t *n_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* The criterion of exactly the rays of a sum of ORDERS, GHOSTS, LAST or MET; rmap_free. */
-enum rmap_status rmap_path_matrix_criterion(const struct rmap_path_matrix *matrix,
-                                            const struct rmap_path_cellsum *sum, char **text_ret,
-                                            struct rmap_error *err) RMAP_MUST_USE;
-
 /* For people: at most `top` rows of a ranking. */
-enum rmap_status rmap_path_matrix_print(const struct rmap_path_matrix *matrix,
-                                        const struct rmap_path_cellsum *list, size_t n,
-                                        uint64_t top, FILE *out,
-                                        struct rmap_error *err) RMAP_MUST_USE;
 /* Sets "orders", "ghosts" and "contribution" as asked for. */
-enum rmap_status rmap_path_matrix_json(const struct rmap_path_matrix *matrix,
-                                       const struct rmap_path_cellsum *list, size_t n,
-                                       json_t *document, struct rmap_error *err) RMAP_MUST_USE;
-/* The one matrix that matrix->parts asks for. */
-enum rmap_status rmap_path_matrix_csv(const struct rmap_path_matrix *matrix,
-                                      const struct rmap_path_cellsum *list, size_t n, FILE *out,
-                                      struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

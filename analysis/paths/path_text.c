@@ -9,6 +9,7 @@
 #include "analysis/criterion/path_order.h"
 #include "analysis/criterion/path_regex.h"
 #include "analysis/paths/path_key_internal.h"
+#include "analysis/paths/path_text.h"
 #include "base/alloc.h"
 
 /* Beyond, the language refuses a path (path_automaton.c). */

@@ -5,6 +5,7 @@
 #include "analysis/query/query_sums.h"
 #include "base/alloc.h"
 #include "base/count.h"
+#include "io/map/map_cursor.h"
 
 /* For these an index is read where no criterion asks for it. */
 static const rmap_column_set columns_by_index = RMAP_COLUMN_BIT(RMAP_SEGMENT_object) |

@@ -2,6 +2,7 @@
 #include "analysis/query/query_collect.h"
 
 #include "base/alloc.h"
+#include "io/map/map_cursor.h"
 
 void rmap_collector_fini(struct rmap_collector *self)
 {

@@ -9,6 +9,7 @@
 
 #include "analysis/query/query_rows.h"
 #include "base/alloc.h"
+#include "history/history_gather.h"
 #include "io/map/map_history.h"
 #include "io/map/map_memory.h"
 

@@ -4,6 +4,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_history.h"
 #include "io/map/map_memory.h"
 
 /* Verdicts on dictionaries are kept up to this, in all threads; then all are forgotten. */

@@ -7,6 +7,7 @@
 #include "analysis/query/query_marker.h"
 #include "base/alloc.h"
 #include "base/count.h"
+#include "io/map/map_cursor.h"
 
 struct rmap_picker {
     const struct rmap_map *map;

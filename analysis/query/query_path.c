@@ -6,6 +6,8 @@
 #include "analysis/criterion/path_table.h"
 #include "base/alloc.h"
 #include "base/wide.h"
+#include "history/history_gather.h"
+#include "history/history_view.h"
 
 void rmap_query_path_fini(struct rmap_query_path *self)
 {

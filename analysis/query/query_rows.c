@@ -6,6 +6,8 @@
 #include "analysis/query/query_path.h"
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "history/history_gather.h"
+#include "history/history_view.h"
 
 /* What a test says of the classes of the piece in hand. */
 struct answer {

@@ -5,6 +5,8 @@
 
 #include "base/alloc.h"
 #include "base/wide.h"
+#include "history/history_view.h"
+#include "io/map/map_cursor.h"
 
 enum { MANY_SHARE = 6 };
 

@@ -1,8 +1,120 @@
 /* SPDX-License-Identifier: MIT */
 #include <string.h>
 
-#include "analysis/query/query_verdicts_internal.h"
+#include "analysis/query/query_known.h"
+#include "analysis/query/query_sums.h"
+#include "analysis/query/query_undecided.h"
+#include "analysis/query/query_verdicts.h"
 #include "base/alloc.h"
+#include "io/map/map_cursor.h"
+
+struct rmap_query_verdicts {
+    const struct rmap_map *map;
+    const struct rmap_criterion *const *criterion;
+    size_t n_criterion, n_source;
+    struct rmap_shared_tests shared;
+    struct rmap_judge judge;
+    struct rmap_cursor *cursor; /* columns of the criteria and the sums */
+    struct rmap_query_history *history;
+    struct rmap_query_known *known_paths; /* or NULL */
+    struct rmap_undecided undecided;
+
+    size_t index;                         /* portion in hand */
+    const struct rmap_history_view *view; /* NULL: its columns are to be read */
+    size_t n_ray;
+    bool is_entered;                    /* by the cursor */
+    const struct rmap_portion *portion; /* the cursor's */
+    bool is_by_paths;                   /* what was judged last, without decoding the rays */
+    bool is_looked_at;                  /* for what the sums need to know: */
+    struct rmap_sums_facts facts;
+    rmap_column_set known;      /* columns unfolded from its history */
+    struct rmap_portion joined; /* these, and those of the cursor */
+    bool is_judged_whole;       /* what the judge judged last: all its rays */
+    bool *is_open;              /* [n_criterion] its history leaves rays undecided */
+    uint8_t *verdict;           /* [n_criterion][n_ray] of its history */
+    uint8_t *own, *marked;      /* [n_ray] of undecided rays; of all rays */
+    uint32_t *path_rays;        /* [n_path] that match */
+    size_t verdict_cap, path_cap;
+};
+
+/* Columns of the portion in hand. */
+
+uint64_t rmap_query_verdicts_nbytes(const struct rmap_query_verdicts *self)
+{
+    return rmap_query_history_nbytes(self->history) + rmap_cursor_nbytes_of_rows(self->cursor);
+}
+
+/* The portion's columns in hand. */
+static enum rmap_status query_verdicts_enter_columns(struct rmap_query_verdicts *self,
+                                                     struct rmap_error *err)
+{
+    if (self->is_entered)
+        return RMAP_OK;
+    enum rmap_status st = rmap_cursor_enter(self->cursor, self->index, &self->portion, err);
+    self->is_entered = st == RMAP_OK;
+    return st;
+}
+
+/* For evidence: context is the verdicts, which have entered columns. */
+static enum rmap_status query_verdicts_fetch(void *context, rmap_column_set columns,
+                                             struct rmap_error *err)
+{
+    struct rmap_query_verdicts *self = context;
+    return rmap_cursor_fetch(self->cursor, columns, err);
+}
+
+/* Columns of the portion in hand, of those of the criteria and of `more`. Borrowed until the next
+ * enter. */
+static enum rmap_status query_verdicts_read(struct rmap_query_verdicts *self,
+                                            rmap_column_set columns,
+                                            const struct rmap_portion **portion_ret,
+                                            struct rmap_error *err)
+{
+    enum rmap_status st = query_verdicts_enter_columns(self, err);
+    *portion_ret = self->portion;
+    return st == RMAP_OK ? query_verdicts_fetch(self, columns, err) : st;
+}
+
+enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *self, rmap_column_set columns,
+                                          const struct rmap_portion **portion_ret,
+                                          struct rmap_error *err)
+{
+    const rmap_column_set discrete = self->view ? columns & RMAP_COLUMNS_DISCRETE : 0;
+    const struct rmap_portion *known = NULL;
+    enum rmap_status st = query_verdicts_read(self, columns & ~discrete, portion_ret, err);
+    if (st != RMAP_OK || !self->view)
+        return st;
+    st = rmap_query_history_unfold(self->history, discrete, &known, err);
+    if (st != RMAP_OK)
+        return st;
+    self->known |= discrete;
+    self->joined = *self->portion;
+    for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
+        if (self->known & RMAP_COLUMN_BIT(c))
+            *rmap_portion_column_address(&self->joined, (enum rmap_column)c) =
+                rmap_portion_column(known, (enum rmap_column)c);
+    *portion_ret = &self->joined;
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_query_verdicts_weigh(struct rmap_query_verdicts *self, bool *are_one_ret,
+                                           struct rmap_error *err)
+{
+    enum rmap_status st = query_verdicts_enter_columns(self, err);
+    return st == RMAP_OK ? rmap_cursor_weigh(self->cursor, are_one_ret, err) : st;
+}
+
+enum rmap_status rmap_query_verdicts_cursor(struct rmap_query_verdicts *self,
+                                            struct rmap_cursor **cursor_ret, struct rmap_error *err)
+{
+    *cursor_ret = self->cursor;
+    return query_verdicts_enter_columns(self, err);
+}
+
+const struct rmap_history_view *rmap_query_verdicts_view(const struct rmap_query_verdicts *self)
+{
+    return self->view;
+}
 
 /* What adding up matched rays takes. */
 static const rmap_column_set sum_columns = RMAP_COLUMN_BIT(RMAP_RAY_source) |
@@ -123,7 +235,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
     self->n_ray = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(rmap_query_history_enter(self->history, portion, &self->view, err));
     if (!self->view) /* the piece's chunks vouch for the number of rays */
-        RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
+        RMAP_TRY(query_verdicts_enter_columns(self, err));
     RMAP_TRY(make_room(self, err));
     if (self->view)
         RMAP_TRY(judge_history(self, wanted, err));
@@ -162,7 +274,7 @@ static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t
                                            .context = undecided,
                                            .fetch = rmap_undecided_fetch,
                                            .group = rmap_undecided_group};
-    RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
+    RMAP_TRY(query_verdicts_enter_columns(self, err));
     undecided->cursor = self->cursor;
     undecided->measured = self->portion;
     RMAP_TRY(rmap_undecided_enter(undecided, verdict_of(self, c), self->view, self->history, err));
@@ -197,7 +309,7 @@ static enum rmap_status judge_columns(struct rmap_query_verdicts *self, size_t c
                                            .columns = RMAP_COLUMNS_ALL,
                                            .flux_per_weight = rmap_map_flux_per_weight(self->map),
                                            .context = self,
-                                           .fetch = rmap_query_verdicts_fetch};
+                                           .fetch = query_verdicts_fetch};
     return rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
                                 verdict, err);
 }
@@ -236,8 +348,8 @@ static enum rmap_status add_rays(struct rmap_query_verdicts *self, size_t c,
         return RMAP_OK;
     if (self->is_by_paths)
         return rmap_query_known_count(self->known_paths, verdict, count, err);
-    RMAP_TRY(rmap_query_verdicts_enter_columns(self, err));
-    RMAP_TRY(rmap_query_verdicts_fetch(self, sum_columns, err));
+    RMAP_TRY(query_verdicts_enter_columns(self, err));
+    RMAP_TRY(query_verdicts_fetch(self, sum_columns, err));
     if (!self->is_looked_at)
         RMAP_TRY(rmap_sums_look(self->portion, self->n_source, &self->facts, err));
     self->is_looked_at = true;

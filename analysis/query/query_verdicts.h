@@ -35,13 +35,6 @@ enum rmap_status rmap_query_verdicts_add(struct rmap_query_verdicts *verdicts, s
 enum rmap_status rmap_query_verdicts_mark(struct rmap_query_verdicts *verdicts, size_t c,
                                           uint8_t *match, struct rmap_error *err) RMAP_MUST_USE;
 
-/* Columns of the portion in hand, of those of the criteria and of `more`. Borrowed until the next
- * enter. */
-enum rmap_status rmap_query_verdicts_read(struct rmap_query_verdicts *verdicts,
-                                          rmap_column_set columns,
-                                          const struct rmap_portion **portion_ret,
-                                          struct rmap_error *err) RMAP_MUST_USE;
-
 /* The same, discrete columns being taken from the history index where it tells of the portion. The
  * portion is the same until the next enter: it gets what is read later. */
 enum rmap_status rmap_query_verdicts_know(struct rmap_query_verdicts *verdicts,

@@ -5,6 +5,7 @@
 #include <math.h>
 
 #include "base/alloc.h"
+#include "io/map/map_cursor.h"
 
 enum { DIGITS_FLOAT = 9, DIGITS_DOUBLE = 17 };
 

@@ -93,13 +93,6 @@ enum rmap_status rmap_ray_report_trace(const struct rmap_scene *scene,
                                        struct rmap_ray_report **report_ret,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* The text: who the ray was, what happened, and where. */
-enum rmap_status rmap_ray_report_print(const struct rmap_ray_report *report, FILE *out,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-
-/* The same as a JSON object (new reference); NULL when memory is short. */
-json_t *rmap_ray_report_json(const struct rmap_ray_report *report);
-
 /* Coordinates of a detector's relative (0..1) position, as in a registration's x and y. */
 void rmap_detector_coordinates(const struct rmap_detector *detector, const double relative[2],
                                double *x, double *y);

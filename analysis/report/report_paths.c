@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "analysis/paths/path_class.h"
+#include "analysis/paths/path_text.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "trace/tally.h"

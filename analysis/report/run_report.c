@@ -8,7 +8,7 @@
 #include "analysis/figure/figure_detector.h"
 #include "analysis/figure/figure_draw.h"
 #include "analysis/figure/figure_energy.h"
-#include "analysis/report/run_report_internal.h"
+#include "analysis/report/run_report_facts.h"
 #include "analysis/table/html.h"
 #include "base/grouped.h"
 

@@ -85,10 +85,4 @@ void rmap_stats_estimate_moments(const double total[RMAP_MOMENTS],
                                  double covariance[RMAP_MOMENTS][RMAP_MOMENTS], double centre,
                                  double scale, struct rmap_stats_moment_estimates *estimates);
 
-/* Fills the quantiles of every group; see stats_quantile.c. */
-enum rmap_status rmap_stats_find_quantiles(struct rmap_stats *stats,
-                                           const struct rmap_stats_gathered *gathered,
-                                           const struct rmap_stats_sums *sums,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

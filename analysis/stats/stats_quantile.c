@@ -9,6 +9,7 @@
 #include <stdlib.h>
 
 #include "analysis/stats/stats.h"
+#include "analysis/stats/stats_quantile.h"
 #include "base/alloc.h"
 
 /* Shares within this of each other are equal: sums of fluxes of several sources are rounded. */

@@ -5,6 +5,7 @@
 
 #include "io/file/whole_file.h"
 #include "io/hdf5/h5.h"
+#include "io/hdf5/h5_write.h"
 
 static enum rmap_status write_array(struct rmap_h5 *h5, const struct rmap_grid_array *array,
                                     struct rmap_error *err)

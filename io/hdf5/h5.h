@@ -65,26 +65,6 @@ hid_t rmap_h5_type(enum rmap_element element); /* in the file: little-endian */
 enum rmap_status rmap_h5_group(struct rmap_h5 *h5, const char *path,
                                struct rmap_error *err) RMAP_MUST_USE;
 
-/* Attributes of the object at `path`. */
-enum rmap_status rmap_h5_put_text(struct rmap_h5 *h5, const char *path, const char *name,
-                                  const char *text, struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_h5_put(struct rmap_h5 *h5, const char *path, const char *name,
-                             enum rmap_element element, size_t n, const void *data,
-                             struct rmap_error *err) RMAP_MUST_USE;
-
-/* The four attributes that every dataset has. */
-enum rmap_status rmap_h5_describe(struct rmap_h5 *h5, const char *path, struct rmap_h5_unit unit,
-                                  const char *description, struct rmap_error *err) RMAP_MUST_USE;
-
-/* A whole contiguous dataset with its attributes. */
-enum rmap_status rmap_h5_write(struct rmap_h5 *h5, const struct rmap_h5_array *array,
-                               const void *data, struct rmap_error *err) RMAP_MUST_USE;
-
-/* Fixed-length UTF-8 strings, [n]; NULL entries are empty. n = 0 is fine. */
-enum rmap_status rmap_h5_write_names(struct rmap_h5 *h5, const char *path, const char *const *name,
-                                     size_t n, const char *description,
-                                     struct rmap_error *err) RMAP_MUST_USE;
-
 /* One column of a table held as structs: `width` numbers at `offset` of each. */
 struct rmap_h5_field {
     const char *path;
@@ -94,40 +74,6 @@ struct rmap_h5_field {
     const char *description;
 };
 
-enum rmap_status rmap_h5_write_fields(struct rmap_h5 *h5, const struct rmap_h5_field *field,
-                                      size_t n_field, const void *row, size_t n, size_t row_nbytes,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
 /* ---- reading ---- */
-
-bool rmap_h5_has(struct rmap_h5 *h5, const char *path);
-
-/* out is always terminated; longer text is cut. */
-enum rmap_status rmap_h5_get_text(struct rmap_h5 *h5, const char *path, const char *name, char *out,
-                                  size_t out_nbytes, struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_h5_get(struct rmap_h5 *h5, const char *path, const char *name,
-                             enum rmap_element element, size_t n, void *out,
-                             struct rmap_error *err) RMAP_MUST_USE;
-
-/* The same; out stays as it is where there is no such attribute, as in files of older programs. */
-enum rmap_status rmap_h5_get_if(struct rmap_h5 *h5, const char *path, const char *name,
-                                enum rmap_element element, size_t n, void *out,
-                                struct rmap_error *err) RMAP_MUST_USE;
-
-/* Reads a whole dataset; its rank must be `rank` and its checksum must hold. dims: 0 takes any
- * extent and returns it, others must match. *data_ret: rmap_free. */
-enum rmap_status rmap_h5_read(struct rmap_h5 *h5, const char *path, enum rmap_element element,
-                              int rank, hsize_t *dims, void **data_ret,
-                              struct rmap_error *err) RMAP_MUST_USE;
-
-/* *row_ret: n structs of row_nbytes, other members 0; rmap_free. All fields have n rows. */
-enum rmap_status rmap_h5_read_fields(struct rmap_h5 *h5, const struct rmap_h5_field *field,
-                                     size_t n_field, size_t row_nbytes, void **row_ret,
-                                     size_t *n_ret, struct rmap_error *err) RMAP_MUST_USE;
-
-/* [n] strings of *width_ret bytes each, terminated. *text_ret: rmap_free. */
-enum rmap_status rmap_h5_read_names(struct rmap_h5 *h5, const char *path, char **text_ret,
-                                    size_t *n_ret, size_t *width_ret,
-                                    struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -10,6 +10,7 @@
 #include "io/hdf5/h5.h"
 #include "io/hdf5/h5_deflate.h"
 #include "io/hdf5/h5_inside.h"
+#include "io/hdf5/h5_read.h"
 
 bool rmap_h5_has(struct rmap_h5 *h5, const char *path)
 {

@@ -9,6 +9,7 @@
 #include "base/alloc.h"
 #include "io/codec/codec.h"
 #include "io/hdf5/h5_deflate.h"
+#include "io/hdf5/h5_write.h"
 
 /* A fixed-length, null-padded UTF-8 string type. */
 static hid_t string_type(size_t nbytes)

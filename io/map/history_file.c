@@ -13,6 +13,8 @@
 #include "io/file/read_exactly.h"
 #include "io/file/seal.h"
 #include "io/hdf5/h5_inside.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 #include "io/map/map_format.h"
 #include "io/map/provenance.h"
 

@@ -4,6 +4,7 @@
 #include <stdatomic.h>
 
 #include "base/alloc.h"
+#include "history/history_view.h"
 
 struct rmap_kept_views {
     _Atomic(struct rmap_history_made *) *kept; /* [n_portion]; NULL: none, or lent */

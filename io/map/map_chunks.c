@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "io/codec/codec.h"
 #include "io/file/publish.h"
+#include "io/map/map_chunks.h"
 #include "io/map/map_internal.h"
 #include "io/map/piece_file.h"
 

@@ -6,6 +6,8 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
 #include "trace/tally.h"
 

@@ -1,11 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/map/map_content.h"
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/map/map_content.h"
 
 void rmap_map_content_fini(struct rmap_map_content *content)
 {
@@ -331,4 +330,283 @@ const char *rmap_map_content_encodings(const struct rmap_map_content *content)
     for (size_t i = 0; i < content->n_piece; i++)
         met |= content->piece[i].encoding == RMAP_ENCODING_COMPACT ? 2U : 1U;
     return words[met];
+}
+
+/* Whether what a map says to hold fits together, before anybody relies on it. */
+
+/* Rows of portions must lie in their piece and share none of them. */
+static enum rmap_status check_rows(const struct rmap_map_content *content, const char *path,
+                                   struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    uint64_t(*sum)[RMAP_STORED_TABLE_MAX] = rmap_alloc(content->n_piece, sizeof *sum);
+    if (!sum)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of pieces");
+    for (size_t i = 0; st == RMAP_OK && i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        bool fits = portion->piece >= 0 && (size_t)portion->piece < content->n_piece &&
+                    portion->space == content->piece[portion->piece].space;
+        bool plain = fits && content->piece[portion->piece].encoding == RMAP_ENCODING_PLAIN;
+        for (int t = 0; plain && t < RMAP_TABLE_COUNT; t++)
+            fits = fits && portion->n_row[t] == portion->stored_rows[t];
+        for (int t = 0; fits && t < RMAP_STORED_TABLE_MAX; t++) {
+            uint64_t rows = content->piece[portion->piece].stored_rows[t];
+            fits = portion->stored_first[t] <= rows &&
+                   portion->stored_rows[t] <= rows - portion->stored_first[t] &&
+                   portion->stored_rows[t] <= rows - sum[portion->piece][t];
+            if (fits)
+                sum[portion->piece][t] += portion->stored_rows[t];
+        }
+        if (!fits)
+            st = rmap_error_set(err, RMAP_FORMAT,
+                                "%s: portion %zu of /portion points outside its piece", path, i);
+    }
+    rmap_free(sum);
+    return st;
+}
+
+static enum rmap_status check_pieces(const struct rmap_map_content *content, const char *path,
+                                     struct rmap_error *err)
+{
+    bool good = true;
+    uint64_t n_chunk = 0;
+    for (size_t i = 0; good && i < content->n_piece; i++) {
+        const struct rmap_piece_info *piece = &content->piece[i];
+        good = piece->encoding >= 0 && piece->encoding < RMAP_ENCODING_COUNT &&
+               rmap_piece_layout(piece, RMAP_COLOUR_SPECTRAL) && piece->first_chunk == n_chunk &&
+               piece->n_chunk <= content->n_chunk - n_chunk;
+        n_chunk += good ? piece->n_chunk : 0;
+    }
+    for (size_t i = 0; i < content->n_tail; i++) {
+        const struct rmap_stream_tail *tail = &content->tail[i];
+        good = good && tail->piece >= 0 && (size_t)tail->piece < content->n_piece &&
+               content->piece[tail->piece].is_open && tail->n_row <= RMAP_CHUNK_ROWS &&
+               tail->first_row % RMAP_CHUNK_ROWS == 0;
+    }
+    return good ? RMAP_OK
+                : rmap_error_set(err, RMAP_FORMAT, "%s: its table of pieces makes no sense", path);
+}
+
+/* No chunk belongs to two pieces: each piece puts its own in order when it is first read. */
+static enum rmap_status check_chunks(const struct rmap_map_content *content, const char *path,
+                                     struct rmap_error *err)
+{
+    bool twice = false;
+    uint8_t *taken = rmap_alloc(content->n_chunk, 1);
+    if (!taken)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the list of chunks");
+    for (size_t i = 0; !twice && i < content->n_piece; i++)
+        for (uint64_t k = 0; !twice && k < content->piece[i].n_chunk; k++)
+            twice = taken[content->piece[i].first_chunk + k]++;
+    rmap_free(taken);
+    return twice ? rmap_error_set(err, RMAP_FORMAT, "%s: two pieces claim the same chunks", path)
+                 : RMAP_OK;
+}
+
+static enum rmap_status share_rays(const struct rmap_map_content *content, const char *path,
+                                   const struct rmap_portion_info *p,
+                                   const struct rmap_portion_info *q, struct rmap_error *err)
+{
+    uint64_t end =
+        rmap_portion_end(p) < rmap_portion_end(q) ? rmap_portion_end(p) : rmap_portion_end(q);
+    if (rmap_portion_has_gaps(p) || rmap_portion_has_gaps(q))
+        end = q->first_ray + 1; /* of the others nobody knows */
+    return rmap_error_set(err, RMAP_FORMAT, "%s: %s and %s both hold the rays from %llu to %llu",
+                          path, content->piece[p->piece].name, content->piece[q->piece].name,
+                          (unsigned long long)q->first_ray, (unsigned long long)end - 1);
+}
+
+/* Blocks of the same rays come from two lives of one run: one of them must go. Portions with gaps
+ * may lie within each other, but no two begin with the same ray. */
+static enum rmap_status check_order(const struct rmap_map_content *content, const char *path,
+                                    struct rmap_error *err)
+{
+    const struct rmap_portion_info *last = NULL; /* without gaps */
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *q = &content->portion[i], *p = i > 0 ? q - 1 : NULL;
+        bool gaps = rmap_portion_has_gaps(q);
+        if (p && p->first_ray > q->first_ray)
+            return rmap_error_set(err, RMAP_FORMAT, "%s: /portion is not in the order of ray ids",
+                                  path);
+        if (p && p->first_ray == q->first_ray)
+            return share_rays(content, path, p, q, err);
+        if (last && !gaps && q->first_ray < rmap_portion_end(last))
+            return share_rays(content, path, last, q, err);
+        if (!gaps)
+            last = q;
+    }
+    return RMAP_OK;
+}
+
+/* Sums must not run over, or a small file could ask for any amount of memory. */
+static enum rmap_status sum_up(struct rmap_map_content *content, const char *path,
+                               struct rmap_error *err)
+{
+    memset(content->n_row, 0, sizeof content->n_row);
+    content->digest = (struct rmap_digest){0, 0};
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        rmap_digest_add(&content->digest, portion->digest);
+        for (int t = 0; t < RMAP_TABLE_COUNT; t++) {
+            if (portion->n_row[t] > UINT64_MAX / 4 - content->n_row[t])
+                return rmap_error_set(err, RMAP_FORMAT,
+                                      "%s: portion %zu of /portion has too many rows", path, i);
+            content->n_row[t] += portion->n_row[t];
+        }
+    }
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_map_content_check(struct rmap_map_content *content, const char *path,
+                                        struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    RMAP_TRY(check_pieces(content, path, err));
+    RMAP_TRY(check_chunks(content, path, err));
+    RMAP_TRY(check_rows(content, path, err));
+    RMAP_TRY(check_order(content, path, err));
+    RMAP_TRY(sum_up(content, path, err));
+out:
+    return st;
+}
+
+/* Between ranks of one program: structs as they are, with their sizes in front. */
+struct head {
+    char magic[8];
+    uint64_t piece_nbytes, portion_nbytes, chunk_nbytes, tail_nbytes;
+    uint64_t n_piece, n_portion, n_chunk, n_tail; /* behind the tails stand their data */
+};
+
+static const char magic[8] = {'R', 'M', 'A', 'P', 'C', 'N', 'T', '2'};
+
+static struct head head_of(const struct rmap_map_content *content)
+{
+    struct head head = {.piece_nbytes = sizeof *content->piece,
+                        .portion_nbytes = sizeof *content->portion,
+                        .chunk_nbytes = sizeof *content->chunk,
+                        .tail_nbytes = sizeof *content->tail,
+                        .n_piece = content->n_piece,
+                        .n_portion = content->n_portion,
+                        .n_chunk = content->n_chunk,
+                        .n_tail = content->n_tail};
+    memcpy(head.magic, magic, sizeof magic);
+    return head;
+}
+
+static uint8_t *put(uint8_t *to, const void *from, size_t nbytes)
+{
+    if (nbytes > 0)
+        memcpy(to, from, nbytes);
+    return to + nbytes;
+}
+
+enum rmap_status rmap_map_content_pack(const struct rmap_map_content *content, uint8_t **blob_ret,
+                                       size_t *nbytes_ret, struct rmap_error *err)
+{
+    const struct head head = head_of(content);
+    size_t piece = content->n_piece * sizeof *content->piece;
+    size_t portion = content->n_portion * sizeof *content->portion;
+    size_t chunk = content->n_chunk * sizeof *content->chunk;
+    size_t tail = content->n_tail * sizeof *content->tail;
+    size_t nbytes = sizeof head + piece + portion + chunk + tail;
+    for (size_t i = 0; i < content->n_tail; i++)
+        nbytes += content->tail[i].nbytes;
+    uint8_t *blob = rmap_alloc(nbytes, 1);
+    if (!blob)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of %zu pieces",
+                              content->n_piece);
+    uint8_t *at = put(blob, &head, sizeof head);
+    at = put(at, content->piece, piece);
+    at = put(at, content->portion, portion);
+    at = put(at, content->chunk, chunk);
+    at = put(at, content->tail, tail);
+    for (size_t i = 0; i < content->n_tail; i++)
+        at = put(at, content->tail[i].data, content->tail[i].nbytes);
+    *blob_ret = blob;
+    *nbytes_ret = nbytes;
+    return RMAP_OK;
+}
+
+/* Takes n rows of row_nbytes off the front; NULL when there are not as many. */
+static void *take(const uint8_t **from, size_t *left, uint64_t n, size_t row_nbytes,
+                  struct rmap_error *err, enum rmap_status *st)
+{
+    if (*st != RMAP_OK)
+        return NULL;
+    if (n > *left / row_nbytes) {
+        *st = rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces was cut off");
+        return NULL;
+    }
+    void *rows = rmap_alloc((size_t)n, row_nbytes);
+    if (!rows)
+        *st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a list of pieces");
+    else if (n > 0)
+        memcpy(rows, *from, (size_t)n * row_nbytes);
+    *from += (size_t)n * row_nbytes;
+    *left -= (size_t)n * row_nbytes;
+    return rows;
+}
+
+/* The tails, whose pointers are another process's, and then their data. */
+static void take_tails(const uint8_t **from, size_t *left, uint64_t n,
+                       struct rmap_map_content *content, struct rmap_error *err,
+                       enum rmap_status *st)
+{
+    content->tail = take(from, left, n, sizeof *content->tail, err, st);
+    if (*st != RMAP_OK)
+        return;
+    content->n_tail = (size_t)n;
+    for (size_t i = 0; i < content->n_tail; i++)
+        content->tail[i].data = NULL;
+    for (size_t i = 0; i < content->n_tail; i++)
+        content->tail[i].data = take(from, left, content->tail[i].nbytes, 1, err, st);
+}
+
+static bool makes_sense(const struct rmap_map_content *content)
+{
+    bool good = true;
+    for (size_t i = 0; i < content->n_piece; i++) {
+        const struct rmap_piece_info *piece = &content->piece[i];
+        good = good && piece->name[sizeof piece->name - 1] == 0 &&
+               piece->first_chunk <= content->n_chunk &&
+               piece->n_chunk <= content->n_chunk - piece->first_chunk;
+    }
+    for (size_t i = 0; i < content->n_portion; i++)
+        good = good && content->portion[i].piece >= 0 &&
+               (size_t)content->portion[i].piece < content->n_piece;
+    for (size_t i = 0; i < content->n_tail; i++)
+        good = good && content->tail[i].piece >= 0 &&
+               (size_t)content->tail[i].piece < content->n_piece;
+    return good;
+}
+
+enum rmap_status rmap_map_content_unpack(const uint8_t *blob, size_t nbytes,
+                                         struct rmap_map_content *into, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_map_content content = {0};
+    const struct head mine = head_of(&content);
+    struct head head;
+    if (nbytes < sizeof head)
+        return rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces was cut off");
+    memcpy(&head, blob, sizeof head);
+    if (memcmp(&head, &mine, offsetof(struct head, n_piece)) != 0)
+        return rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces is of another program");
+    const uint8_t *at = blob + sizeof head;
+    size_t left = nbytes - sizeof head;
+    content.piece = take(&at, &left, head.n_piece, sizeof *content.piece, err, &st);
+    content.portion = take(&at, &left, head.n_portion, sizeof *content.portion, err, &st);
+    content.chunk = take(&at, &left, head.n_chunk, sizeof *content.chunk, err, &st);
+    take_tails(&at, &left, head.n_tail, &content, err, &st);
+    if (st == RMAP_OK) {
+        content.n_piece = (size_t)head.n_piece;
+        content.n_portion = (size_t)head.n_portion;
+        content.n_chunk = (size_t)head.n_chunk;
+        if (left != 0 || !makes_sense(&content))
+            st = rmap_error_set(err, RMAP_FORMAT, "a rank's list of pieces makes no sense");
+    }
+    if (st == RMAP_OK)
+        st = rmap_map_content_add(into, &content, err);
+    rmap_map_content_fini(&content);
+    return st;
 }

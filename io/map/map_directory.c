@@ -1,6 +1,4 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/map/map_directory.h"
-
 #include <errno.h>
 #include <fcntl.h>
 #include <stdbool.h>
@@ -8,15 +6,317 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/alloc.h"
 #include "io/file/directory.h"
+#include "io/file/file_lock.h"
 #include "io/file/publish.h"
 #include "io/map/history_file.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_format.h"
 #include "io/map/map_lock.h"
 #include "io/map/map_writer.h"
+
+/* What unfinished writers left in a map's directory, and whether they live. */
+
+static bool ends_with(const char *name, const char *suffix)
+{
+    size_t n = strlen(name), n_suffix = strlen(suffix);
+    return n > n_suffix && strcmp(name + n - n_suffix, suffix) == 0;
+}
+
+/* What a name in a shard's directory is; or in the map's. */
+static bool leftover_is_part(const char *name)
+{
+    return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".part");
+}
+
+static bool leftover_is_journal(const char *name)
+{
+    return strncmp(name, ".piece-", 7) == 0 && ends_with(name, ".journal");
+}
+
+static bool leftover_is_half_index(const char *name)
+{
+    return strncmp(name, ".map.h5.", 8) == 0 && ends_with(name, ".part") &&
+           strcmp(name, RMAP_MAP_LOCK_NAME) != 0;
+}
+
+static bool leftover_is_held(const char *map_path, const struct rmap_leftover *leftover)
+{
+    char *part = rmap_path_format("%s/%s", map_path, leftover->name);
+    char *journal = part ? rmap_journal_path(part) : NULL;
+    bool held = journal && (rmap_file_is_locked(journal) || rmap_file_is_locked(part));
+    rmap_free(journal);
+    rmap_free(part);
+    return held;
+}
+
+char *rmap_journal_path(const char *part_path)
+{
+    return rmap_path_format("%.*s.journal", (int)(strlen(part_path) - strlen(".part")), part_path);
+}
+
+enum rmap_status rmap_map_check_indexless(const char *map_path, struct rmap_error *err)
+{
+    struct rmap_map_listing found;
+    enum rmap_status st = rmap_map_list(map_path, &found, err);
+    size_t n = found.pieces.n;
+    for (size_t i = 0; i < found.n_leftover; i++)
+        n += found.leftover[i].has_journal;
+    rmap_map_listing_fini(&found);
+    if (st == RMAP_OK && n > 0)
+        st = rmap_error_set(err, RMAP_FORMAT,
+                            "%s has pieces but no map.h5, its index: raymap repair makes it again",
+                            map_path);
+    return st;
+}
+
+enum rmap_status rmap_map_remove_spent_journals(const char *map_path,
+                                                const struct rmap_map_listing *found,
+                                                struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    for (size_t i = 0; st == RMAP_OK && i < found->n_leftover; i++) {
+        const struct rmap_leftover *leftover = &found->leftover[i];
+        if (leftover->has_part || leftover_is_held(map_path, leftover))
+            continue;
+        char *part = rmap_path_format("%s/%s", map_path, leftover->name);
+        char *journal = part ? rmap_journal_path(part) : NULL;
+        if (!journal)
+            st = rmap_error_set(err, RMAP_SYSTEM, "out of memory");
+        else
+            (void)!rmap_shard_unlink(journal); /* harmless where it cannot be removed */
+        rmap_free(journal);
+        rmap_free(part);
+    }
+    return st;
+}
+
+/* RMAP_USAGE, naming its file, if a writer is at work just now. */
+static enum rmap_status find_writer(const char *map_path, struct rmap_map_listing *found,
+                                    struct rmap_error *err)
+{
+    enum rmap_status st = rmap_map_list(map_path, found, err);
+    for (size_t i = 0; st == RMAP_OK && i < found->n_leftover; i++)
+        if (leftover_is_held(map_path, &found->leftover[i]))
+            st = rmap_error_set(err, RMAP_USAGE,
+                                "%s is being traced by another raymap (it writes %s, which names "
+                                "its host and process): stop that first",
+                                map_path, found->leftover[i].name);
+    if (st != RMAP_OK)
+        rmap_map_listing_fini(found);
+    return st;
+}
+
+bool rmap_map_is_live(const char *map_path)
+{
+    struct rmap_map_listing found;
+    bool live = find_writer(map_path, &found, NULL) == RMAP_USAGE;
+    rmap_map_listing_fini(&found);
+    return live;
+}
+
+/* One that was seen may be between two pieces when it is not seen any more: twice must be. */
+enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_listing *found,
+                                        struct rmap_error *err)
+{
+    const struct timespec nap = {.tv_nsec = 100000000};
+    const int naps_max = 50;
+    enum rmap_status st = find_writer(map_path, found, err);
+    int idle = st == RMAP_OK ? 2 : 0;
+    for (int naps = 0; idle < 2 && naps < naps_max; naps++) {
+        if (st != RMAP_OK && st != RMAP_USAGE)
+            return st;
+        (void)nanosleep(&nap, NULL);
+        rmap_map_listing_fini(found);
+        st = find_writer(map_path, found, err);
+        idle = st == RMAP_OK ? idle + 1 : 0;
+    }
+    if (st == RMAP_OK && found->link.text[0])
+        st = rmap_error_set(err, RMAP_USAGE, "%s", found->link.text);
+    if (st == RMAP_OK && found->has_half_index)
+        st = rmap_map_remove_half_indexes(map_path, err);
+    if (st != RMAP_OK)
+        rmap_map_listing_fini(found);
+    return st;
+}
+
+struct walk {
+    const char *map_path, *shard_name;
+    int shard;
+    struct rmap_map_listing *listing;
+};
+
+static enum rmap_status add_name(struct rmap_piece_list *list, int shard, int number,
+                                 struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_RESERVE(list->name, list->cap, list->n + 1, err);
+    if (st == RMAP_OK)
+        list->name[list->n++] = (struct rmap_piece_name){shard, number};
+    return st;
+}
+
+/* One row per file; the two of a piece are joined later. */
+static enum rmap_status add_leftover(const struct walk *walk, const char *name,
+                                     struct rmap_error *err)
+{
+    struct rmap_map_listing *listing = walk->listing;
+    struct rmap_leftover row = {.shard = walk->shard,
+                                .has_part = leftover_is_part(name),
+                                .has_journal = leftover_is_journal(name)};
+    if (!row.has_part && !row.has_journal)
+        return RMAP_OK;
+    int stem = (int)(strlen(name) - strlen(row.has_part ? ".part" : ".journal"));
+    if ((size_t)snprintf(row.name, sizeof row.name, "%s/%.*s.part", walk->shard_name, stem, name) >=
+        sizeof row.name)
+        return RMAP_OK; /* no name of ours is that long */
+    enum rmap_status st =
+        RMAP_RESERVE(listing->leftover, listing->cap_leftover, listing->n_leftover + 1, err);
+    if (st == RMAP_OK)
+        listing->leftover[listing->n_leftover++] = row;
+    return st;
+}
+
+static enum rmap_status list_in_shard(void *context, int directory, const char *name,
+                                      struct rmap_error *err)
+{
+    (void)directory;
+    const struct walk *walk = context;
+    int piece = rmap_directory_number(name, "piece-", ".h5");
+    int history = rmap_directory_number(name, "piece-", RMAP_HISTORY_SUFFIX);
+    if (piece >= 0)
+        return add_name(&walk->listing->pieces, walk->shard, piece, err);
+    if (history >= 0)
+        return add_name(&walk->listing->histories, walk->shard, history, err);
+    return add_leftover(walk, name, err);
+}
+
+/* What stands there as a link is none of the map's: it is told, and left to itself. */
+static enum rmap_status list_in_map(void *context, int directory, const char *name,
+                                    struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    struct walk *walk = context;
+    walk->listing->has_half_index |= leftover_is_half_index(name);
+    walk->shard = rmap_directory_number(name, "shard-", "");
+    walk->shard_name = name;
+    if (walk->shard < 0)
+        return RMAP_OK;
+    char *path = rmap_path_format("%s/%s", walk->map_path, name);
+    enum rmap_status st = path ? rmap_shard_visit(directory, path, list_in_shard, walk, &why)
+                               : rmap_error_set(&why, RMAP_SYSTEM, "out of memory");
+    rmap_free(path);
+    if (st == RMAP_USAGE)
+        walk->listing->link = why;
+    else if (st != RMAP_OK && err)
+        *err = why;
+    return st == RMAP_USAGE ? RMAP_OK : st;
+}
+
+static int by_place(const void *a, const void *b)
+{
+    const struct rmap_piece_name *x = a, *y = b;
+    if (x->shard != y->shard)
+        return x->shard < y->shard ? -1 : 1;
+    return (x->number > y->number) - (x->number < y->number);
+}
+
+static void sort_names(struct rmap_piece_list *list)
+{
+    if (list->n > 0)
+        qsort(list->name, list->n, sizeof *list->name, by_place);
+}
+
+static int by_name(const void *a, const void *b)
+{
+    return strcmp(((const struct rmap_leftover *)a)->name, ((const struct rmap_leftover *)b)->name);
+}
+
+static void join_leftovers(struct rmap_map_listing *listing)
+{
+    struct rmap_leftover *list = listing->leftover;
+    size_t kept = 0;
+    if (listing->n_leftover > 0)
+        qsort(list, listing->n_leftover, sizeof *list, by_name);
+    for (size_t i = 0; i < listing->n_leftover; i++) {
+        if (kept > 0 && strcmp(list[kept - 1].name, list[i].name) == 0) {
+            list[kept - 1].has_part |= list[i].has_part;
+            list[kept - 1].has_journal |= list[i].has_journal;
+        } else {
+            list[kept++] = list[i];
+        }
+    }
+    listing->n_leftover = kept;
+}
+
+enum rmap_status rmap_map_list(const char *map_path, struct rmap_map_listing *listing,
+                               struct rmap_error *err)
+{
+    struct walk walk = {.map_path = map_path, .listing = listing};
+    *listing = (struct rmap_map_listing){0};
+    enum rmap_status st = rmap_directory_visit(map_path, list_in_map, &walk, err);
+    if (st != RMAP_OK)
+        rmap_map_listing_fini(listing);
+    sort_names(&listing->pieces);
+    sort_names(&listing->histories);
+    join_leftovers(listing);
+    return st;
+}
+
+void rmap_map_listing_fini(struct rmap_map_listing *listing)
+{
+    rmap_free(listing->pieces.name);
+    rmap_free(listing->histories.name);
+    rmap_free(listing->leftover);
+    *listing = (struct rmap_map_listing){0};
+}
+
+/* ---- one kind alone ---- */
+
+static enum rmap_status list_names(const char *map_path, bool histories,
+                                   struct rmap_piece_name **name_ret, size_t *n_ret,
+                                   struct rmap_error *err)
+{
+    struct rmap_map_listing listing;
+    enum rmap_status st = rmap_map_list(map_path, &listing, err);
+    struct rmap_piece_list *list = histories ? &listing.histories : &listing.pieces;
+    if (st == RMAP_OK) {
+        *name_ret = list->name;
+        *n_ret = list->n;
+        list->name = NULL;
+    }
+    rmap_map_listing_fini(&listing);
+    return st;
+}
+
+enum rmap_status rmap_map_list_pieces(const char *map_path, struct rmap_piece_name **name_ret,
+                                      size_t *n_ret, struct rmap_error *err)
+{
+    return list_names(map_path, false, name_ret, n_ret, err);
+}
+
+enum rmap_status rmap_map_list_histories(const char *map_path, struct rmap_piece_name **name_ret,
+                                         size_t *n_ret, struct rmap_error *err)
+{
+    return list_names(map_path, true, name_ret, n_ret, err);
+}
+
+enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_leftover **leftover_ret,
+                                         size_t *n_ret, struct rmap_error *err)
+{
+    struct rmap_map_listing listing;
+    enum rmap_status st = rmap_map_list(map_path, &listing, err);
+    if (st == RMAP_OK) {
+        *leftover_ret = listing.leftover;
+        *n_ret = listing.n_leftover;
+        listing.leftover = NULL;
+    }
+    rmap_map_listing_fini(&listing);
+    return st;
+}
 
 static int shard_number(const char *name)
 {
@@ -95,8 +395,7 @@ out:
 
 static bool is_temporary(const char *name)
 {
-    return rmap_leftover_is_part(name) || rmap_leftover_is_journal(name) ||
-           rmap_leftover_is_half_index(name);
+    return leftover_is_part(name) || leftover_is_journal(name) || leftover_is_half_index(name);
 }
 
 struct clearing {
@@ -175,8 +474,7 @@ static enum rmap_status remove_half_index(void *context, int directory, const ch
                                           struct rmap_error *err)
 {
     const char *map_path = *(const char **)context;
-    return rmap_leftover_is_half_index(name) ? remove_at(directory, map_path, name, 0, err)
-                                             : RMAP_OK;
+    return leftover_is_half_index(name) ? remove_at(directory, map_path, name, 0, err) : RMAP_OK;
 }
 
 enum rmap_status rmap_map_remove_half_indexes(const char *map_path, struct rmap_error *err)

@@ -6,6 +6,7 @@
 #ifndef RMAP_MAP_DIRECTORY_H
 #define RMAP_MAP_DIRECTORY_H
 
+#include "io/map/map_lock.h"
 #include <stdbool.h>
 #include <stddef.h>
 
@@ -79,14 +80,8 @@ enum rmap_status rmap_map_list_leftovers(const char *map_path, struct rmap_lefto
 enum rmap_status rmap_map_check_indexless(const char *map_path,
                                           struct rmap_error *err) RMAP_MUST_USE;
 
-/* What a name in a shard's directory is; or in the map's. */
-bool rmap_leftover_is_part(const char *name);
-bool rmap_leftover_is_journal(const char *name);
-bool rmap_leftover_is_half_index(const char *name);
-
 /* Whether its writer is at work: one of its files is locked then (io/file/file_lock.h). False where
  * the file system keeps no locks, or memory is short; and whether one of the map's writers is. */
-bool rmap_leftover_is_held(const char *map_path, const struct rmap_leftover *leftover);
 bool rmap_map_is_live(const char *map_path);
 
 /* RMAP_USAGE when a shard's folder is a link, or when a writer of the map is still at work after a
@@ -98,5 +93,15 @@ enum rmap_status rmap_map_await_writers(const char *map_path, struct rmap_map_li
 
 /* Of the journal that goes with a .part file; rmap_free. NULL when memory is short. */
 char *rmap_journal_path(const char *part_path);
+
+/* Makes the directory NAME.raymap. RMAP_USAGE when it exists (and force is false; force removes a
+ * ray map that stands there, and nothing else), RMAP_SYSTEM when it cannot be made. The caller
+ * has the lock from here on, if not before, and releases it; `command` as in io/map/map_lock.h.
+ * NULL: for whoever has the map to himself. */
+enum rmap_status rmap_map_create(const char *path, bool force, const char *command,
+                                 struct rmap_map_lock *lock, struct rmap_error *err) RMAP_MUST_USE;
+
+/* Takes a map away again whose making failed; what is no part of a map stays, and is an error. */
+enum rmap_status rmap_map_remove(const char *path, struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

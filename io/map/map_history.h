@@ -45,14 +45,6 @@ enum rmap_status rmap_history_reader_enter(const struct rmap_map *map,
 void rmap_history_reader_leave(const struct rmap_map *map, struct rmap_history_reader *reader);
 void rmap_history_reader_fini(const struct rmap_map *map, struct rmap_history_reader *reader);
 
-/* Whether the index of a piece, which the caller has, stays open until the map is closed: what is
- * made of it may be kept, then. Thread-safe. */
-bool rmap_map_history_stays(const struct rmap_map *map, size_t piece);
-
-/* Indexes that are in memory for good: those that were given to the map, and those of views that
- * are kept. */
-size_t rmap_map_history_kept_nbytes(const struct rmap_map *map);
-
 /* Makes the index of a piece from its columns, of the first `most` of its portions. tick: NULL, or
  * called with the rows of /ray and /segment of each portion once it is done. bytes: rmap_free both.
  */
@@ -94,5 +86,23 @@ enum rmap_status rmap_map_history_survey(const struct rmap_map *map,
  * there is none; RMAP_FORMAT says what is wrong. */
 enum rmap_status rmap_map_history_check(const struct rmap_map *map, size_t piece,
                                         struct rmap_error *err) RMAP_MUST_USE;
+
+/* From now on columns that cursors decode, and portions of history indexes that questions open,
+ * stay in memory until close, and are taken from there: in all, with the indexes that the map was
+ * given before (rmap_map_history_keep), so many bytes at most. What does not fit, or has no memory,
+ * is read again. Not while a cursor is in use. RMAP_SYSTEM; RMAP_USAGE when called again. */
+enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes,
+                               struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept);
+
+rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
+                                        rmap_column_set columns, struct rmap_portion *rows);
+
+/* Points rows at those of these columns of a portion that are kept, which it returns: nobody writes
+ * to them. And keeps a copy of those in rows, all of which are there, as far as there is room. Both
+ * thread-safe. */
+void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
+                           const struct rmap_portion *rows);
 
 #endif

@@ -67,8 +67,6 @@ struct rmap_run_row {
  *
  * RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
  * what to do); RMAP_SYSTEM: no permission, no memory. */
-enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
-                               struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 /* The same for who writes to the map, alone: what stands beside the index was found already. */
@@ -95,9 +93,6 @@ size_t rmap_map_n_space(const struct rmap_map *map);
 /* In another colour space: objects, media, sources and detectors are the same. */
 const struct rmap_scene *rmap_map_scene_of(const struct rmap_map *map, size_t space);
 /* What chooses that space: a bundle with options and nothing else; the caller destroys it. */
-enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
-                                     struct rmap_bundle **options_ret,
-                                     struct rmap_error *err) RMAP_MUST_USE;
 /* Portions that may hold the ray, the last one first: *portion is the number of portions, or what
  * the call before gave. False: there is none left. More than one only where portions have gaps. */
 bool rmap_map_find_ray(const struct rmap_map *map, uint64_t ray, size_t *portion);
@@ -131,10 +126,6 @@ struct rmap_map_summary {
 };
 void rmap_map_summarise(const struct rmap_map *map, struct rmap_map_summary *summary);
 
-/* That every finished piece is there with the size that the index states; opens none of them. */
-enum rmap_status rmap_map_check_pieces(const struct rmap_map *map,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-
 /* Flux that one unit of weight stands for, per source: Phi_s / N_s; 0 where N_s = 0. [n_source] */
 const double *rmap_map_flux_per_weight(const struct rmap_map *map);
 
@@ -150,61 +141,13 @@ double rmap_map_flux(const struct rmap_map *map, size_t source, double weight);
 #define RMAP_PART_PORTIONS 64
 size_t rmap_map_split(const struct rmap_map *map, size_t n_part, size_t part);
 
-/* From now on columns that cursors decode, and portions of history indexes that questions open,
- * stay in memory until close, and are taken from there: in all, with the indexes that the map was
- * given before (rmap_map_history_keep), so many bytes at most. What does not fit, or has no memory,
- * is read again. Not while a cursor is in use. RMAP_SYSTEM; RMAP_USAGE when called again. */
-enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes,
-                               struct rmap_error *err) RMAP_MUST_USE;
-
 /* Bytes: what may be kept, what is taken for it, and for what: indexes with their dictionaries;
  * their portions, opened; columns. */
 struct rmap_map_kept {
     size_t budget, taken, indexes, views, columns;
 };
-void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept);
-
-/* Points rows at those of these columns of a portion that are kept, which it returns: nobody writes
- * to them. And keeps a copy of those in rows, all of which are there, as far as there is room. Both
- * thread-safe. */
-rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
-                                        rmap_column_set columns, struct rmap_portion *rows);
-void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
-                           const struct rmap_portion *rows);
 
 struct rmap_cursor;
-
-/* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks
- * in a shard makes useful), so reading portions in order decodes each chunk about once, also where
- * shards alternate. One thread at a time; any number of cursors. */
-enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
-                                    struct rmap_cursor **cursor_ret,
-                                    struct rmap_error *err) RMAP_MUST_USE;
-void rmap_cursor_destroy(struct rmap_cursor *cursor);
-
-/* Reads the cursor's columns of one portion into the cursor's own struct rmap_portion (the other
- * columns are NULL), valid until the next read. Checked on the way: counts add up to the rows of
- * the other tables, and sources, objects, media, detectors and stops exist in the scene.
- * RMAP_FORMAT names the piece, the damaged dataset and the chunk. */
-enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
-                                  const struct rmap_portion **portion_ret,
-                                  struct rmap_error *err) RMAP_MUST_USE;
-
-/* The same in steps. enter takes a portion in hand: its rows are counted, all its columns NULL.
- * fetch adds columns to the struct that enter gave, where they are not there yet. `columns` of
- * rmap_cursor_create are those that fetch may ask for; of a compact piece the discrete ones
- * are decoded together, and those that rays are traced again for, all with them. Errors as above.
- */
-enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
-                                   const struct rmap_portion **portion_ret,
-                                   struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
-                                   struct rmap_error *err) RMAP_MUST_USE;
-
-/* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
- * false says nothing. Errors as of fetch. */
-enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,
-                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* A portion by the paths of its rays: those that refer to the same one are alike in
  * RMAP_COLUMNS_DISCRETE. All borrowed until the cursor takes another portion in hand. */
@@ -215,23 +158,5 @@ struct rmap_told_paths {
     const uint32_t *path; /* [n_ray] 1 + row of `known`; 0: one of its own */
     size_t n_own;         /* rays with such */
 };
-
-/* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one
- * in row i is first_ray + i. Errors as of fetch. */
-enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *cursor, struct rmap_told_paths *paths,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-
-/* Of one that was told of so, the rays with paths of their own, side by side in their order, with
- * those columns, ids and weights. */
-enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor,
-                                       const struct rmap_portion **own_ret,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-
-/* Bytes read from files so far. */
-uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
-
-/* Stored bytes of the rows read so far, a chunk's bytes being shared out over its rows: the sum
- * is the same however portions are dealt to cursors, which makes it fit for `query`'s report. */
-uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *cursor);
 
 #endif

@@ -9,6 +9,7 @@
 
 #include "base/alloc.h"
 #include "io/file/publish.h"
+#include "io/hdf5/h5_read.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_format.h"
 #include "io/map/portion_rows.h"

@@ -7,6 +7,8 @@
 #include "base/alloc.h"
 #include "base/grouped.h"
 #include "io/hdf5/h5.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 #include "io/map/map_internal.h"
 
 void rmap_map_spaces_fini(struct rmap_map_spaces *spaces)

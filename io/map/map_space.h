@@ -53,4 +53,8 @@ enum rmap_status rmap_map_spaces_write(struct rmap_h5 *h5, const struct rmap_map
 enum rmap_status rmap_map_spaces_read(struct rmap_h5 *h5, struct rmap_map_spaces *spaces,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
+                                     struct rmap_bundle **options_ret,
+                                     struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

@@ -5,6 +5,8 @@
 
 #include "base/alloc.h"
 #include "io/file/publish.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 
 /* The sums per source: [n_source] or [n_source][n]. */
 struct balance {

@@ -2,6 +2,8 @@
 #include "io/map/portion_rows.h"
 
 #include "base/alloc.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 
 enum rmap_status rmap_portion_rows_read(struct rmap_h5 *h5, struct rmap_field_table fields,
                                         struct rmap_portion_info **portion_ret, size_t *n_ret,

@@ -7,6 +7,8 @@
 
 #include "base/alloc.h"
 #include "io/codec/zlib_stream.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 #include "io/map/map_format.h"
 #include "trace/tracer_revision.h"
 #include "version.h"

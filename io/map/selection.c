@@ -6,6 +6,8 @@
 
 #include "base/alloc.h"
 #include "io/hdf5/h5.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 
 enum rmap_status rmap_selection_create(size_t n_source, struct rmap_selection **selection_ret,
                                        struct rmap_error *err)

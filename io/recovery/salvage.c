@@ -16,9 +16,12 @@
 #include "io/file/directory.h"
 #include "io/file/publish.h"
 #include "io/map/journal.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"
 #include "io/write/piece_writer.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 
 struct salvage {
     const struct rmap_map *map;

@@ -12,6 +12,7 @@
 
 #include "io/file/findings.h"
 #include "io/map/map_content.h"
+#include "io/map/map_directory.h"
 #include "trace/tally.h"
 
 enum rmap_piece_flag {
@@ -50,35 +51,14 @@ enum rmap_status rmap_verification_open(const char *path, struct rmap_verificati
                                         struct rmap_error *err) RMAP_MUST_USE;
 void rmap_verification_close(struct rmap_verification *self);
 
-/* The file of piece `piece` of self->claimed and its tables against the index. Uses HDF5: one
- * thread of a process at a time. */
-enum rmap_status rmap_verify_piece(struct rmap_verification *self, size_t piece,
-                                   struct rmap_findings *findings,
-                                   struct rmap_error *err) RMAP_MUST_USE;
+/* Rays of all portions of a piece of a content. */
+void rmap_finding_add_piece(struct rmap_finding *finding, const struct rmap_map_content *content,
+                            size_t piece);
+void rmap_finding_add_portion(struct rmap_finding *finding,
+                              const struct rmap_portion_info *portion);
 
-/* Stored chunk `chunk` of self->content: XXH3-64 and fletcher32. Any thread, with a reader of its
- * own. Chunks of pieces that are gone are passed over. */
-struct rmap_chunk_verifier;
-enum rmap_status rmap_chunk_verifier_create(struct rmap_verification *verification,
-                                            struct rmap_chunk_verifier **self_ret,
-                                            struct rmap_error *err) RMAP_MUST_USE;
-void rmap_chunk_verifier_destroy(struct rmap_chunk_verifier *self);
-enum rmap_status rmap_verify_chunk(struct rmap_chunk_verifier *self, size_t chunk,
-                                   struct rmap_findings *findings,
-                                   struct rmap_error *err) RMAP_MUST_USE;
-
-/* Portion `portion` of self->map, which is there, read through a cursor of all columns: its rays,
- * digest and summary. Adds its rays, if they are good, to the tally (NULL: none). Those known as
- * lost are passed over. */
-enum rmap_status rmap_verify_portion(struct rmap_verification *self, struct rmap_cursor *cursor,
-                                     size_t portion, struct rmap_tally *tally,
-                                     struct rmap_findings *findings,
-                                     struct rmap_error *err) RMAP_MUST_USE;
-
-/* Sums that the index states: totals, digest, the view of all pieces as one, and, with a tally of
- * all portions (or NULL), the energy balance and images. self->map is there. Uses HDF5. */
-enum rmap_status rmap_verify_sums(struct rmap_verification *self, const struct rmap_tally *tally,
-                                  struct rmap_findings *findings,
-                                  struct rmap_error *err) RMAP_MUST_USE;
+/* Sets flags of a piece, of a portion. Any thread. */
+void rmap_verification_flag_piece(struct rmap_verification *self, size_t piece, int flag);
+void rmap_verification_flag_portion(struct rmap_verification *self, size_t portion, int flag);
 
 #endif

@@ -5,10 +5,14 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "history/history_gather.h"
+#include "history/history_view.h"
 #include "io/map/history_file.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_format.h"
 #include "io/map/map_history.h"
-#include "io/recovery/verify_internal.h"
+#include "io/recovery/verify.h"
+#include "io/recovery/verify_history.h"
 
 static void name_history(const struct rmap_piece_info *piece, char name[288])
 {

@@ -3,12 +3,290 @@
  * Rays as they decode, against what their portion's row says of them; and the sums of all of them
  * against the index's.
  */
+#include <math.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "io/file/publish.h"
+#include "io/hdf5/h5_read.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
-#include "io/recovery/verify_internal.h"
+#include "io/map/map_rays.h"
+#include "io/recovery/verify.h"
+#include "io/recovery/verify_history.h"
+#include "io/recovery/verify_piece.h"
+#include "io/recovery/verify_rays.h"
+#include "io/recovery/verify_tables.h"
+#include "io/write/index_scene.h"
+
+/* The view of all pieces as one: each of its datasets names every piece, in order, all rows. */
+
+/* The datasets' sources, one after the other. */
+struct source {
+    const struct rmap_verification *self;
+    const struct rmap_stream_info *stream;
+    size_t piece; /* next to be named */
+    hsize_t at;   /* next row */
+};
+
+static enum rmap_status tell(const struct source *source, const char *piece, const char *text,
+                             struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    rmap_finding_set(&finding, "map.h5", source->stream->path, "%s%s", text, piece);
+    return rmap_findings_add(findings, &finding, err);
+}
+
+/* Moves on to the next piece that has rows; false when there is none. */
+static bool next_piece(struct source *source)
+{
+    const struct rmap_map_content *content = source->self->content;
+    while (source->piece < content->n_piece &&
+           content->piece[source->piece].n_row[source->stream->table] == 0)
+        source->piece++;
+    return source->piece < content->n_piece;
+}
+
+/* Whether mapping i is that of the next piece. */
+static bool fits(struct source *source, hid_t create, size_t i)
+{
+    const struct rmap_piece_info *piece = &source->self->content->piece[source->piece];
+    hsize_t rows = piece->n_row[source->stream->table];
+    hsize_t first[2] = {0}, last[2] = {0};
+    char name[sizeof piece->name] = "", set[128] = "";
+    hid_t space = H5Pget_virtual_vspace(create, i);
+    bool good = H5Pget_virtual_filename(create, i, name, sizeof name) > 0 &&
+                H5Pget_virtual_dsetname(create, i, set, sizeof set) > 0 && space >= 0 &&
+                H5Sget_simple_extent_ndims(space) <= 2 &&
+                H5Sget_select_bounds(space, first, last) >= 0 && strcmp(name, piece->name) == 0 &&
+                strcmp(set, source->stream->path) == 0 && first[0] == source->at &&
+                last[0] + 1 == source->at + rows;
+    if (space >= 0)
+        (void)H5Sclose(space);
+    source->at += rows;
+    return good;
+}
+
+static enum rmap_status check_set(struct source *source, hid_t create,
+                                  struct rmap_findings *findings, struct rmap_error *err)
+{
+    size_t n = 0;
+    if (H5Pget_layout(create) != H5D_VIRTUAL)
+        return next_piece(source) ? tell(source, "", "the view lacks this column", findings, err)
+                                  : RMAP_OK;
+    if (H5Pget_virtual_count(create, &n) < 0)
+        return tell(source, "", "the view's list of pieces cannot be read", findings, err);
+    for (size_t i = 0; i < n; i++) {
+        if (!next_piece(source))
+            return tell(source, "", "the view names more pieces than there are", findings, err);
+        const char *name = source->self->content->piece[source->piece].name;
+        if (!fits(source, create, i))
+            return tell(source, name, "the view does not show, in its place, ", findings, err);
+        source->piece++;
+    }
+    if (next_piece(source))
+        return tell(source, source->self->content->piece[source->piece].name,
+                    "the view does not show ", findings, err);
+    return RMAP_OK;
+}
+
+/* The view is made of plain pieces of one colour space. */
+static bool has_view(const struct rmap_map_content *content)
+{
+    bool has = content->n_piece > 0 && content->n_piece <= RMAP_VIEW_PIECES_MAX;
+    for (size_t i = 0; i < content->n_piece; i++)
+        has = has && content->piece[i].encoding == RMAP_ENCODING_PLAIN &&
+              content->piece[i].space == content->piece[0].space;
+    return has;
+}
+
+/* The index's view of all pieces as one. */
+static enum rmap_status verify_view(struct rmap_verification *self, struct rmap_h5 *h5,
+                                    struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    if (!has_view(self->content))
+        return RMAP_OK;
+    const struct rmap_layout *layout = rmap_map_piece_layout(self->map, 0);
+    int n_stream = rmap_layout_n_stream(layout, rmap_scene_is_curved(self->map->scene[0]));
+    for (int s = 0; s < n_stream && st == RMAP_OK; s++) {
+        struct source source = {.self = self, .stream = &layout->stream[s]};
+        hid_t set = rmap_h5_has(h5, source.stream->path)
+                        ? H5Dopen2(h5->file, source.stream->path, H5P_DEFAULT)
+                        : H5I_INVALID_HID;
+        hid_t create = set >= 0 ? H5Dget_create_plist(set) : H5I_INVALID_HID;
+        st = create >= 0 ? check_set(&source, create, findings, err)
+                         : tell(&source, "", "the view lacks this column", findings, err);
+        if (create >= 0)
+            (void)H5Pclose(create);
+        if (set >= 0)
+            (void)H5Dclose(set);
+    }
+    return st;
+}
+
+/* What the index says of the scene for those who read it with tools of their own (names, fluxes)
+ * against the scene inside, from which the program itself has them. */
+static enum rmap_status tell_scene(const char *dataset, const char *text,
+                                   struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_finding finding;
+    rmap_finding_set(&finding, "map.h5", dataset, "%s", text);
+    return rmap_findings_add(findings, &finding, err);
+}
+
+static enum rmap_status compare_names(struct rmap_h5 *h5, const struct rmap_name_list *list,
+                                      struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    char *text = NULL;
+    size_t n = 0, width = 0;
+    enum rmap_status st = rmap_h5_read_names(h5, list->path, &text, &n, &width, &why);
+    bool same = st == RMAP_OK && n == list->n;
+    for (size_t i = 0; same && i < n; i++) {
+        const char *name = rmap_name_of(list, i);
+        same = strcmp(text + i * width, name ? name : "") == 0;
+    }
+    rmap_free(text);
+    if (st == RMAP_OK && !same)
+        return tell_scene(list->path, "is not what the scene inside says", findings, err);
+    return rmap_findings_take(findings, "map.h5", list->path, st, &why, err);
+}
+
+static enum rmap_status compare_fields(struct rmap_h5 *h5, struct rmap_field_table table,
+                                       const void *is, size_t n, size_t row_nbytes,
+                                       struct rmap_findings *findings, struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    void *says = NULL;
+    size_t n_said = 0;
+    enum rmap_status st =
+        rmap_h5_read_fields(h5, table.field, table.n, row_nbytes, &says, &n_said, &why);
+    const struct rmap_table_pair pair = {.file = "map.h5",
+                                         .what = "the scene inside",
+                                         .table = table,
+                                         .says = says,
+                                         .is = is,
+                                         .n = n,
+                                         .row_nbytes = row_nbytes};
+    if (st != RMAP_OK)
+        st = rmap_findings_take(findings, "map.h5", table.field[0].path, st, &why, err);
+    else if (n_said == n)
+        st = rmap_verify_tables(&pair, findings, err);
+    else
+        st = tell_scene(table.field[0].path, "has another number of rows than the scene", findings,
+                        err);
+    rmap_free(says);
+    return st;
+}
+
+/* Numbers that were computed from the text may differ in the last bits from machine to machine. */
+static bool is_near(double says, double is)
+{
+    return fabs(says - is) <= 1e-9 * fabs(is);
+}
+
+static enum rmap_status compare_numbers(struct rmap_h5 *h5, const char *path, const double *is,
+                                        size_t n, struct rmap_findings *findings,
+                                        struct rmap_error *err)
+{
+    struct rmap_error why = {0};
+    hsize_t n_said = n;
+    void *data = NULL;
+    enum rmap_status st = rmap_h5_read(h5, path, RMAP_F64, 1, &n_said, &data, &why);
+    const double *says = data;
+    bool same = st == RMAP_OK;
+    for (size_t i = 0; same && i < n; i++)
+        same = is_near(says[i], is[i]);
+    rmap_free(data);
+    if (st == RMAP_OK && !same)
+        return tell_scene(path, "is not what the scene and the rays inside say", findings, err);
+    return rmap_findings_take(findings, "map.h5", path, st, &why, err);
+}
+
+static enum rmap_status compare_light(const struct rmap_map *map, struct rmap_h5 *h5,
+                                      struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = map->scene[0];
+    double *flux = rmap_alloc(scene->n_source, sizeof *flux);
+    if (!flux)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for the sources");
+    for (size_t s = 0; s < scene->n_source; s++)
+        flux[s] = scene->source[s].flux;
+    RMAP_TRY(compare_numbers(h5, "/source/flux", flux, scene->n_source, findings, err));
+    RMAP_TRY(compare_numbers(h5, "/source/emitted", rmap_map_emitted(map), scene->n_source,
+                             findings, err));
+    if (map->spaces.n == 1) /* of several, older programs put the last one's here */
+        RMAP_TRY(compare_numbers(h5, "/channel/wavelength", scene->channels.wavelength_nm,
+                                 (size_t)scene->channels.n, findings, err));
+out:
+    rmap_free(flux);
+    return st;
+}
+
+static enum rmap_status compare_shards(const struct rmap_map_content *content,
+                                       struct rmap_findings *findings, struct rmap_error *err)
+{
+    for (size_t i = 0; i < content->n_portion; i++) {
+        const struct rmap_portion_info *portion = &content->portion[i];
+        if (portion->shard != content->piece[portion->piece].shard)
+            return tell_scene("/portion/shard",
+                              "is not the shard of the piece that a portion is in", findings, err);
+    }
+    return RMAP_OK;
+}
+
+/* A complete map has the rays that its runs were asked for. */
+static enum rmap_status compare_runs(const struct rmap_verification *self,
+                                     struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_ray_set held = {0}, wanted = {0}, missing = {0};
+    struct rmap_finding finding;
+    RMAP_TRY(rmap_rays_held(self->content, &held, err));
+    RMAP_TRY(rmap_rays_wanted(self->map, &wanted, err));
+    RMAP_TRY(rmap_ray_set_minus(&wanted, &held, &missing, err));
+    rmap_finding_set(&finding, "map.h5", "/run/n_ray",
+                     "asks for rays that no portion has, though the map says that it is complete");
+    for (size_t i = 0; i < missing.n; i++)
+        rmap_finding_add_rays(&finding, missing.range[i].first,
+                              missing.range[i].end - missing.range[i].first);
+    if (missing.n > 0)
+        st = rmap_findings_add(findings, &finding, err);
+out:
+    rmap_ray_set_fini(&held);
+    rmap_ray_set_fini(&wanted);
+    rmap_ray_set_fini(&missing);
+    return st;
+}
+
+/* What the index repeats of the scene inside, and of its pieces, for other readers. */
+static enum rmap_status verify_scene(struct rmap_verification *self, struct rmap_h5 *h5,
+                                     struct rmap_findings *findings, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = self->map->scene[0];
+    struct rmap_name_list list[RMAP_NAME_LISTS];
+    const struct rmap_name_list text = {.path = "/scene/text",
+                                        .first = self->map->bundle,
+                                        .n = 1,
+                                        .name_offset = offsetof(struct rmap_bundle, text)};
+    rmap_index_name_lists(scene, list);
+    for (size_t i = 0; i < RMAP_NAME_LISTS; i++)
+        RMAP_TRY(compare_names(h5, &list[i], findings, err));
+    RMAP_TRY(compare_fields(h5, rmap_index_object_fields(), scene->object, scene->n_object,
+                            sizeof *scene->object, findings, err));
+    RMAP_TRY(compare_fields(h5, rmap_index_group_fields(), scene->group, scene->n_group,
+                            sizeof *scene->group, findings, err));
+    RMAP_TRY(compare_names(h5, &text, findings, err));
+    RMAP_TRY(compare_light(self->map, h5, findings, err));
+    RMAP_TRY(compare_shards(self->content, findings, err));
+    if (!self->map->selection) /* picked rays have gaps, and the runs of the map they are from */
+        RMAP_TRY(compare_runs(self, findings, err));
+out:
+    return st;
+}
 
 /* ---- one portion ---- */
 
@@ -243,8 +521,8 @@ enum rmap_status rmap_verify_sums(struct rmap_verification *self, const struct r
         goto out;
     }
     RMAP_TRY(check_totals(self, &h5, findings, err));
-    RMAP_TRY(rmap_verify_scene(self, &h5, findings, err));
-    RMAP_TRY(rmap_verify_view(self, &h5, findings, err));
+    RMAP_TRY(verify_scene(self, &h5, findings, err));
+    RMAP_TRY(verify_view(self, &h5, findings, err));
 out:
     rmap_h5_drop(&h5);
     rmap_free(path);

@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "gradient/field_made.h"
 #include "scene/bounds.h"
 
 /* ---- a field of any model ---- */

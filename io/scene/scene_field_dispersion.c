@@ -5,6 +5,7 @@
  */
 #include <math.h>
 
+#include "gradient/field_made.h"
 #include "io/scene/scene_field.h"
 #include "optics/dispersion.h"
 

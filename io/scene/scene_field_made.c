@@ -7,6 +7,7 @@
 
 #include "base/alloc.h"
 #include "gradient/field_formula.h"
+#include "gradient/field_made.h"
 #include "gradient/field_noise.h"
 #include "io/scene/scene_field.h"
 

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "gradient/field_polynomial.h"
 #include "io/scene/scene_field.h"
 
 #define REQUIRED ((double)NAN)

@@ -6,6 +6,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/hdf5/h5_read.h"
+#include "io/hdf5/h5_write.h"
 
 /* width 0: one number per channel. */
 #define NUMBER(group, type, member, element, width, text)                                          \

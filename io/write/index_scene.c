@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/hdf5/h5_write.h"
 #include "io/map/provenance.h"
 
 static const struct rmap_h5_unit one = {"1", 1.0, {0}};

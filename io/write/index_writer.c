@@ -10,6 +10,7 @@
 #include "base/alloc.h"
 #include "io/file/publish.h"
 #include "io/file/seal.h"
+#include "io/hdf5/h5_write.h"
 #include "io/map/map_format.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_scan.h"
@@ -19,6 +20,7 @@
 #include "io/map/provenance.h"
 #include "io/scene/scene_numbers.h"
 #include "io/write/index_scene.h"
+#include "io/write/index_writer.h"
 #include "io/write/map_view.h"
 
 struct index {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "io/write/map_view.h"
+#include "io/hdf5/h5_write.h"
 
 #include <math.h>
 

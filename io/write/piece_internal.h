@@ -27,7 +27,4 @@ struct rmap_piece_writer {
     struct rmap_journal_writer *journal; /* NULL before the first flush */
 };
 
-/* RMAP_USAGE: a shard has no more pieces than numbers. */
-enum rmap_status rmap_piece_check_number(int number, struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

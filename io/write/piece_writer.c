@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-#include "io/write/piece_writer.h"
-
 #include <errno.h>
+#include <fcntl.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/stat.h>
@@ -9,14 +8,21 @@
 
 #include "base/alloc.h"
 #include "io/codec/codec.h"
+#include "io/file/directory.h"
 #include "io/file/file_lock.h"
 #include "io/file/publish.h"
 #include "io/file/seal.h"
 #include "io/file/write_back.h"
+#include "io/hdf5/h5_write.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_format.h"
 #include "io/map/portion_rows.h"
+#include "io/map/provenance.h"
 #include "io/write/piece_internal.h"
+#include "io/write/piece_writer.h"
+#include "portion/event.h"
+
+static enum rmap_status piece_check_number(int number, struct rmap_error *err) RMAP_MUST_USE;
 
 /* After so many bytes the system is asked to begin writing them, so that a flush and the end of a
  * piece wait for no more than the last of them. */
@@ -137,7 +143,7 @@ static enum rmap_status publish(struct rmap_piece_writer *self, struct rmap_erro
         if (st == RMAP_OK && taken)
             st = rmap_shard_next_piece(self->directory, &self->number, err);
         if (st == RMAP_OK)
-            st = rmap_piece_check_number(self->number, err);
+            st = piece_check_number(self->number, err);
         if (st != RMAP_OK)
             return st;
     }
@@ -220,4 +226,186 @@ void rmap_piece_writer_destroy(struct rmap_piece_writer *self)
     rmap_free(self->journal_path);
     rmap_free(self->entry);
     rmap_free(self);
+}
+
+/* A new piece: its file with empty datasets. */
+
+/* What readers are told of the stored streams; any zlib level reads alike. */
+#define DECLARED_LEVEL 1
+
+/* Datasets are numbered in the order of their names' list, which the file carries. */
+static enum rmap_status write_stream_names(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    const char *name[RMAP_STREAM_MAX];
+    for (int s = 0; s < self->n_stream; s++)
+        name[s] = self->layout->stream[s].path;
+    return rmap_h5_write_names(&self->h5, "/chunk/name", name, (size_t)self->n_stream,
+                               "datasets that /chunk/stream counts", err);
+}
+
+static hid_t stream_properties(int rank, size_t width)
+{
+    const hsize_t chunk[2] = {RMAP_CHUNK_ROWS, width};
+    hid_t create = H5Pcreate(H5P_DATASET_CREATE);
+    if (create >= 0 &&
+        (H5Pset_obj_track_times(create, false) < 0 || H5Pset_chunk(create, rank, chunk) < 0 ||
+         H5Pset_fill_time(create, H5D_FILL_TIME_NEVER) < 0 || H5Pset_shuffle(create) < 0 ||
+         H5Pset_deflate(create, DECLARED_LEVEL) < 0 || H5Pset_fletcher32(create) < 0)) {
+        (void)H5Pclose(create);
+        create = H5I_INVALID_HID;
+    }
+    return create;
+}
+
+static enum rmap_status create_stream(struct rmap_piece_writer *self, int stream,
+                                      struct rmap_error *err)
+{
+    static const hsize_t unlimited[2] = {H5S_UNLIMITED, H5S_UNLIMITED};
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_scene *scene = self->run->scene;
+    const struct rmap_stream_info *info = &self->layout->stream[stream];
+    const char *path = info->path;
+    size_t width = rmap_stream_width(info, scene->channels.n);
+    int rank = info->width == 1 ? 1 : 2;
+    const hsize_t dims[2] = {0, width}, most[2] = {unlimited[0], width};
+    hid_t create = stream_properties(rank, width), space = H5Screate_simple(rank, dims, most);
+    if (create < 0 || space < 0 ||
+        (self->set[stream] = H5Dcreate2(self->h5.file, path, rmap_h5_type(info->element), space,
+                                        H5P_DEFAULT, create, H5P_DEFAULT)) < 0)
+        st = rmap_h5_fail(&self->h5, path, err);
+    (void)H5Sclose(space);
+    (void)H5Pclose(create);
+    if (st == RMAP_OK)
+        st = rmap_h5_describe(&self->h5, path,
+                              rmap_h5_unit_of(info->unit, scene->unit, scene->unit_m),
+                              info->description, err);
+    return st;
+}
+
+static bool ends_with(const char *text, const char *end)
+{
+    size_t n = strlen(text), n_end = strlen(end);
+    return n >= n_end && strcmp(text + n - n_end, end) == 0;
+}
+
+static enum rmap_status describe_values(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    static const char bits[] =
+#define BIT(symbol, bit, letter, word, meaning) word " = 2^" #bit ", "
+        RMAP_EVENT_TABLE(BIT);
+#undef BIT
+    const struct rmap_channels *channels = &self->run->scene->channels;
+    enum rmap_status st = RMAP_OK;
+    char text[sizeof bits];
+    (void)snprintf(text, sizeof text, "%.*s", (int)(sizeof bits - 3), bits);
+    for (int s = 0; st == RMAP_OK && s < self->n_stream; s++) {
+        const struct rmap_stream_info *stream = &self->layout->stream[s];
+        if (stream->width == 0)
+            st = rmap_h5_put(&self->h5, stream->path, "wavelength_nm", RMAP_F64,
+                             (size_t)channels->n, channels->wavelength_nm, err);
+        else if (ends_with(stream->path, "/event"))
+            st = rmap_h5_put_text(&self->h5, stream->path, "bits", text, err);
+    }
+    return st;
+}
+
+static enum rmap_status create_file(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const int32_t place[2] = {self->shard, self->number};
+    const char *encoding = rmap_encoding_name(self->layout->encoding);
+    RMAP_TRY(rmap_h5_create(&self->h5, self->temporary, err));
+    RMAP_TRY(rmap_provenance_put(&self->h5, RMAP_FILETYPE_PIECE, self->run, &self->origin, err));
+    RMAP_TRY(rmap_h5_put(&self->h5, "/", "shard", RMAP_I32, 1, &place[0], err));
+    RMAP_TRY(rmap_h5_put(&self->h5, "/", "piece", RMAP_I32, 1, &place[1], err));
+    RMAP_TRY(rmap_h5_put_text(&self->h5, "/", "encoding", encoding, err));
+    for (int t = 0; t < self->n_table; t++)
+        RMAP_TRY(rmap_h5_group(&self->h5, self->layout->table_path[t], err));
+    RMAP_TRY(rmap_h5_group(&self->h5, "/chunk", err));
+    RMAP_TRY(rmap_h5_group(&self->h5, "/portion", err));
+    for (int s = 0; s < self->n_stream; s++)
+        RMAP_TRY(create_stream(self, s, err));
+    RMAP_TRY(describe_values(self, err));
+    RMAP_TRY(write_stream_names(self, err));
+out:
+    return st;
+}
+
+/* Names that nothing has yet: in a container the process that was killed may have had our number,
+ * and what it left holds rays. */
+static enum rmap_status choose_names(struct rmap_piece_writer *self, struct rmap_error *err)
+{
+    char name[32];
+    struct stat info;
+    for (int attempt = 0;; attempt++) {
+        (void)snprintf(name, sizeof name, attempt ? "piece-%05d.h5.%d" : "piece-%05d.h5",
+                       self->number, attempt);
+        self->temporary = rmap_temporary_path(self->directory, name);
+        self->journal_path = self->temporary ? rmap_journal_path(self->temporary) : NULL;
+        if (!self->journal_path)
+            return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+        if (lstat(self->temporary, &info) != 0 && lstat(self->journal_path, &info) != 0)
+            return RMAP_OK;
+        rmap_free(self->temporary);
+        rmap_free(self->journal_path);
+        self->temporary = self->journal_path = NULL;
+    }
+}
+
+/* RMAP_USAGE: a shard has no more pieces than numbers. */
+static enum rmap_status piece_check_number(int number, struct rmap_error *err)
+{
+    if (number < RMAP_NUMBER_END)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_USAGE,
+                          "a shard has at most %d pieces: a greater --piece-size makes fewer",
+                          RMAP_NUMBER_END);
+}
+
+enum rmap_status rmap_piece_writer_create(const char *shard_path, int shard, int number,
+                                          const struct rmap_run *run,
+                                          const struct rmap_piece_origin *origin,
+                                          struct rmap_piece_writer **writer_ret,
+                                          struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    int folder = -1;
+    struct rmap_piece_writer *self = rmap_alloc(1, sizeof *self);
+    if (!self)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+    self->run = run;
+    self->shard = shard;
+    self->number = number;
+    self->layout = rmap_layout_of(run->encoding, run->scene->channels.mode);
+    self->curved = rmap_scene_is_curved(run->scene);
+    self->n_table = rmap_layout_n_table(self->layout, self->curved);
+    self->n_stream = rmap_layout_n_stream(self->layout, self->curved);
+    self->h5.file = H5I_INVALID_HID;
+    for (int s = 0; s < RMAP_STREAM_MAX; s++)
+        self->set[s] = H5I_INVALID_HID;
+    self->origin = *origin;
+    self->fd = -1;
+    self->directory = rmap_strdup(shard_path);
+    if (!self->directory) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "out of memory for a piece");
+        goto out;
+    }
+    RMAP_TRY(piece_check_number(number, err));
+    RMAP_TRY(rmap_shard_open(AT_FDCWD, shard_path, &folder, err));
+    RMAP_TRY(choose_names(self, err));
+    RMAP_TRY(create_file(self, err));
+    /* By way of the folder: had a link taken its place meanwhile, the file would not be in it. */
+    self->fd = openat(folder, strrchr(self->temporary, '/') + 1, O_RDWR | O_NOFOLLOW | O_CLOEXEC);
+    if (self->fd < 0) {
+        st = rmap_error_set(err, RMAP_SYSTEM, "%s: %s", self->temporary, strerror(errno));
+        goto out;
+    }
+    rmap_file_lock(self->fd);
+    *writer_ret = self;
+    self = NULL;
+out:
+    if (folder >= 0)
+        (void)close(folder);
+    rmap_piece_writer_destroy(self);
+    return st;
 }

@@ -2,6 +2,7 @@
  *
  * Traced blocks on their way into a shard's buffers.
  */
+#include "io/write/shard_append.h"
 #include "base/alloc.h"
 #include "io/codec/shuffle.h"
 #include "io/write/shard_internal.h"

@@ -78,19 +78,4 @@ enum rmap_status rmap_shard_leave(struct rmap_shard_writer *self, enum rmap_stat
 enum rmap_status rmap_shard_end_piece(struct rmap_shard_writer *self,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* Puts the sign for a flush into the queue, if anything is new and none is pending. Under the
- * lock. RMAP_SYSTEM: memory. */
-enum rmap_status rmap_shard_flush_begin(struct rmap_shard_writer *self,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-
-/* Begins a flush when it is time. Under the lock; the writing thread. */
-enum rmap_status rmap_shard_flush_when_due(struct rmap_shard_writer *self,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-
-/* From now on the first flush is a second away, or less. */
-void rmap_shard_flush_schedule(struct rmap_shard_writer *self);
-
-/* Whether anything was appended that no flush has taken. Under the lock. */
-bool rmap_shard_flush_has_new(const struct rmap_shard_writer *self);
-
 #endif

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/answer/compare_write.h"
 
+#include "analysis/compare/compare_out.h"
 #include "analysis/figure/figure_detector.h"
+#include "analysis/figure/figure_difference.h"
 #include "base/alloc.h"
 #include "io/export/raster.h"
 #include "io/file/whole_file.h"

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "analysis/compare/compare.h"
+#include "analysis/compare/compare_out.h"
 #include "analysis/compare/compare_products.h"
 #include "base/alloc.h"
 #include "mpi/answer/compare_fields.h"

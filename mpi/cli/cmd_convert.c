@@ -5,10 +5,13 @@
 #include <string.h>
 
 #include "base/grouped.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_history.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
 #include "io/map/map_run.h"
+#include "io/write/index_writer.h"
 #include "mpi/command/json_out.h"
 #include "mpi/command/load.h"
 #include "mpi/command/output.h"

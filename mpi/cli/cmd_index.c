@@ -3,6 +3,7 @@
  * raymap index: what the rays of a map met, in a form that questions are answered from at once.
  */
 #include "base/grouped.h"
+#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"

@@ -8,6 +8,8 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map/map_chunks.h"
+#include "io/map/map_complete.h"
 #include "io/map/map_content.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"

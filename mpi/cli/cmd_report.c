@@ -11,6 +11,7 @@
 
 #include "accel/accel.h"
 #include "analysis/report/ray_report.h"
+#include "analysis/report/ray_report_print.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/report_page.h"
 #include "mpi/command/asked.h"

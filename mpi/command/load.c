@@ -6,6 +6,8 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_rays.h"
 #include "io/map/map_state.h"
 #include "io/map/map_writer.h"

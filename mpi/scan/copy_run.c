@@ -2,7 +2,10 @@
 #include "mpi/scan/copy_run.h"
 
 #include "base/alloc.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_run.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/gather_content.h"
 #include "mpi/parallel/nap.h"

@@ -6,8 +6,10 @@
 #include <string.h>
 
 #include "analysis/report/ray_report.h"
+#include "analysis/report/ray_report_print.h"
 #include "base/alloc.h"
 #include "base/grouped.h"
+#include "io/map/map_history.h"
 #include "io/map/map_json.h"
 #include "mpi/answer/query_count_out.h"
 #include "mpi/answer/query_rays_out.h"

@@ -4,6 +4,7 @@
 
 #include <stdio.h>
 
+#include "io/map/map_history.h"
 #include "mpi/command/json_out.h"
 #include "mpi/parallel/agree.h"
 

@@ -5,6 +5,7 @@
 #include "base/grouped.h"
 #include "io/map/map_content.h"
 #include "io/map/map_rays.h"
+#include "io/write/index_writer.h"
 #include "mpi/parallel/progress.h"
 
 static enum rmap_status out_of_memory(struct rmap_error *err)

@@ -1,4 +1,7 @@
 /* SPDX-License-Identifier: MIT */
+#include "mpi/trace/trace_phase.h"
+#include "io/map/map_space.h"
+#include "io/write/shard_writer.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/gather_content.h"
 #include "mpi/parallel/progress.h"

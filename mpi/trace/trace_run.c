@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/trace/trace_run.h"
 
+#include "io/write/shard_writer.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/interrupt.h"
 #include "mpi/parallel/tally_reduce.h"

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/trace/trace_serve.h"
 
+#include "io/write/shard_writer.h"
 #include "mpi/parallel/interrupt.h"
 #include "mpi/parallel/nap.h"
 

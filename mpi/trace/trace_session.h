@@ -40,15 +40,6 @@ enum rmap_status rmap_trace_session_run(struct rmap_trace_session *session,
 enum rmap_status rmap_trace_session_conclude(struct rmap_trace_session *session,
                                              struct rmap_error *err) RMAP_MUST_USE;
 
-/* Number of the shard that this rank writes. */
-int rmap_trace_session_shard(const struct rmap_trace_session *session);
-
-/* Collective; for rmap_trace_session_run. One request's missing rays join the outcome and the
- * content; with `recounts`, sums that nobody kept are made as well. */
-enum rmap_status rmap_trace_phase_run(struct rmap_trace_session *session,
-                                      const struct rmap_trace_phase *phase, bool recounts,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
 void rmap_trace_session_fini(struct rmap_trace_session *session);
 
 #endif

@@ -5,6 +5,9 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
+#include "io/map/map_cursor.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 #include "mpi/parallel/nap.h"
 #include "mpi/parallel/progress.h"
 #include "portion/portion_recorder.h"

@@ -4,6 +4,9 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "io/map/map_cursor.h"
+#include "io/recovery/verify_piece.h"
+#include "io/recovery/verify_rays.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/gather_findings.h"
 #include "mpi/parallel/parts.h"

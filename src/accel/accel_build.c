@@ -7,9 +7,183 @@
  */
 #include <float.h>
 #include <math.h>
+#include <stdlib.h>
+#include <string.h>
 
+#include "accel/accel_build.h"
 #include "accel/accel_internal.h"
+#include "accel/accel_joint.h"
+#include "accel/accel_sieve.h"
+#include "accel/accel_triangle.h"
 #include "base/alloc.h"
+
+/* Boxes for shapes. A tube or a ring in one box would be looked at by every ray that runs through
+ * its middle, as light in a lens barrel does; in sectors it is not. */
+
+enum { SECTORS = 16 }; /* a multiple of 4: x and y are monotonic within each */
+
+void rmap_shell_radii(const struct rmap_shape *shape, double radius[2])
+{
+    radius[0] = 0;
+    radius[1] = shape->radius;
+    switch (shape->type) {
+    case RMAP_SHAPE_CONIC:
+    case RMAP_SHAPE_DISC:
+        radius[0] = shape->inner;
+        radius[1] = shape->aperture;
+        break;
+    case RMAP_SHAPE_TUBE:
+        radius[0] = rmap_lesser(shape->radius, shape->radius2);
+        radius[1] = rmap_greater(shape->radius, shape->radius2);
+        break;
+    case RMAP_SHAPE_RECTANGLE:
+        radius[1] = 0.5 * hypot(shape->size[0], shape->size[1]);
+        break;
+    case RMAP_SHAPE_SPHERE:
+        break;
+    }
+}
+
+/* Is the middle hollow enough for sectors? */
+static bool hollow(const struct rmap_shape *shape, double radius[2])
+{
+    if (!shape)
+        return false;
+    rmap_shell_radii(shape, radius);
+    return radius[0] > 0.3 * radius[1];
+}
+
+/* Boxes in the object's frame, part in [0, part_count). */
+static int part_count(const struct rmap_accel_object *object)
+{
+    double radius[2];
+    return hollow(object->shape, radius) ? SECTORS : 1;
+}
+
+static void rmap_part_bounds(const struct rmap_accel_object *object, int part,
+                             struct rmap_vec3 *lower, struct rmap_vec3 *upper)
+{
+    double radius[2];
+    *lower = object->lower;
+    *upper = object->upper;
+    if (!hollow(object->shape, radius))
+        return;
+    for (int k = 0; k < 4; k++) {
+        double angle = 2 * RMAP_PI / SECTORS * (part + k % 2);
+        double x = radius[k / 2] * cos(angle), y = radius[k / 2] * sin(angle);
+        lower->x = k == 0 ? x : rmap_lesser(lower->x, x);
+        lower->y = k == 0 ? y : rmap_lesser(lower->y, y);
+        upper->x = k == 0 ? x : rmap_greater(upper->x, x);
+        upper->y = k == 0 ? y : rmap_greater(upper->y, y);
+    }
+}
+
+/* The triangles around each vertex of a mesh. Vertices at the same place are one, whether or not
+ * the file shared them. */
+
+/* A ray begins this share of the float error that it may be off behind its start: see
+ * RMAP_REACH_ERRORS. */
+#define LEAST_COSINE (4.0 / RMAP_REACH_ERRORS)
+
+struct placed {
+    float at[3];
+    uint32_t vertex;
+};
+
+static int compare(const void *left, const void *right)
+{
+    const struct placed *a = left, *b = right;
+    for (int k = 0; k < 3; k++)
+        if (a->at[k] != b->at[k])
+            return a->at[k] < b->at[k] ? -1 : 1;
+    return a->vertex < b->vertex ? -1 : a->vertex > b->vertex;
+}
+
+static bool same_place(const struct placed *a, const struct placed *b)
+{
+    return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
+}
+
+static bool join_vertices(const struct rmap_mesh *mesh, uint32_t *same)
+{
+    struct placed *sorted = rmap_alloc(mesh->n_vertex, sizeof(*sorted));
+    if (!sorted)
+        return false;
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        memcpy(sorted[i].at, mesh->vertex[i], sizeof(sorted[i].at));
+        sorted[i].vertex = (uint32_t)i;
+    }
+    qsort(sorted, mesh->n_vertex, sizeof(*sorted), compare);
+    size_t leader = 0;
+    for (size_t i = 0; i < mesh->n_vertex; i++) {
+        if (!same_place(&sorted[leader], &sorted[i]))
+            leader = i;
+        same[sorted[i].vertex] = sorted[leader].vertex;
+    }
+    rmap_free(sorted);
+    return true;
+}
+
+/* At RMAP_NEEDLE_SINE a triangle is not wide enough to be safe from any side. */
+static void set_sight(const struct rmap_facets *facets, size_t i, double wider, float sight[4])
+{
+    struct rmap_vec3 corner[3];
+    rmap_facets_corners(facets, (int32_t)i, corner);
+    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
+    struct rmap_vec3 e0 = rmap_sub(e2, e1), n = rmap_cross(e1, e2);
+    double area = rmap_length(n), cosine = HUGE_VAL;
+    double longest = rmap_max(rmap_dot(e0, e0), rmap_max(rmap_dot(e1, e1), rmap_dot(e2, e2)));
+    if (area > RMAP_NEEDLE_SINE * longest) {
+        cosine = rmap_max(wider / rmap_facet_margin(e1, e2, wider), LEAST_COSINE) * (1 + 1e-5);
+        n = rmap_scale(n, 1 / area);
+    }
+    sight[0] = (float)n.x;
+    sight[1] = (float)n.y;
+    sight[2] = (float)n.z;
+    sight[3] = (float)cosine;
+}
+
+static enum rmap_status facets_build(const struct rmap_mesh *mesh, double wider,
+                                     struct rmap_facets *facets, struct rmap_error *err)
+{
+    facets->same = rmap_alloc(mesh->n_vertex, sizeof(*facets->same));
+    facets->first = rmap_alloc(mesh->n_vertex + 2, sizeof(*facets->first));
+    facets->fan = rmap_alloc(3 * mesh->n_triangle, sizeof(*facets->fan));
+    facets->corner = rmap_alloc(mesh->n_triangle, sizeof(*facets->corner));
+    facets->sight = rmap_alloc(mesh->n_triangle, sizeof(*facets->sight));
+    if (!facets->corner || !facets->sight || !facets->same || !facets->first || !facets->fan ||
+        !join_vertices(mesh, facets->same)) {
+        rmap_facets_release(facets);
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for a mesh of %zu triangles",
+                              mesh->n_triangle);
+    }
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            memcpy(&facets->corner[i][3 * k], mesh->vertex[mesh->triangle[i][k]],
+                   sizeof(*mesh->vertex));
+    /* counts two places on, so that filling them leaves the starts where they belong */
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            facets->first[facets->same[mesh->triangle[i][k]] + 2]++;
+    for (size_t v = 2; v < mesh->n_vertex + 2; v++)
+        facets->first[v] += facets->first[v - 1];
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        for (int k = 0; k < 3; k++)
+            facets->fan[facets->first[facets->same[mesh->triangle[i][k]] + 1]++] = (uint32_t)i;
+    for (size_t i = 0; i < mesh->n_triangle; i++)
+        set_sight(facets, i, wider, facets->sight[i]);
+    return RMAP_OK;
+}
+
+void rmap_facets_release(struct rmap_facets *facets)
+{
+    rmap_free(facets->corner);
+    rmap_free(facets->sight);
+    rmap_free(facets->same);
+    rmap_free(facets->first);
+    rmap_free(facets->fan);
+    memset(facets, 0, sizeof(*facets));
+}
 
 /* Meshes of more vertices are put into the world by the corners of their box. */
 #define EXACT_BOUNDS_MAX 16384
@@ -175,7 +349,7 @@ static void bounds_callback(const struct RTCBoundsFunctionArguments *args)
 static void add_parts(struct rmap_accel_parts *parts, const struct rmap_accel_object *object,
                       size_t index)
 {
-    int n = rmap_part_count(object);
+    int n = part_count(object);
     for (int k = 0; k < n; k++)
         parts->part[parts->n++] = (struct rmap_accel_part){(int32_t)index, k};
 }
@@ -201,7 +375,7 @@ static enum rmap_status reserve_parts(struct rmap_accel *accel, size_t *n_shape,
 {
     size_t most = 0;
     for (size_t i = 0; i < accel->n_object; i++) {
-        most += (size_t)rmap_part_count(&accel->object[i]);
+        most += (size_t)part_count(&accel->object[i]);
         *n_shape += accel->object[i].shape != NULL;
     }
     accel->meshes.accel = accel->shapes.accel = accel;
@@ -352,7 +526,7 @@ static enum rmap_status build_bottoms(struct rmap_accel *accel, const struct rma
         if (!(wider[i] > 0) || geometry->mesh->n_triangle == 0)
             continue;
         RMAP_TRY(rmap_accel_mesh(accel, geometry, wider[i], &accel->bottom[i], err));
-        RMAP_TRY(rmap_facets_build(geometry->mesh, wider[i], &accel->facets[i], err));
+        RMAP_TRY(facets_build(geometry->mesh, wider[i], &accel->facets[i], err));
     }
     for (size_t i = 0; i < accel->n_object; i++) {
         accel->object[i].bottom = accel->bottom[scene->object[i].geometry];

@@ -254,56 +254,6 @@ struct rmap_traversal {
     int32_t object; /* whose mesh is searched; -1: the top level */
 };
 
-/* accel_build.c */
-enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
-                                  struct rmap_error *err) RMAP_MUST_USE;
-/* `whole`, unless it is there. */
-enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-
-/* accel_build.c: bounds in the world. */
-void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
-                       struct rmap_vec3 *upper);
-
-/* accel_parts.c: boxes in the object's frame, part in [0, rmap_part_count). */
-void rmap_shell_radii(const struct rmap_shape *shape, double radius[2]); /* from the axis */
-int rmap_part_count(const struct rmap_accel_object *object);
-void rmap_part_bounds(const struct rmap_accel_object *object, int part, struct rmap_vec3 *lower,
-                      struct rmap_vec3 *upper);
-
-/* accel_sieve.c. rmap_sieve_build: no more than RMAP_SIEVE_MAX shapes. rmap_sieve_search: all
- * shapes that may be the next surface, for a float ray that begins `shift` from the start. */
-void rmap_sieve_build(struct rmap_accel *accel);
-void rmap_sieve_search(struct rmap_query *query, const float origin[3], const float direction[3],
-                       double shift);
-
-/* accel_balls.c: the same for up to 8 spheres, which the sieve then leaves out. */
-void rmap_balls_build(struct rmap_accel *accel);
-void rmap_balls_search(struct rmap_query *query, const float origin[3], const float direction[3],
-                       double shift);
-
-/* accel_clearing.c. rmap_clearing_holds: nothing as far as the limit can be a shape, of a float ray
- * that begins `shift` from the start, there or on the shape at which one of the box's sides ends.
- */
-void rmap_clearing_build(struct rmap_accel *accel);
-bool rmap_clearing_holds(const struct rmap_query *query, const float origin[3],
-                         const float direction[3], double shift);
-
-/* accel_mesh.c: the bottom level of a mesh, its triangles `wider` on every side. */
-enum rmap_status rmap_accel_mesh(struct rmap_accel *accel, const struct rmap_geometry *geometry,
-                                 double wider, RTCScene *scene_ret,
-                                 struct rmap_error *err) RMAP_MUST_USE;
-
-/* By how much a triangle with these edges from its first corner is widened, in its plane. */
-double rmap_facet_margin(struct rmap_vec3 e1, struct rmap_vec3 e2, double wider);
-
-/* accel_facets.c */
-/* wider: as for rmap_accel_mesh. */
-enum rmap_status rmap_facets_build(const struct rmap_mesh *mesh, double wider,
-                                   struct rmap_facets *facets,
-                                   struct rmap_error *err) RMAP_MUST_USE;
-void rmap_facets_release(struct rmap_facets *facets);
-
 static inline void rmap_facets_corners(const struct rmap_facets *facets, int32_t primitive,
                                        struct rmap_vec3 corner[3])
 {
@@ -312,42 +262,20 @@ static inline void rmap_facets_corners(const struct rmap_facets *facets, int32_t
         corner[k] = rmap_vec3((double)p[3 * k], (double)p[3 * k + 1], (double)p[3 * k + 2]);
 }
 
-/* accel_device.c */
-enum rmap_status rmap_accel_open(struct rmap_accel *accel, int n_threads, int level,
-                                 struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
 /* Are vectors of eight floats to be had, without which the sieve is slower than Embree? */
 bool rmap_accel_is_wide(const struct rmap_accel *accel);
 
-/* accel_query.c: callbacks of the structure. */
+/* Callbacks of the structure. */
 void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args);
 void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args);
-
-/* accel_candidate.c, accel_triangle.c: true when the surface came nearer than all before, so that
- * the limit has shrunk. */
-bool rmap_consider_triangle(struct rmap_query *query, int32_t object, int32_t primitive);
-bool rmap_consider_neighbours(struct rmap_query *query, int32_t object, int32_t primitive);
-bool rmap_consider_shape(struct rmap_query *query, int32_t object);
-bool rmap_candidate_add(struct rmap_query *query, const struct rmap_candidate *candidate);
-enum rmap_rank rmap_candidate_rank(const struct rmap_query *query, int32_t object, double facing);
-const struct rmap_candidate *rmap_query_best(const struct rmap_query *query);
-struct rmap_vec3 rmap_candidate_normal(const struct rmap_query *query,
-                                       const struct rmap_candidate *candidate);
-void rmap_query_enter(struct rmap_query *query, int32_t object);
 
 /* Where the float ray, in its own distances, needs no further look. */
 static inline float rmap_far_end(const struct rmap_query *query, double shift)
 {
     return (float)(query->limit + RMAP_SLACK_ERRORS * query->accel->error - shift);
-}
-
-/* Brings query->local into the object's frame. */
-static inline void rmap_query_local(struct rmap_query *query, int32_t object)
-{
-    if (query->local.object != object)
-        rmap_query_enter(query, object);
 }
 
 /* Distance along a ray that crosses a layer of this thickness. */
@@ -373,16 +301,5 @@ struct rmap_joints {
     int32_t object;
     bool overruled; /* the shape's own numbers, at one root at least */
 };
-
-/* accel_joint.c. rmap_joints_build: after the objects have their tolerances. rmap_joint_at_start:
- * do the start's shape and this one share a rim at which the ray starts? Then *meets_ret: does the
- * ray cross this one there? */
-enum rmap_status rmap_joints_build(struct rmap_accel *accel, struct rmap_error *err) RMAP_MUST_USE;
-void rmap_joints_release(struct rmap_accel *accel);
-bool rmap_joint_at_start(const struct rmap_query *query, int32_t object, bool *meets_ret);
-
-/* accel_start.c */
-void rmap_start_find(struct rmap_query *query);
-bool rmap_start_meets(struct rmap_query *query, struct rmap_touch *touch);
 
 #endif

@@ -15,6 +15,7 @@
 #include <stdlib.h>
 
 #include "accel/accel_internal.h"
+#include "accel/accel_joint.h"
 #include "base/alloc.h"
 #include "geometry/shape_internal.h"
 

@@ -14,6 +14,9 @@
 #include <math.h>
 
 #include "accel/accel_internal.h"
+#include "accel/accel_joint.h"
+#include "accel/accel_start.h"
+#include "accel/accel_triangle.h"
 #include "geometry/shape_internal.h"
 
 /* In units of double rounding: a start is ambiguous when the ray, displaced by one, may pass an

@@ -21,7 +21,7 @@ struct rmap_curve_state {
     double n; /* of the field at r */
 };
 
-struct rmap_curve_pair; /* curve_internal.h */
+struct rmap_curve_pair; /* curve_step.h */
 
 #define RMAP_CURVE_STAGES 9
 #define RMAP_CURVE_POWERS 7

@@ -13,7 +13,7 @@
 #ifndef RMAP_CURVE_PAIRS_H
 #define RMAP_CURVE_PAIRS_H
 
-#include "gradient/curve_internal.h"
+#include "gradient/curve_step.h"
 
 const struct rmap_curve_pair rmap_curve_pair_6 = {
     .stages = 6,

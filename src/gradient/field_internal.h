@@ -10,6 +10,7 @@
 
 #include <stddef.h>
 
+#include "gradient/field_polynomial.h"
 #include "gradient/models.h"
 
 enum rmap_need { RMAP_NEED_FINITE, RMAP_NEED_POSITIVE, RMAP_NEED_NOT_ZERO, RMAP_NEED_NOT_NEGATIVE };

@@ -2,6 +2,7 @@
  *
  * Fields made of fields: sums, dispersion on top, a frame of their own.
  */
+#include "gradient/field_made.h"
 #include "base/alloc.h"
 #include "gradient/field_internal.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Makers of the analytic index fields. Frames are the field's own; lengths in one unit, the
- * frame's.
+ * Makers of the analytic index fields that are no polynomials (field_polynomial.h has those).
+ * Frames are the field's own; lengths in one unit, the frame's.
  *
  * Parameters are plain structures of doubles, one per channel: [n_channel], n_channel 1 when the
  * channels do not differ, else the scene's. Every maker copies them, checks them (RMAP_INPUT says
@@ -18,10 +18,6 @@
 
 /* ---- Spheres about the origin, r = |p| ---- */
 
-/* n = n_edge sqrt(2 - (r/radius)^2) */
-struct rmap_luneburg {
-    double n_edge, radius; /* usual: 1 */
-};
 /* n = n_centre / (1 + (r/radius)^2) */
 struct rmap_maxwell {
     double n_centre, radius; /* usual: 2, so that n(radius) = 1 */
@@ -30,84 +26,23 @@ struct rmap_maxwell {
 struct rmap_eaton {
     double n_edge, radius;
 };
-/* n = n_edge sqrt(1 + (radius^2 - r^2) / focus^2); focus = radius: Luneburg's */
-struct rmap_gutman {
-    double n_edge, radius, focus;
-};
-
-enum rmap_status rmap_field_luneburg(struct rmap_field **field_ret, int n_channel,
-                                     const struct rmap_luneburg *parameter,
-                                     struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_field_maxwell(struct rmap_field **field_ret, int n_channel,
                                     const struct rmap_maxwell *parameter,
                                     struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_field_eaton(struct rmap_field **field_ret, int n_channel,
                                   const struct rmap_eaton *parameter,
                                   struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_field_gutman(struct rmap_field **field_ret, int n_channel,
-                                   const struct rmap_gutman *parameter,
-                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* ---- Rods about the z axis, rho^2 = x^2 + y^2 ---- */
 
-/* n^2 = n0^2 (1 - (alpha rho)^2) */
-struct rmap_parabolic {
-    double n0, alpha; /* 1/length */
-};
-/* n = n0 (1 - A rho^2 / 2); A < 0 diverges. A catalogue's gradient constant is g = sqrt(A). */
-struct rmap_selfoc {
-    double n0, A; /* 1/length^2 */
-};
 /* n = n0 sech(alpha rho) */
 struct rmap_sech {
     double n0, alpha; /* 1/length */
 };
 
-enum rmap_status rmap_field_parabolic(struct rmap_field **field_ret, int n_channel,
-                                      const struct rmap_parabolic *parameter,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_field_selfoc(struct rmap_field **field_ret, int n_channel,
-                                   const struct rmap_selfoc *parameter,
-                                   struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_field_sech(struct rmap_field **field_ret, int n_channel,
                                  const struct rmap_sech *parameter,
                                  struct rmap_error *err) RMAP_MUST_USE;
-
-/* ---- Power series; with them constant and axial media ---- */
-
-/* q = sum of coefficient[i] s^i */
-enum rmap_series_variable {
-    RMAP_SERIES_Z,    /* s = z: axial (linear: two coefficients) */
-    RMAP_SERIES_RHO2, /* s = x^2 + y^2 */
-    RMAP_SERIES_R2    /* s = x^2 + y^2 + z^2 */
-};
-enum rmap_series_of { RMAP_SERIES_OF_N, RMAP_SERIES_OF_N_SQUARED }; /* q = n, or n^2 */
-
-/* coefficient: [n_channel][n_coefficient], n_coefficient >= 1. One coefficient: a constant. */
-enum rmap_status rmap_field_series(struct rmap_field **field_ret, enum rmap_series_variable s,
-                                   enum rmap_series_of q, int n_channel, int n_coefficient,
-                                   const double *coefficient, struct rmap_error *err) RMAP_MUST_USE;
-
-/* q = sum of coefficient[t] x^i y^j z^k with {i, j, k} = power[t], each in [0, 64].
- * coefficient: [n_channel][n_term]; power: [n_term]. */
-enum rmap_status rmap_field_polynomial(struct rmap_field **field_ret, enum rmap_series_of q,
-                                       int n_channel, int n_term, const int (*power)[3],
-                                       const double *coefficient,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-
-/* ---- Zemax gradient surfaces: origin at the surface's vertex, z along the axis ---- */
-
-/* Parameters by the names of the manual, in its order: the i-th of gradient `type`; NULL after the
- * last, and at i = 0 for a type there is none of. Lengths in the field's unit; wavelengths um. */
-const char *rmap_zemax_parameter(int type, int i);
-#define RMAP_ZEMAX_PARAMETER_MAX 64
-
-/* parameter: as rmap_zemax_parameter lists them; unsaid ones 0. wavelength_nm: [n_channel], used
- * by types with a dispersion of their own. */
-enum rmap_status rmap_field_zemax(struct rmap_field **field_ret, int type, int n_channel,
-                                  const double *wavelength_nm,
-                                  const double parameter[RMAP_ZEMAX_PARAMETER_MAX],
-                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* ---- Atmospheres ---- */
 
@@ -146,27 +81,6 @@ enum rmap_status rmap_field_profile(struct rmap_field **field_ret, enum rmap_pro
                                     const double *n, struct rmap_error *err) RMAP_MUST_USE;
 
 /* ---- Fields made of fields ---- */
-
-/* n = base + sum of weight[i] (n_i - base): base 1 for indices (a hot plume in an atmosphere), 0
- * for scalars. weight NULL: all 1. */
-enum rmap_status rmap_field_sum(struct rmap_field **field_ret, double base, int n_term,
-                                struct rmap_field *const *term, const double *weight,
-                                struct rmap_error *err) RMAP_MUST_USE;
-
-/* n' = 1 + scale (n - 1) + offset, per channel. Dispersion on top of a model given at a reference
- * wavelength: additive {1, n_d(l) - n_d(ref)}; of gases {(n_d(l) - 1) / (n_d(ref) - 1), 0};
- * multiplicative {f, f - 1} with f = n_d(l) / n_d(ref). */
-struct rmap_dispersed {
-    double scale, offset;
-};
-enum rmap_status rmap_field_dispersed(struct rmap_field **field_ret, struct rmap_field *of,
-                                      int n_channel, const struct rmap_dispersed *parameter,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
-/* The field in a frame of its own inside another's: n'(p) = n(to_local p). */
-enum rmap_status rmap_field_placed(struct rmap_field **field_ret, struct rmap_field *of,
-                                   const struct rmap_affine *to_local,
-                                   struct rmap_error *err) RMAP_MUST_USE;
 
 /* n of a scalar v that a field gives (any sign: rmap_field_scalar): temperature, density,
  * salinity, concentration. */

@@ -44,12 +44,14 @@ struct rmap_history_builder {
     size_t cap_local_of;
 };
 
-/* The portion in hand in the form ROWS: its shape; then its bytes (zeroed, as many as it takes). */
-enum rmap_status rmap_history_shape_rows(struct rmap_history_builder *self,
-                                         struct rmap_history_shape *shape,
-                                         struct rmap_error *err) RMAP_MUST_USE;
-void rmap_history_write_rows(const struct rmap_history_builder *self,
-                             const struct rmap_history_shape *shape,
-                             const struct rmap_history_layout *layout, uint8_t *bytes);
+enum rmap_status rmap_history_builder_create(struct rmap_history_builder **builder_ret,
+                                             struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_history_builder_destroy(struct rmap_history_builder *builder);
+
+enum rmap_status rmap_history_builder_add(struct rmap_history_builder *builder,
+                                          const struct rmap_portion *portion,
+                                          struct rmap_digest digest,
+                                          struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -94,12 +94,6 @@ struct rmap_history_view {
     struct rmap_history_rows *rows; /* how classes are stored, and buffers; owned */
 };
 
-/* RMAP_FORMAT when the portion's bytes are damaged; RMAP_SYSTEM. portion in [0, n_portion). */
-enum rmap_status rmap_history_view_open(const struct rmap_history_index *index, size_t portion,
-                                        struct rmap_history_view *view,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-void rmap_history_view_fini(struct rmap_history_view *view);
-
 /* What an open view made of its portion, with the bytes unless they are in memory with the index,
  * as a block that may be kept beyond it: this, then arrays, no pointers. What is not there yet is
  * made when first asked for, in its place. */
@@ -108,66 +102,10 @@ struct rmap_history_made {
     uint8_t has_rare, is_ranked, has_legs, has_hits, legs_have_empty, hits_have_empty, zero[2];
 };
 
-/* Bytes of the block, and a copy of it into room for as many, aligned as rmap_alloc does. */
-size_t rmap_history_made_nbytes(const struct rmap_history_view *view);
-void rmap_history_made_copy(const struct rmap_history_view *view, struct rmap_history_made *to);
-
-/* Opens the same portion of the same index from such a block, without reading or checking anything.
- * The view has it until the next open or fini, and may add to what it holds. RMAP_SYSTEM. */
-enum rmap_status rmap_history_view_reopen(const struct rmap_history_index *index, size_t portion,
-                                          struct rmap_history_made *made,
-                                          struct rmap_history_view *view,
-                                          struct rmap_error *err) RMAP_MUST_USE;
-
-/* ROWS: a bit for each leg whose class is wanted, borrowed until the next call with this view; one
- * word more may be read. NULL: there are none. wanted: [n_class] bytes, 0 or 1. */
-const uint64_t *rmap_history_mark(const struct rmap_history_view *view, const uint8_t *wanted);
-
-/* ROWS: the same of registrations. wanted: [n_hit] bytes, 0 or 1. */
-const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, const uint8_t *wanted);
-
-/* ROWS: the legs of each ray as a group, its registrations as a group, for such bits. Made when
- * first asked for. RMAP_SYSTEM. */
-enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
-                                         struct rmap_bit_groups **groups_ret,
-                                         struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
-                                         struct rmap_bit_groups **groups_ret,
-                                         struct rmap_error *err) RMAP_MUST_USE;
-
-/* ROWS: number of the class of each leg, in order. row_class: [n_segment], set. */
-void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *row_class);
-
 /* A ray of a portion: its row, and where its legs and registrations begin. */
 struct rmap_history_place_of_ray {
     uint32_t ray, leg, registration;
 };
-
-/* ROWS: the rays whose bits [words of n_ray] are set; how many. ray has room for them. */
-size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint64_t *bits,
-                               struct rmap_history_place_of_ray *ray);
-
-/* ROWS: sets the bits of those rays that have a registration that is wanted behind a leg whose bit
- * is set. ray [n], ascending; leg: a bit for each leg; wanted, follows: [n_hit] bytes, 0 or 1: the
- * registration counts, and comes behind the leg on which it happens, not before it. */
-void rmap_history_seen_behind(const struct rmap_history_view *view,
-                              const struct rmap_history_place_of_ray *ray, size_t n,
-                              const uint64_t *leg, const uint8_t *wanted, const uint8_t *follows,
-                              uint64_t *bits);
-
-/* ROWS: rays side by side: ray [n], ascending. out: its columns segment_count and
- * registration_count [n] and detector, registered and segment of /registration have room for theirs
- * and are set, as are its rows of /ray and /registration; row_class has room for their legs. */
-void rmap_history_gather(const struct rmap_history_view *view,
-                         const struct rmap_history_place_of_ray *ray, size_t n,
-                         struct rmap_portion *out, uint16_t *row_class);
-
-/* Either form: the discrete columns of the portion again, those that `columns` names (the counts
- * always); the others are as they were. out: emptied first, its memory is reused; out->first_ray
- * and n_row are set. RMAP_SYSTEM. */
-enum rmap_status rmap_history_unfold(const struct rmap_history_view *view, rmap_column_set columns,
-                                     struct rmap_portion *out,
-                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* ---- making one ---- */
 
@@ -178,13 +116,6 @@ struct rmap_history_limits {
 
 /* The portions of one piece, by first ray, with RMAP_HISTORY_COLUMNS. Memory: that of the index. */
 struct rmap_history_builder;
-enum rmap_status rmap_history_builder_create(struct rmap_history_builder **builder_ret,
-                                             struct rmap_error *err) RMAP_MUST_USE;
-void rmap_history_builder_destroy(struct rmap_history_builder *builder);
-enum rmap_status rmap_history_builder_add(struct rmap_history_builder *builder,
-                                          const struct rmap_portion *portion,
-                                          struct rmap_digest digest,
-                                          struct rmap_error *err) RMAP_MUST_USE;
 
 /* An index as bytes: a head, which is held in memory, and the portions' bytes, which views read one
  * portion at a time. */

@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "base/wide.h"
-#include "gradient/curve_internal.h"
+#include "gradient/curve_step.h"
 
 /* While its sag is less than this share of its length, a run is much like the line ahead, where the
  * next surface is known. */

@@ -6,6 +6,8 @@
 #include "base/alloc.h"
 #include "bench.h"
 #include "io/codec/codec.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_reader.h"
 
 /* So often that what a flush costs stands out of what else the machine does; how often it comes by

@@ -10,6 +10,7 @@
 
 #include "bench.h"
 #include "gradient/curve.h"
+#include "gradient/field_polynomial.h"
 #include "gradient/models.h"
 
 /* A ray whose end is known: on the unit sphere, or (sphere false) at z = end.z. */

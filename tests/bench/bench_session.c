@@ -4,6 +4,8 @@
  */
 #include "base/alloc.h"
 #include "bench_search.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_history.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/session/session_memo.h"
 #include "mpi/session/session_warm.h"

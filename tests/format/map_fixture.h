@@ -20,6 +20,8 @@
 #include "base/alloc.h"
 #include "io/map/map_reader.h"
 #include "io/map/map_writer.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 #include "map_fixture_scene.h"
 #include "portion/portion_recorder.h"
 

@@ -4,6 +4,9 @@
  * byte; when memory runs short in between, it is said and nothing is kept of the block.
  */
 #include "io/map/map_content.h"
+#include "io/map/map_directory.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 #include "map_fixture.h"
 
 enum { BLOCKS = 3, RAYS = 900 };

@@ -3,6 +3,11 @@
  * Columns that a map keeps in memory are those that its pieces hold, in both encodings, whatever
  * the budget and the order of questions.
  */
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
+#include "io/map/map_history.h"
+#include "io/write/index_writer.h"
 #include "map_fixture.h"
 
 enum { BLOCK = 500, N_BLOCK = 20 };

@@ -8,7 +8,14 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 
+#include "io/map/map_chunks.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_internal.h"
+#include "io/write/index_writer.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 
 enum { BLOCK = 300, N_BLOCK = 4 };
 

@@ -7,7 +7,13 @@
 
 #include <time.h>
 
+#include "io/map/map_complete.h"
 #include "io/map/map_content.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
+#include "io/write/index_writer.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 
 enum { BLOCK = 200, N_BLOCK = 24 };
 

@@ -11,7 +11,13 @@
 
 #include "io/file/seal.h"
 #include "io/map/journal.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_scan.h"
+#include "io/write/index_writer.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 
 enum { BLOCK = 400, N_BLOCK = 24 };
 

@@ -8,6 +8,12 @@
 #include <time.h>
 
 #include "base/workers.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
+#include "io/write/index_writer.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 
 enum { BLOCK = 500, N_BLOCK = 120 };
 

@@ -10,8 +10,11 @@
 #include <sys/wait.h>
 #include <time.h>
 
+#include "io/map/map_complete.h"
 #include "io/map/map_content.h"
 #include "io/recovery/salvage.h"
+#include "io/write/index_writer.h"
+#include "io/write/shard_writer.h"
 
 /* Blocks [first, last) flushed by a writer that goes without finishing. */
 static void leave(struct fixture *f, int shard, uint64_t first, uint64_t last)

@@ -11,8 +11,13 @@
 #include <sys/wait.h>
 #include <time.h>
 
+#include "io/map/map_complete.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_state.h"
 #include "io/recovery/verify.h"
+#include "io/recovery/verify_piece.h"
+#include "io/write/shard_append.h"
+#include "io/write/shard_writer.h"
 
 /* A file that failed to write is left to HDF5 as it is (closing it may crash), and with it some of
  * HDF5's own memory: the leak checker, where there is one, asks this function. */

@@ -10,7 +10,13 @@
 
 #include "io/codec/codec.h"
 #include "io/file/seal.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
 #include "io/recovery/verify.h"
+#include "io/recovery/verify_piece.h"
+#include "io/recovery/verify_rays.h"
+#include "io/write/index_writer.h"
 
 enum { BLOCK = 300, N_BLOCK = 20, FOOTER = 32, DATA_MAX = 1 << 16 };
 

@@ -11,8 +11,11 @@
 #include "analysis/query/quantity.h"
 #include "base/alloc.h"
 #include "io/export/polydata.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_scan.h"
 #include "io/recovery/verify.h"
+#include "io/recovery/verify_piece.h"
+#include "io/recovery/verify_rays.h"
 #include "target.h"
 
 /* Memory that cannot be had counts as a failure here: so small a map never needs much. */

@@ -10,7 +10,10 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "history/history_builder.h"
+#include "history/history_gather.h"
 #include "history/history_parts.h"
+#include "history/history_view.h"
 #include "target.h"
 
 const unsigned rmap_fuzz_rounds = 6000;

@@ -13,7 +13,13 @@
 
 #include "analysis/query/query.h"
 #include "analysis/report/ray_report.h"
+#include "analysis/report/ray_report_print.h"
+#include "io/map/map_chunks.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
+#include "io/map/map_directory.h"
 #include "io/map/map_scan.h"
+#include "io/write/index_writer.h"
 #include "map_analysis.h"
 #include "map_image.h"
 #include "target.h"

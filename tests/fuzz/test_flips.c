@@ -19,11 +19,18 @@
 #include "analysis/query/fold.h"
 #include "analysis/query/query.h"
 #include "analysis/report/ray_report.h"
+#include "analysis/report/ray_report_print.h"
 #include "base/rng.h"
 #include "io/map/history_file.h"
+#include "io/map/map_chunks.h"
+#include "io/map/map_complete.h"
+#include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"
 #include "io/recovery/verify.h"
+#include "io/recovery/verify_piece.h"
+#include "io/recovery/verify_rays.h"
+#include "io/write/index_writer.h"
 #include "tests/format/map_fixture.h"
 
 enum {

@@ -6,6 +6,7 @@
 #define HAND_GRADIENT_H
 
 #include "build_scene.h"
+#include "gradient/field_polynomial.h"
 #include "gradient/models.h"
 #include "hand_bench.h"
 

@@ -12,6 +12,8 @@
 
 #include "base/alloc.h"
 #include "gradient/curve.h"
+#include "gradient/field_made.h"
+#include "gradient/field_polynomial.h"
 #include "gradient/models.h"
 #include "near.h"
 

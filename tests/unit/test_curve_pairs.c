@@ -11,7 +11,7 @@
 
 #include <cmocka.h>
 
-#include "gradient/curve_internal.h"
+#include "gradient/curve_step.h"
 #include "near.h"
 
 enum { STAGES = RMAP_CURVE_STAGES + 1, ORDER_MAX = 9, TREES_MAX = 400 };

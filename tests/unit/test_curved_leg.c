@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "gradient/field_polynomial.h"
 #include "hand_gradient.h"
 #include "near.h"
 

@@ -13,6 +13,8 @@
 
 #include "base/alloc.h"
 #include "field_check.h"
+#include "gradient/field_made.h"
+#include "gradient/field_polynomial.h"
 #include "gradient/models.h"
 #include "optics/fluid.h"
 

@@ -14,6 +14,7 @@
 
 #include "base/alloc.h"
 #include "field_check.h"
+#include "gradient/field_polynomial.h"
 #include "gradient/gradient.h"
 #include "gradient/models.h"
 

@@ -13,6 +13,7 @@
 
 #include "base/alloc.h"
 #include "field_check.h"
+#include "gradient/field_polynomial.h"
 #include "gradient/models.h"
 
 static struct rmap_error err;

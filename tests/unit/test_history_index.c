@@ -13,7 +13,10 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "history/history_builder.h"
+#include "history/history_gather.h"
 #include "history/history_index.h"
+#include "history/history_view.h"
 
 enum { N_OBJECT = 400, N_MEDIUM = 3, N_DETECTOR = 5, N_SOURCE = 3 };
 static const struct rmap_history_limits limits = {N_SOURCE, N_OBJECT, N_MEDIUM, N_DETECTOR};

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Decoded portions of the pieces of a map, one after the other.
+ */
+#ifndef RMAP_MAP_CURSOR_H
+#define RMAP_MAP_CURSOR_H
+
+#include "io/map/map_reader.h"
+
+/* A cursor keeps its last decoded chunks (at most 64 per column; as many as the disorder of blocks
+ * in a shard makes useful), so reading portions in order decodes each chunk about once, also where
+ * shards alternate. One thread at a time; any number of cursors. */
+enum rmap_status rmap_cursor_create(const struct rmap_map *map, rmap_column_set columns,
+                                    struct rmap_cursor **cursor_ret,
+                                    struct rmap_error *err) RMAP_MUST_USE;
+void rmap_cursor_destroy(struct rmap_cursor *cursor);
+
+/* Reads the cursor's columns of one portion into the cursor's own struct rmap_portion (the other
+ * columns are NULL), valid until the next read. Checked on the way: counts add up to the rows of
+ * the other tables, and sources, objects, media, detectors and stops exist in the scene.
+ * RMAP_FORMAT names the piece, the damaged dataset and the chunk. */
+enum rmap_status rmap_cursor_read(struct rmap_cursor *cursor, size_t portion,
+                                  const struct rmap_portion **portion_ret,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+
+/* The same in steps. enter takes a portion in hand: its rows are counted, all its columns NULL.
+ * fetch adds columns to the struct that enter gave, where they are not there yet. `columns` of
+ * rmap_cursor_create are those that fetch may ask for; of a compact piece the discrete ones
+ * are decoded together, and those that rays are traced again for, all with them. Errors as above.
+ */
+enum rmap_status rmap_cursor_enter(struct rmap_cursor *cursor, size_t portion,
+                                   const struct rmap_portion **portion_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+enum rmap_status rmap_cursor_fetch(struct rmap_cursor *cursor, rmap_column_set columns,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* *are_one_ret: all rays of the portion in hand weigh 1, as the header of a compact one tells;
+ * false says nothing. Errors as of fetch. */
+enum rmap_status rmap_cursor_weigh(struct rmap_cursor *cursor, bool *are_one_ret,
+                                   struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of the portion in hand, without decoding it, where it is compact, its rays weigh 1, and the one
+ * in row i is first_ray + i. Errors as of fetch. */
+enum rmap_status rmap_cursor_tell_paths(struct rmap_cursor *cursor, struct rmap_told_paths *paths,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Of one that was told of so, the rays with paths of their own, side by side in their order, with
+ * those columns, ids and weights. */
+enum rmap_status rmap_cursor_own_paths(struct rmap_cursor *cursor,
+                                       const struct rmap_portion **own_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bytes read from files so far. */
+uint64_t rmap_cursor_nbytes(const struct rmap_cursor *cursor);
+
+/* Stored bytes of the rows read so far, a chunk's bytes being shared out over its rows: the sum
+ * is the same however portions are dealt to cursors, which makes it fit for `query`'s report. */
+uint64_t rmap_cursor_nbytes_of_rows(const struct rmap_cursor *cursor);
+
+#endif

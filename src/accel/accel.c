@@ -1,0 +1,495 @@
+/* SPDX-License-Identifier: MIT */
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "accel/accel.h"
+#include "accel/accel_build.h"
+#include "accel/accel_internal.h"
+#include "accel/accel_joint.h"
+#include "accel/accel_sieve.h"
+#include "accel/accel_start.h"
+#include "accel/accel_triangle.h"
+#include "base/alloc.h"
+#include "base/grouped.h"
+#include "base/workers.h"
+
+/* As Embree's configuration spells them, worst first, and as people do. */
+static const char *const isa_config[] = {"sse2", "sse4.2", "avx", "avx2", "avx512"};
+static const char *const isa_name[] = {"SSE2", "SSE4.2", "AVX", "AVX2", "AVX-512"};
+enum { N_ISA = sizeof(isa_config) / sizeof(isa_config[0]), WIDE_ISA = 3 };
+
+static RTCDevice open_device(int n_threads, int level)
+{
+    char config[64];
+    (void)snprintf(config, sizeof(config), "threads=%d,isa=%s", n_threads, isa_config[level]);
+    return rtcNewDevice(config);
+}
+
+int rmap_accel_isa_level(void)
+{
+    for (int level = N_ISA - 1; level >= 0; level--) {
+        RTCDevice device = open_device(1, level);
+        if (device) {
+            rtcReleaseDevice(device);
+            return level;
+        }
+        /* Short of memory Embree keeps a lock, which it would wait for at its next device. */
+        if (rtcGetDeviceError(NULL) != RTC_ERROR_UNSUPPORTED_CPU)
+            break;
+    }
+    return -1;
+}
+
+int rmap_accel_isa_level_of(const char *name)
+{
+    int level = N_ISA - 1;
+    while (level >= 0 && strcmp(isa_name[level], name) != 0)
+        level--;
+    return level;
+}
+
+const char *rmap_accel_isa(const struct rmap_accel *accel)
+{
+    return isa_name[accel->level];
+}
+
+bool rmap_accel_is_wide(const struct rmap_accel *accel)
+{
+    return accel->level >= WIDE_ISA;
+}
+
+const char *rmap_accel_embree_version(void)
+{
+    return RTC_VERSION_STRING;
+}
+
+/* Embree reports from whichever thread builds; the first report counts. */
+static void on_error(void *user, enum RTCError code, const char *text)
+{
+    struct rmap_accel_failure *failure = user;
+    if (atomic_flag_test_and_set(&failure->taken))
+        return;
+    failure->code = code;
+    (void)snprintf(failure->text, sizeof(failure->text), "%s", text ? text : "");
+}
+
+enum rmap_status rmap_accel_failed(struct rmap_accel *accel, const char *doing,
+                                   struct rmap_error *err)
+{
+    if (accel->failure.code == RTC_ERROR_NONE)
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM, "Embree failed while %s: %s (error %d)", doing,
+                          accel->failure.text, (int)accel->failure.code);
+}
+
+static enum rmap_status accel_open(struct rmap_accel *accel, int n_threads, int level,
+                                   struct rmap_error *err)
+{
+    if (level < 0 || level >= N_ISA)
+        return rmap_error_set(
+            err, RMAP_SYSTEM,
+            "Embree has no memory for a device, or knows no instruction set of this "
+            "machine");
+    accel->device = open_device(n_threads, level);
+    if (!accel->device)
+        return rmap_error_set(err, RMAP_SYSTEM, "Embree gives no device for %s (error %d)",
+                              isa_name[level], (int)rtcGetDeviceError(NULL));
+    accel->level = level;
+    rtcSetDeviceErrorFunction(accel->device, on_error, &accel->failure);
+    return RMAP_OK;
+}
+
+/* Embree builds with threads of TBB, which ends the process where it cannot start one. */
+static enum rmap_status try_threads(int n_threads, struct rmap_error *err)
+{
+    const int most = rmap_workers_available();
+    const int n = (n_threads > 0 && n_threads < most ? n_threads : most) - 1;
+    if (n <= 0 || rmap_workers_can_start(n))
+        return RMAP_OK;
+    return rmap_error_set(err, RMAP_SYSTEM,
+                          "cannot start %s to help to build the scene: give it more memory or "
+                          "processes (ulimit -v, -u), or fewer --threads",
+                          rmap_counted((uint64_t)n, "thread").text);
+}
+
+enum rmap_status rmap_accel_create_isa(const struct rmap_scene *scene, int n_threads, int level,
+                                       struct rmap_accel **accel_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_accel *accel = rmap_alloc(1, sizeof(*accel));
+    if (!accel)
+        return rmap_error_set(err, RMAP_SYSTEM, "no memory for the structure of the scene");
+    atomic_flag_clear(&accel->failure.taken);
+    RMAP_TRY(try_threads(n_threads, err));
+    RMAP_TRY(accel_open(accel, n_threads, level, err));
+    RMAP_TRY(rmap_accel_build(accel, scene, err));
+    *accel_ret = accel;
+    return RMAP_OK;
+out:
+    rmap_accel_destroy(accel);
+    return st;
+}
+
+enum rmap_status rmap_accel_create(const struct rmap_scene *scene, int n_threads,
+                                   struct rmap_accel **accel_ret, struct rmap_error *err)
+{
+    return rmap_accel_create_isa(scene, n_threads, rmap_accel_isa_level(), accel_ret, err);
+}
+
+void rmap_accel_destroy(struct rmap_accel *accel)
+{
+    if (!accel)
+        return;
+    if (accel->whole)
+        rtcReleaseScene(accel->whole);
+    if (accel->rest)
+        rtcReleaseScene(accel->rest);
+    for (size_t i = 0; i < accel->n_bottom; i++) {
+        rmap_facets_release(&accel->facets[i]);
+        if (accel->bottom[i])
+            rtcReleaseScene(accel->bottom[i]);
+    }
+    if (accel->device)
+        rtcReleaseDevice(accel->device);
+    rmap_free(accel->meshes.part);
+    rmap_free(accel->shapes.part);
+    rmap_joints_release(accel);
+    rmap_free(accel->object);
+    rmap_free(accel->facets);
+    rmap_free(accel->bottom);
+    rmap_free(accel);
+}
+
+/* The list of surfaces that coincide at the ray's start. Along the first direction, entries
+ * [0, passed) lie behind and [passed, n) ahead; a surface that touches it belongs to the point, one
+ * further on begins a new point. */
+
+static bool is_entry(const struct rmap_contact *contact, int32_t k, const struct rmap_hit *hit)
+{
+    return k >= 0 && k < contact->n && contact->surface[k].object == hit->object &&
+           contact->surface[k].primitive == hit->primitive;
+}
+
+/* Entry of the hit, put into the list where it is new. */
+static int32_t enter(struct rmap_contact *contact, const struct rmap_hit *hit)
+{
+    int32_t k = contact->backward ? contact->passed - 1 : contact->passed;
+    if (hit->t == 0 && is_entry(contact, k, hit))
+        return k;
+    if (hit->t > 0 || contact->backward) {
+        contact->backward = false; /* a new point, or an edge met on the way back */
+        k = 0;
+    }
+    if (k == RMAP_CONTACT_MAX) { /* forget the oldest */
+        memmove(&contact->surface[0], &contact->surface[1],
+                (RMAP_CONTACT_MAX - 1) * sizeof(contact->surface[0]));
+        k--;
+    }
+    contact->surface[k].object = hit->object;
+    contact->surface[k].primitive = hit->primitive;
+    contact->n = k + 1;
+    return k;
+}
+
+void rmap_contact_pass(struct rmap_contact *contact, const struct rmap_hit *hit)
+{
+    int32_t k = enter(contact, hit);
+    contact->passed = contact->backward ? k : k + 1;
+}
+
+void rmap_contact_turn(struct rmap_contact *contact, const struct rmap_hit *hit)
+{
+    int32_t k = enter(contact, hit);
+    contact->passed = contact->backward ? k + 1 : k;
+    contact->backward = !contact->backward;
+}
+
+/* One query: the float ray for Embree, the callbacks in which the candidates are decided in
+ * double, and the hit. */
+
+static void traversal_init(struct rmap_traversal *traversal, struct rmap_query *query)
+{
+    rtcInitIntersectContext(&traversal->context);
+    traversal->query = query;
+    traversal->t_far = INFINITY;
+    traversal->object = -1;
+}
+
+/* After the limit has shrunk: nothing beyond it and the float error of distances is worth a
+ * look. */
+static float shrink(struct rmap_traversal *traversal)
+{
+    const struct rmap_query *query = traversal->query;
+    double slack = RMAP_SLACK_ERRORS * query->accel->error;
+    double far = (query->limit + slack - traversal->shift) * traversal->rate;
+    float t_far = (float)far; /* the slack is many roundings wide */
+    if (t_far < traversal->t_far)
+        traversal->t_far = t_far > 0 ? t_far : 0;
+    return traversal->t_far;
+}
+
+void rmap_accel_triangle(const struct RTCFilterFunctionNArguments *args)
+{
+    /* one ray at a time: the N = 1 layouts are RTCRay and RTCHit */
+    struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
+    struct RTCRay *ray = (struct RTCRay *)args->ray;
+    const struct RTCHit *hit = (const struct RTCHit *)args->hit;
+    if (rmap_consider_triangle(traversal->query, traversal->object, (int32_t)hit->primID))
+        ray->tfar = shrink(traversal);
+    else
+        args->valid[0] = 0;
+}
+
+static void search(struct rmap_traversal *traversal, RTCScene scene, const float origin[3],
+                   const float direction[3])
+{
+    struct RTCRayHit ray = {.ray = {.org_x = origin[0],
+                                    .org_y = origin[1],
+                                    .org_z = origin[2],
+                                    .dir_x = direction[0],
+                                    .dir_y = direction[1],
+                                    .dir_z = direction[2],
+                                    .tfar = traversal->t_far,
+                                    .mask = UINT32_MAX},
+                            .hit = {.geomID = RTC_INVALID_GEOMETRY_ID}};
+    rtcIntersect1(scene, &traversal->context, &ray);
+}
+
+/* In the mesh's own frame, from the sphere about its box or a little behind the start: what is far
+ * away does not count in the float error. */
+static bool enter_mesh(struct rmap_query *query, int32_t index)
+{
+    const struct rmap_accel_object *object = &query->accel->object[index];
+    rmap_query_local(query, index);
+    struct rmap_vec3 p = query->local.origin, d = query->local.direction;
+    struct rmap_traversal inner;
+    double limit = query->limit;
+    traversal_init(&inner, query);
+    inner.object = index;
+    inner.rate = rmap_length(d);
+    d = rmap_scale(d, 1 / inner.rate);
+    double enter = rmap_dot(rmap_sub(object->middle, p), d) - object->half;
+    enter = rmap_greater(enter, 0) - RMAP_REACH_ERRORS * object->local_error;
+    inner.shift = enter / inner.rate;
+    (void)shrink(&inner);
+    p = rmap_axpy(enter, d, p);
+    const float origin[3] = {(float)p.x, (float)p.y, (float)p.z};
+    const float direction[3] = {(float)d.x, (float)d.y, (float)d.z};
+    search(&inner, object->bottom, origin, direction);
+    return query->limit < limit;
+}
+
+void rmap_accel_callback(const struct RTCIntersectFunctionNArguments *args)
+{
+    if (!args->valid[0])
+        return;
+    const struct rmap_accel_parts *parts = args->geometryUserPtr;
+    struct rmap_traversal *traversal = (struct rmap_traversal *)args->context;
+    int32_t object = parts->part[args->primID].object;
+    bool nearer = parts->accel->object[object].shape ? rmap_consider_shape(traversal->query, object)
+                                                     : enter_mesh(traversal->query, object);
+    if (nearer)
+        ((struct RTCRayHit *)args->rayhit)->ray.tfar = shrink(traversal);
+}
+
+static void query_init(struct rmap_query *query, const struct rmap_accel *accel,
+                       const struct rmap_ray *ray, double limit)
+{
+    query->accel = accel;
+    query->ray = ray;
+    query->limit = limit;
+    query->n_candidate = 0;
+    query->local.object = -1;
+    for (int i = 0; i < RMAP_DONE_SLOTS; i++)
+        query->done[i] = -1;
+    rmap_start_find(query);
+}
+
+/* Origin of the float ray about the scene's centre: a little behind the start, or where the ray
+ * enters the scene's sphere. False: it passes by. */
+static bool enter_scene(const struct rmap_query *query, float origin[3], float direction[3],
+                        double *shift)
+{
+    const struct rmap_accel *accel = query->accel;
+    struct rmap_vec3 d = query->ray->direction;
+    struct rmap_vec3 p = rmap_sub(query->ray->origin, accel->centre);
+    double radius = accel->radius + accel->reach;
+    double outside = rmap_dot(p, p) - radius * radius;
+    *shift = -accel->reach;
+    if (outside > 0) {
+        double b = rmap_dot(p, d);
+        /* the line's nearest point, not b^2 - outside: the start may be very far */
+        struct rmap_vec3 nearest = rmap_axpy(-b, d, p);
+        double rest = radius * radius - rmap_dot(nearest, nearest);
+        if (!(b < 0 && rest >= 0))
+            return false;
+        *shift += -b - sqrt(rest);
+    }
+    p = rmap_axpy(*shift, d, p);
+    origin[0] = (float)p.x;
+    origin[1] = (float)p.y;
+    origin[2] = (float)p.z;
+    direction[0] = (float)d.x;
+    direction[1] = (float)d.y;
+    direction[2] = (float)d.z;
+    return true;
+}
+
+static void look_around(struct rmap_query *query)
+{
+    if (!query->start.at_edge)
+        return;
+    rmap_query_local(query, query->start.object);
+    (void)rmap_consider_neighbours(query, query->start.object, query->start.primitive);
+}
+
+/* Do the bounds of what Embree holds lie beside the ray as far as it is of interest? Mostly where
+ * the sieve has found something near, or little is asked for. */
+static bool passes_rest(const struct rmap_query *query, const float origin[3],
+                        const float direction[3], double shift)
+{
+    const struct rmap_accel *accel = query->accel;
+    float far = rmap_far_end(query, shift);
+    bool beside = false;
+    if (!accel->rest_apart)
+        return false;
+    for (int k = 0; k < 3; k++) {
+        float end = origin[k] + far * direction[k]; /* infinite 0: NaN, which is beside nothing */
+        beside |= (origin[k] < accel->rest_lower[k]) & (end < accel->rest_lower[k]);
+        beside |= (origin[k] > accel->rest_upper[k]) & (end > accel->rest_upper[k]);
+    }
+    return beside;
+}
+
+static void traverse(struct rmap_query *query, RTCScene scene, const float origin[3],
+                     const float direction[3], double shift)
+{
+    struct rmap_traversal traversal;
+    traversal_init(&traversal, query);
+    traversal.shift = shift;
+    traversal.rate = 1;
+    if (query->limit < HUGE_VAL)
+        (void)shrink(&traversal);
+    search(&traversal, scene, origin, direction);
+}
+
+static void search_rest(struct rmap_query *query, const float origin[3], const float direction[3],
+                        double shift)
+{
+    RTCScene rest = query->accel->rest;
+    if (rest && !passes_rest(query, origin, direction, shift))
+        traverse(query, rest, origin, direction, shift);
+}
+
+static void search_shapes(struct rmap_query *query, const float origin[3], const float direction[3],
+                          double shift)
+{
+    if (query->accel->balls.n > 0)
+        rmap_balls_search(query, origin, direction, shift);
+    if (query->accel->sieve.n_slot > 0)
+        rmap_sieve_search(query, origin, direction, shift);
+}
+
+/* The weights are none of them negative: the position lies on the triangle, never beside it. */
+static void finish_triangle(const struct rmap_accel_object *object,
+                            const struct rmap_candidate *best, struct rmap_hit *hit)
+{
+    struct rmap_vec3 corner[3];
+    rmap_facets_corners(object->facets, best->primitive, corner);
+    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
+    struct rmap_vec3 local = rmap_axpy(best->point.z, e2, rmap_axpy(best->point.y, e1, corner[0]));
+    hit->position = rmap_affine_point(&object->to_world, local);
+    hit->normal = rmap_scale(best->normal, 1 / best->length);
+}
+
+static void finish(struct rmap_query *query, struct rmap_hit *hit)
+{
+    const struct rmap_candidate *best = rmap_query_best(query);
+    const struct rmap_accel_object *object = &query->accel->object[best->object];
+    __builtin_prefetch(object->soon);
+    rmap_query_local(query, best->object);
+    hit->t = best->touches ? 0 : rmap_greater(best->t + query->local.ahead, 0);
+    hit->object = best->object;
+    hit->primitive = best->listed;
+    hit->foretold = best->foretold;
+    if (object->shape) {
+        hit->position = rmap_affine_point(&object->to_world, best->point);
+        hit->normal = rmap_affine_transposed(&object->to_local, best->normal);
+        if (!object->rigid)
+            hit->normal = rmap_normalize(hit->normal);
+    } else {
+        finish_triangle(object, best, hit);
+    }
+}
+
+bool rmap_accel_next_within(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                            double length, struct rmap_hit *hit)
+{
+    struct rmap_query query;
+    float origin[3], direction[3];
+    double shift;
+    if (accel->n_object == 0)
+        return false;
+    if (accel->watch)
+        accel->watch(accel->watcher, ray, length);
+    query_init(&query, accel, ray, length);
+    if (!enter_scene(&query, origin, direction, &shift))
+        return false;
+    look_around(&query);
+    if (accel->rest_inside) {
+        search_rest(&query, origin, direction, shift);
+        if (!rmap_clearing_holds(&query, origin, direction, shift))
+            search_shapes(&query, origin, direction, shift);
+    } else {
+        search_shapes(&query, origin, direction, shift);
+        search_rest(&query, origin, direction, shift);
+    }
+    if (query.n_candidate == 0)
+        return false;
+    finish(&query, hit);
+    return true;
+}
+
+bool rmap_accel_next(const struct rmap_accel *accel, const struct rmap_ray *ray,
+                     struct rmap_hit *hit)
+{
+    return rmap_accel_next_within(accel, ray, HUGE_VAL, hit);
+}
+
+void rmap_accel_watch(struct rmap_accel *accel,
+                      void (*watch)(void *context, const struct rmap_ray *ray, double length),
+                      void *context)
+{
+    accel->watch = watch;
+    accel->watcher = context;
+}
+
+enum rmap_status rmap_accel_prepare(struct rmap_accel *accel, struct rmap_replay_ray *ray,
+                                    size_t n_ray, struct rmap_error *err)
+{
+    for (size_t i = 0; i < n_ray; i++) {
+        struct rmap_query query;
+        query_init(&query, accel, &ray[i].ray, ray[i].length > 0 ? ray[i].length : HUGE_VAL);
+        ray[i].misses = !enter_scene(&query, ray[i].origin, ray[i].direction, &ray[i].shift);
+    }
+    return rmap_accel_build_whole(accel, err);
+}
+
+size_t rmap_accel_replay(const struct rmap_accel *accel, const struct rmap_replay_ray *ray,
+                         size_t n_ray)
+{
+    size_t n_hit = 0;
+    for (size_t i = 0; i < n_ray; i++) {
+        const struct rmap_replay_ray *now = &ray[i];
+        struct rmap_query query;
+        if (now->misses)
+            continue;
+        query_init(&query, accel, &now->ray, now->length > 0 ? now->length : HUGE_VAL);
+        look_around(&query);
+        traverse(&query, accel->whole, now->origin, now->direction, now->shift);
+        n_hit += query.n_candidate > 0;
+    }
+    return n_hit;
+}

@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Builds the two levels. Embree's world is the scene moved to the centre of its objects. A mesh
+ * gets one bottom-level structure, shared by its instances. These are user primitives of the top
+ * level, which take the ray into the mesh's frame in double, as analytic surfaces do: Embree's own
+ * instances do it in float, whose error in a large scene is not small against a triangle.
+ */
+#ifndef RMAP_ACCEL_BUILD_H
+#define RMAP_ACCEL_BUILD_H
+
+#include "accel/accel_internal.h"
+
+enum rmap_status rmap_accel_build(struct rmap_accel *accel, const struct rmap_scene *scene,
+                                  struct rmap_error *err) RMAP_MUST_USE;
+/* `whole`, unless it is there. */
+enum rmap_status rmap_accel_build_whole(struct rmap_accel *accel,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+
+/* Bounds in the world. */
+void rmap_accel_bounds(const struct rmap_accel_object *object, struct rmap_vec3 *lower,
+                       struct rmap_vec3 *upper);
+
+/* Radii of the shell about a shape, from its axis. */
+void rmap_shell_radii(const struct rmap_shape *shape, double radius[2]);
+
+/* wider: as for rmap_accel_mesh. */
+void rmap_facets_release(struct rmap_facets *facets);
+
+#endif
