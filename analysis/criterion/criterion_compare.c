@@ -5,7 +5,7 @@
 #include <string.h>
 
 #include "analysis/criterion/criterion_evaluate.h"
-#include "base/bit_bytes.h"
+#include "base/byte_set.h"
 #include "base/wide.h"
 
 /* Counts that an interval holds: least <= count <= least + span, or, when `flip`, the others. */

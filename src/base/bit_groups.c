@@ -5,7 +5,6 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
-#include "base/intrinsics.h"
 #include "base/wide.h"
 
 /* Bits that are written one after the other. */
@@ -25,29 +24,13 @@ static inline void put(struct stream *stream, uint64_t bits, unsigned n)
     }
 }
 
-/* The n < 64 lowest of the bits from `at` on; one word more is read. */
-static inline uint64_t take(const uint64_t *bits, size_t at)
-{
-    uint64_t low = bits[at / 64] >> at % 64;
-    return at % 64 > 0 ? low | bits[at / 64 + 1] << (64 - at % 64) : low;
-}
-
-#ifdef RMAP_INTRINSICS
 /* a - b - *borrow; *borrow: whether that is below 0. */
-static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
-{
-    unsigned long long rest;
-    *borrow = _subborrow_u64(*borrow, a, b, &rest);
-    return rest;
-}
-#else
 static inline uint64_t subtract(uint64_t a, uint64_t b, unsigned char *borrow)
 {
     uint64_t less = a - b, rest = less - *borrow;
     *borrow = (unsigned char)((a < b) | (less < *borrow));
     return rest;
 }
-#endif
 
 /* A group's bits but the last, and a bit at its end, are a number, from which a bit at its
  * beginning is taken: that clears the lowest bit and sets those below, so that `and` leaves the
@@ -58,14 +41,13 @@ struct borrows {
     uint64_t before; /* 1: a group begins with the next word */
 };
 
-/* Of the groups that end in a word, a bit at the end of each that has so many. least: known where
- * this is copied to. */
-RMAP_COPIED uint64_t reach_word(uint64_t own, uint64_t end, uint32_t least, struct borrows *borrows)
+/* Of the groups that end in a word, a bit at the end of each that has so many. */
+static inline uint64_t reach_word(uint64_t own, uint64_t end, uint32_t least,
+                                  struct borrows *borrows)
 {
     uint64_t begin = end << 1 | borrows->before, number = own | end;
     uint64_t rest = UINT64_MAX, fewer = rest;
     borrows->before = end >> 63;
-    RMAP_UNROLL
     for (uint32_t k = 0; k < least; k++) {
         fewer = rest;
         rest = subtract(number, begin, &borrows->of[k]);
@@ -74,7 +56,7 @@ RMAP_COPIED uint64_t reach_word(uint64_t own, uint64_t end, uint32_t least, stru
     return (rest | (fewer & own)) & end;
 }
 
-static void plain_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
+static void pack_bits(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
 {
     struct stream stream = {.to = out};
     for (size_t w = 0; w < n_word; w++)
@@ -83,8 +65,8 @@ static void plain_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, 
     *stream.to = stream.word;
 }
 
-static void plain_reach(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least,
-                        uint64_t *out)
+static void reach_bits(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least,
+                       uint64_t *out)
 {
     struct borrows borrows = {.before = 1};
     struct stream stream = {.to = out};
@@ -96,8 +78,8 @@ static void plain_reach(const uint64_t *bits, const uint64_t *last, size_t n_wor
     *stream.to = stream.word;
 }
 
-static void plain_spread(const uint64_t *packed, const uint64_t *filled, size_t n_word,
-                         uint64_t *out)
+static void spread_bits(const uint64_t *packed, const uint64_t *filled, size_t n_word,
+                        uint64_t *out)
 {
     for (size_t w = 0, next = 0; w < n_word; w++) {
         out[w] = 0;
@@ -106,76 +88,12 @@ static void plain_spread(const uint64_t *packed, const uint64_t *filled, size_t 
     }
 }
 
-#ifdef RMAP_INTRINSICS
-__attribute__((target("bmi2,popcnt"))) static void
-wide_pack(const uint64_t *bits, const uint64_t *at, size_t n_word, uint64_t *out)
-{
-    struct stream stream = {.to = out};
-    for (size_t w = 0; w < n_word; w++)
-        put(&stream, _pext_u64(bits[w], at[w]), (unsigned)_mm_popcnt_u64(at[w]));
-    *stream.to = stream.word;
-}
-
-__attribute__((target("bmi2,popcnt"))) RMAP_COPIED void
-pack_reach(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least, uint64_t *out)
-{
-    struct borrows borrows = {.before = 1};
-    struct stream stream = {.to = out};
-    for (size_t w = 0; w < n_word; w++) {
-        uint64_t end = last[w], found = reach_word(bits[w], end, least, &borrows);
-        put(&stream, _pext_u64(found, end), (unsigned)_mm_popcnt_u64(end));
-    }
-    *stream.to = stream.word;
-}
-
-__attribute__((target("bmi2,popcnt"))) static void
-wide_reach(const uint64_t *bits, const uint64_t *last, size_t n_word, uint32_t least, uint64_t *out)
-{
-    switch (least) {
-    case 1:
-        pack_reach(bits, last, n_word, 1, out);
-        break;
-    case 2:
-        pack_reach(bits, last, n_word, 2, out);
-        break;
-    case 3:
-        pack_reach(bits, last, n_word, 3, out);
-        break;
-    default:
-        pack_reach(bits, last, n_word, least, out);
-    }
-}
-
-__attribute__((target("bmi2,popcnt"))) static void
-wide_spread(const uint64_t *packed, const uint64_t *filled, size_t n_word, uint64_t *out)
-{
-    for (size_t w = 0, next = 0; w < n_word; w++) {
-        out[w] = _pdep_u64(take(packed, next), filled[w]);
-        next += (unsigned)_mm_popcnt_u64(filled[w]);
-    }
-}
-
-static bool is_wide(void)
-{
-    return __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("popcnt");
-}
-#else
-#define wide_pack   plain_pack
-#define wide_reach  plain_reach
-#define wide_spread plain_spread
-
-static bool is_wide(void)
-{
-    return false;
-}
-#endif
-
 /* One bit for each group that has bits becomes one for each group. */
 static void give(const struct rmap_bit_groups *groups, const uint64_t *packed, uint64_t *out)
 {
     size_t n_out = rmap_bit_words(groups->n_group);
     if (groups->has_empty)
-        (is_wide() ? wide_spread : plain_spread)(packed, groups->filled, n_out, out);
+        spread_bits(packed, groups->filled, n_out, out);
     else
         memcpy(out, packed, n_out * sizeof *out);
 }
@@ -186,7 +104,7 @@ static void pack(const struct rmap_bit_groups *groups, const uint64_t *bits, con
 {
     size_t n_word = rmap_bit_words(groups->n_bit);
     uint64_t *packed = groups->found + n_word + 1;
-    (is_wide() ? wide_pack : plain_pack)(bits, at, n_word, packed);
+    pack_bits(bits, at, n_word, packed);
     give(groups, packed, out);
 }
 
@@ -209,9 +127,8 @@ RMAP_WIDE static uint64_t add_up(const uint32_t size[BLOCK], uint32_t *least)
 
 /* Marks where groups end that begin behind bit `at`, which a group of no bits marks again; returns
  * the last of these bits. */
-RMAP_WIDE_SHIFTS static uint64_t mark_block(const uint32_t size[BLOCK], uint64_t at, uint64_t *end)
+static uint64_t mark_block(const uint32_t size[BLOCK], uint64_t at, uint64_t *end)
 {
-    RMAP_UNROLL
     for (size_t i = 0; i < BLOCK; i++) {
         at += size[i];
         end[at / 64] |= UINT64_C(1) << at % 64;
@@ -308,7 +225,7 @@ void rmap_bit_groups_reach(struct rmap_bit_groups *groups, const uint64_t *bits,
 {
     size_t n_word = rmap_bit_words(groups->n_bit);
     uint64_t *packed = groups->found + n_word + 1;
-    (is_wide() ? wide_reach : plain_reach)(bits, groups->last, n_word, least, packed);
+    reach_bits(bits, groups->last, n_word, least, packed);
     give(groups, packed, out);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
- * Bytes tested against a set, 32 at a time where the machine can, and what passed counted in groups
- * of consecutive bytes.
+ * Bytes and numbers tested against sets, and what passed as bits, counted in groups of consecutive
+ * ones.
  */
 #ifndef RMAP_BYTE_SET_H
 #define RMAP_BYTE_SET_H
@@ -14,11 +14,6 @@
 /* member[b]: 1 for the bytes b of the set, or 0. Bit i % 64 of bits[i / 64] says whether byte i is
  * one; the last word has 0 behind it. */
 void rmap_byte_set_bits(const uint8_t *byte, size_t n, const uint8_t member[256], uint64_t *bits);
-
-/* The same for several sets at once. sets[b]: bit s, for a byte b of set s; 0 < n_set <= 8. Bits of
- * set s at bits[s]. */
-void rmap_byte_sets_bits(const uint8_t *byte, size_t n, const uint8_t sets[256], unsigned n_set,
-                         uint64_t *const *bits);
 
 /* The same as bytes 1 and 0; flag may be `byte`. */
 void rmap_byte_set_flags(const uint8_t *byte, size_t n, const uint8_t member[256], uint8_t *flag);
@@ -65,5 +60,8 @@ static inline bool rmap_bits_any(const uint64_t *bits, uint64_t first, uint32_t 
 /* Of groups that follow each other from bit 0 on: count [n_group], of size [n_group] bits each. */
 void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
                             uint32_t *count);
+
+/* byte [n]: `is` for bits that are set, `other` for the others. */
+void rmap_bits_to_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte);
 
 #endif

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * For functions whose loops the compiler turns into vector instructions: vectors as wide as the
- * machine has them (PRODUCTS: with AVX-512, which has products of 64 bits); and for those that
- * shift by numbers of bits that are not known beforehand.
+ * machine has them (PRODUCTS: with AVX-512, which has products of 64 bits).
  * Results are the same; nothing is contracted to multiply-adds.
  */
 #ifndef RMAP_WIDE_H
@@ -12,8 +11,7 @@
 
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) &&       \
     defined(__OPTIMIZE__)
-#define RMAP_WIDE        __attribute__((target_clones("avx2", "default")))
-#define RMAP_WIDE_SHIFTS __attribute__((target_clones("bmi2", "default")))
+#define RMAP_WIDE __attribute__((target_clones("avx2", "default")))
 #if __GNUC__ >= 12 /* knows the level by its name */
 #define RMAP_WIDE_PRODUCTS __attribute__((target_clones("arch=x86-64-v4", "avx2", "default")))
 #else
@@ -21,7 +19,6 @@
 #endif
 #else
 #define RMAP_WIDE
-#define RMAP_WIDE_SHIFTS
 #define RMAP_WIDE_PRODUCTS
 #endif
 

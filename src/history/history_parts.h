@@ -118,27 +118,15 @@ struct rmap_history_index {
     struct rmap_history_body body;
 };
 
-/* Sets of classes that were asked for, and their legs in the portion in hand. Portions are counted
- * from 1 on. */
-enum { RMAP_HISTORY_SET_MAX = 16, RMAP_HISTORY_SETS_AT_ONCE = 7 };
-struct rmap_history_set {
-    uint64_t asked;  /* the last portion in which it was */
-    uint64_t marked; /* the last portion whose legs were */
-    bool any;        /* of these there are some */
-};
+/* Sets of classes that were asked for in the portion in hand, and their legs. */
+enum { RMAP_HISTORY_SET_MAX = 16 };
 struct rmap_history_sets {
-    struct rmap_history_set set[RMAP_HISTORY_SET_MAX];
-    uint64_t portion;
-    size_t n, n_room, n_class;
-    uint8_t *wanted; /* [n_room][n_class] */
-    uint64_t *mark;  /* [n_room][rmap_history_mark_words] */
-    /* What several are at once: a bit for each. */
-    uint8_t composed[RMAP_HISTORY_SETS_AT_ONCE]; /* their numbers */
-    unsigned n_composed;
-    uint8_t *of_class; /* [n_class] */
-    uint8_t *of_rare;  /* by local class behind the common ones; 0 for those that are not there */
-    uint8_t *of_leg;   /* [n_rare] */
-    size_t cap_wanted, cap_mark, cap_of_class, cap_of_rare, cap_of_leg;
+    size_t n; /* asked for so far; set k is in place k % RMAP_HISTORY_SET_MAX */
+    size_t n_class;
+    bool any[RMAP_HISTORY_SET_MAX]; /* there are such legs */
+    uint8_t *wanted;                /* [places][n_class] */
+    uint64_t *mark;                 /* [places][rmap_history_mark_words] */
+    size_t cap_wanted, cap_mark;
 };
 
 /* A portion was opened: room for its legs. RMAP_SYSTEM. */

@@ -10,7 +10,6 @@
 
 #include <cmocka.h>
 
-#include "base/bit_bytes.h"
 #include "base/bit_groups.h"
 #include "base/byte_set.h"
 
@@ -44,31 +43,6 @@ static void test_members(void **state)
             assert_int_equal(bits[n / 64] >> n % 64, 0);
         rmap_byte_set_flags(byte, n, member, byte); /* in place */
         assert_memory_equal(byte, flag, n);
-    }
-}
-
-static void test_sets(void **state)
-{
-    (void)state;
-    uint32_t random = 5;
-    for (int round = 0; round < 200; round++) {
-        uint8_t byte[N], sets[256];
-        uint64_t bits[8][N / 64 + 1], *to[8];
-        size_t n = next(&random) % (N + 1);
-        unsigned n_set = 1 + next(&random) % 8;
-        for (size_t i = 0; i < n; i++)
-            byte[i] = (uint8_t)next(&random);
-        for (int b = 0; b < 256; b++)
-            sets[b] = (uint8_t)next(&random);
-        for (unsigned s = 0; s < 8; s++)
-            to[s] = bits[s];
-        rmap_byte_sets_bits(byte, n, sets, n_set, to);
-        for (unsigned s = 0; s < n_set; s++) {
-            for (size_t i = 0; i < n; i++)
-                assert_int_equal(bits[s][i / 64] >> i % 64 & 1, sets[byte[i]] >> s & 1);
-            if (n % 64 > 0)
-                assert_int_equal(bits[s][n / 64] >> n % 64, 0);
-        }
     }
 }
 
@@ -211,9 +185,9 @@ static void test_bytes_of_bits(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_members), cmocka_unit_test(test_sets),
-        cmocka_unit_test(test_numbers), cmocka_unit_test(test_groups),
-        cmocka_unit_test(test_reach),   cmocka_unit_test(test_bytes_of_bits),
+        cmocka_unit_test(test_members),       cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_groups),        cmocka_unit_test(test_reach),
+        cmocka_unit_test(test_bytes_of_bits),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
