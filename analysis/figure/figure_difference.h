@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  *
  * The picture of what differs where. Of an image: the difference, and beside it z, blue where the
-first sample has less and red where it has more. Of a number: both samples with bands of one
-standard error, and z below.
+ * first sample has less and red where it has more. Of a number: both samples with bands of one
+ * standard error, and z below.
  */
 #ifndef RMAP_FIGURE_DIFFERENCE_H
 #define RMAP_FIGURE_DIFFERENCE_H

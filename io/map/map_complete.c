@@ -6,9 +6,9 @@
 
 #include "base/alloc.h"
 #include "base/workers.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_internal.h"
+#include "io/map/map_reader.h"
 #include "trace/tally.h"
 
 /* Portions that a thread takes at a time: neighbours share chunks. */

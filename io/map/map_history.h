@@ -96,12 +96,11 @@ enum rmap_status rmap_map_keep(struct rmap_map *map, size_t budget_nbytes,
 
 void rmap_map_kept(const struct rmap_map *map, struct rmap_map_kept *kept);
 
-rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
-                                        rmap_column_set columns, struct rmap_portion *rows);
-
 /* Points rows at those of these columns of a portion that are kept, which it returns: nobody writes
  * to them. And keeps a copy of those in rows, all of which are there, as far as there is room. Both
  * thread-safe. */
+rmap_column_set rmap_map_borrow_columns(const struct rmap_map *map, size_t portion,
+                                        rmap_column_set columns, struct rmap_portion *rows);
 void rmap_map_keep_columns(const struct rmap_map *map, size_t portion, rmap_column_set columns,
                            const struct rmap_portion *rows);
 

@@ -67,6 +67,8 @@ struct rmap_run_row {
  *
  * RMAP_INPUT: nothing there; RMAP_FORMAT: no map, a damaged or too new one (says which file and
  * what to do); RMAP_SYSTEM: no permission, no memory. */
+enum rmap_status rmap_map_open(const char *path, struct rmap_map **map_ret,
+                               struct rmap_error *err) RMAP_MUST_USE;
 enum rmap_status rmap_map_open_untallied(const char *path, struct rmap_map **map_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 /* The same for who writes to the map, alone: what stands beside the index was found already. */

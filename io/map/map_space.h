@@ -53,6 +53,7 @@ enum rmap_status rmap_map_spaces_write(struct rmap_h5 *h5, const struct rmap_map
 enum rmap_status rmap_map_spaces_read(struct rmap_h5 *h5, struct rmap_map_spaces *spaces,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
+/* What chooses a colour space: a bundle with options and nothing else; the caller destroys it. */
 enum rmap_status rmap_map_options_of(const struct rmap_map *map, size_t space,
                                      struct rmap_bundle **options_ret,
                                      struct rmap_error *err) RMAP_MUST_USE;

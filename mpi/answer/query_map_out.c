@@ -6,10 +6,10 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_run.h"
 #include "io/write/index_writer.h"
 #include "mpi/answer/query_rays_out.h"

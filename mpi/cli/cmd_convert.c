@@ -5,11 +5,11 @@
 #include <string.h>
 
 #include "base/grouped.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_run.h"
 #include "io/write/index_writer.h"
 #include "mpi/command/json_out.h"

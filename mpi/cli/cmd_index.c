@@ -3,10 +3,10 @@
  * raymap index: what the rays of a map met, in a form that questions are answered from at once.
  */
 #include "base/grouped.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
+#include "io/map/map_reader.h"
 #include "mpi/command/json_out.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/scan/index_run.h"

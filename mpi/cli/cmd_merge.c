@@ -7,10 +7,10 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_json.h"
 #include "io/map/map_lock.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_writer.h"
 #include "io/recovery/merge.h"
 #include "mpi/command/json_out.h"

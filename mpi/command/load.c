@@ -6,9 +6,9 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_rays.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_state.h"
 #include "io/map/map_writer.h"
 #include "mpi/parallel/agree.h"

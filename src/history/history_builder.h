@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * An index in the making, for the files that make it.
+ * An index in the making.
  */
 #ifndef RMAP_HISTORY_BUILDER_H
 #define RMAP_HISTORY_BUILDER_H
@@ -44,14 +44,18 @@ struct rmap_history_builder {
     size_t cap_local_of;
 };
 
+/* The portions of one piece, by first ray, with RMAP_HISTORY_COLUMNS. Memory: that of the index. */
 enum rmap_status rmap_history_builder_create(struct rmap_history_builder **builder_ret,
                                              struct rmap_error *err) RMAP_MUST_USE;
-
 void rmap_history_builder_destroy(struct rmap_history_builder *builder);
-
 enum rmap_status rmap_history_builder_add(struct rmap_history_builder *builder,
                                           const struct rmap_portion *portion,
                                           struct rmap_digest digest,
                                           struct rmap_error *err) RMAP_MUST_USE;
+
+/* The builder is empty afterwards. */
+enum rmap_status rmap_history_builder_finish(struct rmap_history_builder *builder,
+                                             struct rmap_history_bytes *bytes,
+                                             struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -114,19 +114,12 @@ struct rmap_history_limits {
     size_t n_source, n_object, n_medium, n_detector;
 };
 
-/* The portions of one piece, by first ray, with RMAP_HISTORY_COLUMNS. Memory: that of the index. */
-struct rmap_history_builder;
-
 /* An index as bytes: a head, which is held in memory, and the portions' bytes, which views read one
  * portion at a time. */
 struct rmap_history_bytes {
     uint8_t *head, *body; /* rmap_free */
     size_t head_nbytes, body_nbytes;
 };
-/* The builder is empty afterwards. */
-enum rmap_status rmap_history_builder_finish(struct rmap_history_builder *builder,
-                                             struct rmap_history_bytes *bytes,
-                                             struct rmap_error *err) RMAP_MUST_USE;
 
 /* Where a view finds the body. Either it is in memory (bytes), or `read` copies nbytes from
  * `offset` of it to `to`, from any thread. release: called with context when the index goes; both

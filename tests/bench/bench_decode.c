@@ -6,7 +6,6 @@
 #include "base/alloc.h"
 #include "bench.h"
 #include "bench_seed.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_reader.h"
 #include "mpi/parallel/parts.h"

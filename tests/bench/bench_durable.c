@@ -6,7 +6,6 @@
 #include "base/alloc.h"
 #include "bench.h"
 #include "io/codec/codec.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_reader.h"
 

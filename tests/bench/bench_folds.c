@@ -11,7 +11,7 @@
 #include "base/alloc.h"
 #include "bench.h"
 #include "bench_questions.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/scan/energy_run.h"
 #include "mpi/scan/fold_run.h"

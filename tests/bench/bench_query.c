@@ -10,7 +10,7 @@
 #include "bench.h"
 #include "bench_search.h"
 #include "bench_seed.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "mpi/parallel/agree.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/scan/index_run.h"

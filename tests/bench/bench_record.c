@@ -4,7 +4,6 @@
  */
 #include "bench.h"
 #include "bench_seed.h"
-#include "io/map/map_complete.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_reader.h"
 #include "io/write/index_writer.h"

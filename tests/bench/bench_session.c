@@ -4,7 +4,7 @@
  */
 #include "base/alloc.h"
 #include "bench_search.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_history.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/session/session_memo.h"

@@ -3,7 +3,7 @@
  * Columns that a map keeps in memory are those that its pieces hold, in both encodings, whatever
  * the budget and the order of questions.
  */
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 
 #include "io/map/map_chunks.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_internal.h"

@@ -7,7 +7,7 @@
 
 #include <time.h>
 
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_content.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"

@@ -11,7 +11,7 @@
 
 #include "io/file/seal.h"
 #include "io/map/journal.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_scan.h"

@@ -5,7 +5,7 @@
  */
 #include "map_fixture.h"
 
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_internal.h"

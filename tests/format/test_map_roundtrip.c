@@ -8,7 +8,7 @@
 #include <time.h>
 
 #include "base/workers.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/write/index_writer.h"

@@ -10,7 +10,7 @@
 #include <sys/wait.h>
 #include <time.h>
 
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_content.h"
 #include "io/recovery/salvage.h"
 #include "io/write/index_writer.h"

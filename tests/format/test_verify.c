@@ -10,7 +10,7 @@
 
 #include "io/codec/codec.h"
 #include "io/file/seal.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/recovery/verify.h"

@@ -5,7 +5,7 @@
 #ifndef RMAP_FUZZ_MAP_H
 #define RMAP_FUZZ_MAP_H
 
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/write/index_writer.h"

@@ -15,7 +15,7 @@
 #include "analysis/report/ray_report.h"
 #include "analysis/report/ray_report_print.h"
 #include "io/map/map_chunks.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_scan.h"

@@ -23,7 +23,7 @@
 #include "base/rng.h"
 #include "io/map/history_file.h"
 #include "io/map/map_chunks.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"

@@ -12,7 +12,7 @@
 #include "analysis/query/query_marker.h"
 #include "history/history_index.h"
 #include "history/history_view.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"
 #include "io/write/index_writer.h"

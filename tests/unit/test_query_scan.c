@@ -7,7 +7,7 @@
 
 #include "analysis/query/query.h"
 #include "base/workers.h"
-#include "io/map/map_complete.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_directory.h"
 #include "io/write/index_writer.h"
 
