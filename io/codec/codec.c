@@ -2,12 +2,12 @@
 #include "io/codec/codec.h"
 
 #include <string.h>
+#include <xxhash.h>
 
 #include "base/alloc.h"
 #include "base/wide.h"
 #include "io/codec/shuffle.h"
 #include "io/codec/zlib_stream.h"
-#include "portion/portion_hash.h"
 
 #define FLETCHER_NBYTES 4
 
@@ -23,7 +23,7 @@ struct rmap_decoder {
 
 uint64_t rmap_checksum(const void *data, size_t nbytes)
 {
-    return rmap_hash64_fastest()(data, nbytes);
+    return XXH3_64bits(data, nbytes);
 }
 
 /* x modulo 65535 in 1..65535, but 0 for 0: the form that repeated folding leaves. */

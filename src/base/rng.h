@@ -31,12 +31,4 @@ enum rmap_rng_slot {
 void rmap_rng(uint64_t seed, uint64_t ray, uint32_t step, enum rmap_rng_slot slot,
               double uniform[4]);
 
-/* The same for two counters of one seed, in the time of one. */
-struct rmap_rng_counter {
-    uint64_t ray;
-    uint32_t step;
-    enum rmap_rng_slot slot;
-};
-void rmap_rng_two(uint64_t seed, const struct rmap_rng_counter counter[2], double uniform[2][4]);
-
 #endif

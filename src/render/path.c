@@ -15,8 +15,6 @@ struct path {
     uint64_t pixel, sample;
     double left[2]; /* of the pixel's random numbers */
 
-    double ahead[2][4];  /* random numbers of surfaces met by legs */
-    uint32_t ahead_from; /* of this number and the next */
     double rgb[3];
     double scale;  /* of diffuse transmission between media of different index */
     bool looked;   /* at all lights, from where the leg in hand begins */
@@ -45,31 +43,14 @@ static bool has_lens(const struct path *path)
     return path->renderer->camera->type != RMAP_CAMERA_PINHOLE;
 }
 
-/* Two in the time of one, so the first surface's come with them. */
 static void draw_camera(struct path *path, double u[4])
 {
-    const struct rmap_draw *at = &path->walk.draw;
-    const struct rmap_rng_counter counter[2] = {{path->pixel, 0, RMAP_RNG_CAMERA},
-                                                {at->ray, 1, RMAP_RNG_SURFACE}};
-    rmap_rng_two(at->seed, counter, path->ahead);
-    path->ahead_from = 0;
-    path->left[0] = path->ahead[0][2];
-    path->left[1] = path->ahead[0][3];
+    double turned[4];
+    rmap_rng(path->walk.draw.seed, path->pixel, 0, RMAP_RNG_CAMERA, turned);
+    path->left[0] = turned[2];
+    path->left[1] = turned[3];
     for (int k = 0; k < (has_lens(path) ? 4 : 2); k++)
-        u[k] = evenly(path->ahead[0][k], path->sample, k);
-}
-
-/* What the surface at the end of the next leg will take: nothing waits for it then. */
-static void draw_ahead(struct path *path)
-{
-    const struct rmap_draw *at = &path->walk.draw;
-    uint32_t next = at->step + 1;
-    if (next - path->ahead_from < 2)
-        return;
-    const struct rmap_rng_counter counter[2] = {{at->ray, next, RMAP_RNG_SURFACE},
-                                                {at->ray, next + 1, RMAP_RNG_SURFACE}};
-    rmap_rng_two(at->seed, counter, path->ahead);
-    path->ahead_from = next;
+        u[k] = evenly(turned[k], path->sample, k);
 }
 
 static void draw_light(const struct path *path, int draw, double u[4])
@@ -328,7 +309,6 @@ static bool meet_surface(struct path *path, const struct rmap_arrival *arrival)
         path->counts->n_limit++;
         return false;
     }
-    walk->draw.surface = path->ahead[walk->draw.step - path->ahead_from];
     rmap_interact(walk->scene, &walk->ray, &arrival->hit, &walk->colour, &walk->draw, &decision);
     if (decision.events & RMAP_EVENT_ERROR) {
         path->counts->n_error++;
@@ -386,7 +366,6 @@ static bool advance(struct path *path)
     bool weighed = seek && (medium->absorbing || medium->scattering_at_all);
     if (weighed)
         path->before = walk->colour;
-    draw_ahead(path);
     path->point = walk->ray.origin;
     path->done = 0.0;
     walk->recorder = seek && walk->ray.gradient > 0 ? &path->base : NULL;

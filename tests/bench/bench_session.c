@@ -4,8 +4,8 @@
  */
 #include "base/alloc.h"
 #include "bench_search.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_history.h"
+#include "io/map/map_reader.h"
 #include "mpi/parallel/progress.h"
 #include "mpi/session/session_memo.h"
 #include "mpi/session/session_warm.h"

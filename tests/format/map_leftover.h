@@ -7,9 +7,9 @@
 
 #include "map_fixture.h"
 
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"
 

@@ -3,9 +3,9 @@
  * /curve: maps whose scene has gradient media have it and a format of their own, other maps do not;
  * points that lie on no leg are refused, in either encoding.
  */
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"
 #include "io/write/shard_writer.h"

@@ -3,10 +3,10 @@
  * Columns that a map keeps in memory are those that its pieces hold, in both encodings, whatever
  * the budget and the order of questions.
  */
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "map_fixture.h"
 

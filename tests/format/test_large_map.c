@@ -9,10 +9,10 @@
 #include <sys/stat.h>
 
 #include "io/map/map_chunks.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_internal.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"
 #include "io/write/shard_writer.h"

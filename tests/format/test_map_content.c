@@ -7,10 +7,10 @@
 
 #include <time.h>
 
-#include "io/map/map_reader.h"
 #include "io/map/map_content.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"
 #include "io/write/shard_writer.h"

@@ -11,9 +11,9 @@
 
 #include "io/file/seal.h"
 #include "io/map/journal.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_scan.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"

@@ -5,11 +5,11 @@
  */
 #include "map_fixture.h"
 
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_internal.h"
 #include "io/map/map_paths.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 
 enum { BLOCK = 500, N_BLOCK = 60 };

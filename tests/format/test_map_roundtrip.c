@@ -8,9 +8,9 @@
 #include <time.h>
 
 #include "base/workers.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_append.h"
 #include "io/write/shard_writer.h"

@@ -10,8 +10,8 @@
 #include <sys/wait.h>
 #include <time.h>
 
-#include "io/map/map_reader.h"
 #include "io/map/map_content.h"
+#include "io/map/map_reader.h"
 #include "io/recovery/salvage.h"
 #include "io/write/index_writer.h"
 #include "io/write/shard_writer.h"

@@ -11,8 +11,8 @@
 #include <sys/wait.h>
 #include <time.h>
 
-#include "io/map/map_reader.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/map/map_state.h"
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_piece.h"

@@ -10,9 +10,9 @@
 
 #include "io/codec/codec.h"
 #include "io/file/seal.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/recovery/verify.h"
 #include "io/recovery/verify_piece.h"
 #include "io/recovery/verify_rays.h"

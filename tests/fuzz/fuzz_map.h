@@ -5,9 +5,9 @@
 #ifndef RMAP_FUZZ_MAP_H
 #define RMAP_FUZZ_MAP_H
 
-#include "io/map/map_reader.h"
 #include "io/map/map_cursor.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 #include "target.h"
 #include "tests/format/map_fixture.h"

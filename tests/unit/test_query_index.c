@@ -12,9 +12,9 @@
 #include "analysis/query/query_marker.h"
 #include "history/history_index.h"
 #include "history/history_view.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_directory.h"
 #include "io/map/map_history.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 
 enum { BLOCK = 500, N_BLOCK = 16, N_RANDOM = 200, TEXT = 2000, N_TOGETHER = 20 };

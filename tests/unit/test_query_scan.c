@@ -7,8 +7,8 @@
 
 #include "analysis/query/query.h"
 #include "base/workers.h"
-#include "io/map/map_reader.h"
 #include "io/map/map_directory.h"
+#include "io/map/map_reader.h"
 #include "io/write/index_writer.h"
 
 enum { BLOCK = 300, N_BLOCK = 40, N_RAY = BLOCK * N_BLOCK };

@@ -69,30 +69,12 @@ static void every_argument_counts(void **state)
         assert_true(base[i] == other[i]);
 }
 
-static void two_are_those_of_each(void **state)
-{
-    (void)state;
-    for (uint64_t i = 0; i < 1000; i++) {
-        const struct rmap_rng_counter counter[2] = {
-            {i << 31 | 7 * i, (uint32_t)(UINT32_MAX - 3 * i), RMAP_RNG_CAMERA},
-            {i, (uint32_t)i, RMAP_RNG_SURFACE}};
-        uint64_t seed = i * 0x9e3779b97f4a7c15;
-        double two[2][4], one[4];
-        rmap_rng_two(seed, counter, two);
-        for (int k = 0; k < 2; k++) {
-            rmap_rng(seed, counter[k].ray, counter[k].step, counter[k].slot, one);
-            assert_memory_equal(two[k], one, sizeof one);
-        }
-    }
-}
-
 int main(void)
 {
     const struct CMUnitTest test[] = {
         cmocka_unit_test(known_answers),
         cmocka_unit_test(uniform_moments),
         cmocka_unit_test(every_argument_counts),
-        cmocka_unit_test(two_are_those_of_each),
     };
     return cmocka_run_group_tests_name("rng", test, NULL, NULL);
 }
