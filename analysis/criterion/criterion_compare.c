@@ -75,47 +75,6 @@ void rmap_compare_counts(const uint32_t *count, size_t n, const struct rmap_inte
         compare_at_most(count, n, &range, verdict);
 }
 
-/* A bit for each of n rays that has so many marks; every one has none. */
-static void reach(const struct rmap_marks *marks, size_t n, uint32_t least, uint64_t *out)
-{
-    size_t n_word = rmap_bit_words(n);
-    if (least == 0)
-        memset(out, UINT8_MAX, n_word * sizeof *out);
-    else if (marks->groups)
-        rmap_bit_groups_reach(marks->groups, marks->bits, least, out);
-    else if (least == 1)
-        memcpy(out, marks->bits, n_word * sizeof *out);
-    else
-        memset(out, 0, n_word * sizeof *out);
-}
-
-bool rmap_compare_marks(const struct rmap_marks *marks, size_t n,
-                        const struct rmap_interval *interval, enum rmap_told told, uint64_t *bits,
-                        uint8_t *verdict)
-{
-    const struct whole_range range = whole_range(interval);
-    const bool has_end = !range.empty && range.span < UINT32_MAX - range.least;
-    const uint32_t end = has_end ? range.least + range.span + 1 : 0;
-    size_t n_word = rmap_bit_words(n);
-    uint64_t *at_least = bits, *beyond = bits + n_word;
-    if (range.empty || range.least > RMAP_BIT_GROUPS_LEAST_MAX || end > RMAP_BIT_GROUPS_LEAST_MAX)
-        return false;
-    memset(beyond, 0, n_word * sizeof *beyond);
-    reach(marks, n, range.least, at_least);
-    if (has_end)
-        reach(marks, n, end, beyond);
-    if (told == RMAP_AT_MOST) {
-        rmap_bits_to_bytes(range.least > 0 ? at_least : beyond, n, RMAP_VERDICT_OPEN,
-                           decided(&range), verdict);
-        return true;
-    }
-    for (size_t w = 0; w < n_word; w++)
-        at_least[w] &= ~beyond[w];
-    rmap_bits_to_bytes(at_least, n, range.flip ? RMAP_VERDICT_NO : RMAP_VERDICT_YES,
-                       range.flip ? RMAP_VERDICT_YES : RMAP_VERDICT_NO, verdict);
-    return true;
-}
-
 RMAP_WIDE void rmap_compare_numbers(const double *restrict number, size_t n,
                                     const struct rmap_interval *interval, uint8_t *restrict verdict)
 {

@@ -14,12 +14,6 @@ enum rmap_told { RMAP_EXACTLY, RMAP_AT_MOST };
 void rmap_compare_counts(const uint32_t *count, size_t n, const struct rmap_interval *interval,
                          enum rmap_told told, uint8_t *verdict);
 
-/* The same of n rays' marks, as far as it can be told without counting them: else false. bits: [2]
- * [words of n] for use on the way. */
-bool rmap_compare_marks(const struct rmap_marks *marks, size_t n,
-                        const struct rmap_interval *interval, enum rmap_told told, uint64_t *bits,
-                        uint8_t *verdict);
-
 void rmap_compare_numbers(const double *number, size_t n, const struct rmap_interval *interval,
                           uint8_t *verdict);
 

@@ -11,6 +11,7 @@
 #include "analysis/criterion/criterion_compare.h"
 #include "analysis/criterion/criterion_tests.h"
 #include "base/alloc.h"
+#include "base/count.h"
 #include "base/wide.h"
 
 static void compare_ray_numbers(const struct rmap_evaluation *ev,
@@ -53,8 +54,6 @@ static enum rmap_status compare_rows(const struct rmap_evaluation *ev, int32_t i
     enum rmap_status st = RMAP_OK;
     struct rmap_marks marks;
     RMAP_TRY(rmap_test_mark(ev, index, node, &marks, err));
-    if (rmap_compare_marks(&marks, ev->n_ray, &node->interval, told, ev->judge->reach, verdict))
-        return RMAP_OK;
     rmap_test_count(ev, &marks);
     rmap_compare_counts(ev->count, ev->n_ray, &node->interval, told, verdict);
 out:
@@ -193,11 +192,9 @@ void rmap_judge_fini(struct rmap_judge *judge)
     rmap_free(judge->kept);
     rmap_free(judge->is_kept);
     rmap_free(judge->mark);
-    rmap_free(judge->reach);
+    rmap_free(judge->last);
     rmap_free(judge->at_objects);
     rmap_free(judge->in_region);
-    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
-        rmap_bit_groups_fini(&judge->rows[t]);
     *judge = (struct rmap_judge){0};
 }
 
@@ -209,17 +206,8 @@ enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t
         st = RMAP_RESERVE(judge->is_kept, judge->is_kept_cap, n_slot, err);
     if (st == RMAP_OK && n_slot > 0)
         memset(judge->is_kept, 0, n_slot);
-    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
-        judge->groups[t] = NULL;
     judge->has_objects &= is_same;
     judge->has_region &= is_same;
-    return st;
-}
-
-enum rmap_status rmap_judge_reserve(struct rmap_judge *judge, size_t n_ray, struct rmap_error *err)
-{
-    enum rmap_status st =
-        RMAP_RESERVE(judge->reach, judge->reach_cap, 2 * rmap_bit_words(n_ray), err);
     return st;
 }
 
@@ -234,8 +222,6 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
     enum rmap_status st = RMAP_RESERVE(judge->count, judge->count_cap, n_ray, err);
     if (st == RMAP_OK)
         st = RMAP_RESERVE(judge->mask, judge->mask_cap, n_ray * (size_t)criterion->n_mask, err);
-    if (st == RMAP_OK)
-        st = rmap_judge_reserve(judge, n_ray, err);
     if (st != RMAP_OK)
         return st;
     struct rmap_evaluation ev = {.criterion = criterion,
@@ -249,14 +235,6 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
                              : evaluate_node(&ev, criterion->root, 0, verdict, err);
 }
 
-static bool sums_to(const uint32_t *rows, size_t n_ray, size_t n_row)
-{
-    uint64_t sum = 0;
-    for (size_t i = 0; i < n_ray; i++)
-        sum += rows[i];
-    return sum == n_row;
-}
-
 static enum rmap_status check_portion(const struct rmap_criterion *criterion,
                                       const struct rmap_portion *portion, struct rmap_error *err)
 {
@@ -268,9 +246,9 @@ static enum rmap_status check_portion(const struct rmap_criterion *criterion,
             return rmap_error_set(err, RMAP_INTERNAL, "column %s was not read", info->path);
     }
     if ((portion->ray.segment_count &&
-         !sums_to(portion->ray.segment_count, n_ray, portion->n_row[RMAP_TABLE_SEGMENT])) ||
-        (portion->ray.registration_count &&
-         !sums_to(portion->ray.registration_count, n_ray, portion->n_row[RMAP_TABLE_REGISTRATION])))
+         !rmap_sums_to(portion->ray.segment_count, n_ray, portion->n_row[RMAP_TABLE_SEGMENT])) ||
+        (portion->ray.registration_count && !rmap_sums_to(portion->ray.registration_count, n_ray,
+                                                          portion->n_row[RMAP_TABLE_REGISTRATION])))
         return rmap_error_set(err, RMAP_FORMAT,
                               "the rays from id %llu on do not add up to the rows of their tables",
                               (unsigned long long)portion->first_ray);

@@ -7,7 +7,6 @@
 #define RMAP_CRITERION_EVALUATE_H
 
 #include "analysis/criterion/criterion_tree.h"
-#include "base/bit_groups.h"
 
 /* Bit 0: the ray may match; bit 1: it does. `and` is &, `or` is |. */
 enum rmap_verdict { RMAP_VERDICT_NO = 0, RMAP_VERDICT_OPEN = 1, RMAP_VERDICT_YES = 3 };
@@ -17,10 +16,10 @@ static inline uint8_t rmap_verdict_not(uint8_t verdict)
     return (uint8_t)((verdict & 1) << 1 | verdict >> 1) ^ RMAP_VERDICT_YES;
 }
 
-/* What a test counts: a bit per row, in groups that are the rays' rows; or a bit per ray. */
+/* What a test counts: a bit per row, of which each ray has so many; or a bit per ray. */
 struct rmap_marks {
-    const uint64_t *bits;           /* borrowed; one word more may be read */
-    struct rmap_bit_groups *groups; /* NULL: per ray */
+    const uint64_t *bits;   /* borrowed; one word more may be read */
+    const uint32_t *n_rows; /* [n_ray]; NULL: per ray */
 };
 
 /* Rays, and how to learn about them. */
@@ -40,10 +39,6 @@ struct rmap_evidence {
      * the columns. */
     enum rmap_status (*mark)(void *context, int32_t index, const struct rmap_criterion_node *node,
                              struct rmap_marks *marks, struct rmap_error *err);
-    /* The rows of each ray in /registration or /segment as groups; *groups_ret NULL: none are at
-     * hand. NULL: never. */
-    enum rmap_status (*group)(void *context, enum rmap_table table,
-                              struct rmap_bit_groups **groups_ret, struct rmap_error *err);
 };
 
 /* Memory of an evaluation, to be used again. All zero at first. */
@@ -55,8 +50,8 @@ struct rmap_judge {
     size_t kept_cap;
     uint8_t *is_kept; /* [n_slot] */
     size_t is_kept_cap;
-    uint64_t *mark, *reach; /* bits: of rows or rays; of rays, twice */
-    size_t mark_cap, reach_cap;
+    uint64_t *mark, *last; /* bits: of rows or rays; of rays */
+    size_t mark_cap, last_cap;
     uint64_t *at_objects; /* bits: of rows at the objects that were asked for last: */
     size_t at_objects_cap;
     bool has_objects;
@@ -64,9 +59,7 @@ struct rmap_judge {
     uint64_t *in_region; /* bits: of registrations that passed the test that was put last: */
     size_t in_region_cap;
     bool has_region;
-    struct rmap_registration_test region;                     /* but for `where` */
-    struct rmap_bit_groups rows[RMAP_TABLE_HISTORY_COUNT];    /* of a table: its own, */
-    struct rmap_bit_groups *groups[RMAP_TABLE_HISTORY_COUNT]; /* or what the same evidence has */
+    struct rmap_registration_test region; /* but for `where` */
 };
 void rmap_judge_fini(struct rmap_judge *judge);
 

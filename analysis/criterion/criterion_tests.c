@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/count.h"
 
 /* Rows marked at a time, whole words of bits: they stay in the first-level cache. */
 enum { STRIP_ROWS = 4096 };
@@ -98,25 +99,20 @@ static enum rmap_status mark_registrations(const struct rmap_evaluation *ev,
     return RMAP_OK;
 }
 
-/* The rows of each ray in a table. */
-static enum rmap_status group_rows(const struct rmap_evaluation *ev, enum rmap_table table,
-                                   struct rmap_bit_groups **groups_ret, struct rmap_error *err)
+/* How many rows each ray has in a table: (*n_rows_ret)[n_ray], which add up to those that are
+ * there. */
+static enum rmap_status count_rows(const struct rmap_evaluation *ev, enum rmap_table table,
+                                   const uint32_t **n_rows_ret, struct rmap_error *err)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_bit_groups **known = &ev->judge->groups[table];
     const struct rmap_ray_columns *ray = &ev->portion->ray;
-    if (!*known && ev->evidence->group)
-        RMAP_TRY(ev->evidence->group(ev->evidence->context, table, known, err));
-    if (!*known) {
-        RMAP_TRY(rmap_bit_groups_set(&ev->judge->rows[table],
-                                     table == RMAP_TABLE_SEGMENT ? ray->segment_count
-                                                                 : ray->registration_count,
-                                     ev->n_ray, ev->portion->n_row[table], err));
-        *known = &ev->judge->rows[table];
-    }
-out:
-    *groups_ret = *known;
-    return st;
+    const size_t n_row = ev->portion->n_row[table];
+    const uint32_t *n_rows =
+        table == RMAP_TABLE_SEGMENT ? ray->segment_count : ray->registration_count;
+    *n_rows_ret = n_rows;
+    return rmap_sums_to(n_rows, ev->n_ray, n_row)
+               ? RMAP_OK
+               : rmap_error_set(err, RMAP_FORMAT, "the rows of %zu rays do not add up to %zu",
+                                ev->n_ray, n_row);
 }
 
 /* By objects that follow each other, or all, and by events. */
@@ -174,16 +170,16 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
     enum rmap_status st = RMAP_OK;
     enum rmap_table table =
         node->kind == RMAP_CRITERION_STEPS ? RMAP_TABLE_SEGMENT : RMAP_TABLE_REGISTRATION;
-    struct rmap_bit_groups *groups;
+    const uint32_t *n_rows;
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
-    RMAP_TRY(group_rows(ev, table, &groups, err));
+    RMAP_TRY(count_rows(ev, table, &n_rows, err));
     if (table == RMAP_TABLE_REGISTRATION)
         RMAP_TRY(mark_registrations(ev, &node->registrations, ev->portion->n_row[table], err));
     else if (is_plain(&node->steps))
         RMAP_TRY(mark_steps(ev, &node->steps, ev->portion->n_row[table], err));
     else
-        mark_legs(ev, &node->steps, groups->size, ev->portion->n_row[table]);
-    *marks = (struct rmap_marks){ev->judge->mark, groups};
+        mark_legs(ev, &node->steps, n_rows, ev->portion->n_row[table]);
+    *marks = (struct rmap_marks){ev->judge->mark, n_rows};
 out:
     return st;
 }
@@ -240,17 +236,17 @@ static enum rmap_status mark_ends(const struct rmap_evaluation *ev,
     enum rmap_status st = RMAP_OK;
     const struct rmap_portion *portion = ev->portion;
     size_t n_row = portion->n_row[RMAP_TABLE_SEGMENT];
-    uint64_t *mark = ev->judge->mark, *last;
-    struct rmap_bit_groups *groups;
-    RMAP_TRY(rmap_judge_reserve(ev->judge, ev->n_ray, err));
-    last = ev->judge->reach;
-    RMAP_TRY(group_rows(ev, RMAP_TABLE_SEGMENT, &groups, err));
+    const size_t n_word = rmap_bit_words(ev->n_ray);
+    uint64_t *mark = ev->judge->mark;
+    const uint32_t *n_rows;
+    RMAP_TRY(RMAP_RESERVE(ev->judge->last, ev->judge->last_cap, n_word, err));
+    RMAP_TRY(count_rows(ev, RMAP_TABLE_SEGMENT, &n_rows, err));
     rmap_range_bits(portion->segment.object, n_row, (uint32_t)test->object.low, test->object.span,
                     mark);
-    rmap_bit_groups_last(groups, mark, last);
+    rmap_bits_last_groups(mark, n_rows, ev->n_ray, ev->judge->last);
     keep_stops(ev, test->stop);
-    for (size_t w = 0; w < rmap_bit_words(ev->n_ray); w++)
-        mark[w] &= last[w];
+    for (size_t w = 0; w < n_word; w++)
+        mark[w] &= ev->judge->last[w];
 out:
     return st;
 }
@@ -299,9 +295,8 @@ out:
 
 void rmap_test_count(const struct rmap_evaluation *ev, const struct rmap_marks *marks)
 {
-    const struct rmap_bit_groups *groups = marks->groups;
-    if (groups)
-        rmap_bits_count_groups(marks->bits, groups->size, groups->n_group, ev->count);
+    if (marks->n_rows)
+        rmap_bits_count_groups(marks->bits, marks->n_rows, ev->n_ray, ev->count);
     else
         for (size_t i = 0; i < ev->n_ray; i++)
             ev->count[i] = marks->bits[i / 64] >> i % 64 & 1;

@@ -20,10 +20,6 @@ struct rmap_evaluation {
 enum rmap_status rmap_evaluation_fetch(const struct rmap_evaluation *ev, rmap_column_set columns,
                                        struct rmap_error *err) RMAP_MUST_USE;
 
-/* Room for bits of rays: judge->reach. */
-enum rmap_status rmap_judge_reserve(struct rmap_judge *judge, size_t n_ray,
-                                    struct rmap_error *err) RMAP_MUST_USE;
-
 /* What a test marks; valid until the next. index: of the node, which may stand looser here. */
 enum rmap_status rmap_test_mark(const struct rmap_evaluation *ev, int32_t index,
                                 const struct rmap_criterion_node *node, struct rmap_marks *marks,

@@ -13,7 +13,7 @@
 enum { RMAP_PATH_EVENT_BITS = 13, RMAP_PATH_EVENT_CODES = 1 << RMAP_PATH_EVENT_BITS };
 
 /* Needs that a path keeps: more would not rule out many more rays. */
-enum { RMAP_PATH_NEED_MAX = 4, RMAP_PATH_CHAIN_MAX = 8 };
+enum { RMAP_PATH_NEED_MAX = 4 };
 
 /* What every history that matches has somewhere: a step, or a registration, with one of these
  * symbols. Rays that lack it need not be run. */
@@ -42,11 +42,6 @@ struct rmap_path_table {
     const uint8_t *needs_met; /* [n_symbol] bit k: by need k */
     int n_need;
     struct rmap_path_need need[RMAP_PATH_NEED_MAX];
-    int n_chain; /* steps that every match has, one after the other: */
-    const uint8_t *chain[RMAP_PATH_CHAIN_MAX]; /* [n_symbol] that each may be */
-    bool is_chain;       /* and nothing else: with anything between them and behind */
-    bool is_from_start;  /* the first of them is the history's first symbol */
-    const uint8_t *seen; /* [n_symbol] the last thing is such a registration; or NULL */
 };
 
 /* The symbol of a row of /segment, and of a registration on a detector. */
@@ -72,8 +67,7 @@ enum rmap_status rmap_path_alphabet_create(struct rmap_parser *parser,
                                            struct rmap_path_table *table,
                                            struct rmap_path_alphabet *alphabet) RMAP_MUST_USE;
 
-/* Fills need, chain and what is said of it, which keep parts of alphabet->has: the criterion's copy
- * of it. */
+/* Fills need, which keeps parts of alphabet->has: the criterion's copy of it. */
 enum rmap_status rmap_path_needs_create(struct rmap_parser *parser,
                                         const struct rmap_path_regex *regex,
                                         const struct rmap_path_alphabet *alphabet,

@@ -5,14 +5,12 @@
 
 #include "analysis/criterion/path_table.h"
 #include "base/alloc.h"
-#include "base/wide.h"
 #include "history/history_gather.h"
 #include "history/history_view.h"
 
 void rmap_query_path_fini(struct rmap_query_path *self)
 {
     rmap_free(self->may);
-    rmap_free(self->leg);
     rmap_free(self->ray);
     rmap_free(self->row_class);
     rmap_free(self->match);
@@ -25,15 +23,13 @@ static enum rmap_status reserve(struct rmap_query_path *self, const struct rmap_
                                 struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
-    size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_leg = view->n_row[RMAP_TABLE_SEGMENT];
+    size_t n_ray = view->n_row[RMAP_TABLE_RAY];
     size_t n_class = rmap_history_n_class(view->index), n_hit = rmap_history_n_hit(view->index);
     if (!self->rays && !(self->rays = rmap_alloc(1, sizeof *self->rays)))
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a scan");
     RMAP_TRY(RMAP_RESERVE(self->may, self->may_cap, 2 * rmap_bit_words(n_ray), err));
-    RMAP_TRY(RMAP_RESERVE(self->leg, self->leg_cap, 2 * (rmap_bit_words(n_leg) + 1),
-                          err)); /* one word more is read */
-    RMAP_TRY(RMAP_RESERVE(self->wanted, self->wanted_cap,
-                          (n_class > 2 * n_hit ? n_class : 2 * n_hit) + 1, err));
+    RMAP_TRY(
+        RMAP_RESERVE(self->wanted, self->wanted_cap, (n_class > n_hit ? n_class : n_hit) + 1, err));
 out:
     return st;
 }
@@ -43,134 +39,48 @@ struct search {
     struct rmap_query_path *path;
     const struct rmap_history_view *view;
     const struct rmap_path_table *table;
-    const uint16_t *symbol;       /* of each class of legs */
-    struct rmap_bit_groups *legs; /* of each ray */
-    size_t n_word;                /* of a bit per ray */
+    const uint16_t *symbol; /* of each class of legs */
+    size_t n_word;          /* of a bit per ray */
 };
-
-static void want_classes(const uint8_t *restrict has, const uint16_t *restrict symbol, size_t n,
-                         uint8_t *restrict wanted)
-{
-    RMAP_UNROLL
-    for (size_t k = 0; k < n; k++)
-        wanted[k] = has[symbol[k]];
-}
 
 /* Bits of legs with one of these symbols, or NULL. */
 static const uint64_t *mark_legs(const struct search *search, const uint8_t *has)
 {
     uint8_t *wanted = search->path->wanted;
     size_t n_class = rmap_history_n_class(search->view->index);
-    want_classes(has, search->symbol, n_class, wanted);
+    for (size_t k = 0; k < n_class; k++)
+        wanted[k] = has[search->symbol[k]];
     return rmap_history_mark(search->view, wanted);
 }
 
-/* Registrations with one of these symbols: path->wanted. */
-static void want_hits(const struct search *search, const uint8_t *has)
+/* Bits of registrations with one of these symbols, or NULL. */
+static const uint64_t *mark_hits(const struct search *search, const uint8_t *has)
 {
     const struct rmap_path_table *table = search->table;
     const struct rmap_history_hit *hit = rmap_history_hits(search->view->index);
+    uint8_t *wanted = search->path->wanted;
     size_t n_hit = rmap_history_n_hit(search->view->index);
     for (size_t k = 0; k < n_hit; k++) {
         size_t detector = (uint32_t)hit[k].detector < table->n_detector ? (size_t)hit[k].detector
                                                                         : table->n_detector;
-        search->path->wanted[k] = hit[k].registered && has[table->symbol_of_hit[detector]];
+        wanted[k] = hit[k].registered && has[table->symbol_of_hit[detector]];
     }
-}
-
-/* Bits of these, or NULL. */
-static const uint64_t *mark_hits(const struct search *search, const uint8_t *has)
-{
-    want_hits(search, has);
-    return rmap_history_mark_hits(search->view, search->path->wanted);
+    return rmap_history_mark_hits(search->view, wanted);
 }
 
 /* Rays that have a bit in their group stay; false: none do. */
-static bool keep(const struct search *search, struct rmap_bit_groups *groups, const uint64_t *bits)
+static bool keep(const struct search *search, const uint32_t *n_rows, const uint64_t *bits)
 {
     uint64_t *may = search->path->may, *own = may + search->n_word, any = 0;
     if (!bits)
         return false;
-    rmap_bit_groups_reach(groups, bits, 1, own);
+    rmap_bits_any_groups(bits, n_rows, search->view->n_row[RMAP_TABLE_RAY], own);
     for (size_t w = 0; w < search->n_word; w++)
         any |= may[w] &= own[w];
     return any != 0;
 }
 
-/* Whether a registration may come before a ray's first step. */
-static bool has_free_hits(const struct rmap_history_view *view, const struct rmap_path_table *table)
-{
-    const struct rmap_history_hit *hit = rmap_history_hits(view->index);
-    size_t n_hit = rmap_history_n_hit(view->index);
-    bool free = false;
-    for (size_t k = 0; k < n_hit; k++)
-        free |= (uint32_t)hit[k].detector >= table->n_detector ||
-                !table->follows_object[hit[k].detector];
-    return free;
-}
-
-/* Whether the chain is all that matters, so that no ray need be run. */
-static bool is_told(const struct search *search)
-{
-    const struct rmap_path_table *table = search->table;
-    return table->is_chain && !(table->is_from_start && search->view->registration_count &&
-                                has_free_hits(search->view, table));
-}
-
-/* Those that have the steps that all matches have, in their order. Bits of legs that may be the
- * last of these are left in path->chain_end. */
-static bool keep_chain(const struct search *search)
-{
-    const struct rmap_path_table *table = search->table;
-    struct rmap_query_path *path = search->path;
-    size_t n_word = rmap_bit_words(search->view->n_row[RMAP_TABLE_SEGMENT]);
-    for (int k = 0; k < table->n_chain; k++) {
-        const uint64_t *own = mark_legs(search, table->chain[k]), *before = path->chain_end;
-        if (!own)
-            return false;
-        path->chain_end = path->leg + (k % 2 == 0 ? 0 : n_word + 1);
-        memcpy(path->chain_end, own, n_word * sizeof *own);
-        if (k > 0)
-            rmap_bit_groups_keep_behind(search->legs, before, path->chain_end);
-        else if (table->is_from_start && is_told(search))
-            rmap_bit_groups_keep_first(search->legs, path->chain_end);
-    }
-    return table->n_chain == 0 || keep(search, search->legs, path->chain_end);
-}
-
-/* Of the rays that have the chain, those with the registration behind it: bits. */
-static void keep_seen(const struct search *search, const struct rmap_history_place_of_ray *ray,
-                      size_t n, uint64_t *bits)
-{
-    const struct rmap_path_table *table = search->table;
-    const struct rmap_history_hit *hit = rmap_history_hits(search->view->index);
-    size_t n_hit = rmap_history_n_hit(search->view->index);
-    uint8_t *wanted = search->path->wanted, *follows = wanted + n_hit;
-    want_hits(search, table->seen);
-    for (size_t k = 0; k < n_hit; k++)
-        follows[k] =
-            (uint32_t)hit[k].detector < table->n_detector && table->follows_object[hit[k].detector];
-    rmap_history_seen_behind(search->view, ray, n, search->path->chain_end, wanted, follows, bits);
-}
-
-/* Rays that begin as a match may; those without legs, and those that may begin with a registration,
- * are not told by a leg. hits: of each ray, or NULL: none. */
-static void mark_beginnings(const struct search *search, const struct rmap_bit_groups *hits)
-{
-    uint64_t *may = search->path->may;
-    const uint64_t *leg = mark_legs(search, search->table->first);
-    if (leg)
-        rmap_bit_groups_first(search->legs, leg, may);
-    else
-        memset(may, 0, search->n_word * sizeof *may);
-    for (size_t w = 0; w < search->n_word; w++)
-        may[w] |= ~search->legs->filled[w];
-    if (hits && has_free_hits(search->view, search->table))
-        for (size_t w = 0; w < search->n_word; w++)
-            may[w] |= hits->filled[w];
-}
-
-/* Lists the rays that begin so, and have all that is needed. */
+/* Lists the rays that have every step and registration without which there is no match. */
 static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
                                   struct rmap_error *err)
 {
@@ -178,21 +88,20 @@ static enum rmap_status list_rays(const struct search *search, size_t *n_ret,
     const struct rmap_path_table *table = search->table;
     struct rmap_query_path *path = search->path;
     const size_t n_ray = search->view->n_row[RMAP_TABLE_RAY];
-    struct rmap_bit_groups *hits = NULL;
+    const uint32_t *hits = search->view->registration_count;
     bool any = true;
     *n_ret = 0;
-    if (search->view->registration_count)
-        RMAP_TRY(rmap_history_hit_groups(search->view, &hits, err));
-    if (table->first && !is_told(search))
-        mark_beginnings(search, hits);
-    else
-        memset(path->may, UINT8_MAX, search->n_word * sizeof *path->may);
+    memset(path->may, UINT8_MAX, search->n_word * sizeof *path->may);
     if (n_ray % 64 > 0)
         path->may[search->n_word - 1] &= (UINT64_C(1) << n_ray % 64) - 1;
-    for (int k = 0; k < table->n_need && any; k++)
+    for (int k = 0; k < table->n_need && any; k++) {
+        const uint8_t *has = table->need[k].has;
         if (table->need[k].is_hit)
-            any = hits && keep(search, hits, mark_hits(search, table->need[k].has));
-    if (!any || !keep_chain(search))
+            any = hits && keep(search, hits, mark_hits(search, has));
+        else
+            any = keep(search, search->view->segment_count, mark_legs(search, has));
+    }
+    if (!any)
         return RMAP_OK;
     RMAP_TRY(RMAP_RESERVE(path->ray, path->ray_cap, n_ray, err));
     *n_ret = rmap_history_place_rays(search->view, path->may, path->ray);
@@ -243,17 +152,9 @@ enum rmap_status rmap_query_path_mark(struct rmap_query_path *self,
     own.interval = (struct rmap_interval){1.0, 1.0, false};
     memset(bits, 0, search.n_word * sizeof *bits);
     RMAP_TRY(reserve(self, view, err));
-    RMAP_TRY(rmap_history_leg_groups(view, &search.legs, err));
     RMAP_TRY(list_rays(&search, &n, err));
     if (n == 0)
         goto out;
-    if (is_told(&search)) {
-        if (search.table->seen)
-            keep_seen(&search, self->ray, n, bits);
-        else
-            memcpy(bits, self->may, search.n_word * sizeof *bits);
-        return RMAP_OK;
-    }
     RMAP_TRY(gather(self, view, n, err));
     RMAP_TRY(RMAP_RESERVE(self->match, self->match_cap, n, err));
     const struct rmap_path_rows rows = {.row_class = self->row_class, .symbol = symbol};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * A test path("...") on a portion of which the history index has the rows: only rays that have
- * all the steps without which none matches, in their order, are run through the automaton.
+ * all the steps and registrations without which none matches are run through the automaton.
  */
 #ifndef RMAP_QUERY_PATH_H
 #define RMAP_QUERY_PATH_H
@@ -12,13 +12,11 @@
 /* Memory to be used again. All zero at first. */
 struct rmap_query_path {
     uint64_t *may;                         /* bits of rays that may match; more, for the way */
-    uint64_t *leg;                         /* [2] bits of legs */
-    uint64_t *chain_end;                   /* of these: where the steps that all have may end */
     struct rmap_history_place_of_ray *ray; /* [n] that may match */
     uint16_t *row_class;                   /* of their legs */
     uint8_t *match;                        /* [n] that do */
-    uint8_t *wanted;                       /* [2] per class of legs, or of registrations */
-    size_t may_cap, leg_cap, ray_cap, row_class_cap, match_cap, wanted_cap;
+    uint8_t *wanted;                       /* per class of legs, or of registrations */
+    size_t may_cap, ray_cap, row_class_cap, match_cap, wanted_cap;
     struct rmap_portion *rays; /* these, side by side */
 };
 void rmap_query_path_fini(struct rmap_query_path *self);

@@ -218,23 +218,17 @@ static enum rmap_status mark_kinds(struct rmap_query_rows *self,
 }
 
 /* Of the rays that ended so, those whose last leg is of a class that passes. */
-static enum rmap_status keep_places(struct rmap_query_rows *self, const uint8_t *pass,
-                                    uint64_t *bits, struct rmap_error *err)
+static void keep_places(struct rmap_query_rows *self, const uint8_t *pass, uint64_t *bits)
 {
-    enum rmap_status st = RMAP_OK;
     size_t n_word = rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]);
     uint64_t *there = bits + n_word + 1;
     const uint64_t *leg = rmap_history_mark(self->view, pass);
-    struct rmap_bit_groups *groups;
     memset(there, 0, n_word * sizeof *there);
-    if (leg) {
-        RMAP_TRY(rmap_history_leg_groups(self->view, &groups, err));
-        rmap_bit_groups_last(groups, leg, there);
-    }
+    if (leg)
+        rmap_bits_last_groups(leg, self->view->segment_count, self->view->n_row[RMAP_TABLE_RAY],
+                              there);
     for (size_t w = 0; w < n_word; w++)
         bits[w] &= there[w];
-out:
-    return st;
 }
 
 /* Tests of rays: source, end, path. index: of the node, as `mark` has it. */
@@ -254,7 +248,7 @@ static enum rmap_status mark_rays(struct rmap_query_rows *self, int32_t index,
     if (node->kind == RMAP_CRITERION_SOURCE || !node->ending.somewhere)
         return RMAP_OK;
     RMAP_TRY(answer(self, index, node, &of_class, err));
-    st = keep_places(self, of_class, self->bits, err);
+    keep_places(self, of_class, self->bits);
 out:
     return st;
 }
@@ -274,9 +268,9 @@ static enum rmap_status mark(void *context, int32_t index, const struct rmap_cri
     RMAP_TRY(answer(self, index, node, &of_class, err));
     marks->bits = is_step ? rmap_history_mark(self->view, of_class)
                           : rmap_history_mark_hits(self->view, of_class);
+    marks->n_rows = is_step ? self->view->segment_count : self->view->registration_count;
     if (marks->bits)
-        return (is_step ? rmap_history_leg_groups : rmap_history_hit_groups)(self->view,
-                                                                             &marks->groups, err);
+        return RMAP_OK;
     RMAP_TRY(reserve_rays(self, err));
     memset(self->bits, 0, rmap_bit_words(self->view->n_row[RMAP_TABLE_RAY]) * sizeof *self->bits);
     *marks = (struct rmap_marks){self->bits, NULL};

@@ -228,16 +228,3 @@ enum rmap_status rmap_undecided_fetch(void *context, rmap_column_set columns,
 out:
     return st;
 }
-
-enum rmap_status rmap_undecided_group(void *context, enum rmap_table table,
-                                      struct rmap_bit_groups **groups_ret, struct rmap_error *err)
-{
-    const struct rmap_undecided *self = context;
-    *groups_ret = NULL;
-    if (!self->is_whole || self->view->form != RMAP_HISTORY_ROWS)
-        return RMAP_OK;
-    if (table == RMAP_TABLE_SEGMENT)
-        return rmap_history_leg_groups(self->view, groups_ret, err);
-    return self->view->registration_count ? rmap_history_hit_groups(self->view, groups_ret, err)
-                                          : RMAP_OK;
-}

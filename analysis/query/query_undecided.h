@@ -41,9 +41,4 @@ enum rmap_status rmap_undecided_enter(struct rmap_undecided *undecided, const ui
 enum rmap_status rmap_undecided_fetch(void *context, rmap_column_set columns,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
-/* As rmap_evidence.group; context: a struct rmap_undecided. */
-enum rmap_status rmap_undecided_group(void *context, enum rmap_table table,
-                                      struct rmap_bit_groups **groups_ret,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

@@ -272,8 +272,7 @@ static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t
                                            .is_rest = true,
                                            .flux_per_weight = rmap_map_flux_per_weight(self->map),
                                            .context = undecided,
-                                           .fetch = rmap_undecided_fetch,
-                                           .group = rmap_undecided_group};
+                                           .fetch = rmap_undecided_fetch};
     RMAP_TRY(query_verdicts_enter_columns(self, err));
     undecided->cursor = self->cursor;
     undecided->measured = self->portion;

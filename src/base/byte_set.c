@@ -69,23 +69,24 @@ RMAP_WIDE void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size
     }
 }
 
-/* Eight bits as eight bytes of 0 or 255. */
-static inline uint64_t widen(uint64_t bits)
+RMAP_WIDE void rmap_bits_any_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
+                                    uint64_t *out)
 {
-    uint64_t each = (bits & 255) * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
-    uint64_t one = (each + UINT64_C(0x7f7f7f7f7f7f7f7f)) >> 7 & UINT64_C(0x0101010101010101);
-    return one * 255;
+    uint64_t first = 0;
+    for (size_t i = 0; i < n_group; i++) {
+        uint64_t any = rmap_bits_count(bits, first, size[i]) > 0;
+        out[i / 64] = i % 64 == 0 ? any : out[i / 64] | any << i % 64;
+        first += size[i];
+    }
 }
 
-void rmap_bits_to_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte)
+void rmap_bits_last_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
+                           uint64_t *out)
 {
-    const uint64_t no = other * UINT64_C(0x0101010101010101);
-    const uint64_t change = (uint8_t)(is ^ other) * UINT64_C(0x0101010101010101);
-    size_t i = 0;
-    for (; i + 8 <= n; i += 8) {
-        uint64_t eight = (widen(bits[i / 64] >> i % 64) & change) ^ no;
-        memcpy(byte + i, &eight, sizeof eight);
+    uint64_t end = 0;
+    for (size_t i = 0; i < n_group; i++) {
+        end += size[i];
+        uint64_t last = size[i] > 0 ? bits[(end - 1) / 64] >> (end - 1) % 64 & 1 : 0;
+        out[i / 64] = i % 64 == 0 ? last : out[i / 64] | last << i % 64;
     }
-    for (; i < n; i++)
-        byte[i] = bits[i / 64] >> i % 64 & 1 ? is : other;
 }

@@ -26,6 +26,12 @@ void rmap_range_bits(const int32_t *number, size_t n, uint32_t low, uint32_t spa
 void rmap_keep_any_bits(const uint32_t *word, size_t n, uint32_t any, uint64_t *bits);
 void rmap_keep_none_bits(const uint32_t *word, size_t n, uint32_t none, uint64_t *bits);
 
+/* Words of a bit for each of n. */
+static inline size_t rmap_bit_words(size_t n)
+{
+    return (n + 63) / 64;
+}
+
 /* Eight bytes from any byte on hold so many bits from any bit of it on. */
 enum { RMAP_BITS_READ = 57 };
 
@@ -46,22 +52,14 @@ static inline uint32_t rmap_bits_count(const uint64_t *bits, uint64_t first, uin
     return sum + rmap_bits_count_few(bits, first, n);
 }
 
-/* Whether any of n bits from `first` on is 1. */
-static inline bool rmap_bits_any(const uint64_t *bits, uint64_t first, uint32_t n)
-{
-    uint64_t word, any = 0;
-    for (; n > 0 && !any; n -= n < RMAP_BITS_READ ? n : RMAP_BITS_READ, first += RMAP_BITS_READ) {
-        memcpy(&word, (const char *)bits + first / 8, sizeof word);
-        any = word >> first % 8 & ((UINT64_C(1) << (n < RMAP_BITS_READ ? n : RMAP_BITS_READ)) - 1);
-    }
-    return any != 0;
-}
-
-/* Of groups that follow each other from bit 0 on: count [n_group], of size [n_group] bits each. */
+/* Groups that follow each other from bit 0 on, of size [n_group] bits each, as the rows of rays
+ * are; one word more is read. How many bits of each are 1: count [n_group]; a bit for each of which
+ * one is 1, of which the last is 1: out [words of n_group]. */
 void rmap_bits_count_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
                             uint32_t *count);
-
-/* byte [n]: `is` for bits that are set, `other` for the others. */
-void rmap_bits_to_bytes(const uint64_t *bits, size_t n, uint8_t is, uint8_t other, uint8_t *byte);
+void rmap_bits_any_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
+                          uint64_t *out);
+void rmap_bits_last_groups(const uint64_t *bits, const uint32_t *size, size_t n_group,
+                           uint64_t *out);
 
 #endif

@@ -10,3 +10,11 @@ RMAP_WIDE size_t rmap_count_ones(const uint8_t *mark, size_t n)
         count += mark[k];
     return count;
 }
+
+RMAP_WIDE bool rmap_sums_to(const uint32_t *count, size_t n, uint64_t wanted)
+{
+    uint64_t sum = 0;
+    for (size_t i = 0; i < n; i++)
+        sum += count[i];
+    return sum == wanted;
+}

@@ -1,14 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * Marks counted.
+ * Marks and counts, summed.
  */
 #ifndef RMAP_COUNT_H
 #define RMAP_COUNT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 /* How many of n marks, each 0 or 1, are 1. */
 size_t rmap_count_ones(const uint8_t *mark, size_t n);
+
+/* Whether n counts add up to so much. */
+bool rmap_sums_to(const uint32_t *count, size_t n, uint64_t wanted);
 
 #endif

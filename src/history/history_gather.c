@@ -98,26 +98,6 @@ static uint32_t leg_of_hit(const struct rmap_history_rows *rows, struct far_walk
                                                                                : leg;
 }
 
-void rmap_history_seen_behind(const struct rmap_history_view *view,
-                              const struct rmap_history_place_of_ray *ray, size_t n,
-                              const uint64_t *leg, const uint8_t *wanted, const uint8_t *follows,
-                              uint64_t *bits)
-{
-    const struct rmap_history_rows *rows = view->rows;
-    struct far_walk walk = {0};
-    for (size_t k = 0; view->registration_count && k < n; k++) {
-        size_t first = ray[k].registration, end = first + view->registration_count[ray[k].ray];
-        uint32_t n_leg = view->segment_count[ray[k].ray], most = 0; /* legs before one of them */
-        for (size_t i = first; i < end; i++) {
-            uint32_t hit = rmap_history_number(rows->hit, rows->shape.hit_nbytes, i);
-            uint32_t leg_of = leg_of_hit(rows, &walk, i);
-            uint32_t before = leg_of < n_leg ? leg_of + follows[hit] : n_leg;
-            most = wanted[hit] && before > most ? before : most;
-        }
-        bits[ray[k].ray / 64] |= (uint64_t)rmap_bits_any(leg, ray[k].leg, most) << ray[k].ray % 64;
-    }
-}
-
 static void copy_hits(const struct rmap_history_view *view, struct far_walk *walk, size_t first,
                       uint32_t n, struct rmap_portion *out)
 {

@@ -18,14 +18,6 @@ void rmap_history_row_classes(const struct rmap_history_view *view, uint16_t *ro
 size_t rmap_history_place_rays(const struct rmap_history_view *view, const uint64_t *bits,
                                struct rmap_history_place_of_ray *ray);
 
-/* ROWS: sets the bits of those rays that have a registration that is wanted behind a leg whose bit
- * is set. ray [n], ascending; leg: a bit for each leg; wanted, follows: [n_hit] bytes, 0 or 1: the
- * registration counts, and comes behind the leg on which it happens, not before it. */
-void rmap_history_seen_behind(const struct rmap_history_view *view,
-                              const struct rmap_history_place_of_ray *ray, size_t n,
-                              const uint64_t *leg, const uint8_t *wanted, const uint8_t *follows,
-                              uint64_t *bits);
-
 /* ROWS: rays side by side: ray [n], ascending. out: its columns segment_count and
  * registration_count [n] and detector, registered and segment of /registration have room for theirs
  * and are set, as are its rows of /ray and /registration; row_class has room for their legs. */

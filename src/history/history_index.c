@@ -79,8 +79,6 @@ void rmap_history_arrange_made(const struct rmap_history_place *place,
         [RMAP_MADE_LOCAL_ROWS] = {n_local, 4},
         [RMAP_MADE_RARE_MARK] = {n_word, 8},
         [RMAP_MADE_RANK] = {n_word, 4},
-        [RMAP_MADE_LEGS] = {rows ? rmap_bit_groups_words(n_ray, n_segment) : 0, 8},
-        [RMAP_MADE_HITS] = {rows && n_hit > 0 ? rmap_bit_groups_words(n_ray, n_hit) : 0, 8},
     };
     stack(sizeof(struct rmap_history_made), array, RMAP_MADE_PARTS, layout);
 }

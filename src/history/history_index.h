@@ -17,7 +17,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "base/bit_groups.h"
+#include "base/byte_set.h"
 #include "base/status.h"
 #include "portion/portion.h"
 
@@ -99,7 +99,7 @@ struct rmap_history_view {
  * made when first asked for, in its place. */
 struct rmap_history_made {
     uint64_t nbytes; /* of the block */
-    uint8_t has_rare, is_ranked, has_legs, has_hits, legs_have_empty, hits_have_empty, zero[2];
+    uint8_t has_rare, is_ranked, zero[6];
 };
 
 /* A ray of a portion: its row, and where its legs and registrations begin. */

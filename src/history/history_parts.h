@@ -154,12 +154,9 @@ struct rmap_history_rows {
     struct rmap_history_sets sets;
     uint64_t *mark_hit; /* [rmap_history_hit_words], a bit per registration */
     size_t cap_mark_hit;
-    struct rmap_bit_groups legs, hits; /* of each ray */
-    bool has_legs, has_hits;           /* they are of the portion in hand */
     /* In what was made, once it is there: */
-    uint64_t *rare_mark;             /* [rmap_history_mark_words], a bit per rare leg */
-    uint32_t *rank;                  /* [the same] rare legs before each word of these */
-    uint64_t *made_legs, *made_hits; /* groups */
+    uint64_t *rare_mark; /* [rmap_history_mark_words], a bit per rare leg */
+    uint32_t *rank;      /* [the same] rare legs before each word of these */
 };
 
 /* The arrays of struct rmap_history_made. */
@@ -171,8 +168,6 @@ enum rmap_history_made_part {
     RMAP_MADE_LOCAL_ROWS,
     RMAP_MADE_RARE_MARK, /* if it has rare ones */
     RMAP_MADE_RANK,      /* if it is ranked */
-    RMAP_MADE_LEGS,      /* if it has legs: what rmap_bit_groups_make makes */
-    RMAP_MADE_HITS,      /* if it has hits */
     RMAP_MADE_PARTS
 };
 

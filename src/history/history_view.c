@@ -8,6 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/byte_set.h"
+#include "base/count.h"
 #include "history/history_parts.h"
 #include "history/history_view.h"
 #include "portion/event.h"
@@ -111,14 +112,6 @@ bool rmap_history_widen(const uint8_t *byte, size_t n, const uint32_t *longer, u
     return true;
 }
 
-WIDE static bool sums_to(const uint32_t *count, size_t n, uint64_t wanted)
-{
-    uint64_t sum = 0;
-    for (size_t i = 0; i < n; i++)
-        sum += count[i];
-    return sum == wanted;
-}
-
 static enum rmap_status reserve_marks(struct rmap_history_view *view, struct rmap_error *err)
 {
     struct rmap_history_rows *rows = view->rows;
@@ -139,8 +132,6 @@ static void point_made(struct rmap_history_rows *rows, const uint64_t *at)
     rows->local_rows = (void *)(block + at[RMAP_MADE_LOCAL_ROWS]);
     rows->rare_mark = (void *)(block + at[RMAP_MADE_RARE_MARK]);
     rows->rank = (void *)(block + at[RMAP_MADE_RANK]);
-    rows->made_legs = (void *)(block + at[RMAP_MADE_LEGS]);
-    rows->made_hits = (void *)(block + at[RMAP_MADE_HITS]);
 }
 
 /* Where arrays stand in the bytes. */
@@ -222,7 +213,7 @@ static bool open_counts(const struct rmap_history_view *view, const uint8_t *byt
     if (!rmap_history_widen(bytes + at[RMAP_PART_COUNT], n_ray,
                             (const void *)(bytes + at[RMAP_PART_LONG]), shape->n_long,
                             rows->segment_count) ||
-        !sums_to(rows->segment_count, n_ray, n_segment))
+        !rmap_sums_to(rows->segment_count, n_ray, n_segment))
         return false;
     if (n_registration == 0)
         return true;
@@ -230,7 +221,7 @@ static bool open_counts(const struct rmap_history_view *view, const uint8_t *byt
         return false;
     if (shape->n_many > 0)
         put_longer((const void *)(bytes + at[RMAP_PART_MANY]), 15, n_ray, rows->registration_count);
-    return sums_to(rows->registration_count, n_ray, n_registration);
+    return rmap_sums_to(rows->registration_count, n_ray, n_registration);
 }
 
 /* Legs and registrations: their classes. Codes may say anything. */
@@ -242,7 +233,7 @@ static bool open_legs(const struct rmap_history_view *view, const uint8_t *bytes
     bool good = rmap_history_widen(bytes + at[RMAP_PART_LOCAL_ROWS], view->n_local,
                                    (const void *)(bytes + at[RMAP_PART_FREQUENT]),
                                    shape->n_frequent, rows->local_rows) &&
-                sums_to(rows->local_rows, view->n_local, view->n_row[RMAP_TABLE_SEGMENT]) &&
+                rmap_sums_to(rows->local_rows, view->n_local, view->n_row[RMAP_TABLE_SEGMENT]) &&
                 all_below_u16(view->local_class, view->n_local, (uint32_t)view->index->n_class);
     size_t n_hit = view->n_row[RMAP_TABLE_REGISTRATION];
     if (shape->hit_nbytes == 0 && n_hit > 0)
@@ -317,7 +308,6 @@ static enum rmap_status begin(const struct rmap_history_index *index, size_t por
     if (!rows)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a history index");
     rows->made = NULL;
-    rows->has_legs = rows->has_hits = false;
     for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
         view->n_row[t] = place->n_row[t];
     return RMAP_OK;
@@ -365,13 +355,9 @@ void rmap_history_made_copy(const struct rmap_history_view *view, struct rmap_hi
     const struct rmap_history_rows *rows = view->rows;
     const struct rmap_history_made *from = rows->made;
     const uint8_t *begin = (const uint8_t *)from;
-    const uint8_t *part[] = {begin,
-                             (const uint8_t *)rows->rare_mark,
-                             (const uint8_t *)rows->rank,
-                             (const uint8_t *)rows->made_legs,
-                             (const uint8_t *)rows->made_hits,
+    const uint8_t *part[] = {begin, (const uint8_t *)rows->rare_mark, (const uint8_t *)rows->rank,
                              begin + from->nbytes};
-    const bool is_there[] = {true, from->has_rare, from->is_ranked, from->has_legs, from->has_hits};
+    const bool is_there[] = {true, from->has_rare, from->is_ranked};
     for (size_t k = 0; k < sizeof is_there / sizeof *is_there; k++)
         if (is_there[k])
             memcpy((uint8_t *)to + (part[k] - begin), part[k], (size_t)(part[k + 1] - part[k]));
@@ -383,15 +369,12 @@ void rmap_history_view_fini(struct rmap_history_view *view)
         rmap_free(view->rows->own);
         rmap_free(view->rows->mark_hit);
         rmap_history_sets_fini(&view->rows->sets);
-        rmap_bit_groups_fini(&view->rows->legs);
-        rmap_bit_groups_fini(&view->rows->hits);
         rmap_free(view->rows);
     }
     *view = (struct rmap_history_view){0};
 }
 
-/* Legs whose class is rare, and registrations that are wanted, as a bit each; groups that are the
- * rays'. */
+/* Legs whose class is rare, and registrations that are wanted, as a bit each. */
 
 const uint64_t *rmap_history_rare_legs(const struct rmap_history_view *view)
 {
@@ -434,50 +417,4 @@ const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, con
         rows->mark_hit[i / 64] |= (uint64_t)(wanted[rmap_history_number(rows->hit, nbytes, i)] != 0)
                                   << i % 64;
     return rows->mark_hit;
-}
-
-/* A table's groups, of what was made of them before. has_empty: in what is made. */
-static enum rmap_status set_groups(const struct rmap_history_view *view, enum rmap_table table,
-                                   const uint32_t *size, uint64_t *made, uint8_t *is_made,
-                                   uint8_t *has_empty, struct rmap_bit_groups *groups,
-                                   struct rmap_error *err)
-{
-    const size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_row = view->n_row[table];
-    if (*is_made)
-        return rmap_bit_groups_reuse(groups, size, n_ray, n_row, made, *has_empty != 0, err);
-    enum rmap_status st = rmap_bit_groups_make(groups, size, n_ray, n_row, made, err);
-    *is_made = st == RMAP_OK;
-    *has_empty = groups->has_empty;
-    return st;
-}
-
-enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
-                                         struct rmap_bit_groups **groups_ret,
-                                         struct rmap_error *err)
-{
-    struct rmap_history_rows *rows = view->rows;
-    struct rmap_history_made *made = rows->made;
-    *groups_ret = &rows->legs;
-    if (rows->has_legs)
-        return RMAP_OK;
-    enum rmap_status st = set_groups(view, RMAP_TABLE_SEGMENT, view->segment_count, rows->made_legs,
-                                     &made->has_legs, &made->legs_have_empty, &rows->legs, err);
-    rows->has_legs = st == RMAP_OK;
-    return st;
-}
-
-enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
-                                         struct rmap_bit_groups **groups_ret,
-                                         struct rmap_error *err)
-{
-    struct rmap_history_rows *rows = view->rows;
-    struct rmap_history_made *made = rows->made;
-    *groups_ret = &rows->hits;
-    if (rows->has_hits)
-        return RMAP_OK;
-    enum rmap_status st =
-        set_groups(view, RMAP_TABLE_REGISTRATION, view->registration_count, rows->made_hits,
-                   &made->has_hits, &made->hits_have_empty, &rows->hits, err);
-    rows->has_hits = st == RMAP_OK;
-    return st;
 }

@@ -28,13 +28,4 @@ enum rmap_status rmap_history_view_reopen(const struct rmap_history_index *index
 /* ROWS: the same of registrations. wanted: [n_hit] bytes, 0 or 1. */
 const uint64_t *rmap_history_mark_hits(const struct rmap_history_view *view, const uint8_t *wanted);
 
-/* ROWS: the legs of each ray as a group, its registrations as a group, for such bits. Made when
- * first asked for. RMAP_SYSTEM. */
-enum rmap_status rmap_history_leg_groups(const struct rmap_history_view *view,
-                                         struct rmap_bit_groups **groups_ret,
-                                         struct rmap_error *err) RMAP_MUST_USE;
-enum rmap_status rmap_history_hit_groups(const struct rmap_history_view *view,
-                                         struct rmap_bit_groups **groups_ret,
-                                         struct rmap_error *err) RMAP_MUST_USE;
-
 #endif

@@ -50,16 +50,15 @@ static void mend(uint8_t *head, size_t head_nbytes, const uint8_t *body, size_t 
 
 /* What is marked, ray by ray. */
 static void count_marks(const struct rmap_history_view *view, const uint64_t *bits,
-                        struct rmap_bit_groups *groups, uint64_t *reach)
+                        const uint32_t *n_rows, uint64_t *any)
 {
-    uint32_t *count = rmap_alloc(view->n_row[RMAP_TABLE_RAY], sizeof *count);
+    const size_t n_ray = view->n_row[RMAP_TABLE_RAY];
+    uint32_t *count = rmap_alloc(n_ray, sizeof *count);
     rmap_fuzz_demand(count != NULL, "memory");
-    rmap_bits_count_groups(bits, groups->size, groups->n_group, count);
-    for (uint32_t least = 1; least < 4; least++) {
-        rmap_bit_groups_reach(groups, bits, least, reach);
-        for (size_t i = 0; i < groups->n_group; i++)
-            rmap_fuzz_demand((reach[i / 64] >> i % 64 & 1) == (count[i] >= least), "bits");
-    }
+    rmap_bits_count_groups(bits, n_rows, n_ray, count);
+    rmap_bits_any_groups(bits, n_rows, n_ray, any);
+    for (size_t i = 0; i < n_ray; i++)
+        rmap_fuzz_demand((any[i / 64] >> i % 64 & 1) == (count[i] > 0), "bits");
     rmap_free(count);
 }
 
@@ -68,25 +67,24 @@ static void use_rows(const struct rmap_history_view *view)
     const struct rmap_history_index *index = view->index;
     size_t n_ray = view->n_row[RMAP_TABLE_RAY], n_segment = view->n_row[RMAP_TABLE_SEGMENT];
     uint8_t *wanted = rmap_alloc(RMAP_HISTORY_CLASS_MAX + 1, 1);
-    uint64_t *reach = rmap_alloc(rmap_bit_words(n_ray), sizeof *reach);
-    struct rmap_bit_groups *groups;
+    uint64_t *any = rmap_alloc(rmap_bit_words(n_ray), sizeof *any);
     uint16_t *row_class = rmap_alloc(n_segment, sizeof *row_class);
-    rmap_fuzz_demand(wanted && reach && row_class, "memory");
+    rmap_fuzz_demand(wanted && any && row_class, "memory");
     for (size_t step = 1; step < 6; step++) {
         for (size_t k = 0; k <= RMAP_HISTORY_CLASS_MAX; k++)
             wanted[k] = k % step == 0;
         const uint64_t *legs = rmap_history_mark(view, wanted);
-        if (legs && rmap_history_leg_groups(view, &groups, NULL) == RMAP_OK)
-            count_marks(view, legs, groups, reach);
+        if (legs)
+            count_marks(view, legs, view->segment_count, any);
         const uint64_t *hits = rmap_history_mark_hits(view, wanted);
-        if (hits && rmap_history_hit_groups(view, &groups, NULL) == RMAP_OK)
-            count_marks(view, hits, groups, reach);
+        if (hits)
+            count_marks(view, hits, view->registration_count, any);
     }
     rmap_history_row_classes(view, row_class);
     for (size_t i = 0; i < n_segment; i++)
         rmap_fuzz_demand(row_class[i] < rmap_history_n_class(index), "a class of the index");
     rmap_free(wanted);
-    rmap_free(reach);
+    rmap_free(any);
     rmap_free(row_class);
 }
 

@@ -10,7 +10,6 @@
 
 #include <cmocka.h>
 
-#include "base/bit_groups.h"
 #include "base/byte_set.h"
 
 enum { N = 1000 };
@@ -106,28 +105,14 @@ static bool has(const uint64_t *bits, size_t i)
     return bits[i / 64] >> i % 64 & 1;
 }
 
-/* Bits of a group [first, first + size), one by one: which of `others` are behind one of `bits`. */
-static void check_group(const uint64_t *bits, const uint64_t *others, const uint64_t *behind,
-                        const uint64_t *begun, size_t first, uint32_t size)
-{
-    bool seen = false;
-    for (size_t i = first; i < first + size; i++) {
-        assert_int_equal(has(behind, i), has(others, i) && seen);
-        assert_int_equal(has(begun, i), has(others, i) && i == first);
-        seen = seen || has(bits, i);
-    }
-}
-
-/* Which groups reach so many bits, begin or end with one: groups of all sizes, few or many bits. */
-static void test_reach(void **state)
+/* Which groups have a bit, or end with one: groups of all sizes, few or many bits. */
+static void test_any_and_last(void **state)
 {
     enum { WORDS = N / 64 + 2 };
     (void)state;
     uint32_t random = 5;
-    struct rmap_bit_groups groups = {0};
     for (int round = 0; round < 400; round++) {
-        uint64_t bits[WORDS] = {0}, out[WORDS], first_one[WORDS], last_one[WORDS], behind[WORDS];
-        uint64_t begun[WORDS], others[WORDS] = {0};
+        uint64_t bits[WORDS] = {0}, any[WORDS], last[WORDS];
         uint32_t size[N], count[N];
         size_t n_group = 0, n_bit = 0, rarity = 1 + next(&random) % 12;
         const uint32_t longest = round % 3 == 0 ? 3 : round % 3 == 1 ? 20 : 300;
@@ -137,57 +122,23 @@ static void test_reach(void **state)
         }
         for (size_t i = 0; i < n_bit; i++)
             bits[i / 64] |= (uint64_t)(next(&random) % rarity == 0) << i % 64;
-        assert_int_equal(rmap_bit_groups_set(&groups, size, n_group, n_bit, NULL), RMAP_OK);
         rmap_bits_count_groups(bits, size, n_group, count);
-        for (uint32_t least = 1; least <= RMAP_BIT_GROUPS_LEAST_MAX; least++) {
-            rmap_bit_groups_reach(&groups, bits, least, out);
-            for (size_t g = 0; g < n_group; g++)
-                assert_int_equal(has(out, g), count[g] >= least);
-        }
-        rmap_bit_groups_first(&groups, bits, first_one);
-        rmap_bit_groups_last(&groups, bits, last_one);
-        for (size_t i = 0; i < n_bit; i++)
-            others[i / 64] |= (uint64_t)(next(&random) % 2) << i % 64;
-        memcpy(behind, others, sizeof behind);
-        memcpy(begun, others, sizeof begun);
-        rmap_bit_groups_keep_behind(&groups, bits, behind);
-        rmap_bit_groups_keep_first(&groups, begun);
+        rmap_bits_any_groups(bits, size, n_group, any);
+        rmap_bits_last_groups(bits, size, n_group, last);
         for (size_t g = 0, at = 0; g < n_group; at += size[g++]) {
-            assert_int_equal(has(first_one, g), size[g] > 0 && has(bits, at));
-            assert_int_equal(has(last_one, g), size[g] > 0 && has(bits, at + size[g] - 1));
-            check_group(bits, others, behind, begun, at, size[g]);
+            assert_int_equal(has(any, g), count[g] > 0);
+            assert_int_equal(has(last, g), size[g] > 0 && has(bits, at + size[g] - 1));
         }
-        assert_int_equal(rmap_bit_groups_set(&groups, size, n_group, n_bit + 1, NULL), RMAP_FORMAT);
-        if (n_bit > 0)
-            assert_int_equal(rmap_bit_groups_set(&groups, size, n_group, n_bit - 1, NULL),
-                             RMAP_FORMAT);
-    }
-    rmap_bit_groups_fini(&groups);
-}
-
-static void test_bytes_of_bits(void **state)
-{
-    (void)state;
-    uint32_t random = 3;
-    for (size_t n = 0; n < 200; n++) {
-        uint64_t bits[4];
-        uint8_t byte[201] = {0};
-        for (size_t w = 0; w < 4; w++)
-            bits[w] = (uint64_t)next(&random) << 40 ^ (uint64_t)next(&random) << 20 ^ next(&random);
-        byte[n] = 77;
-        rmap_bits_to_bytes(bits, n, 3, 1, byte);
-        for (size_t i = 0; i < n; i++)
-            assert_int_equal(byte[i], has(bits, i) ? 3 : 1);
-        assert_int_equal(byte[n], 77);
     }
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_members),       cmocka_unit_test(test_numbers),
-        cmocka_unit_test(test_groups),        cmocka_unit_test(test_reach),
-        cmocka_unit_test(test_bytes_of_bits),
+        cmocka_unit_test(test_members),
+        cmocka_unit_test(test_numbers),
+        cmocka_unit_test(test_groups),
+        cmocka_unit_test(test_any_and_last),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
