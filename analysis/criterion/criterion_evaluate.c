@@ -193,21 +193,17 @@ void rmap_judge_fini(struct rmap_judge *judge)
     rmap_free(judge->is_kept);
     rmap_free(judge->mark);
     rmap_free(judge->last);
-    rmap_free(judge->at_objects);
-    rmap_free(judge->in_region);
     *judge = (struct rmap_judge){0};
 }
 
-enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t n_slot,
-                                  size_t n_ray, struct rmap_error *err)
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
+                                  struct rmap_error *err)
 {
     enum rmap_status st = RMAP_RESERVE(judge->kept, judge->kept_cap, n_slot * n_ray, err);
     if (st == RMAP_OK)
         st = RMAP_RESERVE(judge->is_kept, judge->is_kept_cap, n_slot, err);
     if (st == RMAP_OK && n_slot > 0)
         memset(judge->is_kept, 0, n_slot);
-    judge->has_objects &= is_same;
-    judge->has_region &= is_same;
     return st;
 }
 

@@ -52,21 +52,12 @@ struct rmap_judge {
     size_t is_kept_cap;
     uint64_t *mark, *last; /* bits: of rows or rays; of rays */
     size_t mark_cap, last_cap;
-    uint64_t *at_objects; /* bits: of rows at the objects that were asked for last: */
-    size_t at_objects_cap;
-    bool has_objects;
-    struct rmap_index_set objects;
-    uint64_t *in_region; /* bits: of registrations that passed the test that was put last: */
-    size_t in_region_cap;
-    bool has_region;
-    struct rmap_registration_test region; /* but for `where` */
 };
 void rmap_judge_fini(struct rmap_judge *judge);
 
-/* New evidence: what is kept of earlier evidence is forgotten. is_same: its rows are those of the
- * one before, so that what was found of them holds, but verdicts on rays do not. */
-enum rmap_status rmap_judge_begin(struct rmap_judge *judge, bool is_same, size_t n_slot,
-                                  size_t n_ray, struct rmap_error *err) RMAP_MUST_USE;
+/* New evidence: what is kept of earlier evidence is forgotten. */
+enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
+                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* What the criterion, one test that can be counted, counts per ray: count [n_ray]. The portion has
  * the criterion's columns. RMAP_FORMAT when its rows do not add up. */

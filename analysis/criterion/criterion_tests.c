@@ -50,53 +50,18 @@ static void mark_legs(const struct rmap_evaluation *ev, const struct rmap_step_t
     }
 }
 
-/* Whether two tests, but for what stands behind `where`, ask the same of detectors that follow each
- * other. */
-static bool ask_alike(const struct rmap_registration_test *a,
-                      const struct rmap_registration_test *b)
+/* A bit for each registration. */
+static void mark_registrations(const struct rmap_evaluation *ev,
+                               const struct rmap_registration_test *test, size_t n_row)
 {
-    const struct rmap_index_set *x = &a->detector, *y = &b->detector;
-    if (x->member || y->member || x->low != y->low || x->span != y->span ||
-        a->crossed != b->crossed || a->region != b->region || !a->box != !b->box)
-        return false;
-    return a->box ? memcmp(a->box + x->low, b->box + y->low, x->span * sizeof *a->box) == 0
-                  : a->region == RMAP_REGION_ALL;
-}
-
-/* A bit for each registration, in judge->in_region. Several tests may ask for the same. */
-static enum rmap_status mark_regions(const struct rmap_evaluation *ev,
-                                     const struct rmap_registration_test *test, size_t n_row,
-                                     struct rmap_error *err)
-{
-    struct rmap_judge *judge = ev->judge;
     uint8_t flag[STRIP_ROWS];
-    enum rmap_status st =
-        RMAP_RESERVE(judge->in_region, judge->in_region_cap, rmap_bit_words(n_row) + 2, err);
-    if (st != RMAP_OK || (judge->has_region && ask_alike(&judge->region, test)))
-        return st;
     for (struct rmap_strip strip = {0}; strip.first < n_row; strip.first += strip.n) {
         strip.n = n_row - strip.first < STRIP_ROWS ? n_row - strip.first : STRIP_ROWS;
         rmap_registrations_mark(ev->criterion, test, ev->portion, &strip, flag);
-        keep_bits(flag, strip.n, judge->in_region + strip.first / 64);
+        keep_bits(flag, strip.n, ev->judge->mark + strip.first / 64);
     }
-    judge->has_region = true;
-    judge->region = *test;
-    return RMAP_OK;
-}
-
-/* The same, and of what stands behind `where`: in judge->mark. */
-static enum rmap_status mark_registrations(const struct rmap_evaluation *ev,
-                                           const struct rmap_registration_test *test, size_t n_row,
-                                           struct rmap_error *err)
-{
-    struct rmap_judge *judge = ev->judge;
-    enum rmap_status st = mark_regions(ev, test, n_row, err);
-    if (st != RMAP_OK || n_row == 0)
-        return st;
-    memcpy(judge->mark, judge->in_region, rmap_bit_words(n_row) * sizeof *judge->mark);
-    if (test->where >= 0)
-        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, judge->mark);
-    return RMAP_OK;
+    if (test->where >= 0 && n_row > 0)
+        rmap_where_keep(ev->criterion, test->where, ev->portion, n_row, ev->judge->mark);
 }
 
 /* How many rows each ray has in a table: (*n_rows_ret)[n_ray], which add up to those that are
@@ -122,45 +87,21 @@ static bool is_plain(const struct rmap_step_test *test)
            test->part == RMAP_PART_ALL && !test->side;
 }
 
-/* A bit for each leg that ended at one of the objects, which follow each other. Several tests may
- * ask for the same. */
-static enum rmap_status mark_objects(const struct rmap_evaluation *ev,
-                                     const struct rmap_index_set *objects, size_t n_row,
-                                     struct rmap_error *err)
-{
-    struct rmap_judge *judge = ev->judge;
-    enum rmap_status st =
-        RMAP_RESERVE(judge->at_objects, judge->at_objects_cap, rmap_bit_words(n_row), err);
-    if (st != RMAP_OK)
-        return st;
-    if (!judge->has_objects || judge->objects.low != objects->low ||
-        judge->objects.span != objects->span)
-        rmap_range_bits(ev->portion->segment.object, n_row, (uint32_t)objects->low, objects->span,
-                        judge->at_objects);
-    judge->has_objects = true;
-    judge->objects = *objects;
-    if (n_row > 0)
-        memcpy(judge->mark, judge->at_objects, rmap_bit_words(n_row) * sizeof *judge->mark);
-    return RMAP_OK;
-}
-
 /* A bit for each leg, of such a test. */
-static enum rmap_status mark_steps(const struct rmap_evaluation *ev,
-                                   const struct rmap_step_test *test, size_t n_row,
-                                   struct rmap_error *err)
+static void mark_steps(const struct rmap_evaluation *ev, const struct rmap_step_test *test,
+                       size_t n_row)
 {
     const struct rmap_segment_columns *segment = &ev->portion->segment;
     uint64_t *mark = ev->judge->mark;
-    enum rmap_status st = RMAP_OK;
     if (test->of_object)
-        st = mark_objects(ev, &test->object, n_row, err);
+        rmap_range_bits(segment->object, n_row, (uint32_t)test->object.low, test->object.span,
+                        mark);
     else
         memset(mark, UINT8_MAX, rmap_bit_words(n_row) * sizeof *mark);
-    if (st == RMAP_OK && test->events)
+    if (test->events)
         rmap_keep_any_bits(segment->event, n_row, test->events, mark);
-    if (st == RMAP_OK && test->events_not)
+    if (test->events_not)
         rmap_keep_none_bits(segment->event, n_row, test->events_not, mark);
-    return st;
 }
 
 static enum rmap_status mark_table(const struct rmap_evaluation *ev,
@@ -174,9 +115,9 @@ static enum rmap_status mark_table(const struct rmap_evaluation *ev,
     RMAP_TRY(reserve(ev, ev->portion->n_row[table], err));
     RMAP_TRY(count_rows(ev, table, &n_rows, err));
     if (table == RMAP_TABLE_REGISTRATION)
-        RMAP_TRY(mark_registrations(ev, &node->registrations, ev->portion->n_row[table], err));
+        mark_registrations(ev, &node->registrations, ev->portion->n_row[table]);
     else if (is_plain(&node->steps))
-        RMAP_TRY(mark_steps(ev, &node->steps, ev->portion->n_row[table], err));
+        mark_steps(ev, &node->steps, ev->portion->n_row[table]);
     else
         mark_legs(ev, &node->steps, n_rows, ev->portion->n_row[table]);
     *marks = (struct rmap_marks){ev->judge->mark, n_rows};

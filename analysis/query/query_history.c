@@ -168,7 +168,7 @@ static enum rmap_status judge_paths(struct rmap_query_history *self, struct deci
     if (!decision->verdict)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_path);
     self->decision_nbytes += self->n_criterion * n_path;
-    RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared->n_slot, n_path, err));
+    RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot, n_path, err));
     for (size_t c = 0; c < self->n_criterion; c++)
         RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared->slot[c], &evidence,
                                       &self->judge, decision->verdict + c * n_path, err));
@@ -245,7 +245,7 @@ static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, ui
     if (!self->is_begun) {
         RMAP_TRY(unfold(self, 0, err));
         rmap_query_rows_enter(self->by_class, &self->reader.view, &self->rays, unfold, self);
-        RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared->n_slot,
+        RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot,
                                   self->reader.view.n_row[RMAP_TABLE_RAY], err));
         self->is_begun = true;
     }

@@ -136,7 +136,7 @@ static enum rmap_status judge_paths(struct rmap_query_known *self, struct decisi
     decision->is_idle = rmap_alloc(self->n_criterion, sizeof *decision->is_idle);
     if (!decision->verdict || !decision->is_idle)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
-    RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared->n_slot, n, err));
+    RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot, n, err));
     for (size_t c = 0; c < self->n_criterion; c++) {
         uint8_t *verdict = decision->verdict + c * (n + 1);
         verdict[0] = RMAP_VERDICT_NO;
@@ -193,7 +193,7 @@ static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_err
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->own_verdict, self->own_cap, n + 1, err));
     RMAP_TRY(rmap_cursor_own_paths(self->cursor, &self->own, err));
-    st = rmap_judge_begin(&self->judge, false, self->shared->n_slot, n, err);
+    st = rmap_judge_begin(&self->judge, self->shared->n_slot, n, err);
 out:
     return st;
 }

@@ -29,7 +29,6 @@ struct rmap_query_verdicts {
     struct rmap_sums_facts facts;
     rmap_column_set known;      /* columns unfolded from its history */
     struct rmap_portion joined; /* these, and those of the cursor */
-    bool is_judged_whole;       /* what the judge judged last: all its rays */
     bool *is_open;              /* [n_criterion] its history leaves rays undecided */
     uint8_t *verdict;           /* [n_criterion][n_ray] of its history */
     uint8_t *own, *marked;      /* [n_ray] of undecided rays; of all rays */
@@ -230,7 +229,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
 {
     enum rmap_status st = RMAP_OK;
     self->index = portion;
-    self->is_entered = self->is_looked_at = self->is_judged_whole = self->is_by_paths = false;
+    self->is_entered = self->is_looked_at = self->is_by_paths = false;
     self->known = 0;
     self->n_ray = (size_t)rmap_map_portion(self->map, portion)->n_row[RMAP_TABLE_RAY];
     RMAP_TRY(rmap_query_history_enter(self->history, portion, &self->view, err));
@@ -240,7 +239,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
     if (self->view)
         RMAP_TRY(judge_history(self, wanted, err));
     else
-        RMAP_TRY(rmap_judge_begin(&self->judge, false, self->shared.n_slot, self->n_ray, err));
+        RMAP_TRY(rmap_judge_begin(&self->judge, self->shared.n_slot, self->n_ray, err));
     if (!self->view && self->known_paths)
         rmap_query_known_enter(self->known_paths, self->cursor, portion);
 out:
@@ -277,9 +276,7 @@ static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t
     undecided->cursor = self->cursor;
     undecided->measured = self->portion;
     RMAP_TRY(rmap_undecided_enter(undecided, verdict_of(self, c), self->view, self->history, err));
-    const bool is_same = self->is_judged_whole && undecided->is_whole;
-    RMAP_TRY(rmap_judge_begin(&self->judge, is_same, self->shared.n_slot, undecided->n, err));
-    self->is_judged_whole = undecided->is_whole;
+    RMAP_TRY(rmap_judge_begin(&self->judge, self->shared.n_slot, undecided->n, err));
     RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
                                   verdict, err));
     if (undecided->is_whole)
