@@ -110,7 +110,7 @@ RMAP_WIDE static bool all_are(const uint8_t *verdict, uint8_t which, size_t n)
 }
 
 static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
-                                      uint8_t *verdict, struct rmap_error *err);
+                                      bool is_rest, uint8_t *verdict, struct rmap_error *err);
 
 RMAP_WIDE static void combine(const uint8_t *restrict own, size_t n, bool is_and,
                               uint8_t *restrict verdict)
@@ -140,7 +140,7 @@ static enum rmap_status evaluate_logic(const struct rmap_evaluation *ev,
          child = ev->criterion->node[child].next) {
         if (is_rest && !(ev->criterion->node[child].columns & ~RMAP_COLUMNS_DISCRETE))
             continue;
-        st = evaluate_node(ev, child, level + 1, own, err);
+        st = evaluate_node(ev, child, level + 1, false, own, err);
         combine(own, n, is_and, verdict);
     }
     return st;
@@ -152,8 +152,7 @@ RMAP_WIDE static void negate(uint8_t *verdict, size_t n)
         verdict[i] = rmap_verdict_not(verdict[i]);
 }
 
-/* A node whose verdicts are not known yet. */
-static enum rmap_status evaluate_anew(const struct rmap_evaluation *ev, int32_t index, int level,
+static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
                                       bool is_rest, uint8_t *verdict, struct rmap_error *err)
 {
     const struct rmap_criterion_node *node = &ev->criterion->node[index];
@@ -161,27 +160,9 @@ static enum rmap_status evaluate_anew(const struct rmap_evaluation *ev, int32_t 
         return evaluate_logic(ev, node, level, is_rest, verdict, err);
     if (node->kind != RMAP_CRITERION_NOT)
         return evaluate_test(ev, index, verdict, err);
-    enum rmap_status st = is_rest ? evaluate_anew(ev, node->first, level, true, verdict, err)
-                                  : evaluate_node(ev, node->first, level, verdict, err);
+    enum rmap_status st = evaluate_node(ev, node->first, level, is_rest, verdict, err);
     if (st == RMAP_OK)
         negate(verdict, ev->n_ray);
-    return st;
-}
-
-static enum rmap_status evaluate_node(const struct rmap_evaluation *ev, int32_t index, int level,
-                                      uint8_t *verdict, struct rmap_error *err)
-{
-    struct rmap_judge *judge = ev->judge;
-    int32_t slot = ev->slot ? ev->slot[index] : -1;
-    if (slot >= 0 && judge->is_kept[slot]) {
-        memcpy(verdict, judge->kept + (size_t)slot * ev->n_ray, ev->n_ray);
-        return RMAP_OK;
-    }
-    enum rmap_status st = evaluate_anew(ev, index, level, false, verdict, err);
-    if (slot >= 0 && st == RMAP_OK) {
-        memcpy(judge->kept + (size_t)slot * ev->n_ray, verdict, ev->n_ray);
-        judge->is_kept[slot] = 1;
-    }
     return st;
 }
 
@@ -189,25 +170,12 @@ void rmap_judge_fini(struct rmap_judge *judge)
 {
     rmap_free(judge->count);
     rmap_free(judge->mask);
-    rmap_free(judge->kept);
-    rmap_free(judge->is_kept);
     rmap_free(judge->mark);
     rmap_free(judge->last);
     *judge = (struct rmap_judge){0};
 }
 
-enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
-                                  struct rmap_error *err)
-{
-    enum rmap_status st = RMAP_RESERVE(judge->kept, judge->kept_cap, n_slot * n_ray, err);
-    if (st == RMAP_OK)
-        st = RMAP_RESERVE(judge->is_kept, judge->is_kept_cap, n_slot, err);
-    if (st == RMAP_OK && n_slot > 0)
-        memset(judge->is_kept, 0, n_slot);
-    return st;
-}
-
-enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
                                       const struct rmap_evidence *evidence,
                                       struct rmap_judge *judge, uint8_t *verdict,
                                       struct rmap_error *err)
@@ -223,12 +191,10 @@ enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, co
     struct rmap_evaluation ev = {.criterion = criterion,
                                  .evidence = evidence,
                                  .portion = evidence->portion,
-                                 .slot = slot,
                                  .judge = judge,
                                  .n_ray = n_ray,
                                  .count = judge->count};
-    return evidence->is_rest ? evaluate_anew(&ev, criterion->root, 0, true, verdict, err)
-                             : evaluate_node(&ev, criterion->root, 0, verdict, err);
+    return evaluate_node(&ev, criterion->root, 0, evidence->is_rest, verdict, err);
 }
 
 static enum rmap_status check_portion(const struct rmap_criterion *criterion,
@@ -261,7 +227,7 @@ enum rmap_status rmap_criterion_evaluate(const struct rmap_criterion *criterion,
     const struct rmap_evidence evidence = {
         .portion = portion, .columns = RMAP_COLUMNS_ALL, .flux_per_weight = flux_per_weight};
     RMAP_TRY(check_portion(criterion, portion, err));
-    RMAP_TRY(rmap_criterion_judge(criterion, NULL, &evidence, &judge, match, err));
+    RMAP_TRY(rmap_criterion_judge(criterion, &evidence, &judge, match, err));
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_RAY]; i++)
         match[i] &= 1;
 out:

@@ -46,18 +46,10 @@ struct rmap_judge {
     uint32_t *count; /* [n_ray] */
     uint8_t *mask;   /* [n_mask][n_ray] */
     size_t count_cap, mask_cap;
-    uint8_t *kept; /* [n_slot][n_ray] verdicts on the same evidence, of shared subtrees */
-    size_t kept_cap;
-    uint8_t *is_kept; /* [n_slot] */
-    size_t is_kept_cap;
     uint64_t *mark, *last; /* bits: of rows or rays; of rays */
     size_t mark_cap, last_cap;
 };
 void rmap_judge_fini(struct rmap_judge *judge);
-
-/* New evidence: what is kept of earlier evidence is forgotten. */
-enum rmap_status rmap_judge_begin(struct rmap_judge *judge, size_t n_slot, size_t n_ray,
-                                  struct rmap_error *err) RMAP_MUST_USE;
 
 /* What the criterion, one test that can be counted, counts per ray: count [n_ray]. The portion has
  * the criterion's columns. RMAP_FORMAT when its rows do not add up. */
@@ -66,9 +58,8 @@ enum rmap_status rmap_criterion_count(const struct rmap_criterion *criterion,
                                       struct rmap_error *err) RMAP_MUST_USE;
 
 /* verdict: [n_ray], enum rmap_verdict; none is open when all the criterion's columns may be
- * fetched. Stops as soon as every ray is decided. slot: [n_node] where the judge keeps a subtree's
- * verdicts, or -1; NULL: nowhere. */
-enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion, const int32_t *slot,
+ * fetched. Stops as soon as every ray is decided. */
+enum rmap_status rmap_criterion_judge(const struct rmap_criterion *criterion,
                                       const struct rmap_evidence *evidence,
                                       struct rmap_judge *judge, uint8_t *verdict,
                                       struct rmap_error *err) RMAP_MUST_USE;

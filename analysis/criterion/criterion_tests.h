@@ -11,7 +11,6 @@ struct rmap_evaluation {
     const struct rmap_criterion *criterion;
     const struct rmap_evidence *evidence;
     const struct rmap_portion *portion; /* of the evidence */
-    const int32_t *slot;
     struct rmap_judge *judge;
     size_t n_ray;
     uint32_t *count; /* [n_ray] of the judge */

@@ -32,7 +32,6 @@ struct rmap_query_history {
     const struct rmap_map *map;
     const struct rmap_criterion *const *criterion;
     size_t n_criterion;
-    const struct rmap_shared_tests *shared;
     struct decision *decision; /* [n_piece] */
     size_t decision_nbytes;
     struct rmap_query_rows *by_class;
@@ -41,7 +40,7 @@ struct rmap_query_history {
     size_t piece;                           /* in hand, if index is not NULL */
     const struct rmap_history_index *index; /* borrowed from the map until given back */
     struct rmap_history_reader reader;
-    bool is_begun; /* the judge has kept verdicts of the portion in hand alone */
+    bool is_begun; /* by_class has the portion in hand */
     struct rmap_portion *unfolded;
     bool is_begun_rays;
     rmap_column_set present;  /* columns of the rays */
@@ -49,10 +48,11 @@ struct rmap_query_history {
     struct rmap_portion rays; /* the portion in hand as evidence */
 };
 
-enum rmap_status
-rmap_query_history_create(const struct rmap_map *map, const struct rmap_criterion *const *criterion,
-                          size_t n_criterion, const struct rmap_shared_tests *shared,
-                          struct rmap_query_history **history_ret, struct rmap_error *err)
+enum rmap_status rmap_query_history_create(const struct rmap_map *map,
+                                           const struct rmap_criterion *const *criterion,
+                                           size_t n_criterion,
+                                           struct rmap_query_history **history_ret,
+                                           struct rmap_error *err)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_query_history *self = rmap_alloc(1, sizeof *self);
@@ -61,7 +61,6 @@ rmap_query_history_create(const struct rmap_map *map, const struct rmap_criterio
     self->map = map;
     self->criterion = criterion;
     self->n_criterion = n_criterion;
-    self->shared = shared;
     self->decision = rmap_alloc(rmap_map_n_piece(map), sizeof *self->decision);
     self->unfolded = rmap_alloc(1, sizeof *self->unfolded);
     if (!self->decision || !self->unfolded) {
@@ -168,10 +167,9 @@ static enum rmap_status judge_paths(struct rmap_query_history *self, struct deci
     if (!decision->verdict)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n_path);
     self->decision_nbytes += self->n_criterion * n_path;
-    RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot, n_path, err));
     for (size_t c = 0; c < self->n_criterion; c++)
-        RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared->slot[c], &evidence,
-                                      &self->judge, decision->verdict + c * n_path, err));
+        RMAP_TRY(rmap_criterion_judge(self->criterion[c], &evidence, &self->judge,
+                                      decision->verdict + c * n_path, err));
 out:
     return st;
 }
@@ -245,12 +243,9 @@ static enum rmap_status judge_rows(struct rmap_query_history *self, size_t c, ui
     if (!self->is_begun) {
         RMAP_TRY(unfold(self, 0, err));
         rmap_query_rows_enter(self->by_class, &self->reader.view, &self->rays, unfold, self);
-        RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot,
-                                  self->reader.view.n_row[RMAP_TABLE_RAY], err));
         self->is_begun = true;
     }
-    RMAP_TRY(rmap_query_rows_judge(self->by_class, c, self->shared->slot[c], &self->judge, verdict,
-                                   err));
+    RMAP_TRY(rmap_query_rows_judge(self->by_class, c, &self->judge, verdict, err));
 out:
     return st;
 }

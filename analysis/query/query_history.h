@@ -7,7 +7,6 @@
 #define RMAP_QUERY_HISTORY_H
 
 #include "analysis/criterion/criterion_evaluate.h"
-#include "analysis/query/query_share.h"
 #include "history/history_index.h"
 #include "io/map/map_reader.h"
 
@@ -17,7 +16,6 @@ struct rmap_query_history;
 enum rmap_status rmap_query_history_create(const struct rmap_map *map,
                                            const struct rmap_criterion *const *criterion,
                                            size_t n_criterion,
-                                           const struct rmap_shared_tests *shared,
                                            struct rmap_query_history **history_ret,
                                            struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_history_destroy(struct rmap_query_history *history);

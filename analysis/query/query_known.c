@@ -22,7 +22,6 @@ struct rmap_query_known {
     const struct rmap_map *map;
     const struct rmap_criterion *const *criterion;
     size_t n_criterion;
-    const struct rmap_shared_tests *shared;
     struct decision *decision; /* [n_piece] */
     size_t nbytes;             /* of all decisions */
     struct rmap_judge judge;
@@ -49,8 +48,7 @@ static bool is_useful(const struct rmap_map *map)
 
 enum rmap_status rmap_query_known_create(const struct rmap_map *map,
                                          const struct rmap_criterion *const *criterion,
-                                         size_t n_criterion, const struct rmap_shared_tests *shared,
-                                         struct rmap_query_known **known_ret,
+                                         size_t n_criterion, struct rmap_query_known **known_ret,
                                          struct rmap_error *err)
 {
     *known_ret = NULL;
@@ -66,7 +64,6 @@ enum rmap_status rmap_query_known_create(const struct rmap_map *map,
     self->map = map;
     self->criterion = criterion;
     self->n_criterion = n_criterion;
-    self->shared = shared;
     *known_ret = self;
     return RMAP_OK;
 }
@@ -113,8 +110,7 @@ static enum rmap_status judge_rays(struct rmap_query_known *self, size_t c,
                                    struct rmap_error *err)
 {
     const struct rmap_evidence evidence = {.portion = rays, .columns = RMAP_COLUMNS_DISCRETE};
-    return rmap_criterion_judge(self->criterion[c], self->shared->slot[c], &evidence, &self->judge,
-                                verdict, err);
+    return rmap_criterion_judge(self->criterion[c], &evidence, &self->judge, verdict, err);
 }
 
 static size_t count_open(const uint8_t *verdict, size_t n)
@@ -136,7 +132,6 @@ static enum rmap_status judge_paths(struct rmap_query_known *self, struct decisi
     decision->is_idle = rmap_alloc(self->n_criterion, sizeof *decision->is_idle);
     if (!decision->verdict || !decision->is_idle)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu paths", n);
-    RMAP_TRY(rmap_judge_begin(&self->judge, self->shared->n_slot, n, err));
     for (size_t c = 0; c < self->n_criterion; c++) {
         uint8_t *verdict = decision->verdict + c * (n + 1);
         verdict[0] = RMAP_VERDICT_NO;
@@ -192,8 +187,7 @@ static enum rmap_status enter_own(struct rmap_query_known *self, struct rmap_err
     if (self->own)
         goto out;
     RMAP_TRY(RMAP_RESERVE(self->own_verdict, self->own_cap, n + 1, err));
-    RMAP_TRY(rmap_cursor_own_paths(self->cursor, &self->own, err));
-    st = rmap_judge_begin(&self->judge, self->shared->n_slot, n, err);
+    st = rmap_cursor_own_paths(self->cursor, &self->own, err);
 out:
     return st;
 }

@@ -9,7 +9,6 @@
 
 #include "analysis/criterion/criterion_evaluate.h"
 #include "analysis/query/query.h"
-#include "analysis/query/query_share.h"
 
 struct rmap_query_known;
 
@@ -17,8 +16,7 @@ struct rmap_query_known;
  * question to the next, which then are read once and for all. */
 enum rmap_status rmap_query_known_create(const struct rmap_map *map,
                                          const struct rmap_criterion *const *criterion,
-                                         size_t n_criterion, const struct rmap_shared_tests *shared,
-                                         struct rmap_query_known **known_ret,
+                                         size_t n_criterion, struct rmap_query_known **known_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 void rmap_query_known_destroy(struct rmap_query_known *known); /* NULL is fine */
 

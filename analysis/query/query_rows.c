@@ -285,7 +285,7 @@ static enum rmap_status fetch_columns(void *context, rmap_column_set columns,
     return self->fetch(self->context, columns, err);
 }
 
-enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c, const int32_t *slot,
+enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c,
                                        struct rmap_judge *judge, uint8_t *verdict,
                                        struct rmap_error *err)
 {
@@ -295,5 +295,5 @@ enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *self, size_t c, c
                                            .fetch = fetch_columns,
                                            .mark = mark};
     self->c = c;
-    return rmap_criterion_judge(self->criterion[c], slot, &evidence, judge, verdict, err);
+    return rmap_criterion_judge(self->criterion[c], &evidence, judge, verdict, err);
 }

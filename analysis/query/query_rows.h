@@ -30,8 +30,8 @@ void rmap_query_rows_enter(struct rmap_query_rows *rows, const struct rmap_histo
                                                      struct rmap_error *err),
                            void *context);
 
-/* verdict: [n_ray] of criterion c; slot and judge as rmap_criterion_judge has them. */
-enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *rows, size_t c, const int32_t *slot,
+/* verdict: [n_ray] of criterion c; judge as rmap_criterion_judge has it. */
+enum rmap_status rmap_query_rows_judge(struct rmap_query_rows *rows, size_t c,
                                        struct rmap_judge *judge, uint8_t *verdict,
                                        struct rmap_error *err) RMAP_MUST_USE;
 

@@ -12,7 +12,6 @@ struct rmap_query_verdicts {
     const struct rmap_map *map;
     const struct rmap_criterion *const *criterion;
     size_t n_criterion, n_source;
-    struct rmap_shared_tests shared;
     struct rmap_judge judge;
     struct rmap_cursor *cursor; /* columns of the criteria and the sums */
     struct rmap_query_history *history;
@@ -146,11 +145,8 @@ enum rmap_status rmap_query_verdicts_create(const struct rmap_map *map,
     self->is_open = rmap_alloc(n_criterion, sizeof *self->is_open);
     if (!self->is_open)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu criteria", n_criterion));
-    RMAP_TRY(rmap_shared_tests_init(&self->shared, criterion, n_criterion, err));
-    RMAP_TRY(
-        rmap_query_history_create(map, criterion, n_criterion, &self->shared, &self->history, err));
-    RMAP_TRY(rmap_query_known_create(map, criterion, n_criterion, &self->shared, &self->known_paths,
-                                     err));
+    RMAP_TRY(rmap_query_history_create(map, criterion, n_criterion, &self->history, err));
+    RMAP_TRY(rmap_query_known_create(map, criterion, n_criterion, &self->known_paths, err));
     RMAP_TRY(rmap_cursor_create(map, rmap_query_columns(criterion, n_criterion) | more,
                                 &self->cursor, err));
     *verdicts_ret = self;
@@ -169,7 +165,6 @@ void rmap_query_verdicts_destroy(struct rmap_query_verdicts *self)
     rmap_query_known_destroy(self->known_paths);
     rmap_cursor_destroy(self->cursor);
     rmap_judge_fini(&self->judge);
-    rmap_shared_tests_fini(&self->shared);
     rmap_free(self->verdict);
     rmap_free(self->path_rays);
     rmap_free(self->is_open);
@@ -238,9 +233,7 @@ enum rmap_status rmap_query_verdicts_enter(struct rmap_query_verdicts *self, siz
     RMAP_TRY(make_room(self, err));
     if (self->view)
         RMAP_TRY(judge_history(self, wanted, err));
-    else
-        RMAP_TRY(rmap_judge_begin(&self->judge, self->shared.n_slot, self->n_ray, err));
-    if (!self->view && self->known_paths)
+    else if (!self->view && self->known_paths)
         rmap_query_known_enter(self->known_paths, self->cursor, portion);
 out:
     return st;
@@ -276,9 +269,7 @@ static enum rmap_status judge_undecided(struct rmap_query_verdicts *self, size_t
     undecided->cursor = self->cursor;
     undecided->measured = self->portion;
     RMAP_TRY(rmap_undecided_enter(undecided, verdict_of(self, c), self->view, self->history, err));
-    RMAP_TRY(rmap_judge_begin(&self->judge, self->shared.n_slot, undecided->n, err));
-    RMAP_TRY(rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
-                                  verdict, err));
+    RMAP_TRY(rmap_criterion_judge(self->criterion[c], &evidence, &self->judge, verdict, err));
     if (undecided->is_whole)
         keep_open(self, c, verdict);
 out:
@@ -306,8 +297,7 @@ static enum rmap_status judge_columns(struct rmap_query_verdicts *self, size_t c
                                            .flux_per_weight = rmap_map_flux_per_weight(self->map),
                                            .context = self,
                                            .fetch = query_verdicts_fetch};
-    return rmap_criterion_judge(self->criterion[c], self->shared.slot[c], &evidence, &self->judge,
-                                verdict, err);
+    return rmap_criterion_judge(self->criterion[c], &evidence, &self->judge, verdict, err);
 }
 
 /* Verdicts per ray, whatever they come from: NO or YES. */

@@ -514,8 +514,7 @@ static void check_bounds(const struct formula *f, const struct rmap_criterion *c
     for (int c = 0; c < RMAP_COLUMN_COUNT; c++)
         if (!(RMAP_COLUMNS_DISCRETE & RMAP_COLUMN_BIT(c)))
             *rmap_portion_column_address(&part, (enum rmap_column)c) = NULL;
-    assert_int_equal(rmap_criterion_judge(criterion, NULL, &evidence, &judge, verdict, NULL),
-                     RMAP_OK);
+    assert_int_equal(rmap_criterion_judge(criterion, &evidence, &judge, verdict, NULL), RMAP_OK);
     rmap_judge_fini(&judge);
     bool is_discrete = !(rmap_criterion_columns(criterion) & ~RMAP_COLUMNS_DISCRETE);
     for (int i = 0; i < N_RAY; i++) {
