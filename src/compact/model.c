@@ -4,9 +4,9 @@
 #include "base/alloc.h"
 #include "compact/portable.h"
 #include "compact/wave.h"
+#include "formula/azimuth.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
-#include "trace/azimuth.h"
 
 /* A map that keeps lengths, so that normals stay unit vectors. */
 static bool keeps_lengths(const struct rmap_affine *a)

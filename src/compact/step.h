@@ -8,8 +8,8 @@
 
 #include "base/rng.h"
 #include "compact/model.h"
+#include "formula/turn.h"
 #include "portion/event.h"
-#include "trace/azimuth.h"
 
 static inline float rmap_step_float(double x)
 {
@@ -61,36 +61,6 @@ static inline const struct rmap_medium *rmap_step_medium(const struct rmap_compa
     return known ? &model->scene->medium[medium] : NULL;
 }
 
-static inline struct rmap_vec3 rmap_step_diffused(struct rmap_vec3 normal, double u, double v)
-{
-    struct rmap_vec3 x, y;
-    rmap_basis(normal, &x, &y);
-    double r = sqrt(u), cosine, sine;
-    rmap_azimuth(v, &cosine, &sine);
-    struct rmap_vec3 plane = rmap_axpy(r * cosine, x, rmap_scale(y, r * sine));
-    return rmap_axpy(sqrt(1.0 - u), normal, plane);
-}
-
-static inline struct rmap_vec3 rmap_step_reflected(struct rmap_vec3 direction,
-                                                   struct rmap_vec3 normal)
-{
-    double cosine = rmap_dot(direction, normal);
-    return rmap_normalize(rmap_axpy(-2.0 * cosine, normal, direction));
-}
-
-static inline struct rmap_vec3 rmap_step_refracted(struct rmap_vec3 direction,
-                                                   struct rmap_vec3 normal, double n1, double n2)
-{
-    if (n1 == n2)
-        return direction;
-    double cosine = rmap_dot(direction, normal);
-    struct rmap_vec3 tangent = rmap_scale(rmap_axpy(-cosine, normal, direction), n1 / n2);
-    double cos2_t = 1.0 - rmap_dot(tangent, tangent);
-    if (cos2_t <= 0.0)
-        return rmap_step_reflected(direction, normal);
-    return rmap_axpy(-sqrt(cos2_t), normal, tangent);
-}
-
 static inline enum rmap_turn rmap_step_turn(uint32_t event)
 {
     if (event & (RMAP_EVENT_REFLECT_DIFFUSE | RMAP_EVENT_TRANSMIT_DIFFUSE))
@@ -113,20 +83,22 @@ struct rmap_turning {
 static inline struct rmap_vec3 rmap_step_turned(const struct rmap_turning *turning,
                                                 struct rmap_vec3 direction, struct rmap_vec3 normal)
 {
-    double u[4];
+    double u[4], total;
+    struct rmap_vec3 refracted;
     switch (rmap_step_turn(turning->event)) {
     case RMAP_TURN_DIFFUSE:
         rmap_rng(turning->seed, turning->ray, turning->step, RMAP_RNG_SURFACE, u);
         if (turning->event & RMAP_EVENT_TRANSMIT_DIFFUSE)
             normal = rmap_scale(normal, -1.0);
-        return rmap_step_diffused(normal, u[2], u[3]);
+        return rmap_diffused(normal, u[2], u[3]);
     case RMAP_TURN_REFLECT:
-        return rmap_step_reflected(direction, normal);
+        return rmap_reflected(direction, normal);
     case RMAP_TURN_REFRACT:
         if (!turning->near || !turning->far)
             return direction;
-        return rmap_step_refracted(direction, normal, turning->near->n[turning->channel],
-                                   turning->far->n[turning->channel]);
+        refracted = rmap_refracted(direction, normal, turning->near->n[turning->channel],
+                                   turning->far->n[turning->channel], &total);
+        return total > 0.0 ? rmap_reflected(direction, normal) : refracted;
     case RMAP_TURN_NONE:
         break;
     }

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  *
- * The departures of retrace_emit.c for a pack of rays: the same operations in the same order.
+ * The departures of retrace_emit.c for a pack of rays.
  */
 #include "base/rng.h"
 #include "compact/wave_random.h"
+#include "formula/emit.h"
 
 /* Rays of one source. */
 struct start {
@@ -26,120 +27,58 @@ static inline void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_s
     uniform(counter[1], v);
 }
 
-/* In the source's frame, where z is 0. */
-static inline void local_points(const struct rmap_source *source, const double u[W],
-                                const double v[W], double x[W], double y[W])
-{
-    double cosine[W], sine[W], size0 = source->shape_size[0], size1 = source->shape_size[1];
-    if (source->shape == RMAP_EMITTER_DISC) {
-        azimuth(v, cosine, sine);
-        EACH
-        {
-            double r = size0 * sqrt(u[i]);
-            x[i] = r * cosine[i];
-            y[i] = r * sine[i];
-        }
-    } else if (source->shape == RMAP_EMITTER_RECTANGLE) {
-        EACH
-        {
-            x[i] = (u[i] - 0.5) * size0;
-            y[i] = (v[i] - 0.5) * size1;
-        }
-    } else {
-        EACH
-        {
-            x[i] = y[i] = 0.0;
-        }
-    }
-}
-
-static inline void place(const struct rmap_affine *a, const double x[W], const double y[W],
+/* Points of an emitter that is no mesh. */
+static inline void place(const struct rmap_source *source, const double u[W], const double v[W],
                          struct start *s)
 {
-    EACH
-    {
-        s->px[i] = (a->m[0][0] * x[i] + a->m[0][1] * y[i] + a->m[0][2] * 0.0) + a->t.x;
-        s->py[i] = (a->m[1][0] * x[i] + a->m[1][1] * y[i] + a->m[1][2] * 0.0) + a->t.y;
-        s->pz[i] = (a->m[2][0] * x[i] + a->m[2][1] * y[i] + a->m[2][2] * 0.0) + a->t.z;
-    }
-}
-
-/* about_z: m is 1 - cosine. */
-static inline void about_z(const double m[W], const double turns[W], double x[W], double y[W],
-                           double z[W])
-{
-    double cosine[W], sine[W];
-    azimuth(turns, cosine, sine);
-    EACH
-    {
-        double s = sqrt(m[i] * (2.0 - m[i]));
-        x[i] = s * cosine[i];
-        y[i] = s * sine[i];
-        z[i] = 1.0 - m[i];
-    }
-}
-
-static inline void from_point(const struct rmap_source *source,
-                              const struct rmap_compact_source *own, const double u[W],
-                              const double v[W], struct start *s)
-{
-    double m[W], x[W], y[W], z[W];
-    double scale = source->distribution == RMAP_DISTRIBUTION_CONE ? own->cone : 2.0;
-    const struct rmap_affine *a = &source->frame;
-    EACH
-    {
-        m[i] = u[i] * scale;
-    }
-    about_z(m, v, x, y, z);
-    EACH
-    {
-        s->dx[i] = a->m[0][0] * x[i] + a->m[0][1] * y[i] + a->m[0][2] * z[i];
-        s->dy[i] = a->m[1][0] * x[i] + a->m[1][1] * y[i] + a->m[1][2] * z[i];
-        s->dz[i] = a->m[2][0] * x[i] + a->m[2][1] * y[i] + a->m[2][2] * z[i];
-    }
-    normalise(s->dx, s->dy, s->dz);
-}
-
-static inline void from_area(const struct rmap_compact_source *own, const double u[W],
-                             const double v[W], struct start *s)
-{
-    double m[W], x[W], y[W], z[W];
-    const struct rmap_vec3 n = own->axis, e = own->tangent[0], f = own->tangent[1];
-    EACH
-    {
-        m[i] = 1.0 - sqrt(u[i]);
-    }
-    about_z(m, v, x, y, z);
-    EACH
-    {
-        s->dx[i] = (n.x * z[i] + y[i] * f.x) + x[i] * e.x;
-        s->dy[i] = (n.y * z[i] + y[i] * f.y) + x[i] * e.y;
-        s->dz[i] = (n.z * z[i] + y[i] * f.z) + x[i] * e.z;
-    }
-    normalise(s->dx, s->dy, s->dz);
+    const struct rmap_affine *frame = &source->frame;
+    if (source->shape == RMAP_EMITTER_DISC)
+        EACH
+        {
+            set_lane(rmap_affine_point(frame, rmap_disc_point(source->shape_size[0], u[i], v[i])),
+                     i, s->px, s->py, s->pz);
+        }
+    else if (source->shape == RMAP_EMITTER_RECTANGLE)
+        EACH
+        {
+            set_lane(rmap_affine_point(frame, rmap_rectangle_point(source->shape_size, u[i], v[i])),
+                     i, s->px, s->py, s->pz);
+        }
+    else
+        EACH
+        {
+            set_lane(rmap_affine_point(frame, rmap_vec3(0.0, 0.0, 0.0)), i, s->px, s->py, s->pz);
+        }
 }
 
 WIDE static void depart(const struct rmap_source *source, const struct rmap_compact_source *own,
                         uint64_t seed, const uint64_t id[W], struct start *s)
 {
-    double u[W], v[W], x[W], y[W];
+    double u[W], v[W];
+    const double scale = source->distribution == RMAP_DISTRIBUTION_CONE ? own->cone : 2.0;
     if (source->shape != RMAP_EMITTER_POINT)
         draw_two(seed, id, RMAP_RNG_EMIT_POINT, u, v);
-    local_points(source, u, v, x, y);
-    place(&source->frame, x, y, s);
+    place(source, u, v, s);
     EACH
     {
-        s->dx[i] = own->axis.x;
-        s->dy[i] = own->axis.y;
-        s->dz[i] = own->axis.z;
+        set_lane(own->axis, i, s->dx, s->dy, s->dz);
     }
     if (source->type == RMAP_SOURCE_COLLIMATED)
         return;
     draw_two(seed, id, RMAP_RNG_EMIT_DIRECTION, u, v);
     if (source->type == RMAP_SOURCE_POINT)
-        from_point(source, own, u, v, s);
+        EACH
+        {
+            struct rmap_vec3 local = rmap_about_z(u[i] * scale, v[i]);
+            set_lane(rmap_normalize(rmap_affine_vector(&source->frame, local)), i, s->dx, s->dy,
+                     s->dz);
+        }
     else
-        from_area(own, u, v, s);
+        EACH
+        {
+            set_lane(rmap_lambertian(own->axis, own->tangent[0], own->tangent[1], u[i], v[i]), i,
+                     s->dx, s->dy, s->dz);
+        }
 }
 
 /* Are its rays as above? */

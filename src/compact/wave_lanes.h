@@ -40,6 +40,20 @@ typedef int64_t quad_order __attribute__((vector_size(32)));
 #define PAIR(a, b, ...)  __builtin_shuffle(a, b, (pair_order){__VA_ARGS__})
 #endif
 
+/* One ray's vector. */
+static inline struct rmap_vec3 lane_of(const double x[W], const double y[W], const double z[W],
+                                       int i)
+{
+    return rmap_vec3(x[i], y[i], z[i]);
+}
+
+static inline void set_lane(struct rmap_vec3 v, int i, double x[W], double y[W], double z[W])
+{
+    x[i] = v.x;
+    y[i] = v.y;
+    z[i] = v.z;
+}
+
 /* Four rows of four numbers become columns. */
 static inline void turn_rows(const quad row[4], quad column[4])
 {

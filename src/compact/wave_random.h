@@ -1,20 +1,12 @@
 /* SPDX-License-Identifier: MIT
  *
- * Random numbers and angles of a pack of rays; for the files of the kernel alone.
+ * Random numbers of a pack of rays; for the files of the kernel alone.
  */
 #ifndef RMAP_COMPACT_WAVE_RANDOM_H
 #define RMAP_COMPACT_WAVE_RANDOM_H
 
 #include "compact/wave_lanes.h"
-#include "trace/azimuth.h"
-
-static inline void azimuth(const double turns[W], double cosine[W], double sine[W])
-{
-    EACH
-    {
-        rmap_azimuth(turns[i], &cosine[i], &sine[i]);
-    }
-}
+#include "formula/turn.h"
 
 /* Four random numbers for each counter, in its place. */
 void rmap_wave_draw(uint64_t seed, uint32_t counter[4][W]);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The turns of step.h for a pack of rays: the same operations in the same order.
+ * The turns of step.h for a pack of rays.
  */
 #include "compact/wave_random.h"
 
@@ -10,12 +10,9 @@ static inline void reflect(const double sx[W], const double sy[W], const double 
 {
     EACH
     {
-        double cosine = p->dx[i] * sx[i] + p->dy[i] * sy[i] + p->dz[i] * sz[i];
-        p->dx[i] = p->dx[i] + -2.0 * cosine * sx[i];
-        p->dy[i] = p->dy[i] + -2.0 * cosine * sy[i];
-        p->dz[i] = p->dz[i] + -2.0 * cosine * sz[i];
+        set_lane(rmap_reflected(lane_of(p->dx, p->dy, p->dz, i), lane_of(sx, sy, sz, i)), i, p->dx,
+                 p->dy, p->dz);
     }
-    normalise(p->dx, p->dy, p->dz);
 }
 
 static inline void refract(const double sx[W], const double sy[W], const double sz[W],
@@ -23,37 +20,26 @@ static inline void refract(const double sx[W], const double sy[W], const double 
 {
     EACH
     {
-        double dx = p->dx[i], dy = p->dy[i], dz = p->dz[i], ratio = p->n1[i] / p->n2[i];
-        double cosine = dx * sx[i] + dy * sy[i] + dz * sz[i];
-        double tx = (dx + -cosine * sx[i]) * ratio, ty = (dy + -cosine * sy[i]) * ratio;
-        double tz = (dz + -cosine * sz[i]) * ratio;
-        double cos2_t = 1.0 - (tx * tx + ty * ty + tz * tz), root = -sqrt(cos2_t);
-        double same = p->n1[i] == p->n2[i] ? 1.0 : 0.0;
-        p->odd[i] = p->odd[i] + (cos2_t > 0.0 ? 0.0 : 1.0 - same);
-        p->dx[i] = same > 0.0 ? dx : tx + root * sx[i];
-        p->dy[i] = same > 0.0 ? dy : ty + root * sy[i];
-        p->dz[i] = same > 0.0 ? dz : tz + root * sz[i];
+        double total;
+        set_lane(rmap_refracted(lane_of(p->dx, p->dy, p->dz, i), lane_of(sx, sy, sz, i), p->n1[i],
+                                p->n2[i], &total),
+                 i, p->dx, p->dy, p->dz);
+        p->odd[i] = p->odd[i] + total;
     }
 }
 
 static inline void diffuse(const double sx[W], const double sy[W], const double sz[W],
                            uint64_t seed, struct rmap_wave_pack *p)
 {
-    double cosine[W], sine[W], u[W], v[W];
+    double u[W], v[W];
     rmap_wave_draw(seed, p->random);
     uniform(p->random[2], u);
     uniform(p->random[3], v);
-    azimuth(v, cosine, sine);
     EACH
     {
         double turn = p->through[i] > 0.0 ? -1.0 : 1.0;
-        double nx = sx[i] * turn, ny = sy[i] * turn, nz = sz[i] * turn;
-        double sign = copysign(1.0, nz), a = -1.0 / (sign + nz), b = nx * ny * a;
-        double r = sqrt(u[i]), x = r * cosine[i], y = r * sine[i];
-        double up = sqrt(1.0 - u[i]);
-        p->dx[i] = ((b * y) + x * (1.0 + sign * nx * nx * a)) + up * nx;
-        p->dy[i] = (((sign + ny * ny * a) * y) + x * (sign * b)) + up * ny;
-        p->dz[i] = ((-ny * y) + x * (-sign * nx)) + up * nz;
+        set_lane(rmap_diffused(rmap_scale(lane_of(sx, sy, sz, i), turn), u[i], v[i]), i, p->dx,
+                 p->dy, p->dz);
     }
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "render/camera_ray.h"
 
-#include "trace/azimuth.h"
+#include "formula/azimuth.h"
 
 static struct rmap_vec3 combine(const struct rmap_camera *camera, double right, double up,
                                 double forward)

@@ -4,9 +4,9 @@
 #include <math.h>
 
 #include "base/rng.h"
+#include "formula/turn.h"
 #include "optics/fresnel.h"
 #include "portion/event.h"
-#include "trace/azimuth.h"
 
 /* The side of a surface that light meets. */
 struct side {
@@ -44,41 +44,6 @@ static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
     return true;
 }
 
-static struct rmap_vec3 reflected(struct rmap_vec3 direction, const struct side *side)
-{
-    double cosine = rmap_dot(direction, side->normal);
-    return rmap_normalize(rmap_axpy(-2.0 * cosine, side->normal, direction));
-}
-
-/* Snell's law from the tangential part, whose sine keeps its digits at any angle. False at total
- * reflection. */
-static bool refract(struct rmap_vec3 direction, const struct side *side, double n1, double n2,
-                    struct rmap_vec3 *refracted)
-{
-    if (n1 == n2) {
-        *refracted = direction;
-        return true;
-    }
-    double cosine = rmap_dot(direction, side->normal);
-    struct rmap_vec3 tangent = rmap_scale(rmap_axpy(-cosine, side->normal, direction), n1 / n2);
-    double cos2_t = 1.0 - rmap_dot(tangent, tangent);
-    if (cos2_t <= 0.0)
-        return false;
-    *refracted = rmap_axpy(-sqrt(cos2_t), side->normal, tangent); /* of length 1 as it stands */
-    return true;
-}
-
-/* Cosine-weighted about the normal: a uniform point of the unit disc, lifted to the sphere. */
-static struct rmap_vec3 diffused(struct rmap_vec3 normal, double u, double v)
-{
-    struct rmap_vec3 x, y;
-    rmap_basis(normal, &x, &y);
-    double r = sqrt(u), cosine, sine;
-    rmap_azimuth(v, &cosine, &sine);
-    struct rmap_vec3 plane = rmap_axpy(r * cosine, x, rmap_scale(y, r * sine));
-    return rmap_axpy(sqrt(1.0 - u), normal, plane); /* unit to 4e-16: built anew each time */
-}
-
 static void turn(struct rmap_decision *decision, uint32_t event, struct rmap_vec3 direction)
 {
     decision->events = event;
@@ -97,9 +62,11 @@ static void pass(const struct side *side, struct rmap_decision *decision)
 static void pass_specular(const struct rmap_ray *ray, const struct side *side, int channel,
                           struct rmap_decision *decision)
 {
-    if (!refract(ray->direction, side, side->n1[channel], side->n2[channel],
-                 &decision->direction)) {
-        turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
+    double total;
+    decision->direction =
+        rmap_refracted(ray->direction, side->normal, side->n1[channel], side->n2[channel], &total);
+    if (total > 0.0) {
+        turn(decision, RMAP_EVENT_TOTAL_REFLECTION, rmap_reflected(ray->direction, side->normal));
         decision->foretold = false; /* the colour of what was drawn goes with it */
         return;
     }
@@ -158,7 +125,7 @@ static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
     double room[4];
     if (r > 0.0 && (!(r < 1.0) || draw_numbers(draw, room)[0] < r))
         turn(decision, total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
-             reflected(ray->direction, side));
+             rmap_reflected(ray->direction, side->normal));
     else
         pass_specular(ray, side, channel, decision);
 }
@@ -182,14 +149,14 @@ static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray
         all_total = all_total && (total || !(colour->share[i] > 0.0));
     }
     if (all_total) {
-        turn(decision, RMAP_EVENT_TOTAL_REFLECTION, reflected(ray->direction, side));
+        turn(decision, RMAP_EVENT_TOTAL_REFLECTION, rmap_reflected(ray->direction, side->normal));
         return;
     }
     double room[4];
     const double *u = draw_numbers(draw, room);
     decision->weigh = r;
     if (u[0] < rmap_colour_sum(colour, r)) {
-        turn(decision, RMAP_EVENT_REFLECT_SPECULAR, reflected(ray->direction, side));
+        turn(decision, RMAP_EVENT_REFLECT_SPECULAR, rmap_reflected(ray->direction, side->normal));
         return;
     }
     for (int i = colour->begin; i < colour->end; i++)
@@ -220,10 +187,10 @@ static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray 
     decision->weigh = rmap_colour_single(colour) ? NULL : chosen->p;
     switch (chosen->event) {
     case RMAP_EVENT_REFLECT_SPECULAR:
-        turn(decision, chosen->event, reflected(ray->direction, side));
+        turn(decision, chosen->event, rmap_reflected(ray->direction, side->normal));
         break;
     case RMAP_EVENT_REFLECT_DIFFUSE:
-        turn(decision, chosen->event, diffused(side->normal, u[2], u[3]));
+        turn(decision, chosen->event, rmap_diffused(side->normal, u[2], u[3]));
         break;
     case RMAP_EVENT_TRANSMIT_SPECULAR:
         pass_specular(ray, side,
@@ -233,7 +200,7 @@ static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray 
     case RMAP_EVENT_TRANSMIT_DIFFUSE:
         decision->events = chosen->event;
         pass(side, decision);
-        decision->direction = diffused(rmap_scale(side->normal, -1.0), u[2], u[3]);
+        decision->direction = rmap_diffused(rmap_scale(side->normal, -1.0), u[2], u[3]);
         break;
     default:
         decision->events = RMAP_EVENT_ABSORB;

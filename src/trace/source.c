@@ -4,46 +4,21 @@
 #include <math.h>
 
 #include "base/rng.h"
-#include "trace/azimuth.h"
-
-/* A direction about local +z by azimuth and 1 - cos(theta), which keeps its digits near the
- * axis. */
-static struct rmap_vec3 about_z(double one_minus_cos, double azimuth_turns)
-{
-    double x, y, sine = sqrt(one_minus_cos * (2.0 - one_minus_cos));
-    rmap_azimuth(azimuth_turns, &x, &y);
-    return rmap_vec3(sine * x, sine * y, 1.0 - one_minus_cos);
-}
+#include "formula/emit.h"
 
 static struct rmap_vec3 point_direction(const struct rmap_source *source, const double u[4])
 {
     switch (source->distribution) {
     case RMAP_DISTRIBUTION_ISOTROPIC:
-        return about_z(2.0 * u[0], u[1]);
+        return rmap_about_z(2.0 * u[0], u[1]);
     case RMAP_DISTRIBUTION_CONE: {
         double half_sine = sin(0.5 * source->cone_rad);
-        return about_z(u[0] * 2.0 * half_sine * half_sine, u[1]);
+        return rmap_about_z(u[0] * 2.0 * half_sine * half_sine, u[1]);
     }
     case RMAP_DISTRIBUTION_COSINE:
-        return about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
+        return rmap_about_z(-expm1(log(u[0]) / (source->cosine_power + 1.0)), u[1]);
     }
     return rmap_vec3(0.0, 0.0, 1.0);
-}
-
-static struct rmap_vec3 lambertian(struct rmap_vec3 normal, const double u[4])
-{
-    struct rmap_vec3 x, y;
-    rmap_basis(normal, &x, &y);
-    struct rmap_vec3 local = about_z(1.0 - sqrt(u[0]), u[1]);
-    return rmap_normalize(
-        rmap_axpy(local.x, x, rmap_axpy(local.y, y, rmap_scale(normal, local.z))));
-}
-
-static struct rmap_vec3 point_on_disc(double radius, const double u[4])
-{
-    double x, y, r = radius * sqrt(u[0]);
-    rmap_azimuth(u[1], &x, &y);
-    return rmap_vec3(r * x, r * y, 0.0);
 }
 
 /* First triangle whose cumulative share exceeds u; one without area is never chosen. */
@@ -92,11 +67,10 @@ struct rmap_vec3 rmap_source_flat_point(const struct rmap_source *source, const 
     case RMAP_EMITTER_MESH:
         break;
     case RMAP_EMITTER_DISC:
-        local = point_on_disc(source->shape_size[0], u);
+        local = rmap_disc_point(source->shape_size[0], u[0], u[1]);
         break;
     case RMAP_EMITTER_RECTANGLE:
-        local = rmap_vec3((u[0] - 0.5) * source->shape_size[0],
-                          (u[1] - 0.5) * source->shape_size[1], 0.0);
+        local = rmap_rectangle_point(source->shape_size, u[0], u[1]);
         break;
     }
     return rmap_affine_point(&source->frame, local);
@@ -148,8 +122,10 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         return;
     rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
     if (source->type == RMAP_SOURCE_AREA) {
+        struct rmap_vec3 x, y;
+        rmap_basis(normal, &x, &y);
         emission->normal = normal;
-        emission->direction = lambertian(normal, way);
+        emission->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
     } else {
         emission->foretold = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
         emission->direction =

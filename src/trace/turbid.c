@@ -4,8 +4,8 @@
 #include <math.h>
 
 #include "base/rng.h"
+#include "formula/azimuth.h"
 #include "portion/event.h"
-#include "trace/azimuth.h"
 
 void rmap_free_path_draw(const struct rmap_medium *medium, const struct rmap_draw *draw,
                          const struct rmap_colour *colour, struct rmap_free_path *path)

@@ -11,7 +11,7 @@
 
 #include "hand_scene.h"
 #include "near.h"
-#include "trace/azimuth.h"
+#include "formula/azimuth.h"
 #include "trace/source.h"
 
 #define N 40000
