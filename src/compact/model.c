@@ -273,7 +273,6 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     for (size_t i = 0; i < scene->n_source; i++) {
         model->source[i].colour = model->source_colour + i * (size_t)model->n_channel;
         set_source(model, &scene->source[i], &model->source[i]);
-        rmap_light_begin(model, (int32_t)i, -1, &model->source[i].light);
     }
     *model_ret = model;
     model = NULL;

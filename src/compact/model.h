@@ -8,6 +8,7 @@
 #include "compact/compact.h"
 #include "compact/lane.h"
 #include "portion/event.h"
+#include "trace/colour.h"
 
 enum rmap_facing_kind {
     RMAP_FACING_FLAT,    /* z = 0 */
@@ -61,18 +62,16 @@ struct rmap_compact_guide {
 
 /* The light of the ray in hand. */
 struct rmap_compact_light {
-    int begin, end;                       /* live channels */
+    struct rmap_colour colour;
     bool changed;                         /* `quantised` is not up to date */
-    double share[RMAP_CHANNEL_MAX];       /* [n_channel] */
     uint16_t quantised[RMAP_CHANNEL_MAX]; /* [n_channel] */
 };
 
 struct rmap_compact_source {
-    struct rmap_vec3 axis;           /* unit */
-    double cone;                     /* CONE: 2 sin^2 of half the opening */
-    struct rmap_vec3 tangent[2];     /* about the axis */
-    uint16_t *colour;                /* [n_channel], quantised */
-    struct rmap_compact_light light; /* as it leaves */
+    struct rmap_vec3 axis;       /* unit */
+    double cone;                 /* CONE: 2 sin^2 of half the opening */
+    struct rmap_vec3 tangent[2]; /* about the axis */
+    uint16_t *colour;            /* [n_channel], quantised */
 };
 
 struct rmap_compact_model {
@@ -123,7 +122,6 @@ void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, 
 void rmap_light_begin(const struct rmap_compact_model *model, int32_t source, int channel,
                       struct rmap_compact_light *light);
 void rmap_light_set(const uint16_t *quantised, int n_channel, struct rmap_compact_light *light);
-double rmap_light_mean(const struct rmap_compact_light *light, const double *value);
 void rmap_light_quantise(int n_channel, struct rmap_compact_light *light);
 
 /* A surface met: the light from before it to after it. */

@@ -154,9 +154,9 @@ static void advance(struct walk *walk, size_t row, uint32_t segment, bool last)
     if (!met)
         leg.length = rmap_step_distance_out(r->model->scene, walk->position, walk->direction);
     if (medium && r->colour)
-        leg.index = medium->dispersive ? rmap_light_mean(&walk->light, medium->n)
-                                       : medium->n[walk->light.begin];
-    bool single = walk->light.end - walk->light.begin == 1;
+        leg.index = medium->dispersive ? rmap_colour_sum(&walk->light.colour, medium->n)
+                                       : medium->n[walk->light.colour.begin];
+    bool single = rmap_colour_single(&walk->light.colour);
     if (medium && medium->absorbing && leg.length > 0.0 && (absorbed || !single)) {
         double travelled = rmap_light_absorb(medium, r->seed, r->id[walk->ray], segment + 1,
                                              leg.length, absorbed, &walk->light);

@@ -8,70 +8,44 @@
 #include "base/rng.h"
 #include "compact/model.h"
 #include "compact/portable.h"
-#include "optics/fresnel.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
-
-static void trim(struct rmap_compact_light *light)
-{
-    while (light->end - light->begin > 1 && !(light->share[light->begin] > 0.0))
-        light->begin++;
-    while (light->end - light->begin > 1 && !(light->share[light->end - 1] > 0.0))
-        light->end--;
-}
+#include "trace/interact.h"
 
 static void collapse(struct rmap_compact_light *light, int channel)
 {
-    for (int i = light->begin; i < light->end; i++) {
-        light->share[i] = 0.0;
+    for (int i = light->colour.begin; i < light->colour.end; i++)
         light->quantised[i] = 0;
-    }
-    light->share[channel] = 1.0;
     light->quantised[channel] = 65535;
-    light->begin = channel;
-    light->end = channel + 1;
+    rmap_colour_collapse(&light->colour, channel);
     light->changed = false;
 }
 
 void rmap_light_begin(const struct rmap_compact_model *model, int32_t source, int channel,
                       struct rmap_compact_light *light)
 {
-    size_t n = (size_t)model->n_channel;
-    light->begin = 0;
-    light->end = model->n_channel;
+    static const double none[RMAP_CHANNEL_MAX];
+    const size_t n = (size_t)model->n_channel;
+    const bool known = source >= 0 && (size_t)source < model->n_source;
+    rmap_colour_set(&light->colour, known ? model->scene->source[source].colour : none,
+                    model->n_channel);
     light->changed = false;
-    if (source < 0 || (size_t)source >= model->n_source) {
-        memset(light->share, 0, n * sizeof *light->share);
+    if (known)
+        memcpy(light->quantised, model->source[source].colour, n * sizeof *light->quantised);
+    else
         memset(light->quantised, 0, n * sizeof *light->quantised);
-        collapse(light, 0);
-        return;
-    }
-    memcpy(light->share, model->scene->source[source].colour, n * sizeof *light->share);
-    memcpy(light->quantised, model->source[source].colour, n * sizeof *light->quantised);
-    trim(light);
-    if (channel >= 0 && channel < model->n_channel)
-        collapse(light, channel);
+    if (!known || (channel >= 0 && channel < model->n_channel))
+        collapse(light, known ? channel : 0);
 }
 
 void rmap_light_set(const uint16_t *quantised, int n_channel, struct rmap_compact_light *light)
 {
+    double share[RMAP_CHANNEL_MAX];
     for (int i = 0; i < n_channel; i++)
-        light->share[i] = (double)quantised[i] / 65535.0;
-    memcpy(light->quantised, quantised, (size_t)n_channel * sizeof *quantised);
-    light->begin = 0;
-    light->end = n_channel;
+        share[i] = (double)quantised[i] / 65535.0;
+    memmove(light->quantised, quantised, (size_t)n_channel * sizeof *quantised);
+    rmap_colour_set(&light->colour, share, n_channel);
     light->changed = false;
-    trim(light);
-}
-
-double rmap_light_mean(const struct rmap_compact_light *light, const double *value)
-{
-    if (light->end - light->begin == 1)
-        return value[light->begin];
-    double sum = 0.0;
-    for (int i = light->begin; i < light->end; i++)
-        sum += light->share[i] * value[i];
-    return sum;
 }
 
 void rmap_light_quantise(int n_channel, struct rmap_compact_light *light)
@@ -79,35 +53,14 @@ void rmap_light_quantise(int n_channel, struct rmap_compact_light *light)
     double sum = 0.0;
     light->changed = false;
     for (int i = 0; i < n_channel; i++)
-        sum += light->share[i];
+        sum += light->colour.share[i];
     if (sum > 0.0 && sum < 1e300) /* or else it says nothing */
-        rmap_colour_quantise(light->share, n_channel, light->quantised);
+        rmap_colour_quantise(light->colour.share, n_channel, light->quantised);
 }
 
 static void weigh(struct rmap_compact_light *light, const double *p)
 {
-    int alike = light->begin + 1;
-    while (alike < light->end && p[alike] == p[light->begin])
-        alike++;
-    if (alike == light->end)
-        return;
-    double sum = rmap_light_mean(light, p);
-    for (int i = light->begin; i < light->end; i++)
-        light->share[i] *= p[i] / sum;
-    light->changed = true;
-    trim(light);
-}
-
-static double fresnel(const struct rmap_encounter *e, int channel, bool *total)
-{
-    struct rmap_fresnel f =
-        rmap_fresnel_dielectric(e->near->n[channel], e->far->n[channel], e->cosine);
-    *total = f.total;
-    if (f.total)
-        return 1.0;
-    if (e->surface->coat == RMAP_COAT_REFLECTANCE)
-        return e->surface->reflect_specular[channel];
-    return e->surface->coat == RMAP_COAT_IDEAL ? 0.0 : 0.5 * (f.rs + f.rp);
+    light->changed |= rmap_colour_weigh(&light->colour, p);
 }
 
 static void meet_fresnel(const struct rmap_encounter *e, struct rmap_compact_light *light)
@@ -120,19 +73,22 @@ static void meet_fresnel(const struct rmap_encounter *e, struct rmap_compact_lig
         collapse(light, e->channel);
         return;
     }
-    for (int i = light->begin; i < light->end; i++) {
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
         bool total;
-        r[i] = fresnel(e, i, &total);
-        all_total = all_total && (total || !(light->share[i] > 0.0));
+        r[i] =
+            rmap_coated_reflectance(e->surface, i, e->near->n[i], e->far->n[i], e->cosine, &total);
+        all_total = all_total && (total || !(light->colour.share[i] > 0.0));
     }
     if (all_total)
         return;
-    for (int i = light->begin; i < light->end && e->event != RMAP_EVENT_REFLECT_SPECULAR; i++)
+    for (int i = light->colour.begin;
+         i < light->colour.end && e->event != RMAP_EVENT_REFLECT_SPECULAR; i++)
         r[i] = 1.0 - r[i];
     weigh(light, r);
 }
 
-/* Born & Wolf 14.2, eqs. 5 to 8, as optics/fresnel.c has them. */
+/* As optics/fresnel.c, but for hypot, which rounds in another way where it is another library's:
+ * the tracer marks what metals did as unpredicted. */
 static double metal(double n1, double n, double k, double cos_i)
 {
     double m_n = n / n1, m_k = k / n1, sin2 = 1.0 - cos_i * cos_i;
@@ -157,7 +113,7 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
             weigh(light, surface->reflect_specular);
             return;
         }
-        for (int i = light->begin; i < light->end; i++)
+        for (int i = light->colour.begin; i < light->colour.end; i++)
             p[i] = metal(e->near->n[i], surface->metal_n[i], surface->metal_k[i], e->cosine);
         weigh(light, p);
         return;
@@ -180,7 +136,7 @@ static void meet_shares(const struct rmap_encounter *e, struct rmap_compact_ligh
 
 void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact_light *light)
 {
-    if (light->end - light->begin == 1)
+    if (rmap_colour_single(&light->colour))
         return;
     if (encounter->surface->type == RMAP_SURFACE_FRESNEL)
         meet_fresnel(encounter, light);
@@ -188,46 +144,31 @@ void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact
         meet_shares(encounter, light);
 }
 
-static int pick(const struct rmap_compact_light *light, double u)
-{
-    double total = 0.0, sum = 0.0;
-    int last = light->begin;
-    for (int i = light->begin; i < light->end; i++)
-        total += light->share[i];
-    for (int i = light->begin; i < light->end; i++) {
-        if (!(light->share[i] > 0.0))
-            continue;
-        last = i;
-        sum += light->share[i];
-        if (u * total < sum)
-            break;
-    }
-    return last;
-}
-
 double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
                          uint32_t step, double length, bool absorbed,
                          struct rmap_compact_light *light)
 {
     double u[4], p[RMAP_CHANNEL_MAX], travelled = length;
-    bool single = light->end - light->begin == 1;
+    bool single = rmap_colour_single(&light->colour);
     if (absorbed) {
         rmap_rng(seed, ray, step, RMAP_RNG_MEDIUM, u);
-        double mu = medium->absorption[single ? light->begin : pick(light, u[0])];
+        double mu = medium->absorption[single ? light->colour.begin
+                                              : rmap_colour_pick(&light->colour, NULL, u[0])];
         travelled = -rmap_portable_log(u[1]) / mu;
         if (!(travelled < length))
             travelled = length;
     }
     if (single)
         return travelled;
-    int alike = light->begin + 1;
-    while (alike < light->end && medium->absorption[alike] == medium->absorption[light->begin])
+    int alike = light->colour.begin + 1;
+    while (alike < light->colour.end &&
+           medium->absorption[alike] == medium->absorption[light->colour.begin])
         alike++;
-    if (alike == light->end)
+    if (alike == light->colour.end)
         return travelled; /* equal probabilities weigh nothing */
-    for (int i = light->begin; i < light->end; i++) {
+    for (int i = light->colour.begin; i < light->colour.end; i++) {
         double mu_i = medium->absorption[i];
-        if (i > light->begin && mu_i == medium->absorption[i - 1])
+        if (i > light->colour.begin && mu_i == medium->absorption[i - 1])
             p[i] = p[i - 1];
         else
             p[i] = (1.0 - rmap_portable_one_minus_exp(mu_i * travelled)) * (absorbed ? mu_i : 1.0);

@@ -181,23 +181,6 @@ enum rmap_status rmap_wave_run(struct rmap_wave *wave, const struct rmap_retrace
                                struct rmap_portion *predicted,
                                struct rmap_error *err) RMAP_MUST_USE;
 
-/* Light of few channels. */
-#define RMAP_WAVE_FEW 4
-struct rmap_wave_light {
-    int begin, end;
-    double share[RMAP_WAVE_FEW];
-    uint16_t quantised[RMAP_WAVE_FEW];
-};
-
-/* What became of light at a surface, where that does not depend on how it came: few colours are
- * met again and again. */
-#define RMAP_WAVE_MEMORIES 64
-struct rmap_wave_memory {
-    const struct rmap_surface *surface; /* NULL: of none */
-    uint64_t event;
-    struct rmap_wave_light before, after;
-};
-
 /* What the steps of a run share. */
 struct rmap_wave_run {
     struct rmap_wave *wave;
@@ -209,7 +192,6 @@ struct rmap_wave_run {
     size_t ready, ready_row, ready_crossing;          /* legs of rays before that one are there */
     struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
     struct rmap_compact_light light;                  /* of the ray that is summed up */
-    struct rmap_wave_memory memory[RMAP_WAVE_MEMORIES];
 };
 
 /* wave_depart.c: how rays [first, end) set out, at most RMAP_WAVE_AHEAD. */

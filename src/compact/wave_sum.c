@@ -14,71 +14,6 @@ struct sum {
     double path_length, optical_path;
 };
 
-static inline void keep_light(const struct rmap_compact_light *light, struct rmap_wave_light *to)
-{
-    to->begin = light->begin;
-    to->end = light->end;
-    memcpy(to->share, light->share, sizeof to->share);
-    memcpy(to->quantised, light->quantised, sizeof to->quantised);
-}
-
-static inline void take_light(const struct rmap_wave_light *from, struct rmap_compact_light *light)
-{
-    light->begin = from->begin;
-    light->end = from->end;
-    light->changed = false;
-    memcpy(light->share, from->share, sizeof from->share);
-    memcpy(light->quantised, from->quantised, sizeof from->quantised);
-}
-
-/* Does what becomes of the light follow from its shares alone? */
-static inline bool is_simple(const struct rmap_encounter *e)
-{
-    const struct rmap_surface *surface = e->surface;
-    return surface->type != RMAP_SURFACE_FRESNEL && e->event != RMAP_EVENT_TRANSMIT_SPECULAR &&
-           !(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal);
-}
-
-static inline struct rmap_wave_memory *memory_of(struct rmap_wave_run *run,
-                                                 const struct rmap_encounter *e,
-                                                 const struct rmap_wave_light *light)
-{
-    uint64_t key, first;
-    memcpy(&key, light->quantised, sizeof key);
-    memcpy(&first, light->share, sizeof first);
-    key = (key ^ first ^ (uintptr_t)e->surface ^ e->event) * UINT64_C(0x9E3779B97F4A7C15);
-    return &run->memory[key >> 58];
-}
-
-_Static_assert(RMAP_WAVE_MEMORIES == 1 << (64 - 58), "memories");
-
-static inline bool same_light(const struct rmap_wave_light *a, const struct rmap_wave_light *b)
-{
-    return memcmp(a, b, sizeof *a) == 0;
-}
-
-/* At a surface; of few channels, what it came to before. */
-static void meet(struct rmap_wave_run *run, const struct rmap_encounter *e,
-                 struct rmap_compact_light *light)
-{
-    struct rmap_wave_light before;
-    if (light->changed || run->r->model->n_channel > RMAP_WAVE_FEW || !is_simple(e)) {
-        rmap_light_meet(e, light);
-        return;
-    }
-    keep_light(light, &before);
-    struct rmap_wave_memory *memory = memory_of(run, e, &before);
-    if (memory->surface != e->surface || memory->event != e->event ||
-        !same_light(&memory->before, &before)) {
-        rmap_light_meet(e, light);
-        if (light->changed)
-            rmap_light_quantise(run->r->model->n_channel, light);
-        *memory = (struct rmap_wave_memory){e->surface, e->event, before, before};
-        keep_light(light, &memory->after);
-    }
-    take_light(&memory->after, light);
-}
-
 static void weigh_leg(const struct sum *sum, size_t row, const struct rmap_wave_leg *leg,
                       struct rmap_compact_light *light)
 {
@@ -100,17 +35,15 @@ static void weigh_leg(const struct sum *sum, size_t row, const struct rmap_wave_
         .cosine = size <= 1.0 ? size : 1.0,
         .event = r->event[row],
         .channel = sum->channel};
-    if (leg[1].flags & RMAP_WAVE_TINTS) /* it may change once more before it is quantised */
-        rmap_light_meet(&encounter, light);
-    else
-        meet(sum->run, &encounter, light);
+    rmap_light_meet(&encounter, light);
 }
 
 static double index_of(const struct rmap_compact_light *light, const struct rmap_medium *medium)
 {
     if (!medium)
         return 1.0;
-    return medium->dispersive ? rmap_light_mean(light, medium->n) : medium->n[light->begin];
+    return medium->dispersive ? rmap_colour_sum(&light->colour, medium->n)
+                              : medium->n[light->colour.begin];
 }
 
 static inline void note_colour(const struct rmap_compact_light *light, size_t n, uint16_t *out)
@@ -143,7 +76,7 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
     const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
     const struct rmap_medium *medium = rmap_step_medium(r->model, leg->medium);
     double index = index_of(light, medium);
-    if (medium && medium->absorbing && leg->way.length > 0.0 && light->end - light->begin > 1)
+    if (medium && medium->absorbing && leg->way.length > 0.0 && !rmap_colour_single(&light->colour))
         (void)rmap_light_absorb(medium, r->seed, r->id[sum->index], 0, leg->way.length, false,
                                 light);
     if (light->changed)
@@ -157,7 +90,7 @@ static void sum_leg(struct sum *sum, size_t row, struct rmap_compact_light *ligh
         sum->path_length += leg->way.length;
         sum->optical_path += index * leg->way.length;
     }
-    if (row + 1 < sum->end && light->end - light->begin > 1)
+    if (row + 1 < sum->end && !rmap_colour_single(&light->colour))
         weigh_leg(sum, row, leg, light);
     if (light->changed && !(leg[1].flags & RMAP_WAVE_TINTS)) /* or else it changes once more */
         rmap_light_quantise(r->model->n_channel, light);
@@ -193,10 +126,10 @@ static inline size_t sum_steady(struct sum *sum, size_t row, const struct rmap_c
                                 size_t n_channel, uint16_t *colour)
 {
     const struct rmap_compact_model *model = sum->run->r->model;
-    bool single = light->end - light->begin == 1;
+    bool single = rmap_colour_single(&light->colour);
     struct steady s = {.any = single ? RMAP_WAVE_GREY_BACK | RMAP_WAVE_GREY_FRONT : 0,
                        .tints = single ? 0 : RMAP_WAVE_TINTS,
-                       .index = model->index + (model->n_medium + 1) * (size_t)light->begin,
+                       .index = model->index + (model->n_medium + 1) * (size_t)light->colour.begin,
                        .path_length = sum->path_length,
                        .optical_path = sum->optical_path};
     const struct rmap_wave_leg *leg = &sum->leg[row - sum->first];
@@ -234,25 +167,14 @@ static size_t sum_along(struct sum *sum, size_t row, const struct rmap_compact_l
 /* As it leaves the source. */
 static void begin_light(struct rmap_wave_run *run, size_t i, int departs)
 {
-    enum { FEW = RMAP_WAVE_FEW }; /* channels: worth a copy of constant size */
     const struct rmap_retrace *r = run->r;
-    struct rmap_compact_light *light = &run->light;
-    size_t source = (uint32_t)r->source[i];
-    bool plain = departs < 0 && source < r->model->n_source && r->model->n_channel <= FEW;
-    if (!r->colour) {
-        light->begin = 0;
-        light->end = 1;
-        light->changed = false;
-    } else if (plain) {
-        const struct rmap_compact_light *from = &r->model->source[source].light;
-        light->begin = from->begin;
-        light->end = from->end;
-        light->changed = false;
-        memcpy(light->share, from->share, FEW * sizeof *light->share);
-        memcpy(light->quantised, from->quantised, FEW * sizeof *light->quantised);
-    } else {
-        rmap_light_begin(r->model, r->source[i], departs, light);
+    if (r->colour) {
+        rmap_light_begin(r->model, r->source[i], departs, &run->light);
+        return;
     }
+    run->light.colour.begin = 0;
+    run->light.colour.end = 1;
+    run->light.changed = false;
 }
 
 void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray)

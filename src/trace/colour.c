@@ -39,17 +39,18 @@ double rmap_colour_sum(const struct rmap_colour *colour, const double *p)
     return sum;
 }
 
-void rmap_colour_weigh(struct rmap_colour *colour, const double *p)
+bool rmap_colour_weigh(struct rmap_colour *colour, const double *p)
 {
     int alike = colour->begin + 1;
     while (alike < colour->end && p[alike] == p[colour->begin])
         alike++;
     if (alike == colour->end)
-        return; /* a grey surface leaves every bit of the colour as it is */
+        return false; /* a grey surface leaves every bit of the colour as it is */
     double sum = rmap_colour_sum(colour, p);
     for (int i = colour->begin; i < colour->end; i++)
         colour->share[i] *= p[i] / sum;
     trim(colour);
+    return true;
 }
 
 int rmap_colour_pick(const struct rmap_colour *colour, const double *p, double u)

@@ -31,8 +31,10 @@ void rmap_colour_collapse(struct rmap_colour *colour, int channel);
 /* sum c_i p_i. p: [n], read on the live range. */
 double rmap_colour_sum(const struct rmap_colour *colour, const double *p);
 
-/* c_i <- c_i p_i / sum c p. The sum must be > 0. */
-void rmap_colour_weigh(struct rmap_colour *colour, const double *p);
+/* c_i <- c_i p_i / sum c p; false: all p are alike, and every bit is as it was. The sum must be >
+ * 0.
+ */
+bool rmap_colour_weigh(struct rmap_colour *colour, const double *p);
 
 /* A channel drawn with probability c_i p_i / sum c p by the uniform number u in (0, 1); p NULL:
  * with probability c_i. */

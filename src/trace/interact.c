@@ -5,7 +5,6 @@
 
 #include "base/rng.h"
 #include "formula/turn.h"
-#include "optics/fresnel.h"
 #include "portion/event.h"
 
 /* The side of a surface that light meets. */
@@ -87,22 +86,10 @@ static int refracting_channel(const struct rmap_scene *scene, const struct rmap_
     return decision->collapse;
 }
 
-static inline double fresnel_reflectance(const struct side *side, int channel, bool *total)
+static inline double reflectance(const struct side *side, int channel, bool *total)
 {
-    struct rmap_fresnel f =
-        rmap_fresnel_dielectric(side->n1[channel], side->n2[channel], side->cos_i);
-    *total = f.total;
-    if (f.total)
-        return 1.0;
-    switch (side->surface->coat) {
-    case RMAP_COAT_REFLECTANCE:
-        return side->surface->reflect_specular[channel];
-    case RMAP_COAT_IDEAL:
-        return 0.0;
-    case RMAP_COAT_NONE:
-        break;
-    }
-    return 0.5 * (f.rs + f.rp);
+    return rmap_coated_reflectance(side->surface, channel, side->n1[channel], side->n2[channel],
+                                   side->cos_i, total);
 }
 
 /* Those of this step, drawn into `room` if need be. */
@@ -121,7 +108,7 @@ static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
 {
     int channel = colour->begin;
     bool total;
-    double r = fresnel_reflectance(side, channel, &total);
+    double r = reflectance(side, channel, &total);
     double room[4];
     if (r > 0.0 && (!(r < 1.0) || draw_numbers(draw, room)[0] < r))
         turn(decision, total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
@@ -145,7 +132,7 @@ static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray
     double *r = decision->scratch;
     for (int i = colour->begin; i < colour->end; i++) {
         bool total;
-        r[i] = fresnel_reflectance(side, i, &total);
+        r[i] = reflectance(side, i, &total);
         all_total = all_total && (total || !(colour->share[i] > 0.0));
     }
     if (all_total) {

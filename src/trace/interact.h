@@ -7,6 +7,7 @@
 #define RMAP_INTERACT_H
 
 #include "accel/accel.h"
+#include "optics/fresnel.h"
 #include "scene/scene.h"
 #include "trace/colour.h"
 
@@ -36,6 +37,26 @@ struct rmap_decision {
 void rmap_interact(const struct rmap_scene *scene, const struct rmap_ray *ray,
                    const struct rmap_hit *hit, const struct rmap_colour *colour,
                    const struct rmap_draw *draw, struct rmap_decision *decision);
+
+/* Reflectance of a FRESNEL surface on a channel, unpolarised, from index n1 into n2 at cos_i in [0,
+ * 1]; *total: total internal reflection. */
+static inline double rmap_coated_reflectance(const struct rmap_surface *surface, int channel,
+                                             double n1, double n2, double cos_i, bool *total)
+{
+    struct rmap_fresnel f = rmap_fresnel_dielectric(n1, n2, cos_i);
+    *total = f.total;
+    if (f.total)
+        return 1.0;
+    switch (surface->coat) {
+    case RMAP_COAT_REFLECTANCE:
+        return surface->reflect_specular[channel];
+    case RMAP_COAT_IDEAL:
+        return 0.0;
+    case RMAP_COAT_NONE:
+        break;
+    }
+    return 0.5 * (f.rs + f.rp);
+}
 
 /* Brings the colour from before the surface to after it. */
 void rmap_decision_apply(const struct rmap_decision *decision, struct rmap_colour *colour);
