@@ -9,9 +9,9 @@
 
 #include <cmocka.h>
 
+#include "formula/azimuth.h"
 #include "hand_scene.h"
 #include "near.h"
-#include "formula/azimuth.h"
 #include "trace/source.h"
 
 #define N 40000
