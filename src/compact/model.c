@@ -5,6 +5,7 @@
 #include "compact/portable.h"
 #include "compact/wave.h"
 #include "formula/azimuth.h"
+#include "geometry/shape_solve.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
 
@@ -23,38 +24,34 @@ static bool keeps_lengths(const struct rmap_affine *a)
 
 static void set_shape(struct rmap_compact_object *object, const struct rmap_shape *shape)
 {
+    struct rmap_bounded_quadric *q = &object->quadric;
     object->shape = shape;
     object->kind = RMAP_FACING_QUADRIC;
-    object->outer2 = shape->aperture * shape->aperture;
-    object->inner2 = shape->inner * shape->inner;
-    double m;
+    *q = (struct rmap_bounded_quadric){.form = rmap_quadric_of(shape),
+                                       .inner2 = -HUGE_VAL,
+                                       .outer2 = HUGE_VAL,
+                                       .low = -HUGE_VAL,
+                                       .high = HUGE_VAL,
+                                       .sign = 1.0,
+                                       .rigid = object->rigid};
     switch (shape->type) {
     case RMAP_SHAPE_DISC:
     case RMAP_SHAPE_RECTANGLE:
         object->kind = RMAP_FACING_FLAT;
         break;
     case RMAP_SHAPE_CONIC:
-        object->conic = object->bounded = true;
-        object->alpha = shape->curvature;
-        object->gamma = shape->curvature * (1 + shape->conic);
-        object->delta = -1;
-        object->sheet = (1 + shape->conic) * shape->curvature;
+        q->inner2 = shape->inner * shape->inner;
+        q->outer2 = shape->aperture * shape->aperture;
+        q->sheet = (1 + shape->conic) * shape->curvature;
+        q->sign = -1.0;
         if (shape->n_asphere > 0)
             object->kind = RMAP_FACING_ASPHERE;
         break;
     case RMAP_SHAPE_TUBE:
-        m = (shape->radius2 - shape->radius) / shape->length;
-        object->tube = true;
-        object->alpha = 1;
-        object->gamma = -m * m;
-        object->delta = -m * shape->radius;
-        object->epsilon = -shape->radius * shape->radius;
-        object->length = shape->length;
-        object->middle = 0.5 * shape->length;
+        q->low = 0.0;
+        q->high = shape->length;
         break;
     case RMAP_SHAPE_SPHERE:
-        object->alpha = object->gamma = 1;
-        object->epsilon = -shape->radius * shape->radius;
         break;
     }
 }
@@ -198,32 +195,6 @@ static bool names_channels(const struct rmap_scene *scene)
     return !dispersive || channels->mode == RMAP_COLOUR_SPECTRAL;
 }
 
-static void set_quadric(const struct rmap_compact_object *o, double quadric[12])
-{
-    double inner2 = -1.0, outer2 = INFINITY, sheet = 0.0, low = -INFINITY, high = INFINITY;
-    if (o->tube) {
-        low = 0.0;
-        high = o->length;
-    } else if (o->bounded) {
-        inner2 = o->inner2;
-        outer2 = o->outer2;
-        sheet = o->sheet;
-    }
-    const double all[12] = {o->alpha,
-                            o->gamma,
-                            o->delta,
-                            o->epsilon,
-                            inner2,
-                            outer2,
-                            sheet,
-                            low,
-                            high,
-                            o->middle,
-                            o->conic ? -1.0 : 1.0,
-                            o->rigid ? 1.0 : 0.0};
-    memcpy(quadric, all, sizeof all);
-}
-
 enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
                                            struct rmap_compact_model **model_ret,
                                            struct rmap_error *err)
@@ -265,7 +236,6 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->body[scene->n_object] = (struct rmap_compact_body){-1, -1, 0, INT32_MIN, false};
     RMAP_TRY(set_corners(model, err));
     for (size_t i = 0; i < scene->n_object; i++) {
-        set_quadric(&model->object[i], model->object[i].quadric);
         rmap_wave_set_flat(&model->object[i]);
         rmap_wave_guide(scene, &model->object[i], &model->guide[i]);
     }

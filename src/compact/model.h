@@ -7,6 +7,7 @@
 
 #include "compact/compact.h"
 #include "compact/lane.h"
+#include "formula/quadric.h"
 #include "portion/event.h"
 #include "trace/colour.h"
 
@@ -19,17 +20,8 @@ enum rmap_facing_kind {
 
 struct rmap_compact_object {
     enum rmap_facing_kind kind;
-    bool rigid;   /* lengths are kept: the world normal needs no normalisation */
-    bool conic;   /* the normal is minus the gradient, and one sheet counts */
-    bool bounded; /* by inner and outer radius; otherwise by z in [0, length]; sphere: neither */
-    bool tube;
-    double alpha, gamma, delta, epsilon;
-    double middle;         /* z about which the surface lies */
-    double inner2, outer2; /* squares of radii */
-    double length, sheet;  /* tube; (1 + k) c */
-    /* For the waves: alpha, gamma, delta, epsilon; inner2, outer2, sheet, low, high of all kinds as
-     * one, infinite where a kind has none; middle; sign of the normal; 1 rigid, or else 0. */
-    double quadric[12];
+    bool rigid; /* lengths are kept: the world normal needs no normalisation */
+    struct rmap_bounded_quadric quadric; /* also of an ASPHERE */
     /* FLAT: normal in the world; 16 bits of each of its numbers as they are recorded. */
     double flat[4];
     struct rmap_affine to_local, to_world;

@@ -20,85 +20,19 @@ static void flat(struct local *l)
     l->normal = rmap_vec3(0, 0, 1);
 }
 
-static struct rmap_vec3 half_gradient(const struct rmap_compact_object *o, struct rmap_vec3 p)
+/* own: the leg starts on it. */
+static bool meet_quadric(const struct rmap_compact_object *o, bool own, double behind,
+                         struct local *l)
 {
-    return rmap_vec3(o->alpha * p.x, o->alpha * p.y, o->gamma * p.z + o->delta);
-}
-
-static bool belongs(const struct rmap_compact_object *o, struct rmap_vec3 p)
-{
-    if (o->tube)
-        return p.z >= 0 && p.z <= o->length;
-    if (!o->bounded)
+    if (own) {
+        l->t = rmap_quadric_other(&o->quadric.form, l->origin, l->direction);
+        l->point = rmap_axpy(l->t, l->direction, l->origin);
         return true;
-    double s = p.x * p.x + p.y * p.y;
-    return s <= o->outer2 && s >= o->inner2 && 1 - o->sheet * p.z >= -0x1p-50;
-}
-
-/* Both roots of A t^2 + 2 B t + C, the lesser first; how many. */
-static int roots(double a, double b, double c, double t[2])
-{
-    double discriminant = b * b - a * c;
-    if (!(discriminant >= 0))
-        return 0;
-    double root = sqrt(discriminant), q = b < 0 ? root - b : -(b + root);
-    if (q == 0) {
-        t[0] = 0;
-        return a != 0 ? 1 : 0;
     }
-    double near = c / q;
-    t[0] = near;
-    if (a == 0)
-        return 1;
-    double far = q / a;
-    if (!(far - far == 0)) /* beyond all numbers */
-        return 1;
-    t[0] = near < far ? near : far;
-    t[1] = near < far ? far : near;
-    return 2;
-}
-
-/* The quadric, from outside or from any point: the first root ahead that belongs to the surface;
- * failing that, the last root. */
-static bool meet_quadric(const struct rmap_compact_object *o, double behind, struct local *l)
-{
-    struct rmap_vec3 d = l->direction, from = l->origin;
-    double t[2] = {0, 0};
-    from.z -= o->middle;
-    double shift = -rmap_dot(from, d) / rmap_dot(d, d);
-    struct rmap_vec3 p = rmap_axpy(shift, d, l->origin);
-    double a = o->alpha * (d.x * d.x + d.y * d.y) + o->gamma * d.z * d.z;
-    double b = rmap_dot(half_gradient(o, p), d);
-    double c =
-        o->alpha * (p.x * p.x + p.y * p.y) + (o->gamma * p.z + 2 * o->delta) * p.z + o->epsilon;
-    int n = roots(a, b, c, t);
-    if (n == 0)
-        return false;
-    l->t = shift + t[0];
-    l->point = rmap_axpy(t[0], d, p);
-    if (n == 2 && !(l->t > behind && belongs(o, l->point))) {
-        l->t = shift + t[1];
-        l->point = rmap_axpy(t[1], d, p);
-    }
-    return true;
-}
-
-/* From a point of the quadric itself: the other root. */
-static void cross_quadric(const struct rmap_compact_object *o, struct local *l)
-{
-    struct rmap_vec3 d = l->direction;
-    double a = o->alpha * (d.x * d.x + d.y * d.y) + o->gamma * d.z * d.z;
-    l->t = -2 * rmap_dot(half_gradient(o, l->origin), d) / a;
-    l->point = rmap_axpy(l->t, d, l->origin);
-}
-
-static void quadric_normal(const struct rmap_compact_object *o, struct local *l)
-{
-    struct rmap_vec3 g = half_gradient(o, l->point);
-    if (o->conic)
-        g = rmap_scale(g, -1);
-    double length = rmap_length(g);
-    l->normal = length > 0 ? rmap_scale(g, 1 / length) : rmap_vec3(0, 0, 1);
+    const struct rmap_quadric_roots roots =
+        rmap_quadric_meet(&o->quadric.form, l->origin, l->direction);
+    l->t = rmap_quadric_choose(&o->quadric, behind, &roots, l->direction, &l->point);
+    return roots.missed == 0.0;
 }
 
 /* Newton's method on z - sag(x^2 + y^2) along the leg, from the conic's point on. */
@@ -181,16 +115,12 @@ bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, in
         flat(&l);
         break;
     case RMAP_FACING_QUADRIC:
-        if (own)
-            cross_quadric(o, &l);
-        else if (!meet_quadric(o, -model->epsilon, &l))
+        if (!meet_quadric(o, own, -model->epsilon, &l))
             return false;
-        quadric_normal(o, &l);
+        l.normal = rmap_quadric_unit_normal(&o->quadric, l.point);
         break;
     case RMAP_FACING_ASPHERE:
-        if (own)
-            cross_quadric(o, &l);
-        else if (!meet_quadric(o, -model->epsilon, &l))
+        if (!meet_quadric(o, own, -model->epsilon, &l))
             return false;
         descend_asphere(o->shape, &l);
         break;

@@ -3,6 +3,7 @@
  * The departures of retrace_emit.c for a pack of rays.
  */
 #include "base/rng.h"
+#include "base/wide.h"
 #include "compact/wave_random.h"
 #include "formula/emit.h"
 
@@ -11,8 +12,8 @@ struct start {
     double px[W], py[W], pz[W], dx[W], dy[W], dz[W];
 };
 
-static inline void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_slot slot,
-                            double u[W], double v[W])
+RMAP_COPIED void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_slot slot, double u[W],
+                          double v[W])
 {
     uint32_t counter[4][W];
     EACH
@@ -28,8 +29,8 @@ static inline void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_s
 }
 
 /* Points of an emitter that is no mesh. */
-static inline void place(const struct rmap_source *source, const double u[W], const double v[W],
-                         struct start *s)
+RMAP_COPIED void place(const struct rmap_source *source, const double u[W], const double v[W],
+                       struct start *s)
 {
     const struct rmap_affine *frame = &source->frame;
     if (source->shape == RMAP_EMITTER_DISC)

@@ -4,102 +4,88 @@
  * the compiler turns each loop into vector instructions. Every number goes through the same
  * operations in the same order as there; cases that branch there are marked odd.
  */
+#include "base/wide.h"
 #include "compact/wave_lanes.h"
 
-/* Surfaces of the rays, as in rmap_compact_object. */
+/* Surfaces of the rays, in the order of struct rmap_bounded_quadric. */
 struct quadrics {
     double alpha[W], gamma[W], delta[W], epsilon[W];
-    double inner2[W], outer2[W], sheet[W], low[W];
-    double high[W], middle[W], sign[W], rigid[W];
+    double middle[W], inner2[W], outer2[W], sheet[W];
+    double low[W], high[W], sign[W], rigid[W];
 };
 
 static inline void gather_quadrics(const struct rmap_wave_pack *p, struct quadrics *q)
 {
     for (int i = 0; i < W; i += 4) {
-        const double *a = p->object[i]->quadric, *b = p->object[i + 1]->quadric;
-        const double *c = p->object[i + 2]->quadric, *d = p->object[i + 3]->quadric;
+        const double *a = (const double *)&p->object[i]->quadric;
+        const double *b = (const double *)&p->object[i + 1]->quadric;
+        const double *c = (const double *)&p->object[i + 2]->quadric;
+        const double *d = (const double *)&p->object[i + 3]->quadric;
         across(a, b, c, d, q->alpha + i, q->gamma + i, q->delta + i, q->epsilon + i);
-        across(a + 4, b + 4, c + 4, d + 4, q->inner2 + i, q->outer2 + i, q->sheet + i, q->low + i);
-        across(a + 8, b + 8, c + 8, d + 8, q->high + i, q->middle + i, q->sign + i, q->rigid + i);
+        across(a + 4, b + 4, c + 4, d + 4, q->middle + i, q->inner2 + i, q->outer2 + i,
+               q->sheet + i);
+        across(a + 8, b + 8, c + 8, d + 8, q->low + i, q->high + i, q->sign + i, q->rigid + i);
     }
 }
 
-static inline void cross_quadric(const struct quadrics *q, struct local *l,
-                                 struct rmap_wave_pack *p)
+RMAP_COPIED struct rmap_bounded_quadric quadric_of(const struct quadrics *q, int i)
+{
+    return (struct rmap_bounded_quadric){
+        {q->alpha[i], q->gamma[i], q->delta[i], q->epsilon[i], q->middle[i]},
+        q->inner2[i],
+        q->outer2[i],
+        q->sheet[i],
+        q->low[i],
+        q->high[i],
+        q->sign[i],
+        q->rigid[i]};
+}
+
+RMAP_COPIED void cross_quadric(const struct quadrics *q, struct local *l, struct rmap_wave_pack *p)
 {
     EACH
     {
-        double alpha = q->alpha[i], gamma = q->gamma[i], delta = q->delta[i];
-        double dx = l->dx[i], dy = l->dy[i], dz = l->dz[i];
-        double a = alpha * (dx * dx + dy * dy) + gamma * dz * dz;
-        double gx = alpha * l->ox[i], gy = alpha * l->oy[i], gz = gamma * l->oz[i] + delta;
-        double t = -2 * (gx * dx + gy * dy + gz * dz) / a;
-        p->t[i] = t;
-        l->x[i] = l->ox[i] + t * dx;
-        l->y[i] = l->oy[i] + t * dy;
-        l->z[i] = l->oz[i] + t * dz;
+        const struct rmap_bounded_quadric one = quadric_of(q, i);
+        struct rmap_vec3 from = lane_of(l->ox, l->oy, l->oz, i);
+        struct rmap_vec3 d = lane_of(l->dx, l->dy, l->dz, i);
+        p->t[i] = rmap_quadric_other(&one.form, from, d);
+        set_lane(rmap_axpy(p->t[i], d, from), i, l->x, l->y, l->z);
     }
 }
 
-static inline void meet_quadric(const struct quadrics *q, double behind, struct local *l,
-                                struct rmap_wave_pack *p)
+RMAP_COPIED void meet_quadric(const struct quadrics *q, double behind, struct local *l,
+                              struct rmap_wave_pack *p)
 {
-    double shift[W], cx[W], cy[W], cz[W], t0[W], t1[W];
+    double shift[W], t0[W], t1[W], x[W], y[W], z[W];
     EACH
     {
-        double dx = l->dx[i], dy = l->dy[i], dz = l->dz[i];
-        double ox = l->ox[i], oy = l->oy[i], oz = l->oz[i];
-        shift[i] = -(ox * dx + oy * dy + (oz - q->middle[i]) * dz) / (dx * dx + dy * dy + dz * dz);
-        cx[i] = ox + shift[i] * dx;
-        cy[i] = oy + shift[i] * dy;
-        cz[i] = oz + shift[i] * dz;
+        const struct rmap_bounded_quadric one = quadric_of(q, i);
+        const struct rmap_quadric_roots roots = rmap_quadric_meet(
+            &one.form, lane_of(l->ox, l->oy, l->oz, i), lane_of(l->dx, l->dy, l->dz, i));
+        shift[i] = roots.shift;
+        t0[i] = roots.t0;
+        t1[i] = roots.t1;
+        set_lane(roots.near, i, x, y, z);
+        p->odd[i] = p->odd[i] + roots.missed;
     }
     EACH
     {
-        double alpha = q->alpha[i], gamma = q->gamma[i], delta = q->delta[i];
-        double dx = l->dx[i], dy = l->dy[i], dz = l->dz[i], x = cx[i], y = cy[i], z = cz[i];
-        double a = alpha * (dx * dx + dy * dy) + gamma * dz * dz;
-        double b = alpha * x * dx + alpha * y * dy + (gamma * z + delta) * dz;
-        double c = alpha * (x * x + y * y) + (gamma * z + 2 * delta) * z + q->epsilon[i];
-        double discriminant = b * b - a * c;
-        double root = sqrt(discriminant), sum = b < 0 ? root - b : -(b + root);
-        double near = c / sum, far = sum / a;
-        far = far - far == 0.0 ? far : near;
-        t0[i] = near < far ? near : far;
-        t1[i] = near < far ? far : near;
-        p->odd[i] = p->odd[i] + (sum != 0.0 && discriminant >= 0.0 ? 0.0 : 1.0);
-    }
-    EACH
-    {
-        double x = cx[i] + t0[i] * l->dx[i], y = cy[i] + t0[i] * l->dy[i];
-        double z = cz[i] + t0[i] * l->dz[i], s = x * x + y * y;
-        double outside = shift[i] + t0[i] > behind ? 0.0 : 1.0;
-        outside = s <= q->outer2[i] ? outside : 1.0;
-        outside = s >= q->inner2[i] ? outside : 1.0;
-        outside = 1 - q->sheet[i] * z >= -0x1p-50 ? outside : 1.0;
-        outside = z >= q->low[i] ? outside : 1.0;
-        outside = z <= q->high[i] ? outside : 1.0;
-        double t = outside > 0.0 ? t1[i] : t0[i];
-        p->t[i] = shift[i] + t;
-        l->x[i] = cx[i] + t * l->dx[i];
-        l->y[i] = cy[i] + t * l->dy[i];
-        l->z[i] = cz[i] + t * l->dz[i];
+        const struct rmap_bounded_quadric one = quadric_of(q, i);
+        const struct rmap_quadric_roots roots = {shift[i], t0[i], t1[i], lane_of(x, y, z, i), 0.0};
+        struct rmap_vec3 point;
+        p->t[i] =
+            rmap_quadric_choose(&one, behind, &roots, lane_of(l->dx, l->dy, l->dz, i), &point);
+        set_lane(point, i, l->x, l->y, l->z);
     }
 }
 
-static inline void quadric_normal(const struct quadrics *q, struct local *l,
-                                  struct rmap_wave_pack *p)
+RMAP_COPIED void quadric_normal(const struct quadrics *q, struct local *l)
 {
     EACH
     {
-        double alpha = q->alpha[i], gamma = q->gamma[i], delta = q->delta[i], sign = q->sign[i];
-        double x = sign * (alpha * l->x[i]), y = sign * (alpha * l->y[i]);
-        double z = sign * (gamma * l->z[i] + delta);
-        double length = sqrt(x * x + y * y + z * z), s = 1 / length;
-        l->nx[i] = x * s;
-        l->ny[i] = y * s;
-        l->nz[i] = z * s;
-        p->odd[i] = p->odd[i] + (length > 0.0 ? 0.0 : 1.0);
+        const struct rmap_bounded_quadric one = quadric_of(q, i);
+        set_lane(rmap_quadric_unit_normal(&one, lane_of(l->x, l->y, l->z, i)), i, l->nx, l->ny,
+                 l->nz);
     }
 }
 
@@ -138,7 +124,7 @@ WIDE void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack
         cross_quadric(&q, &l, p);
     else
         meet_quadric(&q, behind, &l, p);
-    quadric_normal(&q, &l, p);
+    quadric_normal(&q, &l);
     to_world(&local, &world, &l, p);
     normalise_some(q.rigid, p);
     conclude(p);

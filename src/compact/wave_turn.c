@@ -2,11 +2,12 @@
  *
  * The turns of step.h for a pack of rays.
  */
+#include "base/wide.h"
 #include "compact/wave_random.h"
 
 /* sx, sy, sz: normals towards the light. */
-static inline void reflect(const double sx[W], const double sy[W], const double sz[W],
-                           struct rmap_wave_pack *p)
+RMAP_COPIED void reflect(const double sx[W], const double sy[W], const double sz[W],
+                         struct rmap_wave_pack *p)
 {
     EACH
     {
@@ -15,8 +16,8 @@ static inline void reflect(const double sx[W], const double sy[W], const double 
     }
 }
 
-static inline void refract(const double sx[W], const double sy[W], const double sz[W],
-                           struct rmap_wave_pack *p)
+RMAP_COPIED void refract(const double sx[W], const double sy[W], const double sz[W],
+                         struct rmap_wave_pack *p)
 {
     EACH
     {
@@ -28,8 +29,8 @@ static inline void refract(const double sx[W], const double sy[W], const double 
     }
 }
 
-static inline void diffuse(const double sx[W], const double sy[W], const double sz[W],
-                           uint64_t seed, struct rmap_wave_pack *p)
+RMAP_COPIED void diffuse(const double sx[W], const double sy[W], const double sz[W], uint64_t seed,
+                         struct rmap_wave_pack *p)
 {
     double u[W], v[W];
     rmap_wave_draw(seed, p->random);

@@ -1,28 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * Surfaces of revolution of second degree about z:
- *
- *     F = alpha (x^2 + y^2) + gamma z^2 + 2 delta z + epsilon = 0
+ * Where a ray meets an analytic surface. Those of second degree (formula/quadric.h):
  *
  *     CONIC   alpha = c, gamma = c (1 + k), delta = -1, epsilon = 0
  *     TUBE    alpha = 1, gamma = -m^2, delta = -m radius, epsilon = -radius^2
  *     SPHERE  alpha = gamma = 1, delta = 0, epsilon = -radius^2
- *
- * Along the ray F = A t^2 + 2 B t + C. The ray is first moved to its point nearest to the shape,
- * where the coefficients are as small as they can be; the roots are then as good as the
- * coordinates (a Newton step on top took the mean error from 1.0e-15 to 0.8e-15 only).
  */
 #ifndef RMAP_SHAPE_SOLVE_H
 #define RMAP_SHAPE_SOLVE_H
 
 #include <float.h>
 
+#include "formula/quadric.h"
 #include "geometry/shape_internal.h"
-
-struct rmap_quadric {
-    double alpha, gamma, delta, epsilon;
-    double middle; /* z about which the surface lies */
-};
 
 static inline struct rmap_quadric rmap_quadric_of(const struct rmap_shape *shape)
 {
@@ -38,18 +28,6 @@ static inline struct rmap_quadric rmap_quadric_of(const struct rmap_shape *shape
     default:
         return (struct rmap_quadric){1, 1, 0, -shape->radius * shape->radius, 0};
     }
-}
-
-/* Half the gradient of F. */
-static inline struct rmap_vec3 rmap_quadric_half_gradient(const struct rmap_quadric *f,
-                                                          struct rmap_vec3 p)
-{
-    return rmap_vec3(f->alpha * p.x, f->alpha * p.y, f->gamma * p.z + f->delta);
-}
-
-static inline double rmap_quadric_value(const struct rmap_quadric *f, struct rmap_vec3 p)
-{
-    return f->alpha * (p.x * p.x + p.y * p.y) + (f->gamma * p.z + 2 * f->delta) * p.z + f->epsilon;
 }
 
 /* Is a point of the whole quadric a point of the surface? */
@@ -125,8 +103,7 @@ static inline bool rmap_quadric_other_side(const struct rmap_shape *shape,
                                            struct rmap_shape_hit *hit)
 {
     struct rmap_vec3 d = query->direction;
-    double a = f->alpha * (d.x * d.x + d.y * d.y) + f->gamma * d.z * d.z;
-    double t = -2 * rmap_dot(rmap_quadric_half_gradient(f, query->origin), d) / a;
+    double t = rmap_quadric_other(f, query->origin, d);
     if (!isfinite(t))
         return false;
     hit->foretold = true;
@@ -152,11 +129,9 @@ static inline bool rmap_quadric_intersect(const struct rmap_shape *shape,
     if (query->on_surface)
         return rmap_quadric_other_side(shape, &f, query, hit);
     struct rmap_vec3 d = query->direction;
-    struct rmap_vec3 from = query->origin;
-    from.z -= f.middle;
-    double shift = -rmap_dot(from, d) / rmap_dot(d, d);
+    double shift = rmap_quadric_shift(&f, query->origin, d);
     struct rmap_vec3 p = rmap_axpy(shift, d, query->origin);
-    double a = f.alpha * (d.x * d.x + d.y * d.y) + f.gamma * d.z * d.z;
+    double a = rmap_quadric_square(&f, d);
     double b = rmap_dot(rmap_quadric_half_gradient(&f, p), d);
     double t[2];
     int n = rmap_quadric_roots(a, b, rmap_quadric_value(&f, p), t);
