@@ -5,6 +5,7 @@
  * the tracer's change.
  */
 #include "compact/model.h"
+#include "formula/triangle.h"
 
 /* In the object's frame. */
 struct local {
@@ -60,43 +61,14 @@ static void descend_asphere(const struct rmap_shape *shape, struct local *l)
     l->normal = rmap_normalize(rmap_vec3(-2 * slope * l->point.x, -2 * slope * l->point.y, 1));
 }
 
-/* The triangle, its corners sheared so that the leg runs along one axis (Woop, Benthin and Wald
- * 2013, JCGT 2(1), "Watertight ray/triangle intersection"). */
 static bool meet_triangle(const struct rmap_compact_object *o, int32_t primitive, struct local *l)
 {
     if (primitive < 0 || (size_t)primitive >= o->mesh->n_triangle)
         return false;
     struct rmap_vec3 corner[3];
-    if (o->corner)
-        for (int k = 0; k < 3; k++) {
-            const float *v = o->corner[primitive] + 4 * k;
-            corner[k] = rmap_vec3((double)v[0], (double)v[1], (double)v[2]);
-        }
-    else
-        rmap_mesh_corners(o->mesh, (size_t)primitive, corner);
-    const double d[3] = {l->direction.x, l->direction.y, l->direction.z};
-    const double from[3] = {l->origin.x, l->origin.y, l->origin.z};
-    int z = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
-    if (fabs(d[2]) > fabs(d[z]))
-        z = 2;
-    int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
-    double scale = 1 / d[z], shear_x = d[x] * scale, shear_y = d[y] * scale;
-    double p[3][3], area[3];
-    for (int k = 0; k < 3; k++) {
-        const double v[3] = {corner[k].x, corner[k].y, corner[k].z};
-        p[k][2] = v[z] - from[z];
-        p[k][0] = (v[x] - from[x]) - shear_x * p[k][2];
-        p[k][1] = (v[y] - from[y]) - shear_y * p[k][2];
-    }
-    area[0] = p[1][0] * p[2][1] - p[1][1] * p[2][0];
-    area[1] = p[2][0] * p[0][1] - p[2][1] * p[0][0];
-    area[2] = p[0][0] * p[1][1] - p[0][1] * p[1][0];
-    double sum = area[0] + area[1] + area[2];
-    double w0 = area[0] / sum, w1 = area[1] / sum, w2 = area[2] / sum;
-    l->t = (w0 * p[0][2] + w1 * p[1][2] + w2 * p[2][2]) * scale;
-    struct rmap_vec3 e1 = rmap_sub(corner[1], corner[0]), e2 = rmap_sub(corner[2], corner[0]);
-    l->point = rmap_axpy(w2, e2, rmap_axpy(w1, e1, corner[0]));
-    l->normal = rmap_cross(e1, e2);
+    rmap_mesh_corners(o->mesh, (size_t)primitive, corner);
+    l->t = rmap_triangle_meet(corner[0], corner[1], corner[2], l->origin, l->direction, &l->point,
+                              &l->normal);
     return true;
 }
 

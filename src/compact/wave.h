@@ -73,7 +73,7 @@ struct rmap_wave_pack {
     double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
 };
 
-/* wave_quads.c: positions and directions out of the rays; and after a leg back into `to`, with
+/* wave_pack.c: positions and directions out of the rays; and after a leg back into `to`, with
  * its length and cosine. */
 void rmap_wave_load(struct rmap_wave_pack *pack);
 void rmap_wave_store(const struct rmap_wave_pack *pack,
@@ -88,19 +88,12 @@ void rmap_wave_note(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAV
 void rmap_wave_note_on(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH],
                        float *position, int16_t *normal);
 
-/* To the end of the legs, which are all of this kind: wave_kernel.c; wave_quads.c: flat objects
- * and triangles that exist. */
+/* wave_kernel.c: to the end of the legs, which are all of this kind; meshes: triangles that exist.
+ */
 void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wave_pack *pack);
 void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack *pack);
 void rmap_wave_meet_flats(struct rmap_wave_pack *pack);
 void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
-
-/* wave_quads_avx2.c: the same where the machine has it. */
-void rmap_wave_load_avx2(struct rmap_wave_pack *pack);
-void rmap_wave_store_avx2(const struct rmap_wave_pack *pack,
-                          struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH]);
-void rmap_wave_meet_flats_avx2(struct rmap_wave_pack *pack);
-void rmap_wave_meet_meshes_avx2(struct rmap_wave_pack *pack);
 
 /* wave_turn.c */
 void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);

@@ -32,23 +32,24 @@ RMAP_COPIED void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_slo
 RMAP_COPIED void place(const struct rmap_source *source, const double u[W], const double v[W],
                        struct start *s)
 {
-    const struct rmap_affine *frame = &source->frame;
+    const struct rmap_affine frame = source->frame;
+    const double size[2] = {source->shape_size[0], source->shape_size[1]};
     if (source->shape == RMAP_EMITTER_DISC)
         EACH
         {
-            set_lane(rmap_affine_point(frame, rmap_disc_point(source->shape_size[0], u[i], v[i])),
-                     i, s->px, s->py, s->pz);
+            set_lane(rmap_affine_point(&frame, rmap_disc_point(size[0], u[i], v[i])), i, s->px,
+                     s->py, s->pz);
         }
     else if (source->shape == RMAP_EMITTER_RECTANGLE)
         EACH
         {
-            set_lane(rmap_affine_point(frame, rmap_rectangle_point(source->shape_size, u[i], v[i])),
-                     i, s->px, s->py, s->pz);
+            set_lane(rmap_affine_point(&frame, rmap_rectangle_point(size, u[i], v[i])), i, s->px,
+                     s->py, s->pz);
         }
     else
         EACH
         {
-            set_lane(rmap_affine_point(frame, rmap_vec3(0.0, 0.0, 0.0)), i, s->px, s->py, s->pz);
+            set_lane(rmap_affine_point(&frame, rmap_vec3(0.0, 0.0, 0.0)), i, s->px, s->py, s->pz);
         }
 }
 
@@ -56,13 +57,15 @@ WIDE static void depart(const struct rmap_source *source, const struct rmap_comp
                         uint64_t seed, const uint64_t id[W], struct start *s)
 {
     double u[W], v[W];
+    const struct rmap_affine frame = source->frame;
+    const struct rmap_vec3 axis = own->axis, x = own->tangent[0], y = own->tangent[1];
     const double scale = source->distribution == RMAP_DISTRIBUTION_CONE ? own->cone : 2.0;
     if (source->shape != RMAP_EMITTER_POINT)
         draw_two(seed, id, RMAP_RNG_EMIT_POINT, u, v);
     place(source, u, v, s);
     EACH
     {
-        set_lane(own->axis, i, s->dx, s->dy, s->dz);
+        set_lane(axis, i, s->dx, s->dy, s->dz);
     }
     if (source->type == RMAP_SOURCE_COLLIMATED)
         return;
@@ -71,14 +74,12 @@ WIDE static void depart(const struct rmap_source *source, const struct rmap_comp
         EACH
         {
             struct rmap_vec3 local = rmap_about_z(u[i] * scale, v[i]);
-            set_lane(rmap_normalize(rmap_affine_vector(&source->frame, local)), i, s->dx, s->dy,
-                     s->dz);
+            set_lane(rmap_normalize(rmap_affine_vector(&frame, local)), i, s->dx, s->dy, s->dz);
         }
     else
         EACH
         {
-            set_lane(rmap_lambertian(own->axis, own->tangent[0], own->tangent[1], u[i], v[i]), i,
-                     s->dx, s->dy, s->dz);
+            set_lane(rmap_lambertian(axis, x, y, u[i], v[i]), i, s->dx, s->dy, s->dz);
         }
 }
 

@@ -6,6 +6,7 @@
  */
 #include "base/wide.h"
 #include "compact/wave_lanes.h"
+#include "formula/triangle.h"
 
 /* Surfaces of the rays, in the order of struct rmap_bounded_quadric. */
 struct quadrics {
@@ -153,4 +154,72 @@ WIDE void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wav
     fill(p->cosine, (double)NAN);
     fill(p->odd, 0.0);
     record_end(p);
+}
+
+/* z = 0; normals in the world are known beforehand, and recorded. */
+WIDE void rmap_wave_meet_flats(struct rmap_wave_pack *p)
+{
+    struct local l;
+    struct maps local, world;
+    gather_maps(p, &local, &world);
+    to_local(&local, p, &l);
+    EACH
+    {
+        p->t[i] = -l.oz[i] / l.dz[i];
+        l.x[i] = l.ox[i] + p->t[i] * l.dx[i];
+        l.y[i] = l.oy[i] + p->t[i] * l.dy[i];
+        l.z[i] = 0.0;
+    }
+    points_to_world(&world, &l, p);
+    EACH
+    {
+        const double *flat = p->object[i]->flat;
+        uint64_t recorded;
+        memcpy(&recorded, &flat[3], sizeof recorded);
+        p->nx[i] = flat[0];
+        p->ny[i] = flat[1];
+        p->nz[i] = flat[2];
+        p->normal_xy[i] = (uint32_t)recorded;
+        p->normal_z[i] = (int32_t)(recorded >> 32);
+    }
+    fill(p->odd, 0.0);
+    arrive(p);
+    record_position(p);
+}
+
+/* Corner k of the triangles. */
+static inline void get_corners(const struct rmap_wave_pack *p, int k, double x[W], double y[W],
+                               double z[W])
+{
+    EACH
+    {
+        const float *corner = p->corner[i] + 4 * k;
+        x[i] = (double)corner[0];
+        y[i] = (double)corner[1];
+        z[i] = (double)corner[2];
+    }
+}
+
+WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
+{
+    struct local l;
+    struct maps local, world;
+    double x[3][W], y[3][W], z[3][W];
+    gather_maps(p, &local, &world);
+    to_local(&local, p, &l);
+    for (int k = 0; k < 3; k++)
+        get_corners(p, k, x[k], y[k], z[k]);
+    EACH
+    {
+        struct rmap_vec3 point, normal;
+        p->t[i] = rmap_triangle_meet(lane_of(x[0], y[0], z[0], i), lane_of(x[1], y[1], z[1], i),
+                                     lane_of(x[2], y[2], z[2], i), lane_of(l.ox, l.oy, l.oz, i),
+                                     lane_of(l.dx, l.dy, l.dz, i), &point, &normal);
+        set_lane(point, i, l.x, l.y, l.z);
+        set_lane(normal, i, l.nx, l.ny, l.nz);
+    }
+    to_world(&local, &world, &l, p);
+    normalise(p->nx, p->ny, p->nz);
+    fill(p->odd, 0.0);
+    conclude(p);
 }

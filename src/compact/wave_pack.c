@@ -66,3 +66,26 @@ void rmap_wave_note_on(const struct rmap_wave_pack *p, const size_t row[W], floa
     for (size_t i = 0; normal && i < W; i++)
         memcpy(normal + 3 * row[i], &three[i], sizeof three[i]);
 }
+
+WIDE void rmap_wave_load(struct rmap_wave_pack *p)
+{
+    double unused[2][4];
+    for (int i = 0; i < W; i += 4) {
+        const double *a = p->ray[i]->state, *b = p->ray[i + 1]->state;
+        const double *c = p->ray[i + 2]->state, *d = p->ray[i + 3]->state;
+        across(a, b, c, d, p->px + i, p->py + i, p->pz + i, p->dx + i);
+        across(a + 4, b + 4, c + 4, d + 4, p->dy + i, p->dz + i, unused[0], unused[1]);
+    }
+}
+
+WIDE void rmap_wave_store(const struct rmap_wave_pack *p,
+                     struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
+{
+    EACH
+    {
+        const double state[6] = {p->px[i], p->py[i], p->pz[i], p->dx[i], p->dy[i], p->dz[i]};
+        memcpy(to[i]->state, state, sizeof state);
+        to[i]->leg->way.length = p->t[i];
+        to[i]->leg->cosine = p->cosine[i];
+    }
+}
