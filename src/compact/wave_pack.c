@@ -79,7 +79,7 @@ WIDE void rmap_wave_load(struct rmap_wave_pack *p)
 }
 
 WIDE void rmap_wave_store(const struct rmap_wave_pack *p,
-                     struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
+                          struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
 {
     EACH
     {
