@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "compact/paths.h"
 #include "compact/streams.h"
 #include "io/map/chunk_reader.h"
 #include "io/map/map_cursor.h"

@@ -2,6 +2,8 @@
 #include "io/map/map_paths.h"
 
 #include "base/alloc.h"
+#include "compact/model.h"
+#include "compact/paths.h"
 #include "compact/streams.h"
 #include "io/map/map_internal.h"
 #include "io/scene/scene_limits.h"

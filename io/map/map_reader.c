@@ -4,6 +4,8 @@
 #include <sys/stat.h>
 
 #include "base/alloc.h"
+#include "compact/model.h"
+#include "compact/paths.h"
 #include "io/file/publish.h"
 #include "io/hdf5/h5_read.h"
 #include "io/map/map_directory.h"

@@ -4,6 +4,9 @@
 #include <pthread.h>
 
 #include "base/alloc.h"
+#include "compact/encoder.h"
+#include "compact/model.h"
+#include "compact/paths.h"
 #include "io/write/row_parts.h"
 
 struct rmap_row_slot {

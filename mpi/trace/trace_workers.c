@@ -74,7 +74,7 @@ static void begin_block(struct block *block, struct rmap_trace_workers *all, str
     if (self->portion) {
         rmap_portion_recorder_init(&block->history, self->portion);
         rmap_portion_recorder_restart(&block->history, rays.first);
-        block->history.strays.seed = plan->seed;
+        block->history.unpredicted.seed = plan->seed;
     }
     rmap_tally_recorder_init(&block->recorder, self->tally,
                              self->portion ? &block->history.base : NULL);
@@ -153,7 +153,7 @@ static enum rmap_status trace_block(struct rmap_trace_workers *all, struct worke
     }
 out:
     if (self->portion)
-        self->portion->strays = NULL;
+        self->portion->unpredicted = NULL;
     return st;
 }
 

@@ -413,7 +413,7 @@ static void finish(struct rmap_query *query, struct rmap_hit *hit)
     hit->t = best->touches ? 0 : rmap_greater(best->t + query->local.ahead, 0);
     hit->object = best->object;
     hit->primitive = best->listed;
-    hit->foretold = best->foretold;
+    hit->predicted = best->predicted;
     if (object->shape) {
         hit->position = rmap_affine_point(&object->to_world, best->point);
         hit->normal = rmap_affine_transposed(&object->to_local, best->normal);

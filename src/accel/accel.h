@@ -55,8 +55,8 @@ struct rmap_hit {
     struct rmap_vec3 normal; /* unit, as the surface has it, unflipped */
     int32_t object;
     int32_t primitive; /* triangle; 0 for analytic surfaces */
-    bool foretold;     /* every number is what src/compact finds from start, direction and surface,
-                          by the same operations; false where that is not certain */
+    bool predicted;    /* every number is what src/compact finds from start, direction and surface,
+                         by the same operations; false where that is not certain */
 };
 
 /* The scene is borrowed and must outlive the structure. n_threads: for building (0: all).

@@ -205,7 +205,7 @@ struct rmap_candidate {
     int32_t object, primitive;
     int32_t listed; /* triangle that the contact list has for this face */
     bool touches;   /* the start */
-    bool foretold;  /* as in struct rmap_hit */
+    bool predicted; /* as in struct rmap_hit */
     enum rmap_rank rank;
 };
 

@@ -217,7 +217,7 @@ static bool shape_counts(struct rmap_query *query, struct rmap_candidate *candid
         .point = rmap_affine_point(&o->to_world, candidate->point),
     };
     candidate->touches = true;
-    candidate->foretold = false;
+    candidate->predicted = false;
     candidate->t = rmap_greater(touch.t, 0);
     return rmap_start_meets(query, &touch);
 }
@@ -255,7 +255,7 @@ bool rmap_consider_shape(struct rmap_query *query, int32_t object)
                                            .point = hit.point,
                                            .normal = hit.normal,
                                            .object = object,
-                                           .foretold = hit.foretold && !joints.overruled,
+                                           .predicted = hit.predicted && !joints.overruled,
                                            .rank = candidate_rank(query, object, facing)};
         if (own || (passed && hit.t > 0) ||
             shape_counts(query, &candidate, facing, length, tolerance))
@@ -392,7 +392,7 @@ static bool counts(struct rmap_query *query, struct rmap_candidate *candidate,
         .point = rmap_affine_point(&o->to_world, corner),
     };
     candidate->touches = true;
-    candidate->foretold = false; /* nor may it be the triangle that is listed */
+    candidate->predicted = false; /* nor may it be the triangle that is listed */
     candidate->t = rmap_greater(t, 0);
     bool meets = rmap_start_meets(query, &touch);
     candidate->listed = touch.primitive;
@@ -416,7 +416,7 @@ static bool consider(struct rmap_query *query, int32_t object, int32_t primitive
     candidate->normal = rmap_affine_transposed(&o->to_local, n);
     candidate->length = rmap_length(candidate->normal);
     candidate->listed = candidate->primitive;
-    candidate->foretold = !(query->start.nudged && query->start.object == candidate->object);
+    candidate->predicted = !(query->start.nudged && query->start.object == candidate->object);
     candidate->cosine = fabs(facing) / candidate->length;
     candidate->tolerance = rmap_along(o->tolerance, candidate->cosine);
     candidate->rank = candidate_rank(query, candidate->object, facing);

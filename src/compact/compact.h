@@ -27,17 +27,8 @@ extern const struct rmap_layout rmap_compact_layout;
 /* What predictions need of a scene in one colour space. Immutable, thread-safe. The scene is
  * borrowed and must outlive it. RMAP_SYSTEM when memory is short. */
 struct rmap_compact_model;
-enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
-                                           struct rmap_compact_model **model_ret,
-                                           struct rmap_error *err) RMAP_MUST_USE;
-void rmap_compact_model_destroy(struct rmap_compact_model *model);
 
-/* The paths that rays of a piece may refer to, as they are appended to it. One per piece; used
- * under the lock that orders the appends. */
 struct rmap_path_book;
-enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret,
-                                       struct rmap_error *err) RMAP_MUST_USE;
-void rmap_path_book_destroy(struct rmap_path_book *book);
 
 /* One per thread; the model is borrowed. */
 struct rmap_compact_encoder;
@@ -55,8 +46,8 @@ enum rmap_status rmap_compact_encode(struct rmap_compact_encoder *encoder, uint6
                                      struct rmap_error *err) RMAP_MUST_USE;
 
 /* The same in parts, in the order of their ids, none of which need stay: for rays that nearly all
- * are foretold (struct rmap_portion.strays) and have consecutive ids. *whole_ret: they are not, and
- * the portion must be encoded in one after all. RMAP_SYSTEM, or RMAP_INTERNAL as above. */
+ * are predicted (struct rmap_portion.unpredicted) and have consecutive ids. *whole_ret: they are
+ * not, and the portion must be encoded in one after all. RMAP_SYSTEM, or RMAP_INTERNAL as above. */
 bool rmap_compact_in_parts(const struct rmap_compact_model *model); /* whether that may work */
 void rmap_compact_encode_begin(struct rmap_compact_encoder *encoder, uint64_t seed,
                                uint64_t first_ray);
@@ -66,34 +57,7 @@ enum rmap_status rmap_compact_encode_part(struct rmap_compact_encoder *encoder,
 enum rmap_status rmap_compact_encode_end(struct rmap_compact_encoder *encoder, bool *whole_ret,
                                          struct rmap_error *err) RMAP_MUST_USE;
 
-/* Looks the paths up and enters new ones, in the order of the calls: under the piece's lock.
- * *rows: to be appended to the piece, borrowed from the encoder until its next encode; the rows of
- * the whole tables are those that this portion adds. */
-enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
-                                      struct rmap_path_book *book, struct rmap_rows *rows,
-                                      struct rmap_error *err) RMAP_MUST_USE;
-
-/* The paths of a piece being read, from all rows of its whole tables (other streams may be NULL);
- * copied. Immutable. RMAP_FORMAT when the rows do not fit together. */
 struct rmap_path_table;
-enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
-                                        const struct rmap_rows *rows,
-                                        struct rmap_path_table **table_ret,
-                                        struct rmap_error *err) RMAP_MUST_USE;
-void rmap_path_table_destroy(struct rmap_path_table *table);
-size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory */
-
-/* The paths as rays of a portion, with columns RMAP_COLUMNS_DISCRETE; the others are NULL. Borrowed
- * from the table. Values are as untrusted as the rows. */
-const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table);
-
-/* [its rays] the first of each one's rows. */
-const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table);
-const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table);
-
-/* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
- * whole tables. */
-uint64_t rmap_compact_streams(rmap_column_set columns);
 
 /* One per thread; the model is borrowed. */
 struct rmap_compact_decoder;
@@ -127,27 +91,5 @@ struct rmap_compact_told {
     bool media_told;      /* media are those that the paths say */
     uint64_t first_ray;
 };
-
-/* What the portion's header says of it: all but path and n_own. Its stream, and RMAP_FORMAT where
- * there is none. */
-uint64_t rmap_compact_header_streams(void);
-enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
-                                          struct rmap_compact_told *told,
-                                          struct rmap_error *err) RMAP_MUST_USE;
-
-/* Streams that the next two need. */
-uint64_t rmap_compact_told_streams(void);
-
-/* rows, n_row: as for decoding, by which RMAP_FORMAT is told here, too. */
-enum rmap_status
-rmap_compact_tell(const struct rmap_compact_model *model, const struct rmap_path_table *table,
-                  const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
-                  struct rmap_compact_told *told, struct rmap_error *err) RMAP_MUST_USE;
-
-/* The rays with paths of their own, side by side, of rows that were told of: columns
- * RMAP_COLUMNS_DISCRETE, media as the paths say; and room for id and weight. out: emptied first. */
-enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
-                                         const struct rmap_rows *rows, struct rmap_portion *out,
-                                         struct rmap_error *err) RMAP_MUST_USE;
 
 #endif

@@ -44,4 +44,11 @@ void rmap_encode_spell(struct rmap_compact_encoder *encoder, const struct rmap_p
 void rmap_encode_lanes(struct rmap_compact_encoder *encoder, const struct rmap_portion *part,
                        bool all);
 
+/* Looks the paths up and enters new ones, in the order of the calls: under the piece's lock.
+ * *rows: to be appended to the piece, borrowed from the encoder until its next encode; the rows of
+ * the whole tables are those that this portion adds. */
+enum rmap_status rmap_compact_resolve(struct rmap_compact_encoder *encoder,
+                                      struct rmap_path_book *book, struct rmap_rows *rows,
+                                      struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

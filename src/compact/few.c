@@ -20,22 +20,22 @@ static void add(struct rmap_few *few, size_t ray, bool sample)
 bool rmap_few_choose(struct rmap_few *few, const struct rmap_compact_model *model, uint64_t seed,
                      const struct rmap_portion *portion)
 {
-    const struct rmap_strays *strays = portion->strays;
+    const struct rmap_unpredicted *unpredicted = portion->unpredicted;
     size_t n_ray = portion->n_row[RMAP_TABLE_RAY], k = 0, n_sample = 0;
     few->n = 0;
-    if (!model->foretells || !strays || strays->seed != seed || strays->n > RMAP_STRAYS_MAX ||
-        strays->n > n_ray / 4)
+    if (!model->predicts || !unpredicted || unpredicted->seed != seed ||
+        unpredicted->n > RMAP_UNPREDICTED_MAX || unpredicted->n > n_ray / 4)
         return false;
     uint64_t first = portion->first_ray, block = first / RMAP_BLOCK_RAYS;
     for (size_t next = (size_t)((block - first) % RMAP_FEW_STRIDE);
          next < n_ray && n_sample < RMAP_FEW_SAMPLES; next += RMAP_FEW_STRIDE, n_sample++) {
-        for (; k < strays->n && strays->ray[k] < next; k++)
-            add(few, strays->ray[k], false);
-        if (k == strays->n || strays->ray[k] != next)
+        for (; k < unpredicted->n && unpredicted->ray[k] < next; k++)
+            add(few, unpredicted->ray[k], false);
+        if (k == unpredicted->n || unpredicted->ray[k] != next)
             add(few, next, true);
     }
-    for (; k < strays->n; k++)
-        add(few, strays->ray[k], false);
+    for (; k < unpredicted->n; k++)
+        add(few, unpredicted->ray[k], false);
     return true;
 }
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  *
- * The rays of a portion that have to be traced again to find what their paths do not foretell.
+ * The rays of a portion that have to be traced again to find what their paths do not predict.
  */
 #ifndef RMAP_COMPACT_FEW_H
 #define RMAP_COMPACT_FEW_H
@@ -11,7 +11,7 @@
  * where it happens. */
 #define RMAP_FEW_STRIDE  256 /* one ray in so many, another one in each block */
 #define RMAP_FEW_SAMPLES (RMAP_BLOCK_RAYS / RMAP_FEW_STRIDE)
-#define RMAP_FEW_MAX     (RMAP_STRAYS_MAX + RMAP_FEW_SAMPLES)
+#define RMAP_FEW_MAX     (RMAP_UNPREDICTED_MAX + RMAP_FEW_SAMPLES)
 
 /* One per encoder. */
 struct rmap_few {
@@ -25,7 +25,7 @@ struct rmap_few {
 
 void rmap_few_destroy(struct rmap_few *few);
 
-/* Which rays: strays and some samples. False where every ray must be traced again. */
+/* Which rays: unpredicted and some samples. False where every ray must be traced again. */
 bool rmap_few_choose(struct rmap_few *few, const struct rmap_compact_model *model, uint64_t seed,
                      const struct rmap_portion *portion);
 

@@ -94,9 +94,6 @@ static inline void rmap_put_bits(uint8_t *data, size_t i, size_t nbytes, uint64_
     }
 }
 
-/* Numbers that the lane has in a portion. */
-size_t rmap_lane_numbers(const struct rmap_lane *lane, const struct rmap_portion *portion);
-
 /* Slow sides of rmap_lane_offer: *value becomes the truth. rmap_lane_correct: true when it was, as
  * numbers of a lane that is stored whole may be. */
 void rmap_lane_note(struct rmap_lane *lane, size_t first, size_t count, void *value);

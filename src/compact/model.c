@@ -210,7 +210,7 @@ enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
     model->n_medium = scene->n_medium;
     model->n_detector = scene->n_detector;
     model->epsilon = 1e-12 * scene->radius;
-    model->foretells = names_channels(scene);
+    model->predicts = names_channels(scene);
     for (size_t i = 0; i < scene->n_medium; i++)
         model->absorbing = model->absorbing || scene->medium[i].absorbing;
     model->object = rmap_alloc(scene->n_object + 1, sizeof *model->object);

@@ -79,8 +79,8 @@ struct rmap_compact_model {
     double epsilon;          /* lengths below do not matter */
     bool absorbing;          /* some medium is */
     bool meshes;             /* some object is one */
-    bool foretells; /* rays that the tracer says are foretold: the last wavelength tells the
-                       channel that refracts */
+    bool predicts;  /* rays that the tracer says are predicted: the last wavelength tells the
+                        channel that refracts */
     double *index;  /* [n_channel][n_medium + 1]: the last is that of no medium */
     uint16_t *tint; /* [n_medium + 1]: flags << 8 of legs through it */
     float *corner;  /* of all triangles, each in a cache line of its own */
@@ -92,29 +92,14 @@ struct rmap_facing {
     struct rmap_vec3 position, normal; /* world; unit normal, unflipped */
 };
 
-/* False when there is no such surface; *facing is then unset. from: object that the leg starts
- * on, or -1. */
-bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
-                      int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
-                      struct rmap_facing *facing);
-
 /* How a leg's event turns the ray. */
 enum rmap_turn { RMAP_TURN_NONE, RMAP_TURN_REFLECT, RMAP_TURN_REFRACT, RMAP_TURN_DIFFUSE };
 
-/* retrace_emit.c */
 struct rmap_departure {
     struct rmap_vec3 position, direction, normal;
     int32_t medium; /* of the source */
     int channel;    /* the list's ray has this one only; -1: the source's colour */
 };
-void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
-                         int32_t source, struct rmap_departure *departure);
-
-/* retrace_colour.c */
-void rmap_light_begin(const struct rmap_compact_model *model, int32_t source, int channel,
-                      struct rmap_compact_light *light);
-void rmap_light_set(const uint16_t *quantised, int n_channel, struct rmap_compact_light *light);
-void rmap_light_quantise(int n_channel, struct rmap_compact_light *light);
 
 /* A surface met: the light from before it to after it. */
 struct rmap_encounter {
@@ -124,14 +109,8 @@ struct rmap_encounter {
     uint32_t event;
     int channel; /* that the ray ends with; -1: several */
 };
-void rmap_light_meet(const struct rmap_encounter *encounter, struct rmap_compact_light *light);
 
-/* A leg of this length through an absorbing medium: how far the light came on it. */
-double rmap_light_absorb(const struct rmap_medium *medium, uint64_t seed, uint64_t ray,
-                         uint32_t step, double length, bool absorbed,
-                         struct rmap_compact_light *light);
-
-/* retrace_detect.c: what a leg says of a registration on it. */
+/* What a leg says of a registration on it. */
 struct rmap_compact_leg {
     struct rmap_vec3 from, to, direction;
     double length, optical_from, index;
@@ -142,8 +121,6 @@ struct rmap_crossing {
     float direction[3];
     double optical_path;
 };
-void rmap_crossing_find(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
-                        struct rmap_crossing *crossing);
 
 /* What rmap_retrace needs: columns that are known, and lanes to offer predictions to. */
 struct rmap_retrace {
@@ -165,15 +142,6 @@ struct rmap_retrace {
                     absorbs */
     struct rmap_lane *lane;
 };
-
-/* All of them from a portion's columns, colours followed. channel: as above. */
-struct rmap_retrace rmap_retrace_of(const struct rmap_compact_model *model, uint64_t seed,
-                                    const struct rmap_portion *portion, const uint8_t *channel,
-                                    struct rmap_lane *lane);
-
-/* One ray, whose rows begin at those given. Rays must come in order. */
-void rmap_retrace(const struct rmap_retrace *retrace, size_t ray, size_t first_segment,
-                  size_t first_registration);
 
 /* Medium behind an object, for light that came in medium `now`, as far as the path says. Bits
  * instead of branches: whether it goes through is anybody's guess. */
@@ -255,5 +223,11 @@ static inline uint32_t rmap_event_at_end(uint8_t stop)
                                        RMAP_EVENT_ERROR};
     return at_end[stop & 3];
 }
+
+enum rmap_status rmap_compact_model_create(const struct rmap_scene *scene,
+                                           struct rmap_compact_model **model_ret,
+                                           struct rmap_error *err) RMAP_MUST_USE;
+
+void rmap_compact_model_destroy(struct rmap_compact_model *model);
 
 #endif

@@ -99,4 +99,44 @@ struct rmap_path_table {
     uint32_t *first_segment, *first_registration; /* [n] rows of them */
 };
 
+/* The paths that rays of a piece may refer to, as they are appended to it. One per piece; used
+ * under the lock that orders the appends. */
+enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret,
+                                       struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_book_destroy(struct rmap_path_book *book);
+
+/* The paths of a piece being read, from all rows of its whole tables (other streams may be NULL);
+ * copied. Immutable. RMAP_FORMAT when the rows do not fit together. */
+enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
+                                        const struct rmap_rows *rows,
+                                        struct rmap_path_table **table_ret,
+                                        struct rmap_error *err) RMAP_MUST_USE;
+void rmap_path_table_destroy(struct rmap_path_table *table);
+size_t rmap_path_table_nbytes(const struct rmap_path_table *table); /* of memory */
+
+/* The paths as rays of a portion, with columns RMAP_COLUMNS_DISCRETE; the others are NULL. Borrowed
+ * from the table. Values are as untrusted as the rows. */
+const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table);
+
+/* [its rays] the first of each one's rows. */
+const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table);
+const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table);
+
+/* What the portion's header says of it: all but path and n_own. RMAP_FORMAT where there is none. */
+enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
+                                          struct rmap_compact_told *told,
+                                          struct rmap_error *err) RMAP_MUST_USE;
+
+/* rows, n_row: as for decoding, by which RMAP_FORMAT is told here, too. */
+enum rmap_status
+rmap_compact_tell(const struct rmap_compact_model *model, const struct rmap_path_table *table,
+                  const struct rmap_rows *rows, const size_t n_row[RMAP_TABLE_COUNT],
+                  struct rmap_compact_told *told, struct rmap_error *err) RMAP_MUST_USE;
+
+/* The rays with paths of their own, side by side, of rows that were told of: columns
+ * RMAP_COLUMNS_DISCRETE, media as the paths say; and room for id and weight. out: emptied first. */
+enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
+                                         const struct rmap_rows *rows, struct rmap_portion *out,
+                                         struct rmap_error *err) RMAP_MUST_USE;
+
 #endif

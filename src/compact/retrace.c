@@ -3,7 +3,232 @@
  * One ray after the other traced again, each along its path. Predictions and truth meet at every
  * number: what differs leads the ray on from the truth.
  */
+#include "compact/retrace.h"
+#include "base/rng.h"
+#include "compact/detect.h"
+#include "compact/model.h"
+#include "compact/portable.h"
+#include "compact/retrace_colour.h"
 #include "compact/step.h"
+#include "formula/emit.h"
+#include "formula/triangle.h"
+#include "trace/source.h"
+
+/* Where a leg crosses the detector that its path names (trace/detector.c has the physics). */
+
+static void on_plane(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
+                     double relative[2], double *distance)
+{
+    struct rmap_vec3 point = leg->to;
+    *distance = leg->length;
+    if (!rmap_detect_lies_on(detector)) {
+        double from = rmap_dot(rmap_sub(leg->from, detector->origin), detector->axis);
+        double to = rmap_dot(rmap_sub(leg->to, detector->origin), detector->axis);
+        *distance = leg->length * (from / (from - to));
+        point = rmap_axpy(*distance, leg->direction, leg->from);
+    }
+    rmap_detect_point(detector, point, relative);
+}
+
+static void far_away(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
+                     double relative[2])
+{
+    double c = rmap_dot(leg->direction, detector->axis);
+    c = c > -1.0 ? c < 1.0 ? c : 1.0 : -1.0;
+    double x = rmap_dot(leg->direction, detector->x), y = rmap_dot(leg->direction, detector->y);
+    double phi = rmap_portable_angle(x, y < 0.0 ? -y : y);
+    if (y < 0.0)
+        phi = 2.0 * RMAP_PI - phi;
+    relative[0] = rmap_portable_angle(c, sqrt((1.0 - c) * (1.0 + c))) / RMAP_PI;
+    relative[1] = phi / (2.0 * RMAP_PI);
+}
+
+void rmap_crossing_find(const struct rmap_detector *detector, const struct rmap_compact_leg *leg,
+                        struct rmap_crossing *crossing)
+{
+    double relative[2], distance = 0.0;
+    if (detector->type == RMAP_DETECTOR_PLANE)
+        on_plane(detector, leg, relative, &distance);
+    else
+        far_away(detector, leg, relative);
+    rmap_detect_record(detector, relative, crossing->cell, crossing->relative);
+    crossing->optical_path = leg->optical_from + leg->index * distance;
+}
+
+/* Where a ray starts: the source's random numbers drawn again. */
+
+static struct rmap_vec3 point_direction(const struct rmap_source *source,
+                                        const struct rmap_compact_source *own, const double u[4])
+{
+    struct rmap_vec3 local = rmap_vec3(0.0, 0.0, 1.0);
+    switch (source->distribution) {
+    case RMAP_DISTRIBUTION_ISOTROPIC:
+        local = rmap_about_z(2.0 * u[0], u[1]);
+        break;
+    case RMAP_DISTRIBUTION_CONE:
+        local = rmap_about_z(u[0] * own->cone, u[1]);
+        break;
+    case RMAP_DISTRIBUTION_COSINE:
+        local = rmap_about_z(
+            rmap_portable_one_minus_exp(-rmap_portable_log(u[0]) / (source->cosine_power + 1.0)),
+            u[1]);
+        break;
+    }
+    return rmap_normalize(rmap_affine_vector(&source->frame, local));
+}
+
+static void from_list(const struct rmap_scene *scene, const struct rmap_source *source,
+                      uint64_t ray, struct rmap_departure *departure)
+{
+    uint64_t ordinal = 0;
+    if (source->n_list == 0 || scene->schedule_len == 0)
+        return;
+    (void)rmap_scene_source_of(scene, ray, &ordinal);
+    const struct rmap_list_ray *row = &source->list[ordinal % source->n_list];
+    departure->position = row->origin;
+    departure->direction = row->direction;
+    departure->channel = row->channel;
+}
+
+void rmap_departure_find(const struct rmap_compact_model *model, uint64_t seed, uint64_t ray,
+                         int32_t index, struct rmap_departure *departure)
+{
+    *departure = (struct rmap_departure){.direction = {0.0, 0.0, 1.0}, .channel = -1};
+    if (index < 0 || (size_t)index >= model->n_source)
+        return;
+    const struct rmap_source *source = &model->scene->source[index];
+    const struct rmap_compact_source *own = &model->source[index];
+    departure->medium = source->medium;
+    if (source->type == RMAP_SOURCE_RAYS) {
+        from_list(model->scene, source, ray, departure);
+        return;
+    }
+    double place[4] = {0.5, 0.5, 0.5, 0.5}, way[4];
+    struct rmap_vec3 normal = own->axis, x = own->tangent[0], y = own->tangent[1];
+    if (source->shape != RMAP_EMITTER_POINT)
+        rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_POINT, place);
+    departure->position = source->shape == RMAP_EMITTER_MESH
+                              ? rmap_source_point(model->scene, source, place, &normal)
+                              : rmap_source_flat_point(source, place);
+    departure->direction = normal;
+    if (source->type == RMAP_SOURCE_COLLIMATED)
+        return;
+    rmap_rng(seed, ray, 0, RMAP_RNG_EMIT_DIRECTION, way);
+    if (source->type == RMAP_SOURCE_POINT) {
+        departure->direction = point_direction(source, own, way);
+        return;
+    }
+    departure->normal = normal;
+    if (source->shape == RMAP_EMITTER_MESH)
+        rmap_basis(normal, &x, &y);
+    departure->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
+}
+
+/* The point where a leg meets the surface that its path names. The steps are the tracer's, so
+ * that the doubles come out the same; but they are part of the format, and stay as they are when
+ * the tracer's change. */
+
+/* In the object's frame. */
+struct local {
+    struct rmap_vec3 origin, direction, point, normal;
+    double t;
+};
+
+static void flat(struct local *l)
+{
+    l->t = -l->origin.z / l->direction.z;
+    l->point =
+        rmap_vec3(l->origin.x + l->t * l->direction.x, l->origin.y + l->t * l->direction.y, 0);
+    l->normal = rmap_vec3(0, 0, 1);
+}
+
+/* own: the leg starts on it. */
+static bool meet_quadric(const struct rmap_compact_object *o, bool own, double behind,
+                         struct local *l)
+{
+    if (own) {
+        l->t = rmap_quadric_other(&o->quadric.form, l->origin, l->direction);
+        l->point = rmap_axpy(l->t, l->direction, l->origin);
+        return true;
+    }
+    const struct rmap_quadric_roots roots =
+        rmap_quadric_meet(&o->quadric.form, l->origin, l->direction);
+    l->t = rmap_quadric_choose(&o->quadric, behind, &roots, l->direction, &l->point);
+    return roots.missed == 0.0;
+}
+
+/* Newton's method on z - sag(x^2 + y^2) along the leg, from the conic's point on. */
+#define ASPHERE_STEPS 8
+
+static void descend_asphere(const struct rmap_shape *shape, struct local *l)
+{
+    double c = shape->curvature, t = l->t, slope = 0;
+    for (int k = 0; k < ASPHERE_STEPS; k++) {
+        struct rmap_vec3 p = rmap_axpy(t, l->direction, l->origin);
+        double s = p.x * p.x + p.y * p.y, rest = 1 - (1 + shape->conic) * c * c * s;
+        double root = sqrt(rest > 0 ? rest : 0), poly = 0, rate = 0;
+        for (int i = shape->n_asphere - 1; i >= 0; i--) {
+            poly = (poly + shape->asphere[i]) * s;
+            rate = rate * s + (i + 1) * shape->asphere[i];
+        }
+        slope = root > 0 ? c / (2 * root) + rate : rate;
+        double g = p.z - (c * s / (1 + root) + poly);
+        double g_rate = l->direction.z - 2 * slope * (p.x * l->direction.x + p.y * l->direction.y);
+        l->point = p;
+        l->t = t;
+        if (k + 1 < ASPHERE_STEPS && g_rate != 0)
+            t -= g / g_rate;
+    }
+    l->normal = rmap_normalize(rmap_vec3(-2 * slope * l->point.x, -2 * slope * l->point.y, 1));
+}
+
+static bool meet_triangle(const struct rmap_compact_object *o, int32_t primitive, struct local *l)
+{
+    if (primitive < 0 || (size_t)primitive >= o->mesh->n_triangle)
+        return false;
+    struct rmap_vec3 corner[3];
+    rmap_mesh_corners(o->mesh, (size_t)primitive, corner);
+    l->t = rmap_triangle_meet(corner[0], corner[1], corner[2], l->origin, l->direction, &l->point,
+                              &l->normal);
+    return true;
+}
+
+bool rmap_facing_find(const struct rmap_compact_model *model, int32_t object, int32_t primitive,
+                      int32_t from, struct rmap_vec3 origin, struct rmap_vec3 direction,
+                      struct rmap_facing *facing)
+{
+    if (object < 0 || (size_t)object >= model->n_object)
+        return false;
+    const struct rmap_compact_object *o = &model->object[object];
+    struct local l = {.origin = rmap_affine_point(&o->to_local, origin),
+                      .direction = rmap_affine_vector(&o->to_local, direction)};
+    bool own = from == object;
+    switch (o->kind) {
+    case RMAP_FACING_FLAT:
+        flat(&l);
+        break;
+    case RMAP_FACING_QUADRIC:
+        if (!meet_quadric(o, own, -model->epsilon, &l))
+            return false;
+        l.normal = rmap_quadric_unit_normal(&o->quadric, l.point);
+        break;
+    case RMAP_FACING_ASPHERE:
+        if (!meet_quadric(o, own, -model->epsilon, &l))
+            return false;
+        descend_asphere(o->shape, &l);
+        break;
+    case RMAP_FACING_MESH:
+        if (!meet_triangle(o, primitive, &l))
+            return false;
+        break;
+    }
+    facing->t = l.t > 0 ? l.t : 0;
+    facing->position = rmap_affine_point(&o->to_world, l.point);
+    facing->normal = rmap_affine_transposed(&o->to_local, l.normal);
+    if (!o->rigid || o->kind == RMAP_FACING_MESH)
+        facing->normal = rmap_normalize(facing->normal);
+    return true;
+}
 
 struct walk {
     const struct rmap_retrace *r;

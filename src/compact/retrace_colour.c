@@ -8,6 +8,7 @@
 #include "base/rng.h"
 #include "compact/model.h"
 #include "compact/portable.h"
+#include "compact/retrace_colour.h"
 #include "portion/event.h"
 #include "portion/portion_recorder.h"
 #include "trace/interact.h"

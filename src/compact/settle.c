@@ -5,6 +5,7 @@
  * themselves, with the truth put in where they went wrong.
  */
 #include "compact/settle.h"
+#include "compact/retrace.h"
 
 /* A lane of the legs, with the rows of a ray in its table. */
 enum span { SPAN_RAY, SPAN_SEGMENT, SPAN_REGISTRATION };
@@ -255,7 +256,7 @@ enum rmap_status rmap_settle_encode_few(struct rmap_wave *wave, const struct rma
         *one_by_one_ret = !encode_ray(r, few->ray[k], wave->careful[k], strip, n, &rows);
         if (few->sample[k] && (*one_by_one_ret || all_patches(strip, n) != before))
             return rmap_error_set(err, RMAP_INTERNAL,
-                                  "ray %llu is not what its path foretells, as was promised: a "
+                                  "ray %llu is not what its path predicts, as was promised: a "
                                   "mistake of this program; trace with --encoding plain",
                                   (unsigned long long)r->id[few->ray[k]]);
     }

@@ -6,6 +6,7 @@
 #define RMAP_COMPACT_SETTLE_H
 
 #include "compact/few.h"
+#include "compact/retrace.h"
 #include "compact/wave.h"
 
 /* Decoding: the columns of `out` that are asked for become the truth. */
@@ -20,7 +21,7 @@ enum rmap_status rmap_settle_encode(struct rmap_wave *wave, const struct rmap_re
                                     struct rmap_error *err) RMAP_MUST_USE;
 
 /* The same where only a few rays need it. r: of all rays; of_few: of few->rows, into whose rows
- * `predicted` goes. RMAP_INTERNAL when a sample shows that the others were not foretold. */
+ * `predicted` goes. RMAP_INTERNAL when a sample shows that the others were not predicted. */
 enum rmap_status rmap_settle_encode_few(struct rmap_wave *wave, const struct rmap_retrace *r,
                                         const struct rmap_retrace *of_few,
                                         const struct rmap_few *few, struct rmap_portion *predicted,

@@ -61,4 +61,14 @@ enum rmap_compact_stream {
 #define RMAP_PATH_MAX     65536
 #define RMAP_PATH_ROW_MAX ((size_t)4 << 20)
 
+/* Streams (bit s: stream s of the layout) that decoding these columns needs, without those of the
+ * whole tables. */
+uint64_t rmap_compact_streams(rmap_column_set columns);
+
+/* The stream of rmap_compact_tell_header. */
+uint64_t rmap_compact_header_streams(void);
+
+/* Streams that rmap_compact_tell and rmap_compact_decode_own need. */
+uint64_t rmap_compact_told_streams(void);
+
 #endif

@@ -5,9 +5,232 @@
  * portion. So the packs stay full however much the rays' lengths differ.
  */
 #include "compact/wave.h"
-
 #include "base/alloc.h"
+#include "compact/detect.h"
+#include "compact/retrace.h"
 #include "compact/step.h"
+#include "compact/wave_kernel.h"
+#include "compact/wave_sum.h"
+
+/* What waves know of an object beforehand. */
+
+static bool alike(const double *value, int n)
+{
+    for (int i = 1; i < n; i++)
+        if (value[i] != value[0])
+            return false;
+    return true;
+}
+
+/* Events at a side of a surface that weigh all channels alike (retrace_colour.c). */
+static uint32_t grey_events(const struct rmap_scene *scene, const struct rmap_surface *surface)
+{
+    bool dispersive = false;
+    int n = scene->channels.n;
+    uint32_t grey = 0;
+    for (size_t i = 0; i < scene->n_medium; i++)
+        dispersive = dispersive || scene->medium[i].dispersive;
+    if (surface->type == RMAP_SURFACE_FRESNEL)
+        return dispersive || surface->coat == RMAP_COAT_REFLECTANCE ? 0 : UINT32_MAX;
+    if (!(surface->type == RMAP_SURFACE_MIRROR && surface->is_metal) &&
+        alike(surface->reflect_specular, n))
+        grey |= RMAP_EVENT_REFLECT_SPECULAR;
+    if (alike(surface->reflect_diffuse, n))
+        grey |= RMAP_EVENT_REFLECT_DIFFUSE;
+    if (alike(surface->transmit_diffuse, n))
+        grey |= RMAP_EVENT_TRANSMIT_DIFFUSE;
+    if (!dispersive && alike(surface->transmit_specular, n))
+        grey |= RMAP_EVENT_TRANSMIT_SPECULAR;
+    return grey;
+}
+
+void rmap_wave_set_flat(struct rmap_compact_object *object)
+{
+    struct rmap_vec3 normal = rmap_affine_transposed(&object->to_local, rmap_vec3(0.0, 0.0, 1.0));
+    int16_t recorded[4] = {0};
+    if (!object->rigid)
+        normal = rmap_normalize(normal);
+    rmap_step_normal(normal, recorded);
+    object->flat[0] = normal.x;
+    object->flat[1] = normal.y;
+    object->flat[2] = normal.z;
+    memcpy(&object->flat[3], recorded, sizeof recorded);
+}
+
+uint32_t rmap_wave_step(const struct rmap_compact_guide *guide, uint32_t kind, uint32_t event)
+{
+    uint32_t turn = kind > RMAP_WAVE_NOTHING ? (uint32_t)rmap_step_turn(event) : RMAP_TURN_NONE;
+    uint32_t flags = (event & RMAP_EVENT_LEFT ? RMAP_WAVE_LEFT : 0) |
+                     (event & guide->grey[0] ? RMAP_WAVE_GREY_BACK : 0) |
+                     (event & guide->grey[1] ? RMAP_WAVE_GREY_FRONT : 0);
+    return flags << 8 | (kind * RMAP_WAVE_TURNS + turn);
+}
+
+static void set_steps(struct rmap_compact_guide *guide)
+{
+    for (int k = 0; k < RMAP_GUIDE_STEPS; k++) {
+        uint32_t event = k + 1 < RMAP_GUIDE_STEPS ? 1u << k : 0;
+        guide->step[k] = (uint16_t)rmap_wave_step(guide, guide->wave, event);
+    }
+}
+
+void rmap_wave_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
+                     struct rmap_compact_guide *guide)
+{
+    guide->grey[0] = grey_events(scene, object->back);
+    guide->grey[1] = grey_events(scene, object->front);
+    guide->n_primitive = SIZE_MAX;
+    guide->corner = (const float *)(const void *)&object->to_local;
+    switch (object->kind) {
+    case RMAP_FACING_FLAT:
+        guide->wave = RMAP_WAVE_FLAT;
+        break;
+    case RMAP_FACING_QUADRIC:
+        guide->wave = RMAP_WAVE_QUADRIC;
+        guide->quadric = RMAP_WAVE_TURNS;
+        break;
+    case RMAP_FACING_ASPHERE:
+        guide->wave = RMAP_WAVE_ALONE;
+        break;
+    case RMAP_FACING_MESH:
+        guide->wave = object->corner ? RMAP_WAVE_MESH : RMAP_WAVE_ALONE;
+        guide->n_primitive = object->mesh->n_triangle;
+        if (object->corner) {
+            guide->corner = (const float *)object->corner;
+            guide->stride = sizeof *object->corner / sizeof(float);
+        }
+        break;
+    }
+    set_steps(guide);
+}
+
+void rmap_wave_guide_out(const struct rmap_compact_model *model, struct rmap_compact_guide *guide)
+{
+    guide->wave = model->absorbing ? RMAP_WAVE_ALONE : RMAP_WAVE_NOTHING;
+    guide->n_primitive = SIZE_MAX;
+    guide->corner = (const float *)(const void *)model->object;
+    set_steps(guide);
+}
+
+/* What waves do ray by ray: legs that are like no others, and registrations. */
+
+static struct rmap_vec3 position_of(const struct rmap_wave_ray *ray)
+{
+    return rmap_vec3(ray->state[0], ray->state[1], ray->state[2]);
+}
+
+static struct rmap_vec3 direction_of(const struct rmap_wave_ray *ray)
+{
+    return rmap_vec3(ray->state[3], ray->state[4], ray->state[5]);
+}
+
+/* Light on a detector that does not lie where the leg ends. */
+static void cross_on_the_way(const struct rmap_detector *detector, const struct rmap_wave_ray *ray,
+                             const struct rmap_vec3 *to, double length,
+                             struct rmap_crossing *crossing)
+{
+    const struct rmap_compact_leg leg = {.from = position_of(ray),
+                                         .to = *to,
+                                         .direction = direction_of(ray),
+                                         .length = length,
+                                         .index = 1.0};
+    rmap_crossing_find(detector, &leg, crossing);
+}
+
+/* wave.c: registrations on the leg in hand; their optical paths are distances yet. The ray
+ * is as at the leg's start. */
+static void wave_cross(struct rmap_wave_run *run, struct rmap_wave_ray *ray, struct rmap_vec3 to,
+                       double length)
+{
+    const struct rmap_retrace *r = run->r;
+    const struct rmap_scene *scene = r->model->scene;
+    const struct rmap_registration_columns *out = &run->out->registration;
+    struct rmap_crossing crossing = {.optical_path = 0.0};
+    rmap_step_float3(direction_of(ray), crossing.direction);
+    while (ray->crossing < ray->crossing_end && r->crossing_segment[ray->crossing] <= ray->step) {
+        size_t row = ray->crossing++, its = (uint32_t)r->crossing_detector[row];
+        uint16_t *cell = out->cell ? out->cell + 2 * row : crossing.cell;
+        uint16_t *relative = out->relative ? out->relative + 2 * row : crossing.relative;
+        double at[2] = {0.0, 0.0};
+        crossing.optical_path = length;
+        if (its >= r->model->n_detector) {
+            run->wave->careful[ray->index] = 1;
+            memset(cell, 0, sizeof crossing.cell);
+            memset(relative, 0, sizeof crossing.relative);
+        } else if (rmap_detect_lies_on(&scene->detector[its])) {
+            rmap_detect_point(&scene->detector[its], to, at);
+            rmap_detect_record(&scene->detector[its], at, cell, relative);
+        } else {
+            cross_on_the_way(&scene->detector[its], ray, &to, length, &crossing);
+            memcpy(cell, crossing.cell, sizeof crossing.cell);
+            memcpy(relative, crossing.relative, sizeof crossing.relative);
+        }
+        if (out->direction)
+            memcpy(out->direction + 3 * row, crossing.direction, sizeof crossing.direction);
+        if (out->optical_path)
+            out->optical_path[row] = crossing.optical_path;
+    }
+}
+
+static struct rmap_turning turning_of(const struct rmap_retrace *r, const struct rmap_wave_ray *ray)
+{
+    size_t row = ray->row;
+    return (struct rmap_turning){.seed = r->seed,
+                                 .ray = ray->id,
+                                 .step = ray->step + 1,
+                                 .event = r->event[row],
+                                 .near = rmap_step_medium(r->model, r->medium[row]),
+                                 .far = rmap_step_medium(r->model, r->medium[row + 1]),
+                                 .channel = ray->channel};
+}
+
+static void set_off(struct rmap_wave_ray *ray, struct rmap_vec3 position,
+                    struct rmap_vec3 direction)
+{
+    ray->state[0] = position.x;
+    ray->state[1] = position.y;
+    ray->state[2] = position.z;
+    ray->state[3] = direction.x;
+    ray->state[4] = direction.y;
+    ray->state[5] = direction.z;
+}
+
+/* wave.c: one leg, up to the next one. */
+static void wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ray)
+{
+    const struct rmap_retrace *r = run->r;
+    struct rmap_facing facing = {.normal = {0.0, 0.0, 0.0}};
+    struct rmap_vec3 position = position_of(ray), direction = direction_of(ray);
+    size_t row = ray->row;
+    int32_t from = ray->step > 0 ? r->object[row - 1] : r->start_object[ray->index];
+    bool met = rmap_facing_find(r->model, r->object[row], r->primitive[row], from, position,
+                                direction, &facing);
+    if (!met) {
+        const struct rmap_medium *medium = rmap_step_medium(r->model, r->medium[row]);
+        if (medium && medium->absorbing && (r->event[row] & RMAP_EVENT_ABSORB))
+            run->wave->careful[ray->index] = 1;
+        facing.t = rmap_step_distance_out(r->model->scene, position, direction);
+        facing.position = rmap_axpy(facing.t, direction, position);
+    }
+    double cosine = rmap_dot(direction, facing.normal);
+    ray->leg->way.length = facing.t;
+    ray->leg->cosine = met ? cosine : (double)NAN;
+    if (run->out->segment.position)
+        rmap_step_float3(facing.position, run->out->segment.position + 3 * row);
+    if (run->out->segment.normal)
+        rmap_step_normal(facing.normal, run->out->segment.normal + 3 * row);
+    if (ray->leg->flags & RMAP_WAVE_CROSSES)
+        wave_cross(run, ray, facing.position, facing.t);
+    if (met && row + 1 < ray->end) {
+        const struct rmap_turning turning = turning_of(r, ray);
+        direction = rmap_step_turned(
+            &turning, direction, cosine < 0.0 ? facing.normal : rmap_scale(facing.normal, -1.0));
+    }
+    set_off(ray, facing.position, direction);
+    /* what follows was taken to start on this object */
+    if (!met && ray->leg->object < r->model->n_object && row + 1 < ray->end)
+        run->wave->careful[ray->index] = 1;
+}
 
 #define LINE 64 /* bytes of a cache line */
 
@@ -259,7 +482,7 @@ static inline void advance_some(struct rmap_wave_run *run, size_t which, size_t 
         rmap_wave_note(&pack, row, n, run->out->segment.position, run->out->segment.normal);
     for (size_t k = 0; k < n_cross; k++) {
         size_t i = crosses[k];
-        rmap_wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
+        wave_cross(run, to[i], rmap_vec3(pack.px[i], pack.py[i], pack.pz[i]), pack.t[i]);
     }
     if (turn != RMAP_TURN_NONE)
         rmap_wave_turn(turn, r->seed, &pack);
@@ -287,7 +510,7 @@ static void advance_alone(struct rmap_wave_run *run, size_t which)
     struct rmap_wave_queues *queue = run->wave->queue;
     uint32_t at = queue->first[which]++ & (RMAP_WAVE_RAYS - 1);
     struct rmap_wave_ray *ray = &run->wave->ray[queue->ray[which][at]];
-    rmap_wave_advance_alone(run, ray);
+    wave_advance_alone(run, ray);
     go_on(run, ray);
     welcome(run);
 }

@@ -8,6 +8,7 @@
 #define RMAP_COMPACT_WAVE_H
 
 #include "compact/model.h"
+#include "compact/retrace.h"
 
 /* The kernel is compiled for AVX2, too. */
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && defined(__OPTIMIZE__)
@@ -73,31 +74,6 @@ struct rmap_wave_pack {
     double through[RMAP_WAVE_WIDTH];                 /* DIFFUSE: 1 transmitted, else 0 */
 };
 
-/* wave_pack.c: positions and directions out of the rays; and after a leg back into `to`, with
- * its length and cosine. */
-void rmap_wave_load(struct rmap_wave_pack *pack);
-void rmap_wave_store(const struct rmap_wave_pack *pack,
-                     struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH]);
-
-/* wave_pack.c: ends of n legs into these rows of the columns, which may be NULL. */
-void rmap_wave_note(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH], size_t n,
-                    float *position, int16_t *normal);
-
-/* The same of a full pack, of legs that are none their rays' last: what comes after a row is
- * written later. */
-void rmap_wave_note_on(const struct rmap_wave_pack *pack, const size_t row[RMAP_WAVE_WIDTH],
-                       float *position, int16_t *normal);
-
-/* wave_kernel.c: to the end of the legs, which are all of this kind; meshes: triangles that exist.
- */
-void rmap_wave_meet_nothing(const struct rmap_scene *scene, struct rmap_wave_pack *pack);
-void rmap_wave_meet_quadrics(bool own, double behind, struct rmap_wave_pack *pack);
-void rmap_wave_meet_flats(struct rmap_wave_pack *pack);
-void rmap_wave_meet_meshes(struct rmap_wave_pack *pack);
-
-/* wave_turn.c */
-void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack);
-
 /* Flags of a leg: it is not part of the ray's length; what happens at its end leaves any colour
  * alone, if it comes from the back or from the front; a registration may lie on it; its medium may
  * change colours. */
@@ -127,7 +103,7 @@ struct rmap_wave_leg {
     };
 };
 
-/* wave_guide.c: what is known of a flat object, of any object's legs, and of those that meet none
+/* What is known of a flat object, of any object's legs, and of those that meet none
  * beforehand. */
 void rmap_wave_set_flat(struct rmap_compact_object *object);
 void rmap_wave_guide(const struct rmap_scene *scene, const struct rmap_compact_object *object,
@@ -186,23 +162,5 @@ struct rmap_wave_run {
     struct rmap_departure departure[RMAP_WAVE_AHEAD]; /* of the rays before `ready` */
     struct rmap_compact_light light;                  /* of the ray that is summed up */
 };
-
-/* wave_depart.c: how rays [first, end) set out, at most RMAP_WAVE_AHEAD. */
-void rmap_wave_depart(const struct rmap_retrace *r, size_t first, size_t end,
-                      struct rmap_departure *departure);
-
-/* wave_ready.c: departures and legs of the next rays. */
-void rmap_wave_ready(struct rmap_wave_run *run);
-
-/* wave_alone.c: one leg, up to the next one. */
-void rmap_wave_advance_alone(struct rmap_wave_run *run, struct rmap_wave_ray *ray);
-
-/* wave_alone.c: registrations on the leg in hand; their optical paths are distances yet. The ray
- * is as at the leg's start. */
-void rmap_wave_cross(struct rmap_wave_run *run, struct rmap_wave_ray *ray, struct rmap_vec3 to,
-                     double length);
-
-/* wave_sum.c: what follows from the legs of a ray that has arrived. */
-void rmap_wave_sum(struct rmap_wave_run *run, const struct rmap_wave_ray *ray);
 
 #endif

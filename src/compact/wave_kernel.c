@@ -1,11 +1,18 @@
 /* SPDX-License-Identifier: MIT
  *
- * The arithmetic of retrace_surface.c and step.h for a pack of rays, without branches, so that
+ * The arithmetic of retrace.c and step.h for a pack of rays, without branches, so that
  * the compiler turns each loop into vector instructions. Every number goes through the same
  * operations in the same order as there; cases that branch there are marked odd.
  */
+#include <string.h>
+
+#include "base/rng.h"
 #include "base/wide.h"
+#include "compact/retrace.h"
+#include "compact/wave_kernel.h"
 #include "compact/wave_lanes.h"
+#include "compact/wave_random.h"
+#include "formula/emit.h"
 #include "formula/triangle.h"
 
 /* Surfaces of the rays, in the order of struct rmap_bounded_quadric. */
@@ -222,4 +229,286 @@ WIDE void rmap_wave_meet_meshes(struct rmap_wave_pack *p)
     normalise(p->nx, p->ny, p->nz);
     fill(p->odd, 0.0);
     conclude(p);
+}
+
+/* The turns of step.h for a pack of rays. */
+
+/* sx, sy, sz: normals towards the light. */
+RMAP_COPIED void reflect(const double sx[W], const double sy[W], const double sz[W],
+                         struct rmap_wave_pack *p)
+{
+    EACH
+    {
+        set_lane(rmap_reflected(lane_of(p->dx, p->dy, p->dz, i), lane_of(sx, sy, sz, i)), i, p->dx,
+                 p->dy, p->dz);
+    }
+}
+
+RMAP_COPIED void refract(const double sx[W], const double sy[W], const double sz[W],
+                         struct rmap_wave_pack *p)
+{
+    EACH
+    {
+        double total;
+        set_lane(rmap_refracted(lane_of(p->dx, p->dy, p->dz, i), lane_of(sx, sy, sz, i), p->n1[i],
+                                p->n2[i], &total),
+                 i, p->dx, p->dy, p->dz);
+        p->odd[i] = p->odd[i] + total;
+    }
+}
+
+RMAP_COPIED void diffuse(const double sx[W], const double sy[W], const double sz[W], uint64_t seed,
+                         struct rmap_wave_pack *p)
+{
+    double u[W], v[W];
+    rmap_wave_draw(seed, p->random);
+    uniform(p->random[2], u);
+    uniform(p->random[3], v);
+    EACH
+    {
+        double turn = p->through[i] > 0.0 ? -1.0 : 1.0;
+        set_lane(rmap_diffused(rmap_scale(lane_of(sx, sy, sz, i), turn), u[i], v[i]), i, p->dx,
+                 p->dy, p->dz);
+    }
+}
+
+WIDE void rmap_wave_turn(enum rmap_turn turn, uint64_t seed, struct rmap_wave_pack *pack)
+{
+    double sx[W], sy[W], sz[W];
+    EACH
+    {
+        double side = pack->cosine[i] < 0.0 ? 1.0 : -1.0;
+        sx[i] = pack->nx[i] * side;
+        sy[i] = pack->ny[i] * side;
+        sz[i] = pack->nz[i] * side;
+    }
+    if (turn == RMAP_TURN_REFLECT)
+        reflect(sx, sy, sz, pack);
+    else if (turn == RMAP_TURN_REFRACT)
+        refract(sx, sy, sz, pack);
+    else
+        diffuse(sx, sy, sz, seed, pack);
+}
+
+/* Rays into packs and back: four numbers of four rays at a time change rows for columns. */
+
+/* x, y, z and normal_xy of four rays. */
+static inline void turn_ends(const struct rmap_wave_pack *p, size_t at, words row[4])
+{
+    words x, y, z, n;
+    memcpy(&x, p->position[0] + at, sizeof x);
+    memcpy(&y, p->position[1] + at, sizeof y);
+    memcpy(&z, p->position[2] + at, sizeof z);
+    memcpy(&n, p->normal_xy + at, sizeof n);
+    words low0 = MIX4(x, y, 0, 4, 1, 5), high0 = MIX4(x, y, 2, 6, 3, 7);
+    words low1 = MIX4(z, n, 0, 4, 1, 5), high1 = MIX4(z, n, 2, 6, 3, 7);
+    row[0] = MIX4(low0, low1, 0, 1, 4, 5);
+    row[1] = MIX4(low0, low1, 2, 3, 6, 7);
+    row[2] = MIX4(high0, high1, 0, 1, 4, 5);
+    row[3] = MIX4(high0, high1, 2, 3, 6, 7);
+}
+
+static inline void note(const struct rmap_wave_pack *p, const words end[W], const size_t row[W],
+                        size_t n, float *position, int16_t *normal)
+{
+    for (size_t i = 0; position && i < n; i++)
+        memcpy(position + 3 * row[i], &end[i], 3 * sizeof *position);
+    for (size_t i = 0; normal && i < n; i++) {
+        uint32_t xy = end[i][3];
+        memcpy(normal + 3 * row[i], &xy, sizeof xy);
+        normal[3 * row[i] + 2] = (int16_t)p->normal_z[i];
+    }
+}
+
+void rmap_wave_note(const struct rmap_wave_pack *p, const size_t row[W], size_t n, float *position,
+                    int16_t *normal)
+{
+    words end[W];
+    for (size_t i = 0; i < W; i += 4)
+        turn_ends(p, i, end + i);
+    if (n == W) /* most: its loops have no branches */
+        note(p, end, row, W, position, normal);
+    else
+        note(p, end, row, n, position, normal);
+}
+
+/* The store of a row reaches into the next one. */
+void rmap_wave_note_on(const struct rmap_wave_pack *p, const size_t row[W], float *position,
+                       int16_t *normal)
+{
+    words end[W];
+    uint64_t three[W];
+    for (size_t i = 0; i < W; i += 4) {
+        words xy, z;
+        turn_ends(p, i, end + i);
+        memcpy(&xy, p->normal_xy + i, sizeof xy);
+        memcpy(&z, p->normal_z + i, sizeof z);
+        words low = MIX4(xy, z, 0, 4, 1, 5), high = MIX4(xy, z, 2, 6, 3, 7);
+        memcpy(three + i, &low, sizeof low);
+        memcpy(three + i + 2, &high, sizeof high);
+    }
+    for (size_t i = 0; position && i < W; i++)
+        memcpy(position + 3 * row[i], &end[i], sizeof end[i]);
+    for (size_t i = 0; normal && i < W; i++)
+        memcpy(normal + 3 * row[i], &three[i], sizeof three[i]);
+}
+
+WIDE void rmap_wave_load(struct rmap_wave_pack *p)
+{
+    double unused[2][4];
+    for (int i = 0; i < W; i += 4) {
+        const double *a = p->ray[i]->state, *b = p->ray[i + 1]->state;
+        const double *c = p->ray[i + 2]->state, *d = p->ray[i + 3]->state;
+        across(a, b, c, d, p->px + i, p->py + i, p->pz + i, p->dx + i);
+        across(a + 4, b + 4, c + 4, d + 4, p->dy + i, p->dz + i, unused[0], unused[1]);
+    }
+}
+
+WIDE void rmap_wave_store(const struct rmap_wave_pack *p,
+                          struct rmap_wave_ray *const to[RMAP_WAVE_WIDTH])
+{
+    EACH
+    {
+        const double state[6] = {p->px[i], p->py[i], p->pz[i], p->dx[i], p->dy[i], p->dz[i]};
+        memcpy(to[i]->state, state, sizeof state);
+        to[i]->leg->way.length = p->t[i];
+        to[i]->leg->cosine = p->cosine[i];
+    }
+}
+
+/* The departures of retrace.c for a pack of rays. */
+
+/* Rays of one source. */
+struct start {
+    double px[W], py[W], pz[W], dx[W], dy[W], dz[W];
+};
+
+RMAP_COPIED void draw_two(uint64_t seed, const uint64_t id[W], enum rmap_rng_slot slot, double u[W],
+                          double v[W])
+{
+    uint32_t counter[4][W];
+    EACH
+    {
+        counter[0][i] = (uint32_t)id[i];
+        counter[1][i] = (uint32_t)(id[i] >> 32);
+        counter[2][i] = 0;
+        counter[3][i] = (uint32_t)slot;
+    }
+    rmap_wave_draw(seed, counter);
+    uniform(counter[0], u);
+    uniform(counter[1], v);
+}
+
+/* Points of an emitter that is no mesh. */
+RMAP_COPIED void place(const struct rmap_source *source, const double u[W], const double v[W],
+                       struct start *s)
+{
+    const struct rmap_affine frame = source->frame;
+    const double size[2] = {source->shape_size[0], source->shape_size[1]};
+    if (source->shape == RMAP_EMITTER_DISC)
+        EACH
+        {
+            set_lane(rmap_affine_point(&frame, rmap_disc_point(size[0], u[i], v[i])), i, s->px,
+                     s->py, s->pz);
+        }
+    else if (source->shape == RMAP_EMITTER_RECTANGLE)
+        EACH
+        {
+            set_lane(rmap_affine_point(&frame, rmap_rectangle_point(size, u[i], v[i])), i, s->px,
+                     s->py, s->pz);
+        }
+    else
+        EACH
+        {
+            set_lane(rmap_affine_point(&frame, rmap_vec3(0.0, 0.0, 0.0)), i, s->px, s->py, s->pz);
+        }
+}
+
+WIDE static void depart(const struct rmap_source *source, const struct rmap_compact_source *own,
+                        uint64_t seed, const uint64_t id[W], struct start *s)
+{
+    double u[W], v[W];
+    const struct rmap_affine frame = source->frame;
+    const struct rmap_vec3 axis = own->axis, x = own->tangent[0], y = own->tangent[1];
+    const double scale = source->distribution == RMAP_DISTRIBUTION_CONE ? own->cone : 2.0;
+    if (source->shape != RMAP_EMITTER_POINT)
+        draw_two(seed, id, RMAP_RNG_EMIT_POINT, u, v);
+    place(source, u, v, s);
+    EACH
+    {
+        set_lane(axis, i, s->dx, s->dy, s->dz);
+    }
+    if (source->type == RMAP_SOURCE_COLLIMATED)
+        return;
+    draw_two(seed, id, RMAP_RNG_EMIT_DIRECTION, u, v);
+    if (source->type == RMAP_SOURCE_POINT)
+        EACH
+        {
+            struct rmap_vec3 local = rmap_about_z(u[i] * scale, v[i]);
+            set_lane(rmap_normalize(rmap_affine_vector(&frame, local)), i, s->dx, s->dy, s->dz);
+        }
+    else
+        EACH
+        {
+            set_lane(rmap_lambertian(axis, x, y, u[i], v[i]), i, s->dx, s->dy, s->dz);
+        }
+}
+
+/* Are its rays as above? */
+static bool plain(const struct rmap_compact_model *model, int32_t source)
+{
+    if (source < 0 || (size_t)source >= model->n_source)
+        return false;
+    const struct rmap_source *s = &model->scene->source[source];
+    return s->type != RMAP_SOURCE_RAYS && s->shape != RMAP_EMITTER_MESH &&
+           (s->type != RMAP_SOURCE_POINT || s->distribution != RMAP_DISTRIBUTION_COSINE);
+}
+
+static void depart_some(const struct rmap_retrace *r, const size_t *ray, size_t n,
+                        struct rmap_departure *const *to)
+{
+    int32_t source = r->source[ray[0]];
+    const struct rmap_source *from = &r->model->scene->source[source];
+    struct start start;
+    uint64_t id[W];
+    EACH
+    {
+        id[i] = r->id[ray[(size_t)i < n ? i : 0]];
+    }
+    depart(from, &r->model->source[source], r->seed, id, &start);
+    for (size_t i = 0; i < n; i++)
+        *to[i] = (struct rmap_departure){
+            .position = rmap_vec3(start.px[i], start.py[i], start.pz[i]),
+            .direction = rmap_vec3(start.dx[i], start.dy[i], start.dz[i]),
+            .normal = from->type == RMAP_SOURCE_AREA ? r->model->source[source].axis
+                                                     : rmap_vec3(0.0, 0.0, 0.0),
+            .medium = from->medium,
+            .channel = -1};
+}
+
+void rmap_wave_depart(const struct rmap_retrace *r, size_t first, size_t end,
+                      struct rmap_departure *departure)
+{
+    struct rmap_departure *to[W + 1]; /* one more than go */
+    size_t ray[W + 1], n, left = end - first, waits[RMAP_WAVE_AHEAD];
+    for (size_t i = 0; i < left; i++)
+        waits[i] = first + i;
+    while (left > 0) {
+        size_t kept = n = 0;
+        int32_t source = r->source[waits[0]];
+        size_t most = plain(r->model, source) ? W : 1;
+        for (size_t i = 0; i < left; i++) {
+            bool goes = n < most && r->source[waits[i]] == source;
+            ray[n] = waits[i];
+            to[n] = &departure[waits[i] - first];
+            waits[kept] = waits[i];
+            n += goes;
+            kept += !goes;
+        }
+        left = kept;
+        if (most > 1)
+            depart_some(r, ray, n, to);
+        else
+            rmap_departure_find(r->model, r->seed, r->id[ray[0]], source, to[0]);
+    }
 }

@@ -40,7 +40,7 @@ struct rmap_shape_hit {
     double t;                /* in units of the direction's length */
     struct rmap_vec3 point;  /* on the surface, local */
     struct rmap_vec3 normal; /* unit, local, unflipped */
-    bool foretold;           /* as in struct rmap_hit */
+    bool predicted;          /* as in struct rmap_hit */
 };
 
 /* Nearest hit with t_min < t < t_max of origin + t direction (direction of any length).

@@ -233,7 +233,7 @@ static bool accept(const struct rmap_shape *shape, const struct ray2 *ray,
     hit->t = t + shift;
     hit->point = q;
     hit->normal = rmap_shape_normal(shape, q);
-    hit->foretold = false; /* src/compact has another way to the root */
+    hit->predicted = false; /* src/compact has another way to the root */
     return true;
 }
 

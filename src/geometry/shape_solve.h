@@ -106,15 +106,15 @@ static inline bool rmap_quadric_other_side(const struct rmap_shape *shape,
     double t = rmap_quadric_other(f, query->origin, d);
     if (!isfinite(t))
         return false;
-    hit->foretold = true;
+    hit->predicted = true;
     return rmap_quadric_take(shape, f, query, t, rmap_axpy(t, d, query->origin), hit);
 }
 
 /* Is root i of n, which was taken, the one that src/compact takes? The first one ahead that belongs
  * to the surface, failing that the last. */
-static inline bool rmap_quadric_foretold(const struct rmap_shape *shape, double behind,
-                                         const double root[2], int i, double shift,
-                                         struct rmap_vec3 first)
+static inline bool rmap_quadric_predicted(const struct rmap_shape *shape, double behind,
+                                          const double root[2], int i, double shift,
+                                          struct rmap_vec3 first)
 {
     if (i == 0)
         return shift + root[0] > 0;
@@ -139,9 +139,9 @@ static inline bool rmap_quadric_intersect(const struct rmap_shape *shape,
         if (!rmap_quadric_take(shape, &f, query, shift + t[i], rmap_axpy(t[i], d, p), hit))
             continue;
         /* b = -0 leads to roots that are rounded in another way there */
-        hit->foretold =
+        hit->predicted =
             !(b == 0 && signbit(b)) &&
-            rmap_quadric_foretold(shape, query->behind, t, i, shift, rmap_axpy(t[0], d, p));
+            rmap_quadric_predicted(shape, query->behind, t, i, shift, rmap_axpy(t[0], d, p));
         return true;
     }
     return false;

@@ -96,7 +96,7 @@ void rmap_portion_destroy(struct rmap_portion *portion)
 void rmap_portion_clear(struct rmap_portion *portion)
 {
     portion->first_ray = 0;
-    portion->strays = NULL;
+    portion->unpredicted = NULL;
     memset(portion->n_row, 0, sizeof portion->n_row);
 }
 

@@ -20,13 +20,13 @@
  * that their columns stay in a core's cache. */
 #define RMAP_PART_RAYS 256
 
-/* Rays that src/compact may not foretell from their paths, in ascending order: all others of the
+/* Rays that src/compact may not predict from their paths, in ascending order: all others of the
  * portion it does, bit by bit, with this seed. Whoever traced the rays knows. */
-#define RMAP_STRAYS_MAX 1024
-struct rmap_strays {
+#define RMAP_UNPREDICTED_MAX 1024
+struct rmap_unpredicted {
     uint64_t seed;
-    size_t n; /* beyond RMAP_STRAYS_MAX: they are not listed */
-    uint32_t ray[RMAP_STRAYS_MAX];
+    size_t n; /* beyond RMAP_UNPREDICTED_MAX: they are not listed */
+    uint32_t ray[RMAP_UNPREDICTED_MAX];
 };
 
 #define RMAP_FIELD(field, path, type, element, width, unit, text) type *field;
@@ -55,7 +55,8 @@ struct rmap_portion {
     int n_channel;
     uint16_t *colour; /* [n_row[RMAP_TABLE_SEGMENT]][n_channel], sum of a row = 65535; colour on
                          the leg's arrival */
-    const struct rmap_strays *strays; /* of the rows as they are, borrowed; NULL: not known */
+    const struct rmap_unpredicted
+        *unpredicted; /* of the rows as they are, borrowed; NULL: not known */
 };
 
 /* What a portion's index row says of it, so that a query can skip it. */

@@ -319,11 +319,11 @@ static void end(struct rmap_recorder *base, const struct rmap_ending *ending)
     ray->path_length[i] = plain(ending->path_length);
     ray->optical_path[i] = plain(ending->optical_path);
     store_float3(ray->end_direction + 3 * i, &ending->direction);
-    if (ending->foretold)
+    if (ending->predicted)
         return;
-    if (self->strays.n < RMAP_STRAYS_MAX)
-        self->strays.ray[self->strays.n] = (uint32_t)i;
-    self->strays.n++;
+    if (self->unpredicted.n < RMAP_UNPREDICTED_MAX)
+        self->unpredicted.ray[self->unpredicted.n] = (uint32_t)i;
+    self->unpredicted.n++;
 }
 
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
@@ -344,6 +344,6 @@ void rmap_portion_recorder_restart(struct rmap_portion_recorder *recorder, uint6
 {
     rmap_portion_clear(recorder->portion);
     recorder->portion->first_ray = first_ray;
-    recorder->portion->strays = &recorder->strays;
-    recorder->strays.n = 0;
+    recorder->portion->unpredicted = &recorder->unpredicted;
+    recorder->unpredicted.n = 0;
 }

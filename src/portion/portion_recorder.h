@@ -23,15 +23,15 @@ struct rmap_portion_recorder {
     /* The last two colours: most legs keep that of the one before, and most rays begin alike. */
     struct rmap_known_colour colour[2];
     struct rmap_known_colour *last;
-    size_t first_segment;      /* of the ray in hand */
-    struct rmap_strays strays; /* so far; its seed is the caller's to set */
+    size_t first_segment;                /* of the ray in hand */
+    struct rmap_unpredicted unpredicted; /* so far; its seed is the caller's to set */
 };
 
 void rmap_portion_recorder_init(struct rmap_portion_recorder *recorder,
                                 struct rmap_portion *portion);
 
-/* Empties the portion, whose next ray will be first_ray, and forgets the strays; the portion's are
- * the recorder's from now on. */
+/* Empties the portion, whose next ray will be first_ray, and forgets the unpredicted; the portion's
+ * are the recorder's from now on. */
 void rmap_portion_recorder_restart(struct rmap_portion_recorder *recorder, uint64_t first_ray);
 
 /* Shares of 65535 that sum to exactly 65535, by largest remainder (ties: lowest channel). */

@@ -21,7 +21,7 @@ struct rmap_emission {
     struct rmap_vec3 position, direction, normal;
     int32_t medium;
     const double *colour; /* [n_channel], borrowed during the call */
-    bool foretold;        /* as in struct rmap_hit */
+    bool predicted;       /* as in struct rmap_hit */
 };
 
 /* The end of a leg. */
@@ -71,7 +71,7 @@ struct rmap_ending {
     double wavelength_nm; /* NaN where more than one channel is left */
     double path_length, optical_path;
     struct rmap_vec3 direction; /* where it left; 0 otherwise */
-    bool foretold; /* src/compact finds every number of the ray from its path, bit by bit; false
+    bool predicted; /* src/compact finds every number of the ray from its path, bit by bit; false
                       where that is not certain */
 };
 

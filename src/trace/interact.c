@@ -26,7 +26,7 @@ static bool meet(const struct rmap_scene *scene, const struct rmap_ray *ray,
     bool front = cosine < 0.0;
     if (cosine == 0.0) /* grazing exactly: the side that the light can be on */
         front = object->medium_front == ray->medium || object->medium_back != ray->medium;
-    decision->foretold = cosine != 0.0;
+    decision->predicted = cosine != 0.0;
     int32_t near = front ? object->medium_front : object->medium_back;
     int32_t far = front ? object->medium_back : object->medium_front;
     if (near != RMAP_MEDIUM_ANY && near != ray->medium)
@@ -66,7 +66,7 @@ static void pass_specular(const struct rmap_ray *ray, const struct side *side, i
         rmap_refracted(ray->direction, side->normal, side->n1[channel], side->n2[channel], &total);
     if (total > 0.0) {
         turn(decision, RMAP_EVENT_TOTAL_REFLECTION, rmap_reflected(ray->direction, side->normal));
-        decision->foretold = false; /* the colour of what was drawn goes with it */
+        decision->predicted = false; /* the colour of what was drawn goes with it */
         return;
     }
     decision->events = RMAP_EVENT_TRANSMIT_SPECULAR;
@@ -92,13 +92,9 @@ static inline double reflectance(const struct side *side, int channel, bool *tot
                                    side->cos_i, total);
 }
 
-/* Those of this step, drawn into `room` if need be. */
-static inline const double *draw_numbers(const struct rmap_draw *draw, double room[4])
+static inline void draw_numbers(const struct rmap_draw *draw, double u[4])
 {
-    if (draw->surface)
-        return draw->surface;
-    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, room);
-    return room;
+    rmap_rng(draw->seed, draw->ray, draw->step, RMAP_RNG_SURFACE, u);
 }
 
 /* All live channels share one reflectance, or there is only one of them. */
@@ -109,8 +105,10 @@ static void fresnel_alike(const struct rmap_ray *ray, const struct side *side,
     int channel = colour->begin;
     bool total;
     double r = reflectance(side, channel, &total);
-    double room[4];
-    if (r > 0.0 && (!(r < 1.0) || draw_numbers(draw, room)[0] < r))
+    double u[4] = {0.0};
+    if (r > 0.0 && r < 1.0)
+        draw_numbers(draw, u);
+    if (u[0] < r)
         turn(decision, total ? RMAP_EVENT_TOTAL_REFLECTION : RMAP_EVENT_REFLECT_SPECULAR,
              rmap_reflected(ray->direction, side->normal));
     else
@@ -139,8 +137,8 @@ static void decide_fresnel(const struct rmap_scene *scene, const struct rmap_ray
         turn(decision, RMAP_EVENT_TOTAL_REFLECTION, rmap_reflected(ray->direction, side->normal));
         return;
     }
-    double room[4];
-    const double *u = draw_numbers(draw, room);
+    double u[4];
+    draw_numbers(draw, u);
     decision->weigh = r;
     if (u[0] < rmap_colour_sum(colour, r)) {
         turn(decision, RMAP_EVENT_REFLECT_SPECULAR, rmap_reflected(ray->direction, side->normal));
@@ -163,8 +161,8 @@ static void decide_shares(const struct rmap_scene *scene, const struct rmap_ray 
                           const struct rmap_draw *draw, const struct outcome *outcome,
                           struct rmap_decision *decision)
 {
-    double room[4], sum = 0.0;
-    const double *u = draw_numbers(draw, room);
+    double u[4], sum = 0.0;
+    draw_numbers(draw, u);
     const struct outcome *chosen = outcome;
     for (; chosen->event; chosen++) {
         sum += rmap_colour_sum(colour, chosen->p);
@@ -201,7 +199,7 @@ static void decide_mirror(const struct rmap_scene *scene, const struct rmap_ray 
     const struct rmap_surface *surface = side->surface;
     struct outcome outcome[] = {{RMAP_EVENT_REFLECT_SPECULAR, surface->reflect_specular}, {0}};
     if (surface->is_metal) {
-        decision->foretold = decision->foretold && rmap_colour_single(colour);
+        decision->predicted = decision->predicted && rmap_colour_single(colour);
         for (int i = colour->begin; i < colour->end; i++)
             decision->scratch[i] = rmap_fresnel_metal(side->n1[i], surface->metal_n[i],
                                                       surface->metal_k[i], side->cos_i);
@@ -257,7 +255,7 @@ static bool look_up(const struct rmap_scene *scene, const struct rmap_ray *ray,
     side->n2 = scene->medium[side->far].n;
     if (!(ray->gradient | side->far_gradient) || !refracts(side->surface))
         return true;
-    decision->foretold = false;
+    decision->predicted = false;
     if (ray->gradient) {
         side->n1 = near;
         if (!index_at(&scene->gradient[ray->gradient - 1], colour, hit->position, side->normal,

@@ -15,7 +15,6 @@
 struct rmap_draw {
     uint64_t seed, ray;
     uint32_t step;
-    const double *surface; /* those of this step at a surface, drawn ahead; NULL: not yet drawn */
 };
 
 struct rmap_decision {
@@ -25,7 +24,7 @@ struct rmap_decision {
     int32_t gradient;           /* 1 + index of the gradient medium in place; 0: uniform */
     struct rmap_vec3 direction; /* unit, if it goes on */
     int collapse;               /* channel drawn, or -1 */
-    bool foretold;              /* as in struct rmap_hit, of direction and colour */
+    bool predicted;             /* as in struct rmap_hit, of direction and colour */
     const double *weigh; /* probabilities that the colour is to be weighed with, or NULL; may point
                             into `scratch` */
     double scratch[RMAP_CHANNEL_MAX];

@@ -108,7 +108,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
                                        .primitive = -1,
                                        .medium = source->medium,
                                        .colour = colour->share,
-                                       .foretold = true};
+                                       .predicted = true};
     if (source->type == RMAP_SOURCE_RAYS) {
         emit_list(source, ordinal, colour, emission);
         return;
@@ -127,7 +127,7 @@ void rmap_source_emit(const struct rmap_scene *scene, uint64_t seed, uint64_t ra
         emission->normal = normal;
         emission->direction = rmap_lambertian(normal, x, y, way[0], way[1]);
     } else {
-        emission->foretold = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
+        emission->predicted = source->distribution == RMAP_DISTRIBUTION_ISOTROPIC;
         emission->direction =
             rmap_normalize(rmap_affine_vector(&source->frame, point_direction(source, way)));
     }

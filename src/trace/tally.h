@@ -40,15 +40,12 @@ void rmap_tally_merge(struct rmap_tally *into, const struct rmap_tally *from);
 const double *rmap_tally_image(const struct rmap_tally *tally, size_t detector, size_t source);
 
 /* One registered hit of a cell; the end of a ray. The caller has checked every index. */
-void rmap_tally_add_hit(struct rmap_tally *tally, size_t detector, size_t source, uint32_t cell_x,
-                        uint32_t cell_y);
 struct rmap_tally_ending {
     uint64_t ray;
     int32_t source, object, medium; /* object met last, or -1; medium travelled last */
     enum rmap_stop stop;
     double weight;
 };
-void rmap_tally_add_ending(struct rmap_tally *tally, const struct rmap_tally_ending *ending);
 
 /* What a portion must have to be added up. */
 #define RMAP_TALLY_COLUMNS                                                                         \

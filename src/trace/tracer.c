@@ -17,7 +17,7 @@ static void begin(struct rmap_walk *walk, const struct rmap_tracer *tracer, uint
     walk->ray.medium = emission.medium;
     walk->ray.gradient = tracer->scene->source[emission.source].gradient;
     rmap_contact_clear(&walk->ray.contact);
-    walk->foretold = emission.foretold;
+    walk->predicted = emission.predicted;
     recorder->emit(recorder, &emission);
 }
 
@@ -29,7 +29,7 @@ static void end(struct rmap_walk *walk, enum rmap_stop stop)
                                  .wavelength_nm = (double)NAN,
                                  .path_length = walk->path_length,
                                  .optical_path = walk->optical_path,
-                                 .foretold = walk->foretold};
+                                 .predicted = walk->predicted};
     if (channels->mode == RMAP_COLOUR_SPECTRAL && rmap_colour_single(&walk->colour))
         ending.wavelength_nm = channels->wavelength_nm[walk->colour.begin];
     if (stop == RMAP_STOP_LEFT)
@@ -91,7 +91,7 @@ static bool stop_here(struct rmap_walk *walk, const struct rmap_arrival *arrival
     record_step(walk, arrival, event);
     if (stop == RMAP_STOP_LEFT && walk->scene->n_far_detector > 0) {
         rmap_detect_far(walk->scene, &arrival->leg, walk->recorder);
-        walk->foretold = false; /* angles of another library */
+        walk->predicted = false; /* angles of another library */
     }
     end(walk, stop);
     return false;

@@ -31,8 +31,8 @@ struct rmap_walk {
     struct rmap_vec3 start_normal;  /* of the surface that the leg starts on, if on any */
     struct rmap_colour colour;
     double weight, path_length, optical_path;
-    bool foretold; /* so far every number was what src/compact foretells */
-    bool rough;    /* nobody asks for lengths: those of curved legs may be estimates */
+    bool predicted; /* so far every number was what src/compact predicts */
+    bool rough;     /* nobody asks for lengths: those of curved legs may be estimates */
 };
 
 enum rmap_leg_end {
@@ -65,7 +65,7 @@ static inline void rmap_walk_begin(struct rmap_walk *walk, const struct rmap_tra
     walk->weight = 1.0;
     walk->path_length = walk->optical_path = 0.0;
     walk->rough = false;
-    walk->foretold = true;
+    walk->predicted = true;
 }
 
 /* Index along the leg; before the wavelength is drawn, the mean over the colour. */
@@ -109,8 +109,8 @@ static inline void rmap_walk_leg(struct rmap_walk *walk, struct rmap_arrival *ar
     }
     bool met = rmap_accel_next(walk->accel, &walk->ray, &arrival->hit);
     uint32_t event = 0; /* inside the medium */
-    if (met && !arrival->hit.foretold)
-        walk->foretold = false;
+    if (met && !arrival->hit.predicted)
+        walk->predicted = false;
     leg->from = walk->ray.origin;
     leg->direction = walk->ray.direction;
     leg->length = met ? arrival->hit.t : rmap_walk_distance_out(walk);
@@ -119,7 +119,7 @@ static inline void rmap_walk_leg(struct rmap_walk *walk, struct rmap_arrival *ar
     leg->segment = walk->draw.step++;
     if (rmap_medium_is_turbid(medium) && leg->length > 0.0) {
         struct rmap_free_path path;
-        walk->foretold = false;
+        walk->predicted = false;
         rmap_free_path_draw(medium, &walk->draw, &walk->colour, &path);
         bool ended = path.length < leg->length;
         leg->length = ended ? path.length : leg->length;
@@ -160,8 +160,8 @@ static inline void rmap_walk_depart(struct rmap_walk *walk, const struct rmap_ar
     walk->ray.medium = decision->medium;
     walk->ray.gradient = decision->gradient;
     walk->start_normal = arrival->hit.normal;
-    if (!decision->foretold)
-        walk->foretold = false;
+    if (!decision->predicted)
+        walk->predicted = false;
 }
 
 /* On from a point inside the medium where the leg ended SCATTERED. */

@@ -217,7 +217,7 @@ static void begin(struct bend *bend, struct rmap_walk *walk, struct rmap_arrival
     bend->length = bend->optical = 0.0;
     bend->free_path = HUGE_VAL;
     arrival->events = RMAP_EVENT_GRADIENT;
-    walk->foretold = false;
+    walk->predicted = false;
     struct rmap_leg *leg = &arrival->leg;
     leg->from = leg->to = walk->ray.origin;
     leg->direction = arrival->first_direction = walk->ray.direction;

@@ -62,7 +62,7 @@ class Dice:
         self.seed = seed
         self.folder = folder
         self.spectral = self.dice.random() < 0.7
-        # Light without turbid and gradient media, metals and far detectors is what is foretold.
+        # Light without turbid and gradient media, metals and far detectors is what is predicted.
         self.turbid = self.dice.random() < 0.15
         self.gradient = self.dice.random() < 0.06
         self.exact = self.dice.random() < 0.5  # nice numbers: things coincide

@@ -21,6 +21,9 @@
 #include "accel/accel.h"
 #include "base/alloc.h"
 #include "compact/compact.h"
+#include "compact/encoder.h"
+#include "compact/model.h"
+#include "compact/paths.h"
 #include "compact/streams.h"
 #include "io/codec/codec.h"
 #include "io/mesh/bundle.h"
@@ -95,9 +98,9 @@ static inline void rig_close(struct rig *rig)
     rmap_diagnostics_fini(&rig->diagnostics);
 }
 
-/* strays: those of the rays that the tracer does not promise anything about. */
+/* unpredicted: those of the rays that the tracer does not promise anything about. */
 static inline struct rmap_portion *rig_trace_told(const struct rig *rig, uint64_t first, size_t n,
-                                                  struct rmap_strays *strays)
+                                                  struct rmap_unpredicted *unpredicted)
 {
     struct rmap_error err = {0};
     struct rmap_accel *accel = NULL;
@@ -111,15 +114,15 @@ static inline struct rmap_portion *rig_trace_told(const struct rig *rig, uint64_
         rmap_trace_ray(&tracer, ray, &recorder.base);
     assert_int_equal(recorder.status, RMAP_OK);
     rmap_accel_destroy(accel);
-    *strays = recorder.strays;
-    strays->seed = RIG_SEED;
+    *unpredicted = recorder.unpredicted;
+    unpredicted->seed = RIG_SEED;
     return portion;
 }
 
 static inline struct rmap_portion *rig_trace(const struct rig *rig, uint64_t first, size_t n)
 {
-    struct rmap_strays strays;
-    return rig_trace_told(rig, first, n, &strays);
+    struct rmap_unpredicted unpredicted;
+    return rig_trace_told(rig, first, n, &unpredicted);
 }
 
 static inline size_t stream_nbytes(const struct rmap_rows *rows, int s)

@@ -3,6 +3,7 @@
  * The compact encoding on traced rays: every bit comes back, little is stored, and portions do not
  * depend on what was encoded before.
  */
+#include "compact/paths.h"
 #include "compact_rig.h"
 
 /* Detectors, one in space, one on the floor. */
@@ -109,7 +110,7 @@ static void test_examples(void **state)
     assert_true(room < 2.5);
 }
 
-/* Rooms of all surfaces and shapes whose rays are mostly foretold; in RGB, too. */
+/* Rooms of all surfaces and shapes whose rays are mostly predicted; in RGB, too. */
 static const char colours[2][80] = {
     "spectrum: {mode: spectral, wavelengths: [450, 500, 550, 600, 650]}\n",
     "spectrum: {mode: rgb}\n",
@@ -184,14 +185,14 @@ static void encode_afresh(struct rig *rig, const struct rmap_portion *portion,
 }
 
 /* The same streams with the tracer's promises and without; how many rays it promised nothing of. */
-static size_t check_foretold(struct rig *rig, uint64_t first, size_t n)
+static size_t check_predicted(struct rig *rig, uint64_t first, size_t n)
 {
-    struct rmap_strays *strays = rmap_alloc(1, sizeof *strays);
-    struct rmap_portion *portion = rig_trace_told(rig, first, n, strays);
+    struct rmap_unpredicted *unpredicted = rmap_alloc(1, sizeof *unpredicted);
+    struct rmap_portion *portion = rig_trace_told(rig, first, n, unpredicted);
     struct rmap_rows told, followed;
-    size_t n_stray = strays->n;
+    size_t n_stray = unpredicted->n;
     encode_afresh(rig, portion, &followed);
-    portion->strays = strays;
+    portion->unpredicted = unpredicted;
     encode_afresh(rig, portion, &told);
     for (int s = 0; s < rmap_compact_layout.n_stream; s++) {
         assert_int_equal(stream_nbytes(&told, s), stream_nbytes(&followed, s));
@@ -203,12 +204,12 @@ static size_t check_foretold(struct rig *rig, uint64_t first, size_t n)
     rows_free(&told);
     rows_free(&followed);
     rmap_portion_destroy(portion);
-    rmap_free(strays);
+    rmap_free(unpredicted);
     return n_stray;
 }
 
 /* What the tracer says of a ray holds for every kind of surface, shape, source and detector. */
-static void test_foretold(void **state)
+static void test_predicted(void **state)
 {
     (void)state;
     struct rig rig;
@@ -220,21 +221,21 @@ static void test_foretold(void **state)
             colours[mode], mode == 0 ? "{glass: N-BK7}" : "{index: 1.52}", room_of_kinds);
         rig_open_text(&rig, text);
         for (uint64_t block = 0; block < 8; block++) {
-            size_t n = check_foretold(&rig, 4096 * block, 4096);
+            size_t n = check_predicted(&rig, 4096 * block, 4096);
             if (block == 0)
-                print_message("mode %d: %zu strays of 4096\n", mode, n);
+                print_message("mode %d: %zu unpredicted of 4096\n", mode, n);
             assert_in_range(n, 1, 1024); /* else nothing was tried here */
         }
         rig_close(&rig);
     }
     rig_open_text(&rig, all_kinds);
-    check_foretold(&rig, 0, 4096);
+    check_predicted(&rig, 0, 4096);
     rig_close(&rig);
     rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/double-gauss/scene.yaml");
-    assert_true(check_foretold(&rig, 0, 16384) < 16);
+    assert_true(check_predicted(&rig, 0, 16384) < 16);
     rig_close(&rig);
     rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/room/scene.yaml");
-    assert_true(check_foretold(&rig, 0, 4096) < 16);
+    assert_true(check_predicted(&rig, 0, 4096) < 16);
     rig_close(&rig);
 }
 
@@ -244,15 +245,15 @@ static void test_broken_promise(void **state)
     (void)state;
     struct rig rig;
     struct rmap_error err = {0};
-    struct rmap_strays strays;
+    struct rmap_unpredicted unpredicted;
     rig_open(&rig, RAYMAP_SOURCE_DIR "/examples/double-gauss/scene.yaml");
-    struct rmap_portion *portion = rig_trace_told(&rig, 0, 4096, &strays);
-    portion->strays = &strays;
+    struct rmap_portion *portion = rig_trace_told(&rig, 0, 4096, &unpredicted);
+    portion->unpredicted = &unpredicted;
     for (size_t i = 0; i < portion->n_row[RMAP_TABLE_SEGMENT]; i++)
         portion->segment.position[3 * i] = nextafterf(portion->segment.position[3 * i], 1e9F);
     assert_int_equal(rmap_compact_encode(rig.encoder, RIG_SEED, portion, &err), RMAP_INTERNAL);
     assert_int_equal(rmap_compact_encode(rig.encoder, RIG_SEED + 1, portion, &err), RMAP_OK);
-    portion->strays = NULL;
+    portion->unpredicted = NULL;
     assert_int_equal(rmap_compact_encode(rig.encoder, RIG_SEED, portion, &err), RMAP_OK);
     rmap_portion_destroy(portion);
     rig_close(&rig);
@@ -426,7 +427,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_every_kind), cmocka_unit_test(test_examples),
-        cmocka_unit_test(test_foretold),   cmocka_unit_test(test_broken_promise),
+        cmocka_unit_test(test_predicted),  cmocka_unit_test(test_broken_promise),
         cmocka_unit_test(test_wrong_seed), cmocka_unit_test(test_selection),
         cmocka_unit_test(test_same_bytes), cmocka_unit_test(test_patches),
         cmocka_unit_test(test_curved),

@@ -3,6 +3,7 @@
  * The compact encoding on portions that no tracer makes, and on damaged rows: every bit of the
  * former comes back, the latter are refused or give some numbers, and never read out of bounds.
  */
+#include "compact/paths.h"
 #include "compact_rig.h"
 
 static const char small_scene[] =

@@ -3,6 +3,8 @@
  * The promise: a portion that is encoded in parts becomes the rows that it becomes in one, or says
  * that it has to be encoded in one.
  */
+#include "compact/encoder.h"
+#include "compact/paths.h"
 #include "compact_rig.h"
 
 /* Rays are traced part by part, into the same columns. */
@@ -18,7 +20,7 @@ static void sheaf_open(struct sheaf *sheaf, const struct rig *rig)
     rig_ok(rmap_accel_create(rig->scene, 1, &sheaf->accel, &err), &err);
     rig_ok(rmap_portion_create(1, rig->scene->channels.n, &sheaf->portion, &err), &err);
     rmap_portion_recorder_init(&sheaf->recorder, sheaf->portion);
-    sheaf->recorder.strays.seed = RIG_SEED;
+    sheaf->recorder.unpredicted.seed = RIG_SEED;
 }
 
 static void sheaf_close(struct sheaf *sheaf)
@@ -109,7 +111,7 @@ static void test_same_rows(void **state)
     }
 }
 
-/* Most rays go past the ball, whose medium absorbs: some strays are no trouble. */
+/* Most rays go past the ball, whose medium absorbs: some unpredicted are no trouble. */
 static const char some_strays[] = "raymap: 1\n"
                                   "media: {air: {index: 1}, fog: {index: 1, absorption: %s}}\n"
                                   "surfaces:\n"
@@ -128,9 +130,9 @@ static const char some_strays[] = "raymap: 1\n"
 
 static size_t strays_in(const struct rig *rig, size_t n)
 {
-    struct rmap_strays strays;
-    rmap_portion_destroy(rig_trace_told(rig, 0, n, &strays));
-    return strays.n;
+    struct rmap_unpredicted unpredicted;
+    rmap_portion_destroy(rig_trace_told(rig, 0, n, &unpredicted));
+    return unpredicted.n;
 }
 
 static void test_strays(void **state)
@@ -146,7 +148,8 @@ static void test_strays(void **state)
         (void)snprintf(text, sizeof text, some_strays, ball[i].absorption, ball[i].radius);
         rig_open_text(&rig, text);
         size_t n_stray = strays_in(&rig, RMAP_BLOCK_RAYS);
-        print_message("ball of %s: %zu strays of %d\n", ball[i].radius, n_stray, RMAP_BLOCK_RAYS);
+        print_message("ball of %s: %zu unpredicted of %d\n", ball[i].radius, n_stray,
+                      RMAP_BLOCK_RAYS);
         assert_int_equal(n_stray > 0, i < 2);
         assert_int_equal(check_parts(&rig, 0, RMAP_BLOCK_RAYS, RMAP_PART_RAYS), ball[i].did);
         rig_close(&rig);
@@ -173,7 +176,7 @@ static void test_curved(void **state)
     rig_close(&rig);
 }
 
-/* Who says nothing of strays, or of those of another seed, has his portion encoded in one. */
+/* Who says nothing of unpredicted, or of those of another seed, has his portion encoded in one. */
 static void test_unknown_strays(void **state)
 {
     (void)state;
@@ -187,7 +190,7 @@ static void test_unknown_strays(void **state)
     rmap_compact_encode_begin(rig.encoder, RIG_SEED + 1, 0);
     rig_ok(rmap_compact_encode_part(rig.encoder, sheaf.portion, &whole, &err), &err);
     assert_true(whole);
-    sheaf.portion->strays = NULL;
+    sheaf.portion->unpredicted = NULL;
     rmap_compact_encode_begin(rig.encoder, RIG_SEED, 0);
     rig_ok(rmap_compact_encode_part(rig.encoder, sheaf.portion, &whole, &err), &err);
     assert_true(whole);

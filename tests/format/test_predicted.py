@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
-"""Rays that the tracer says are foretold are not compared with their predictions when a compact map
+"""Rays that the tracer says are predicted are not compared with their predictions when a compact map
 is written. Were it ever wrong, other bits would come back. `convert` is promised nothing and
 compares every ray, so the map that it makes of a plain one must hold the same numbers: for scenes by
 chance (scene_dice.py), added to, with other colours, by several threads."""

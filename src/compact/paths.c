@@ -1,0 +1,447 @@
+/* SPDX-License-Identifier: MIT */
+#include <string.h>
+
+#include "base/alloc.h"
+#include "compact/damaged.h"
+#include "compact/decode_paths.h"
+#include "compact/lane.h"
+#include "compact/paths.h"
+
+/* Which paths stand in the dictionary of a piece. A path is entered when its hash is met for the
+ * second time; hashes met once are kept in a table of fixed size, where a new one takes an old
+ * one's place. */
+
+#define SEEN_SLOTS ((size_t)1 << 16)
+#define FIND_SLOTS ((size_t)2 * RMAP_PATH_MAX)
+
+struct entry {
+    uint64_t hash;
+    size_t word; /* where its words begin */
+};
+
+struct rmap_path_book {
+    uint64_t *seen;      /* [SEEN_SLOTS]; 0: free */
+    uint32_t *slot;      /* [FIND_SLOTS], 1 + entry; 0: free */
+    struct entry *entry; /* [n] */
+    uint32_t *word;      /* of all entries */
+    size_t n, n_row, n_word;
+    size_t cap_entry, cap_word;
+};
+
+enum rmap_status rmap_path_book_create(struct rmap_path_book **book_ret, struct rmap_error *err)
+{
+    struct rmap_path_book *book = rmap_alloc(1, sizeof *book);
+    if (book) {
+        book->seen = rmap_alloc(SEEN_SLOTS, sizeof *book->seen);
+        book->slot = rmap_alloc(FIND_SLOTS, sizeof *book->slot);
+    }
+    if (!book || !book->seen || !book->slot) {
+        rmap_path_book_destroy(book);
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
+    }
+    *book_ret = book;
+    return RMAP_OK;
+}
+
+void rmap_path_book_destroy(struct rmap_path_book *book)
+{
+    if (!book)
+        return;
+    rmap_free(book->seen);
+    rmap_free(book->slot);
+    rmap_free(book->entry);
+    rmap_free(book->word);
+    rmap_free(book);
+}
+
+static size_t rows_of(const uint32_t *word)
+{
+    return 1 + (size_t)word[RMAP_WORD_SEGMENTS] + word[RMAP_WORD_REGISTRATIONS];
+}
+
+static size_t slot_of(uint64_t hash)
+{
+    return (size_t)(hash >> 32) & (FIND_SLOTS - 1);
+}
+
+#if defined(__GNUC__)
+#define soon(address) __builtin_prefetch(address)
+#else
+#define soon(address) ((void)(address))
+#endif
+
+void rmap_path_book_expect(const struct rmap_path_book *book, uint64_t hash)
+{
+    soon(&book->slot[slot_of(hash)]);
+    soon(&book->seen[hash & (SEEN_SLOTS - 1)]);
+}
+
+enum rmap_status rmap_path_book_find(struct rmap_path_book *book, const uint32_t *word,
+                                     uint64_t hash, uint32_t *reference_ret, bool *added_ret,
+                                     struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    size_t n_word = rmap_path_n_word(word), slot = slot_of(hash);
+    *added_ret = false;
+    *reference_ret = 0;
+    for (; book->slot[slot]; slot = (slot + 1) & (FIND_SLOTS - 1)) {
+        const struct entry *e = &book->entry[book->slot[slot] - 1];
+        const uint32_t *known = book->word + e->word; /* equal heads: as many words */
+        if (e->hash == hash && memcmp(known, word, RMAP_WORD_HEAD * sizeof *word) == 0 &&
+            memcmp(known, word, n_word * sizeof *word) == 0) {
+            *reference_ret = book->slot[slot];
+            return RMAP_OK;
+        }
+    }
+    uint64_t *seen = &book->seen[hash & (SEEN_SLOTS - 1)];
+    if (*seen != hash || book->n == RMAP_PATH_MAX ||
+        rows_of(word) > RMAP_PATH_ROW_MAX - book->n_row) {
+        *seen = hash;
+        return RMAP_OK;
+    }
+    RMAP_TRY(RMAP_RESERVE(book->entry, book->cap_entry, book->n + 1, err));
+    RMAP_TRY(RMAP_RESERVE(book->word, book->cap_word, book->n_word + n_word, err));
+    memcpy(book->word + book->n_word, word, n_word * sizeof *word);
+    book->entry[book->n] = (struct entry){hash, book->n_word};
+    book->n_word += n_word;
+    book->n_row += rows_of(word);
+    book->slot[slot] = *reference_ret = (uint32_t)++book->n;
+    *added_ret = true;
+out:
+    return st;
+}
+
+/* rmap_reserve keeps one capacity per block; those of a table are grown alike. */
+#define RESERVE_LIKE(field, own, n)                                                                \
+    do {                                                                                           \
+        size_t cap = own;                                                                          \
+        RMAP_TRY(RMAP_RESERVE(rows->field, cap, n, err));                                          \
+    } while (0)
+
+enum rmap_status rmap_path_rows_reserve(struct rmap_path_rows *rows, size_t n, size_t n_segment,
+                                        size_t n_registration, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    n += rows->n;
+    n_segment += rows->n_segment;
+    n_registration += rows->n_registration;
+    RESERVE_LIKE(source, rows->cap, n);
+    RESERVE_LIKE(stop, rows->cap, n);
+    RESERVE_LIKE(start_object, rows->cap, n);
+    RESERVE_LIKE(segment_count, rows->cap, n);
+    RMAP_TRY(RMAP_RESERVE(rows->registration_count, rows->cap, n, err));
+    RESERVE_LIKE(object, rows->cap_segment, n_segment);
+    RMAP_TRY(RMAP_RESERVE(rows->event, rows->cap_segment, n_segment, err));
+    RESERVE_LIKE(segment, rows->cap_registration, n_registration);
+    RESERVE_LIKE(detector, rows->cap_registration, n_registration);
+    RMAP_TRY(RMAP_RESERVE(rows->registered, rows->cap_registration, n_registration, err));
+out:
+    return st;
+}
+
+void rmap_path_rows_add(struct rmap_path_rows *rows, const uint32_t *word)
+{
+    size_t i = rows->n++, n = word[RMAP_WORD_SEGMENTS], m = word[RMAP_WORD_REGISTRATIONS];
+    rows->source[i] = (int32_t)word[RMAP_WORD_SOURCE];
+    rows->stop[i] = (uint8_t)word[RMAP_WORD_STOP];
+    rows->start_object[i] = word[RMAP_WORD_START_OBJECT];
+    rows->segment_count[i] = word[RMAP_WORD_SEGMENTS];
+    rows->registration_count[i] = word[RMAP_WORD_REGISTRATIONS];
+    word += RMAP_WORD_HEAD;
+    if (n > 0) {
+        memcpy(rows->object + rows->n_segment, word, n * sizeof *word);
+        memcpy(rows->event + rows->n_segment, word + n, n * sizeof *word);
+    }
+    word += 2 * n;
+    for (size_t k = 0; k < m; k++) {
+        rows->segment[rows->n_registration + k] = word[k];
+        rows->detector[rows->n_registration + k] = (int32_t)word[m + k];
+        rows->registered[rows->n_registration + k] = (uint8_t)word[2 * m + k];
+    }
+    rows->n_segment += n;
+    rows->n_registration += m;
+}
+
+void rmap_path_rows_fini(struct rmap_path_rows *rows)
+{
+    rmap_free(rows->source);
+    rmap_free(rows->stop);
+    rmap_free(rows->start_object);
+    rmap_free(rows->segment_count);
+    rmap_free(rows->registration_count);
+    rmap_free(rows->object);
+    rmap_free(rows->event);
+    rmap_free(rows->segment);
+    rmap_free(rows->detector);
+    rmap_free(rows->registered);
+    *rows = (struct rmap_path_rows){0};
+}
+
+/* Objects, events and media of a path from what is stored of it. */
+
+void rmap_path_unfold(const struct rmap_compact_model *model, const struct rmap_folded_path *path,
+                      const struct rmap_path_columns *out)
+{
+    const struct rmap_compact_body *nobody = &model->body[model->n_object], *body = nobody;
+    int32_t medium = rmap_first_medium(model, path->source);
+    uint32_t before = 0; /* 1 + object */
+    for (size_t k = 0; k < path->n; k++) {
+        uint32_t now = path->object[k];
+        /* a branch that is predicted: the next legs need not wait for this one */
+        if ((now == 0 || now == before) && body->inside == medium)
+            now = before - now;
+        body = now > 0 && now <= model->n_object ? &model->body[now - 1] : nobody;
+        uint32_t happened = path->event[k] ^ body->expected;
+        if (out->object)
+            out->object[k] = (int32_t)(now - 1);
+        if (out->event)
+            out->event[k] = happened;
+        if (out->medium)
+            out->medium[k] = (int16_t)medium;
+        medium = rmap_medium_after(body, medium, happened);
+        before = now;
+    }
+    rmap_path_end(path, out);
+}
+
+/* The dictionary of a piece being read, checked once and expanded so that rays are copied from it.
+ */
+
+static enum rmap_status damaged(const char *what, struct rmap_error *err)
+{
+    return rmap_error_set(err, RMAP_FORMAT, "damaged dictionary of paths: %s", what);
+}
+
+/* All of the streams of tables that have rows must be there. */
+static enum rmap_status check(const struct rmap_rows *rows, struct rmap_error *err)
+{
+    if (rows->layout != &rmap_compact_layout)
+        return rmap_error_set(err, RMAP_INTERNAL, "rows are not of the compact encoding");
+    for (int s = RMAP_STREAM_PATH_source; s <= RMAP_STREAM_PATH_registered; s++)
+        if (!rows->data[s] && rows->n_row[rows->layout->stream[s].table] > 0)
+            return rmap_error_set(err, RMAP_INTERNAL, "no rows of %s",
+                                  rows->layout->stream[s].path);
+    if (rows->n_row[RMAP_COMPACT_PATH] > RMAP_PATH_MAX ||
+        rows->n_row[RMAP_COMPACT_PATH_SEGMENT] > RMAP_PATH_ROW_MAX ||
+        rows->n_row[RMAP_COMPACT_PATH_REGISTRATION] > RMAP_PATH_ROW_MAX)
+        return damaged("it is longer than any that is written", err);
+    return RMAP_OK;
+}
+
+static enum rmap_status fill(const struct rmap_compact_model *model, const struct rmap_rows *rows,
+                             struct rmap_path_table *table, struct rmap_error *err)
+{
+    const int32_t *source = rows->data[RMAP_STREAM_PATH_source];
+    const uint8_t *stop = rows->data[RMAP_STREAM_PATH_stop];
+    const uint32_t *start_object = rows->data[RMAP_STREAM_PATH_start_object],
+                   *n_segment = rows->data[RMAP_STREAM_PATH_segment_count],
+                   *n_registration = rows->data[RMAP_STREAM_PATH_registration_count],
+                   *object = rows->data[RMAP_STREAM_PATH_object],
+                   *event = rows->data[RMAP_STREAM_PATH_event];
+    size_t segment = 0, registration = 0;
+    for (size_t i = 0; i < table->n; i++) {
+        if (n_segment[i] > table->n_segment - segment ||
+            n_registration[i] > table->n_registration - registration)
+            return damaged("its counts say more rows than there are", err);
+        table->path[i] = (struct rmap_known_path){.source = source[i],
+                                                  .start_object = (int32_t)(start_object[i] - 1),
+                                                  .stop = stop[i],
+                                                  .n_segment = n_segment[i],
+                                                  .n_registration = n_registration[i],
+                                                  .segment = segment,
+                                                  .registration = registration};
+        table->count[i + 1] = (struct rmap_path_count){n_segment[i], n_registration[i]};
+        const struct rmap_folded_path folded = {.source = source[i],
+                                                .stop = stop[i],
+                                                .n = n_segment[i],
+                                                .object = object + segment,
+                                                .event = event + segment};
+        rmap_path_unfold(model, &folded,
+                         &(struct rmap_path_columns){.object = table->object + segment,
+                                                     .event = table->event + segment,
+                                                     .medium = table->medium + segment});
+        segment += n_segment[i];
+        registration += n_registration[i];
+    }
+    if (segment != table->n_segment || registration != table->n_registration)
+        return damaged("its counts say fewer rows than there are", err);
+    if (registration > 0) {
+        memcpy(table->segment, rows->data[RMAP_STREAM_PATH_segment], registration * 4);
+        memcpy(table->detector, rows->data[RMAP_STREAM_PATH_detector], registration * 4);
+        memcpy(table->registered, rows->data[RMAP_STREAM_PATH_registered], registration);
+    }
+    return RMAP_OK;
+}
+
+/* The paths as rays of a portion. */
+static enum rmap_status show_rays(struct rmap_path_table *table, struct rmap_error *err)
+{
+    struct rmap_portion *rays = &table->rays;
+    struct rmap_ray_columns *ray = &rays->ray;
+    ray->source = rmap_alloc(table->n + 1, sizeof *ray->source);
+    ray->stop = rmap_alloc(table->n + 1, sizeof *ray->stop);
+    ray->segment_count = rmap_alloc(table->n + 1, sizeof *ray->segment_count);
+    ray->registration_count = rmap_alloc(table->n + 1, sizeof *ray->registration_count);
+    table->first_segment = rmap_alloc(table->n + 1, sizeof *table->first_segment);
+    table->first_registration = rmap_alloc(table->n + 1, sizeof *table->first_registration);
+    if (!table->first_segment || !table->first_registration || !ray->source || !ray->stop ||
+        !ray->segment_count || !ray->registration_count)
+        return rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths");
+    for (size_t i = 0; i < table->n; i++) {
+        ray->source[i] = table->path[i].source;
+        ray->stop[i] = table->path[i].stop;
+        ray->segment_count[i] = table->path[i].n_segment;
+        ray->registration_count[i] = table->path[i].n_registration;
+        table->first_segment[i] = (uint32_t)table->path[i].segment;
+        table->first_registration[i] = (uint32_t)table->path[i].registration;
+    }
+    rays->segment.object = table->object;
+    rays->segment.event = table->event;
+    rays->segment.medium = table->medium;
+    rays->registration.segment = table->segment;
+    rays->registration.detector = table->detector;
+    rays->registration.registered = table->registered;
+    rays->n_row[RMAP_TABLE_RAY] = table->n;
+    rays->n_row[RMAP_TABLE_SEGMENT] = table->n_segment;
+    rays->n_row[RMAP_TABLE_REGISTRATION] = table->n_registration;
+    return RMAP_OK;
+}
+
+const struct rmap_portion *rmap_path_table_rays(const struct rmap_path_table *table)
+{
+    return &table->rays;
+}
+
+const uint32_t *rmap_path_table_first_segments(const struct rmap_path_table *table)
+{
+    return table->first_segment;
+}
+
+const uint32_t *rmap_path_table_first_registrations(const struct rmap_path_table *table)
+{
+    return table->first_registration;
+}
+
+enum rmap_status rmap_path_table_create(const struct rmap_compact_model *model,
+                                        const struct rmap_rows *rows,
+                                        struct rmap_path_table **table_ret, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    struct rmap_path_table *table = NULL;
+    RMAP_TRY(check(rows, err));
+    table = rmap_alloc(1, sizeof *table);
+    if (!table)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
+    size_t n = table->n = rows->n_row[RMAP_COMPACT_PATH];
+    size_t s = table->n_segment = rows->n_row[RMAP_COMPACT_PATH_SEGMENT];
+    size_t r = table->n_registration = rows->n_row[RMAP_COMPACT_PATH_REGISTRATION];
+    table->path = rmap_alloc(n + 1, sizeof *table->path);
+    table->count = rmap_alloc(n + 1, sizeof *table->count);
+    table->object = rmap_alloc(s + 1, sizeof *table->object);
+    table->event = rmap_alloc(s + 1, sizeof *table->event);
+    table->medium = rmap_alloc(s + 1, sizeof *table->medium);
+    table->segment = rmap_alloc(r + 1, sizeof *table->segment);
+    table->detector = rmap_alloc(r + 1, sizeof *table->detector);
+    table->registered = rmap_alloc(r + 1, sizeof *table->registered);
+    if (!table->path || !table->count || !table->object || !table->event || !table->medium ||
+        !table->segment || !table->detector || !table->registered)
+        RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a dictionary of paths"));
+    RMAP_TRY(fill(model, rows, table, err));
+    RMAP_TRY(show_rays(table, err));
+    *table_ret = table;
+    table = NULL;
+out:
+    rmap_path_table_destroy(table);
+    return st;
+}
+
+void rmap_path_table_destroy(struct rmap_path_table *table)
+{
+    if (!table)
+        return;
+    rmap_free(table->first_segment);
+    rmap_free(table->first_registration);
+    rmap_free(table->rays.ray.source);
+    rmap_free(table->rays.ray.stop);
+    rmap_free(table->rays.ray.segment_count);
+    rmap_free(table->rays.ray.registration_count);
+    rmap_free(table->path);
+    rmap_free(table->count);
+    rmap_free(table->object);
+    rmap_free(table->event);
+    rmap_free(table->medium);
+    rmap_free(table->segment);
+    rmap_free(table->detector);
+    rmap_free(table->registered);
+    rmap_free(table);
+}
+
+size_t rmap_path_table_nbytes(const struct rmap_path_table *table)
+{
+    size_t leg = sizeof *table->object + sizeof *table->event + sizeof *table->medium;
+    size_t crossing = sizeof *table->segment + sizeof *table->detector + sizeof *table->registered;
+    const struct rmap_ray_columns *ray = &table->rays.ray;
+    size_t head = sizeof *ray->source + sizeof *ray->stop + sizeof *ray->segment_count +
+                  sizeof *ray->registration_count + sizeof *table->first_segment +
+                  sizeof *table->first_registration;
+    return sizeof *table + table->n * (sizeof *table->path + sizeof *table->count + head) +
+           table->n_segment * leg + table->n_registration * crossing;
+}
+
+/* A portion by the paths of its rays. */
+
+/* Whether every number of a lane is the one that was predicted. */
+static bool is_predicted(uint64_t modes, enum rmap_lane_id lane)
+{
+    return (modes >> (2 * lane) & 3) == RMAP_LANE_PREDICTED;
+}
+
+enum rmap_status rmap_compact_tell_header(const struct rmap_rows *rows,
+                                          struct rmap_compact_told *told, struct rmap_error *err)
+{
+    const uint64_t *header = rows->data[RMAP_STREAM_pool64];
+    if (rows->n_row[RMAP_COMPACT_POOL64] < RMAP_HEADER_COUNT)
+        return rmap_portion_damaged("it has no header", err);
+    const uint64_t modes = header[RMAP_HEADER_MODES];
+    *told = (struct rmap_compact_told){.weigh_one = is_predicted(modes, RMAP_LANE_RAY_weight),
+                                       .ids_run = is_predicted(modes, RMAP_LANE_RAY_id),
+                                       .media_told = is_predicted(modes, RMAP_LANE_SEGMENT_medium),
+                                       .first_ray = header[RMAP_HEADER_FIRST]};
+    return RMAP_OK;
+}
+
+enum rmap_status rmap_compact_tell(const struct rmap_compact_model *model,
+                                   const struct rmap_path_table *table,
+                                   const struct rmap_rows *rows,
+                                   const size_t n_row[RMAP_TABLE_COUNT],
+                                   struct rmap_compact_told *told, struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_own_paths own = rmap_own_paths(model, rows);
+    if (rows->n_row[RMAP_COMPACT_RAY] != n_row[RMAP_TABLE_RAY])
+        return rmap_portion_damaged("it has not as many rays as the index says", err);
+    RMAP_TRY(rmap_compact_tell_header(rows, told, err));
+    told->path = own.path;
+    told->n_own = own.n;
+    st = rmap_own_paths_check(&own, table, n_row, err);
+out:
+    return st;
+}
+
+enum rmap_status rmap_compact_decode_own(const struct rmap_compact_model *model,
+                                         const struct rmap_rows *rows, struct rmap_portion *out,
+                                         struct rmap_error *err)
+{
+    enum rmap_status st = RMAP_OK;
+    const struct rmap_own_paths own = rmap_own_paths(model, rows);
+    const rmap_column_set columns =
+        RMAP_COLUMNS_DISCRETE | RMAP_COLUMN_BIT(RMAP_RAY_id) | RMAP_COLUMN_BIT(RMAP_RAY_weight);
+    const size_t n_row[RMAP_TABLE_HISTORY_COUNT] = {own.n, own.n_segment, own.n_registration};
+    rmap_portion_clear(out);
+    for (int t = 0; t < RMAP_TABLE_HISTORY_COUNT; t++)
+        RMAP_TRY(rmap_portion_reserve(out, (enum rmap_table)t, n_row[t], columns, err));
+    memcpy(out->n_row, n_row, sizeof n_row);
+    rmap_own_paths_unfold(&own, out);
+out:
+    return st;
+}
