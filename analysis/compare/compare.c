@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A comparison of two samples of rays: tests of everything that can be named in both, corrected
+ * for their number, and the verdict.
+ */
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>

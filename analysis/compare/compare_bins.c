@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What differs where: a comparison bin by bin, over the cells of a detector or the values of a
+ * number.
+ */
 #include "analysis/compare/compare_bins.h"
 
 #include "analysis/table/csv_field.h"

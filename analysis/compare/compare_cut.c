@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Where the bins of a number's distribution lie: many equal cells over all values are joined to
+ * bins of about as many readings each, so that a spot in the middle of a wide field has its bins,
+ * too.
+ */
 #include "analysis/compare/compare_cut.h"
 
 void rmap_compare_cut_make(struct rmap_compare_cut *cut, const double *count, size_t n_most)

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How the rays of a sample are distributed over the bins of a number (analysis/query/quantity.h),
+ * or over classes of paths.
+ */
 #include <math.h>
 #include <string.h>
 #include <xxhash.h>

@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Whether the rays of two maps are drawn independently: random numbers follow from the seed and
+ * the ray id, so rays of the same seed and id are the same ones in the same scene, and akin in
+ * another.
+ */
 #include "analysis/compare/compare_overlap.h"
 
 #include <string.h>

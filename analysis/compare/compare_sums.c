@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the rays of a sample (a map's rays that match) add up to, per source: their flux, what each
+ * detector registered, what each object and medium absorbed, how they ended; and the detectors'
+ * images.
+ */
 #include "analysis/compare/compare_sums.h"
 
 #include <inttypes.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Whether two samples of rays differ by more than chance makes them: one number (z) or a
+ * distribution over bins (chi-square).
+ */
 #include <math.h>
 
 #include "analysis/compare/difference.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Into which cell of a picture what a detector registered falls: its own cells as they were
+ * recorded, or any others, over its area or over the directions of the light.
+ */
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>

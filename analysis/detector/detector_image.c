@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A detector's image in physical units, and what people ask of it: total, mean, peak, errors.
+ */
 #include <math.h>
 
 #include "analysis/detector/detector_image.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What a detector caught, as sums that do not depend on the order of adding.
+ */
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A spot: where the light on a plane has its centre, how large it is, which part of it lies within
+ * a radius, and which contrast it leaves to lines (MTF), each with the standard error that the
+ * number of rays gives it.
+ */
 #include <math.h>
 
 #include "analysis/detector/spot.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums over the places where rays were registered on a plane, about a given centre: what centroid,
+ * spot size, encircled energy and MTF are made of.
+ */
 #include "analysis/detector/spot_sums.h"
 
 #include <inttypes.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The energy balance of a map, or of the rays of it that match: what was emitted = what each
+ * object and medium absorbed + what left the scene + what a limit or an error ended.
+ */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>

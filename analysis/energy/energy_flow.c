@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * An energy balance as boxes and bands: sources, groups of the scene where there are many objects,
+ * and where the light ended.
+ */
 #include "analysis/energy/energy_flow.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Where the light of matching rays ended and which detectors registered it, as sums of weights per
+ * source: a kind of fold.
+ */
 #include "analysis/energy/energy_sums.h"
 
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A flow picture (H. R. Sankey, 1898): boxes in columns from left to right, joined by bands as
+ * thick as what flows.
+ */
 #include "analysis/energy/sankey.h"
 
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a detector: its image in false colour with a scale, or in true colour, with axes
+ * in the detector's own units.
+ */
 #include "analysis/figure/figure_detector.h"
 
 #include <math.h>

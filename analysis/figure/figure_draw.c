@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a scene with rays: a section through it, or a view from above.
+ */
 #include "analysis/figure/figure_draw.h"
 
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of an energy balance: light from its sources over groups of the scene to what
+ * absorbed it, and beside it what detectors registered.
+ */
 #include "analysis/figure/figure_energy.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Names beside the things they name, kept apart from each other.
+ */
 #include "analysis/figure/figure_labels.h"
 
 #include <math.h>

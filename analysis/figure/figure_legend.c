@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the lines of a drawing mean, and how long they are.
+ */
 #include "analysis/figure/figure_legend.h"
 
 #include <stdio.h>

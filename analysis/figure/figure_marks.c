@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Sources and detectors of a scene, marked and named.
+ */
 #include "analysis/figure/figure_marks.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Lines of a figure in view coordinates: where a plane cuts a mesh, chained into long runs.
+ */
 #include "analysis/figure/figure_outline.h"
 
 #include <stdlib.h>

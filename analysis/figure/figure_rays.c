@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays of a portion as lines in the colour of their light, darkened to show on white paper, or in
+ * the ink of their group.
+ */
 #include "analysis/figure/figure_rays.h"
 
 #include <stdio.h>

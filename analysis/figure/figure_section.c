@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene cut by a plane: profiles of all surfaces, glass between them filled.
+ */
 #include "analysis/figure/figure_section.h"
 
 #include "analysis/figure/figure_outline.h"

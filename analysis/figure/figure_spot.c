@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The curves of a spot: encircled energy over the radius, and the MTF beside it, with bands of one
+ * standard error.
+ */
 #include "analysis/figure/figure_spot.h"
 
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The picture of a histogram: of one number a step line per group with a band of one standard
+ * error to either side; of two numbers the flux in false colours.
+ */
 #include "analysis/figure/figure_stats.h"
 
 #include <math.h>

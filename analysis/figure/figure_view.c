@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How a scene is looked at: along an axis, cut by a plane, or from above at an angle, by parallel
+ * projection, so that lengths can be measured; or by a camera, in perspective.
+ */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which ink each ray of a picture has: that of its light, or that of a group of rays (a path, a
+ * criterion, an order), with what a legend says of the groups.
+ */
 #include "analysis/figure/ray_paint.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Every geometry of a scene as a mesh to look at.
+ */
 #include "analysis/figure/scene_mesh.h"
 
 #include "analysis/figure/tessellation.h"

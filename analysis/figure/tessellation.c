@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Every geometry as a triangle mesh with shared vertices, for drawing: analytic surfaces are
+ * tessellated, meshes welded.
+ */
 #include "analysis/figure/tessellation.h"
 
 #include <math.h>

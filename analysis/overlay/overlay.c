@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Receivers laid over a finished map: detectors that the scene did not have when it was traced.
+ */
 #include <inttypes.h>
 #include <string.h>
 

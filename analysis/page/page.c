@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A page to explore a map: one HTML file with everything in it, the scene, rays with all their
+ * columns, classes of their paths, images of detectors, and the program that shows them (WebGL
+ * through three.js, bundled at build time).
+ */
 #include <string.h>
 
 #include "analysis/page/page.h"

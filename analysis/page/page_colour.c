@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The colours of a page's legs, each once: what to draw them with, and what to say of them.
+ */
 #include "analysis/page/page_colour.h"
 
 #include <stdlib.h>

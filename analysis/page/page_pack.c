@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Arrays of numbers inside JSON: an object {"t": type, "d": little-endian bytes in base64} with
+ * the types f32, f64, u8, u16, i32; integers may say "o", which is to be added to each of them.
+ */
 #include "analysis/page/page_pack.h"
 
 #include <string.h>

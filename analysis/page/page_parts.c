@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The parts of a page's data.
+ */
 #include <stdlib.h>
 #include <string.h>
 

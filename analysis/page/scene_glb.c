@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene with rays as glTF: bodies with materials by what their surfaces do, in metres, y
+ * upwards; rays as lines, a node for each group of their paint.
+ */
 #include "analysis/page/scene_glb.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Classes of the rays of a portion in memory: those of one source with one path (path_key.h).
+ */
 #include "analysis/paths/path_class.h"
 
 #include <stdlib.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The keys of paths that rays share, by a history index or by a compact piece: of a piece's
+ * dictionary each is found once, however many rays took it.
+ */
 #include "analysis/paths/path_dictionary.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What tells the paths of rays apart: a path as a row of symbols, written for people, and written
+ * as the criterion that selects exactly the rays with that path.
+ */
 #include <xxhash.h>
 
 #include "analysis/paths/path_key.h"

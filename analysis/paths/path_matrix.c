@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What detectors registered, by how the light came there: by ghost and scatter order
+ * (path_order.h), by the pair of surfaces that made a ghost, by source and object.
+ */
 #include "analysis/paths/path_matrix.h"
 
 #include <math.h>

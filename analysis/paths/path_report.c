@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The classes of paths as people want them: ranked, with errors, peaks and texts, and what is
+ * left.
+ */
 #include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>

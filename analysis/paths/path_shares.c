@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How many of a portion's matching rays share each path, where the portion is told of by its
+ * paths.
+ */
 #include "analysis/paths/path_shares.h"
 
 #include "base/alloc.h"

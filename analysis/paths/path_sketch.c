@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How many rays took each of more paths than memory holds: a Count-Min sketch (Cormode and
+ * Muthukrishnan 2005, doi:10.1016/j.jalgor.2003.12.001).
+ */
 #include "analysis/paths/path_sketch.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * One sum over the rays of a map that match: portions are added to states, one per thread, states
+ * are merged, and the whole is what a command shows.
+ */
 #include "analysis/query/fold.h"
 
 #include "analysis/query/query_marker.h"

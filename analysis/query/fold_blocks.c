@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * States that are some arrays of a known length, as bytes for another rank, and from them.
+ */
 #include "analysis/query/fold_blocks.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The counts of a query whose criterion speaks of receivers: a kind of fold (fold.h).
+ */
 #include "analysis/query/overlay_count.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * One scan of a range of portions for several criteria: counts, and the matching rays if wanted.
+ */
 #include <math.h>
 #include <stdlib.h>
 

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The matching rays of a scan, whole: read by a cursor of its own, and only from portions in which
+ * some matched.
+ */
 #include "analysis/query/query_collect.h"
 
 #include "base/alloc.h"

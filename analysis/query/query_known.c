@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Criteria on compact pieces without an index: what paths decide is decided once for each path of
+ * a piece's dictionary; rays that share one look it up, and those with paths of their own are
+ * judged by themselves.
+ */
 #include "analysis/query/query_known.h"
 
 #include <string.h>

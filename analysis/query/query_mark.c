@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rays of a portion a question picks: those that match a criterion, or those of a list of
+ * ids; and those rays whole.
+ */
 #include "analysis/query/query_mark.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rays of a portion match one criterion, by history index and columns as a scan finds them.
+ */
 #include "analysis/query/query_marker.h"
 
 #include "analysis/criterion/criterion_tree.h"

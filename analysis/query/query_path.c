@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A test path("...") on a portion of which the history index has the rows: only rays that have all
+ * the steps and registrations without which none matches are run through the automaton.
+ */
 #include "analysis/query/query_path.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What a scan for one criterion would read, found out from summaries and the history index alone.
+ */
 #include "analysis/query/query_plan.h"
 
 #include "analysis/criterion/criterion_tree.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Verdicts on a portion of which the history index has the rows (RMAP_HISTORY_ROWS): tests are put
+ * to the classes of legs and registrations, and the index counts the rows of those that pass.
+ */
 #include "analysis/query/query_rows.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The rays of a portion that its history leaves undecided: discrete columns from the index,
+ * measured ones from the map, each when first asked for.
+ */
 #include "analysis/query/query_undecided.h"
 
 #include <string.h>

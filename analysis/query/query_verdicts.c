@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What several criteria say of the rays of a portion, from the history index where there is one,
+ * and of the rays that it leaves undecided, or without one, from columns.
+ */
 #include <string.h>
 
 #include "analysis/query/query_known.h"

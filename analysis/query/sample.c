@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The N of many rays that have the smallest keys, whatever order they come in: with a hash as the
+ * key a random sample that anybody finds again, with the id itself the first N rays.
+ */
 #include "analysis/query/sample.h"
 
 #include <stdlib.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The ids of some of the matching rays as a fold (fold.h), so that receivers may decide what
+ * matches.
+ */
 #include "analysis/query/sample_fold.h"
 
 #include <string.h>

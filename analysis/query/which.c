@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which registrations of the rays that match are counted: those that --which chooses, else those
+ * for which a conjunct registered(NAME, REGION where CONDITION) of the criterion holds, else all.
+ */
 #include "analysis/query/which.h"
 
 #include <math.h>

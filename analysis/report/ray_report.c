@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Everything that happened along one ray, as a table or as JSON: read from a map (float columns, 9
+ * digits) or traced again (double, 17 digits).
+ */
 #include "analysis/report/ray_report.h"
 
 #include <inttypes.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A ray as a table for people, and as JSON.
+ */
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The paths that carried most light, as a page lists them: counted over a whole map, or estimated
+ * from some of its rays.
+ */
 #include "analysis/report/report_paths.h"
 
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A page about a whole map, to be sent by mail: where it comes from, where its light went, what
+ * its detectors saw, the paths that carried most, the scene with rays.
+ */
 #include "analysis/report/run_report.h"
 
 #include <inttypes.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Statistics of one or two numbers of rays or registrations: flux, mean, standard deviation,
+ * skewness, kurtosis, quantiles and a histogram, weighted by flux, each with its standard error.
+ */
 #include <math.h>
 #include <string.h>
 

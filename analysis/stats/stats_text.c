@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Statistics as text: for people, as CSV, as JSON.
+ */
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Bins of a histogram.
+ */
 #include "analysis/table/bins.h"
 
 #include <math.h>

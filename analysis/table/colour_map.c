@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * False colours: a path through Oklab (B. Ottosson, "A perceptual color space for image
+ * processing", 2020, https://bottosson.github.io/posts/oklab/) from near black over violet, red
+ * and yellow to near white, walked at constant speed.
+ */
 #include "analysis/table/colour_map.h"
 
 #include <math.h>

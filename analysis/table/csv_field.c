@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Fields of CSV (RFC 4180): texts stand in quotes where they must, with a comma, a quote or a
+ * line's end in them; NULL is an empty text.
+ */
 #include "analysis/table/csv_field.h"
 
 #include <math.h>

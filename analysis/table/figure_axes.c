@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The furniture of a figure: ticks at round numbers, a frame with labelled axes, a colour bar,
+ * captions that fit.
+ */
 #include "analysis/table/figure_axes.h"
 
 #include <math.h>

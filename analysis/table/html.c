@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A page that stands alone: no scripts, nothing from a network; reads well in light and dark, and
+ * on paper.
+ */
 #include "analysis/table/html.h"
 
 #include <stdarg.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A rendered picture as files: linear values (EXR), or what a screen shows (PNG).
+ */
 #include "analysis/table/photo.h"
 
 #include <stdlib.h>

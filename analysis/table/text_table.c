@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A table of text with aligned columns.
+ */
 #include "analysis/table/text_table.h"
 
 #include <string.h>

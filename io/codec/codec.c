@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The bytes of one stored chunk: HDF5's filters shuffle, deflate and fletcher32, computed by our
+ * own threads so that HDF5's lock never sees them.
+ */
 #include "io/codec/codec.h"
 
 #include <string.h>

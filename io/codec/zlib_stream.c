@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * zlib streams (RFC 1950) of known length: by libdeflate, or by zlib where that is not there.
+ */
 #include "io/codec/zlib_stream.h"
 
 #ifdef RAYMAP_HAVE_LIBDEFLATE

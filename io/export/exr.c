@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * OpenEXR pictures (ISO/ASC TR: openexr.com, file layout 2.0), through OpenEXRCore.
+ */
 #include "io/export/exr.h"
 
 #include <errno.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A writer of glTF 2.0 scenes in one file (Khronos Group, "glTF 2.0 Specification", 2021):
+ * materials, triangle meshes, lines with a colour per point, and named nodes that place them.
+ */
 #include "io/export/glb.h"
 
 #include <jansson.h>

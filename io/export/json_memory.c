@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Memory of JSON documents.
+ */
 #include "io/export/json_memory.h"
 
 #include <jansson.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers of JSON documents.
+ */
 #include "io/export/json_number.h"
 
 #include <math.h>

@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Arrays of doubles for NumPy: one as .npy, several with their names as .npz (the format's version
+ * 1.0, numpy.org/doc/stable/reference/generated/numpy.lib.format.html; .npz is a ZIP archive of
+ * them, stored: APPNOTE.TXT 6.3.3).
+ */
 #include "io/export/npy.h"
 
 #include <stdint.h>

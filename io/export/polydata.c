@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays as polylines in a VTK XML file (.vtp) that ParaView opens: version 1.0, little-endian
+ * binary arrays in base64, in pieces of some thousand rays, so that memory does not grow with the
+ * answer.
+ */
 #include "io/export/polydata.h"
 
 #include <inttypes.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Pixels: PNG images in memory, and pictures written to files as SVG or rasterised to PNG.
+ */
 #include "io/export/raster.h"
 
 #include <png.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A small writer of SVG 1.1 pictures.
+ */
 #include "io/export/svg.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Bytes as text (RFC 4648, section 4).
+ */
 #include "io/file/base64.h"
 
 #include <string.h>

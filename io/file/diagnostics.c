@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A list of everything wrong with an input file, each with file:line:column and the remedy.
+ */
 #include "io/file/diagnostics.h"
 
 #include <ctype.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Walking through a directory whose files have numbered names.
+ */
 #include "io/file/directory.h"
 
 #include <dirent.h>

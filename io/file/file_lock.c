@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Locks that tell others that a file's writer lives.
+ */
 #include "io/file/file_lock.h"
 
 #include <errno.h>

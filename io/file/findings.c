@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What verifying a map finds wrong: the place, and the rays that it costs.
+ */
 #include "io/file/findings.h"
 
 #include <stdarg.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Files that a scene names: a stranger's scene may name anything.
+ */
 #define _XOPEN_SOURCE 700 /* realpath */
 #include "io/file/input_file.h"
 

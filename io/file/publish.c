@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Files appear under their final names whole or not at all: written under a temporary name that
+ * carries job, restart count, host and process, synced, then linked without overwriting.
+ */
 #include "io/file/publish.h"
 
 #include <errno.h>

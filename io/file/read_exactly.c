@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Bytes at a place of a file, all of them or a failure.
+ */
 #include "io/file/read_exactly.h"
 
 #include <errno.h>

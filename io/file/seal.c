@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The seal behind the last byte that HDF5 knows of: a hash of everything in the file but stored
+ * chunks, which have checksums of their own.
+ */
 #include "io/file/seal.h"
 
 #define XXH_INLINE_ALL

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A file of text that a person wrote, read as a whole.
+ */
 #include "io/file/text_file.h"
 
 #include <errno.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A file for a result that appears whole or not at all: written under a temporary name beside its
+ * own that nobody can foretell, and what had the name keeps it until then.
+ */
 #include "io/file/whole_file.h"
 
 #include <errno.h>

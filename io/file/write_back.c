@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Files on their way to the disk.
+ */
 #define _GNU_SOURCE /* sync_file_range */
 #include "io/file/write_back.h"
 

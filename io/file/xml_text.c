@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Text that may stand in XML and HTML.
+ */
 #include "io/file/xml_text.h"
 
 size_t rmap_xml_character_nbytes(const unsigned char *s)

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers over the cells of a grid as an HDF5 file of their own: a detector's picture.
+ */
 #include "io/hdf5/grid_h5.h"
 
 #include <stdio.h>

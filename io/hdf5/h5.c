@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The little of HDF5 that a map needs, with its error stack turned into rmap_error.
+ */
 #include "io/hdf5/h5.h"
 
 #include <pthread.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Tables of some size are deflated and inflated by our own codec in place of HDF5's filter, which
+ * took most of the time of writing and of opening an index.
+ */
 #include "io/hdf5/h5_deflate.h"
 
 #include <string.h>

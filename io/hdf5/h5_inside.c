@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * HDF5 files may say that parts of them lie in other files, of any name: in a stranger's file that
+ * could be a secret of the reader's, or a pipe.
+ */
 #include "io/hdf5/h5_inside.h"
 
 #include <stdbool.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What a unit means that is written as text.
+ */
 #include "io/hdf5/h5_unit.h"
 
 #include <ctype.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The inflated chunks that a cursor keeps of one column.
+ */
 #include "io/map/chunk_cache.h"
 
 #include <stdbool.h>

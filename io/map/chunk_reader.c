@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rows of a map's streams, from stored chunks by pread and our own inflate, or from a journal's
+ * tails.
+ */
 #include "io/map/chunk_reader.h"
 
 #include <errno.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Decoded columns of a map's portions that stay in memory for later questions, as many as fit in a
+ * budget: those that were asked for first.
+ */
 #include "io/map/column_store.h"
 
 #include <stdatomic.h>

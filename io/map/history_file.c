@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The history index of a piece as a file beside it: shard-RRRRR/piece-KKKKK.history.h5, sealed
+ * like a piece. docs/map.md has its datasets.
+ */
 #include "io/map/history_file.h"
 
 #include <errno.h>

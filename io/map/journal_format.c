@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rows of tables as a journal carries them: the fields of map_format.h one after the other.
+ */
 #include "io/map/journal_format.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Memory for what stays of an open map between questions: many blocks of some kilobytes that all
+ * go at once, within a budget of bytes.
+ */
 #include "io/map/keeper.h"
 
 #include <pthread.h>

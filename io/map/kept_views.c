@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What opening the portions of history indexes made, in memory for later questions, as much as
+ * fits in a budget: what was asked for first.
+ */
 #include "io/map/kept_views.h"
 
 #include <stdatomic.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The versions of the libraries that a map was written with, as its index states them.
+ */
 #include "io/map/library_versions.h"
 
 #include <assimp/version.h>

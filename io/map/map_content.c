@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What pieces hold: their portions and where their chunks lie.
+ */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>

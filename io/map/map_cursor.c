@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Decoded portions of the pieces of a map, one after the other.
+ */
 #include <string.h>
 
 #include "base/alloc.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The files of a map in its directory: NAME.raymap/map.h5, shard-RRRRR/piece-KKKKK.h5, and what
+ * unfinished writers left: shard-RRRRR/.piece-KKKKK.h5.*.part with its .journal.
+ */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdbool.h>

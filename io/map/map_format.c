@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What writer and reader of a map agree on; docs/map.md says the same in words.
+ */
 #include "io/map/map_format.h"
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The history indexes of an open map: piece-KKKKK.history.h5 beside piece-KKKKK.h5, where it was
+ * made (`raymap index`).
+ */
 #include <sys/stat.h>
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What every JSON document about a map says of it: whether it is all that was asked for.
+ */
 #include "io/map/map_json.h"
 
 #include "io/map/map_rays.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The right to write to a map: one command at a time has it, from before its first look at the map
+ * until its end.
+ */
 #include "io/map/map_lock.h"
 
 #include <errno.h>

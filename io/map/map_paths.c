@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What decoding a compact piece takes beside its portions' rows: the model of its colour space's
+ * scene, and the paths that its rays refer to.
+ */
 #include "io/map/map_paths.h"
 
 #include "base/alloc.h"

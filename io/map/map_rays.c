@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rays a map holds, and which it was asked for.
+ */
 #include "io/map/map_rays.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Reading a ray map.
+ */
 #include <errno.h>
 #include <string.h>
 #include <sys/stat.h>

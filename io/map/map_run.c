@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Writing rays of an open map again: what its files say of their origin stays as it is.
+ */
 #include "io/map/map_run.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the published pieces of a map hold, read from the pieces themselves.
+ */
 #include "io/map/map_scan.h"
 
 #include <errno.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The colour spaces of a map: the same scene, its light described in several ways.
+ */
 #include "io/map/map_space.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The state in which a process has a map open, for other processes of the same program.
+ */
 #include "io/map/map_state.h"
 
 #include <string.h>

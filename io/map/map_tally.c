@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The energy balance and the detectors' images in the index: /tally/... and /detector/NAME/...
+ */
 #include "io/map/map_tally.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The file of a piece that an open map lists.
+ */
 #include "io/map/piece_file.h"
 
 #include <errno.h>

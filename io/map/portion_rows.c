@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * /portion of a piece or of an index, with the last ids that files of picked rays have besides.
+ */
 #include "io/map/portion_rows.h"
 
 #include "base/alloc.h"

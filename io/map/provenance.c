@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What every file of a map says of its origin, as attributes of its root.
+ */
 #include "io/map/provenance.h"
 
 #include <stdio.h>

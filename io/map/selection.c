@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Where the rays of a map of a query come from: which questions picked them, out of which map, and
+ * how many rays that map had, over which the flux of its sources stays shared out.
+ */
 #include "io/map/selection.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Several maps of one scene as one: their pieces are linked, not copied; the index is new.
+ */
 #include <errno.h>
 #include <fcntl.h>
 #include <limits.h>

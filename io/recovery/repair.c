@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Steps that bring a damaged map back to a whole one of the rays that are left.
+ */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Chunks on their way from the streams' buffers to the file: filled, encoded by any thread, stored
+ * by one, in the order in which they were filled.
+ */
 #include "io/write/chunk_queue.h"
 
 #include "base/alloc.h"

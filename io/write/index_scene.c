@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What an index says of the scene: its text and meshes, the names of what columns count, and its
+ * light.
+ */
 #include "io/write/index_scene.h"
 
 #include <string.h>

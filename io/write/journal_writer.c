@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Writing a journal: records are gathered in a batch, and a batch becomes a commit.
+ */
 #include "io/write/journal_writer.h"
 
 #define XXH_INLINE_ALL

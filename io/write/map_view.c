@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The view of all pieces as one, for people with h5py: virtual datasets in the index, one per
+ * column, by relative file names.
+ */
 #include "io/write/map_view.h"
 #include "io/hdf5/h5_write.h"
 

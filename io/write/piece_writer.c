@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * One piece of a shard: a complete HDF5 file that takes ready chunks and is published at the end.
+ */
 #include <errno.h>
 #include <fcntl.h>
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Portions on their way to a shard: the rows of its encoding.
+ */
 #include "io/write/row_encoder.h"
 
 #include <pthread.h>

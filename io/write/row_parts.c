@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The rows of a block's parts, from when they are recorded to when the block is appended: kept
+ * past the caches, which they would take from the scene.
+ */
 #include "io/write/row_parts.h"
 
 #include <string.h>

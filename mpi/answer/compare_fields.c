@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Distributions for a comparison: of classes of paths, and of any number.
+ */
 #include "mpi/answer/compare_fields.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What differs between the images of a detector.
+ */
 #include "mpi/answer/compare_images.h"
 
 #include "mpi/command/find_detector.h"

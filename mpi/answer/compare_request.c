@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What `raymap compare` is asked for.
+ */
 #include "mpi/answer/compare_request.h"
 
 #include <stdio.h>

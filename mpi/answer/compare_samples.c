@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The samples of a comparison: two; or, of one map, what criterion A has alone, what B has alone,
+ * and what both have.
+ */
 #include "mpi/answer/compare_samples.h"
 
 #include "mpi/parallel/agree.h"

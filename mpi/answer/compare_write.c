@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Files of `raymap compare`.
+ */
 #include "mpi/answer/compare_write.h"
 
 #include "analysis/compare/compare_out.h"

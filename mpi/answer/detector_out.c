@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A detector's image as a file.
+ */
 #include "mpi/answer/detector_out.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The rays of a picture that several criteria share.
+ */
 #include "mpi/answer/draw_pick.h"
 
 #include <stdlib.h>

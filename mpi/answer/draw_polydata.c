@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays of `raymap draw` as polylines for ParaView.
+ */
 #include "mpi/answer/draw_polydata.h"
 
 #include "base/alloc.h"

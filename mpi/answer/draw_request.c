@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What `raymap draw` is asked for.
+ */
 #include "mpi/answer/draw_request.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers over a grid as a file for other programs.
+ */
 #include "mpi/answer/grid_out.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The page of `raymap draw -o x.html`: images of the detectors from every rank, the page from one.
+ */
 #include "mpi/answer/page_run.h"
 
 #include "base/alloc.h"

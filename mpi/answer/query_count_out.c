@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The counts of a query, as text and as JSON.
+ */
 #include "mpi/answer/query_count_out.h"
 
 #include <math.h>

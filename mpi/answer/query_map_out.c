@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The answer to a query as a ray map of its own.
+ */
 #include "mpi/answer/query_map_out.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The matching rays of a query: listed, or written to a file.
+ */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap report MAP --html: a page about a whole map.
+ */
 #include "mpi/answer/report_page.h"
 
 #include <stdlib.h>

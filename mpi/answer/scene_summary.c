@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What is in a scene, for `raymap check`.
+ */
 #include "mpi/answer/scene_summary.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What `raymap stats` is asked for.
+ */
 #include "mpi/answer/stats_options.h"
 
 #include <errno.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Statistics as files.
+ */
 #include "mpi/answer/stats_out.h"
 
 #include <stdio.h>

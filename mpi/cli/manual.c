@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The manual page and the shell completion, made at build time from the same tables as --help.
+ */
 #include "mpi/cli/manual.h"
 
 #include <string.h>

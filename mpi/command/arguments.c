@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Command lines: options before or after operands, from one table per command that also makes the
+ * command's --help.
+ */
 #include <ctype.h>
 #include <getopt.h>
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The criteria that a command is given: texts, the names they use (--criteria FILE), and a filter
+ * string of Zemax (--zemax).
+ */
 #include "mpi/command/asked.h"
 
 #include <stdio.h>

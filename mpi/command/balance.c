@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Where the light of each source went: emitted = absorbed by objects and in media + left + limits
+ * + errors, exact in rays.
+ */
 #include "mpi/command/balance.h"
 
 #include <stdlib.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The camera that a command line names.
+ */
 #include "mpi/command/find_camera.h"
 
 #include <string.h>

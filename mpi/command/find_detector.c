@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The detector that a command line names.
+ */
 #include "mpi/command/find_detector.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * An answer of nothing comes with a word on why.
+ */
 #include "mpi/command/hint.h"
 
 #include <stdio.h>

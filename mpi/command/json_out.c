@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The JSON documents that commands print.
+ */
 #include "mpi/command/json_out.h"
 
 #include <errno.h>

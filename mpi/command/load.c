@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A command's inputs, on every rank.
+ */
 #include "mpi/command/load.h"
 
 #include <stdio.h>

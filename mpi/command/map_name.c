@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What outputs call a map: they are the same wherever it lies.
+ */
 #include "mpi/command/map_name.h"
 
 #include <stdio.h>

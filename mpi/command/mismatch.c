@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays that end in an error tell of media that do not fit: a surface whose near side is not the
+ * medium that the light is in.
+ */
 #include "mpi/command/mismatch.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Where and how a command may write its result.
+ */
 #include "mpi/command/output.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * --receivers FILE of a command that asks a map.
+ */
 #include "mpi/command/overlay_load.h"
 
 #include <stdio.h>

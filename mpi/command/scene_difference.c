@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Why a scene is not the one that a map was traced in.
+ */
 #include "mpi/command/scene_difference.h"
 
 #include <stdbool.h>

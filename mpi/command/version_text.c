@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the program is made of.
+ */
 #include "mpi/command/version_text.h"
 
 #include <mpi.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Agreement on errors: a rank that fails goes on to the next agreement point, and everyone leaves
+ * it the same way.
+ */
 #include "mpi/parallel/agree.h"
 
 #include <stdio.h>

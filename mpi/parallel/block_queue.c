@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Work on its way from the thread that talks MPI to the workers of its rank.
+ */
 #include "mpi/parallel/block_queue.h"
 
 #include <time.h>

@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Handing out numbers (of blocks of rays, of tiles) to ranks: each asks rank 0 for some before
+ * those that it has run out, and gets them in proportion to what is left, so that a fast rank
+ * simply takes more of them.
+ */
 #include "mpi/parallel/blocks.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rank works on which portions of a map, known to every rank.
+ */
 #include "mpi/parallel/deal.h"
 
 #include "base/alloc.h"

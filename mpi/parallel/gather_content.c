@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What every rank's writer published, on rank 0: the index is made of it, and no rank looks at
+ * another's disk.
+ */
 #include "mpi/parallel/gather_content.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What all ranks found, on rank 0.
+ */
 #include "mpi/parallel/gather_findings.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Being asked to stop: SIGTERM, SIGINT or SIGUSR1 (what a batch system or mpirun sends).
+ */
 #include "mpi/parallel/interrupt.h"
 
 #include <signal.h>

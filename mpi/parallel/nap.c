@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * For who waits for others: the cores are left to those that work.
+ */
 #include "mpi/parallel/nap.h"
 
 #include <time.h>

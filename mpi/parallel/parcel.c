@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A portion as one block of bytes that travels between ranks of one program.
+ */
 #include "mpi/parallel/parcel.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Many like items done by the threads of a rank, while the calling thread shows progress and does
+ * what it alone may do.
+ */
 #include "mpi/parallel/parts.h"
 
 #include <pthread.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How far long work has come: one line kept up to date on a terminal, a plain line now and then
+ * elsewhere, nothing with --quiet.
+ */
 #include "mpi/parallel/progress.h"
 
 #include <stdio.h>

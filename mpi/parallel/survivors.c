@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * When a rank does not answer, the others leave it behind and go on among themselves.
+ */
 #include "mpi/parallel/survivors.h"
 
 #include "base/alloc.h"

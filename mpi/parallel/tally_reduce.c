@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The sums of all ranks as one.
+ */
 #include "mpi/parallel/tally_reduce.h"
 
 #include "mpi/parallel/agree.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Standard output and error as a terminal may be shown them: whatever the program prints goes
+ * through base/visible_text.h, so that no name steers the terminal.
+ */
 #define _GNU_SOURCE /* fopencookie */
 #include "mpi/parallel/terminal.h"
 

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How many worker threads a rank starts when nobody says.
+ */
 #define _GNU_SOURCE /* sched_getaffinity */
 #include "mpi/parallel/threads.h"
 

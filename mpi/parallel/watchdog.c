@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Telling of ranks that do not answer: stopped, or on a host that died.
+ */
 #include "mpi/parallel/watchdog.h"
 
 #include <pthread.h>

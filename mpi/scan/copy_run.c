@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Portions of an open map written again into shards, on all ranks and threads: what `convert` does
+ * with a whole map and `repair` with what is left of a damaged piece.
+ */
 #include "mpi/scan/copy_run.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * raymap report MAP --energy: where the light went.
+ */
 #include "mpi/scan/energy_run.h"
 
 #include <string.h>

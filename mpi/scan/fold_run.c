@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A fold over a whole map, its portions scattered over ranks and threads.
+ */
 #include "mpi/scan/fold_run.h"
 
 #include "base/alloc.h"

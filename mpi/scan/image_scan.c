@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A detector's sums over the rays that match a criterion, portions scattered over ranks and
+ * threads.
+ */
 #include "mpi/scan/image_scan.h"
 
 #include "mpi/scan/fold_run.h"

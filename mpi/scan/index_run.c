@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Making the history indexes of a map: each piece on whichever thread of whichever rank is free.
+ */
 #include "mpi/scan/index_run.h"
 
 #include <math.h>

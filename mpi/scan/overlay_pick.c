@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Rays that match a criterion about receivers (--receivers): counted, and by their ids, so that
+ * whatever reads rays of a map by their ids goes on from there.
+ */
 #include "mpi/scan/overlay_pick.h"
 
 #include "analysis/query/overlay_count.h"

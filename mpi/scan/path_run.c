@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The classes of paths of a whole map: one pass over it, or a second one where there are more
+ * classes than are counted at once, or where their peaks take too much memory.
+ */
 #include "mpi/scan/path_run.h"
 
 #include <math.h>

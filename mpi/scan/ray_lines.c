@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A ray as lines of text: one line of its path in letters, or CSV rows.
+ */
 #include "mpi/scan/ray_lines.h"
 
 #include <inttypes.h>

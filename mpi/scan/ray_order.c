@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Parcels of rays that are handed out one by one in the order of their ids, as far as no parcel to
+ * come can hold a smaller one.
+ */
 #include "mpi/scan/ray_order.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What detectors registered of the rays that match, beside how many these are: the registrations
+ * that the criterion itself chooses (analysis/query/which.h).
+ */
 #include "mpi/scan/registered.h"
 
 #include <math.h>

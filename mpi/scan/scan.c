@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * One scan of a whole map, its portions scattered over ranks and threads.
+ */
 #include "mpi/scan/scan.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The statistics of a whole map, on all ranks and threads.
+ */
 #include "mpi/scan/stats_run.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Few writers for many ranks: on each node the first ranks write shards, the others send them
+ * their traced blocks.
+ */
 #include "mpi/trace/forward.h"
 
 #include <pthread.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Finishing what killed writers of a map left, on all ranks.
+ */
 #include "mpi/trace/recover.h"
 
 #include <string.h>

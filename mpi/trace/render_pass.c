@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * One pass over a picture's tiles, handed out to ranks by a counter and to threads by a queue.
+ */
 #include "mpi/trace/render_pass.h"
 
 #include <stdatomic.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A picture, rendered on all ranks in passes over its tiles.
+ */
 #include "mpi/trace/render_run.h"
 
 #include "mpi/parallel/agree.h"

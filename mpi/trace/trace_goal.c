@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What a trace is to do: begin a map, complete one, or add to one.
+ */
 #include "mpi/trace/trace_goal.h"
 
 #include "base/alloc.h"

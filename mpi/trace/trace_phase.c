@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The part of a trace between its start and its conclusion.
+ */
 #include "mpi/trace/trace_phase.h"
 #include "io/map/map_space.h"
 #include "io/write/shard_writer.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the command line of `raymap trace` asks for.
+ */
 #include "mpi/trace/trace_request.h"
 
 #include <string.h>

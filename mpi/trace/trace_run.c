@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Tracing a set of ray ids on all ranks: workers trace, record and encode, the calling thread
+ * takes blocks from the common counter, stores encoded chunks, shows progress and watches for
+ * signals and the time limit.
+ */
 #include "mpi/trace/trace_run.h"
 
 #include "io/write/shard_writer.h"

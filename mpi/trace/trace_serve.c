@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the thread that calls MPI does while its rank's workers trace: it fetches work, passes
+ * blocks on to the node's writer or takes them, stores chunks, and watches for signals, the time
+ * limit and failures.
+ */
 #include "mpi/trace/trace_serve.h"
 
 #include "io/write/shard_writer.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A run of `raymap trace` from the loaded scene to the finished index: what the map lacks is
+ * found, traced request by request, and told.
+ */
 #include <errno.h>
 #include <stdio.h>
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What `raymap trace` says when it is done.
+ */
 #include "mpi/trace/trace_summary.h"
 
 #include "base/grouped.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The worker threads of one rank while it traces.
+ */
 #include "mpi/trace/trace_workers.h"
 
 #include <stdatomic.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Verifying a map on all ranks and threads.
+ */
 #include "mpi/upkeep/verify_run.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The two-level scene: the next surface that a ray meets.
+ */
 #include <float.h>
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Memory through one door: overflow-checked, countable by tests, failable by tests.
+ */
 #define _DEFAULT_SOURCE /* madvise */
 #include "base/alloc.h"
 

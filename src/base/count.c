@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Marks and counts, summed.
+ */
 #include "base/count.h"
 
 #include "base/wide.h"

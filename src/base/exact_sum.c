@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums of doubles without rounding: the same bits in whatever order, on however many threads and
+ * ranks the terms were added.
+ */
 #include "base/exact_sum.h"
 
 #include <math.h>

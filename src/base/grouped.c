@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Whole numbers that people can read.
+ */
 #include "base/grouped.h"
 
 #include <stdio.h>

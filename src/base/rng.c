@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Random numbers that are a pure function of (seed, ray id, step, slot): Philox4x32-10 (Salmon et
+ * al. 2011, doi:10.1145/2063384.2063405), key = seed, counter = (ray id 64 bits, step 32, slot
+ * 32).
+ */
 #include "base/rng.h"
 
 #include <Random123/philox.h>

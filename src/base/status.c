@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * How every fallible function of Raymap answers: a status of one short list and, in a caller-owned
+ * rmap_error, what happened, where, and what to do about it.
+ */
 #include "base/status.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Vectors and affine maps in double precision.
+ */
 #include "base/vec.h"
 
 struct rmap_affine rmap_affine_compose(const struct rmap_affine *outer,

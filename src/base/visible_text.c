@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Text for a terminal: what would steer it is written as an escape instead.
+ */
 #include "base/visible_text.h"
 
 #include <stdbool.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Threads of one process that run the same function, while the caller goes on with its own work
+ * (MPI, storing chunks) until they are done.
+ */
 #define _GNU_SOURCE /* sched_getaffinity: the cores that the launcher left to this process */
 #include "base/workers.h"
 

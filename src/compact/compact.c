@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The compact encoding: portions into rows of compact streams and back, bit for bit.
+ */
 #include <string.h>
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the paths of a portion's rays say by themselves, as columns.
+ */
 #include "compact/decode_paths.h"
 
 #include <string.h>

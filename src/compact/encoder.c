@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A portion being encoded, for the files that do it.
+ */
 #include <math.h>
 #include <string.h>
 

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The rays of a portion that have to be traced again to find what their paths do not predict.
+ */
 #include "compact/few.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A lane is a column whose numbers are predicted.
+ */
 #include <math.h>
 
 #include "base/alloc.h"

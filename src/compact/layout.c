@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What a piece stores for the columns of its portions.
+ */
 #include "compact/layout.h"
 
 #include "compact/compact.h"

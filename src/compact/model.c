@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene as the predictions need it, and one ray traced again along a known path.
+ */
 #include "compact/model.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A ray's path as 32-bit words: head (source, stop, start object + 1, legs, registrations), then
+ * object + 1 of each leg, 0 and the one expected swapped, then its event xor the one expected,
+ * then segment, detector and registered of each registration.
+ */
 #include <string.h>
 
 #include "base/alloc.h"

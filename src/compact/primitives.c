@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Primitives of legs: triangles of meshes are listed, all others follow from the object.
+ */
 #include "compact/primitives.h"
 
 size_t rmap_primitives_place(const struct rmap_compact_model *model, const int32_t *object,

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The streams of the compact encoding, once; behind them come the columns of /curve as they are.
+ */
 #include "compact/streams.h"
 
 #include "compact/compact.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A triangle mesh in its own frame.
+ */
 #include "geometry/mesh.h"
 
 #include "base/alloc.h"

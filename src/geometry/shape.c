@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Analytic surfaces, each in its own frame, in double precision.
+ */
 #include "geometry/shape.h"
 
 #include <stddef.h>

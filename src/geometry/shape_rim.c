@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Where an analytic surface ends: circles about its axis, or the edges of a rectangle.
+ */
 #include "geometry/shape_rim.h"
 
 #include "geometry/shape_internal.h"

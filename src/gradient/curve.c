@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Light through a gradient medium: the eikonal equation in optical-ray form (Sharma, Kumar, Ghatak
+ * 1982, doi:10.1364/AO.21.000984), d2r/dt2 = D(r) = 1/2 grad n^2,   T = dr/dt = n dr/ds,   dt = ds
+ * / n, step by step, with dense output.
+ */
 #include <float.h>
 #include <string.h>
 

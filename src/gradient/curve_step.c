@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What the curve's schemes share: one step each from the curve's state, and its dense output.
+ */
 #include <float.h>
 
 #include "gradient/curve_pairs.h"

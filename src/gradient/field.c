@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Index fields: the refractive index of a gradient medium as a function of place, in the medium's
+ * own frame.
+ */
 #include "gradient/field.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A field as a formula in x, y, z, r = |p|, rho = sqrt(x^2 + y^2) and lambda (um), compiled once
+ * (muparser.
+ */
 #include "gradient/field_formula.h"
 
 #include <muParserDLL.h>

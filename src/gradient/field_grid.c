@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A field given at the nodes of a grid.
+ */
 #include "gradient/field_grid.h"
 
 #include "base/alloc.h"

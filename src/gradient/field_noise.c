@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Improved noise (Perlin 2002, doi:10.1145/566654.566636) in octaves: turbulence, striae.
+ */
 #include "gradient/field_noise.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Fields from shared objects (gradient/raymap_field.h).
+ */
 #include "gradient/field_plugin.h"
 
 #include <dlfcn.h>

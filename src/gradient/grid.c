@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers on a regular grid of three axes, shared by those who hold them.
+ */
 #include "gradient/grid.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Makers of the analytic index fields that are no polynomials (field_polynomial.h has those).
+ */
 #include "base/alloc.h"
 #include "gradient/field_internal.h"
 #include "gradient/spline.h"

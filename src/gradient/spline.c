@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Interpolating cubic splines, C2 (de Boor 1978, A Practical Guide to Splines, ch.
+ */
 #include "gradient/spline.h"
 
 #include <math.h>

@@ -1,4 +1,9 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The history index of a piece: everything of its rays that is no floating number (source, stop,
+ * object, event and medium of each leg, detector of each registration), in a form that a question
+ * is answered from without a column being inflated.
+ */
 #include <string.h>
 #include <xxhash.h>
 

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers distinct sequences of 32-bit words in the order in which they are entered.
+ */
 #include "history/word_book.h"
 
 #include <string.h>

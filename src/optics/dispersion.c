@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Refractive index over wavelength: Sellmeier's equation, tables, and the built-in glass list.
+ */
 #include "optics/dispersion.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Refractive index of air and sea water over their state.
+ */
 #include "optics/fluid.h"
 
 #include <math.h>

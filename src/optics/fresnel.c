@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Fresnel reflectances (Born & Wolf, Principles of Optics, 7th ed., 1.5.2 and 14.2; metal with
+ * complex index n + i k).
+ */
 #include "optics/fresnel.h"
 
 #include <math.h>

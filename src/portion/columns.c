@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The columns of a ray map, once.
+ */
 #include "portion/columns.h"
 
 /* clang-format off */

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The points of a curved leg that are recorded: as few as keep their polyline within the medium's
+ * `polyline` of the curve, none for a leg straight enough.
+ */
 #include "portion/curve_points.h"
 
 #include <math.h>

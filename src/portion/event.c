@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What can happen at the end of a leg.
+ */
 #include "portion/event.h"
 
 #include <stddef.h>

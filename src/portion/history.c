@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Keeps the whole history of one ray in double precision, for reports and tests.
+ */
 #include "portion/history.h"
 
 #include <string.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The histories of a block of consecutive ray ids as columns in memory: what a traced block fills,
+ * what a shard stores and what a query decodes.
+ */
 #include <math.h>
 #include <stdbool.h>
 #include <stdio.h>

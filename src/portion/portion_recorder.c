@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Records rays into a portion: float positions, int16 normals, 16-bit colours.
+ */
 #include "portion/portion_recorder.h"
 
 #include <math.h>

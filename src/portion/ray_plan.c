@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which rays are still to be traced: sets of ray ids, and the blocks that a trace hands out.
+ */
 #include "portion/ray_plan.h"
 
 #include <stdlib.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * From a pixel into the scene.
+ */
 #include "render/camera_ray.h"
 
 #include "formula/azimuth.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A picture as sums over samples, filled tile by tile.
+ */
 #include "render/film.h"
 
 #include <string.h>

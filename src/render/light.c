@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The scene's sources as seen from where light arrives: by sampling them from a point (next-event
+ * estimation), and by meeting their shining side along a leg.
+ */
 #include "render/light.h"
 
 #include "base/alloc.h"

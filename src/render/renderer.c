@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Pictures: light traced backward, from a camera to the sources (Kajiya 1986,
+ * doi:10.1145/15922.15902), through the same legs and by the same decisions as forward rays take.
+ */
 #include "render/renderer.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The colour of the ray in hand: shares of its flux per channel, summing to 1.
+ */
 #include "trace/colour.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The first surface that a curve meets, one run of steps after the other.
+ */
 #include "trace/curve_search.h"
 
 #include <float.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Virtual detectors, which watch and never disturb the light.
+ */
 #include "trace/detector.h"
 
 #include <math.h>

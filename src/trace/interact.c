@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What becomes of light at a surface: one outcome drawn with its physical probability (analog
+ * Monte Carlo).
+ */
 #include "trace/interact.h"
 
 #include <math.h>

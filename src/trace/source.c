@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Emission: where a ray begins, in which direction, of which colour.
+ */
 #include "trace/source.h"
 
 #include <math.h>

@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Sums kept while tracing, per source: the energy balance (emitted = absorbed by each object +
+ * absorbed in each medium + left + limits + errors, exact in rays) and the detectors' images.
+ */
 #include <stddef.h>
 #include <string.h>
 

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The tracer of one ray: emission, legs, surfaces, media, detectors, limits.
+ */
 #include "trace/tracer.h"
 
 #include <math.h>

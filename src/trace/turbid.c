@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Absorption and scattering inside a medium: a free path drawn per leg, and what happens at its
+ * end (analog Monte Carlo).
+ */
 #include "trace/turbid.h"
 
 #include <math.h>
