@@ -7,7 +7,7 @@
  * The MTF is the modulus of the transform of the stored positions themselves, no pixels between:
  * geometric, without diffraction. Tangential: frequencies along the line from the detector's centre
  * to the spot (y where the spot lies on it), sagittal: across. Errors by the delta method
- * (docs/analysis.md); those of radii leave out that the centre is estimated, too.
+ * (docs/detectors.md); those of radii leave out that the centre is estimated, too.
  */
 #ifndef RMAP_SPOT_H
 #define RMAP_SPOT_H

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """A referee: what `raymap stats`, `detector`, `report --energy` and `paths` say of random criteria over
 an odd scene and the lens, against numpy from the columns of a plain map. The formulas are those of
-docs/analysis.md, written down again; criteria are judged by judge.py.
+docs/statistics.md and its neighbours, written down again; criteria are judged by judge.py.
 
 RAYMAP_JUDGE says how many criteria per scene (4), RAYMAP_JUDGE_SEED which (1).
 """

@@ -36,7 +36,7 @@ if command -v man >/dev/null; then
 fi
 # Ghosts are told by what came before the registration: no example counts a ray's reflections beside it.
 cd "$SOURCE_DIR" || exit 1
-taught=$(grep -nE "(reflect_specular\)|ghost_order) *[=<>]+ *[0-9]" README.md docs/manual.md docs/analysis.md jobs/*.sh mpi/cli/cmd_*.c mpi/cli/manual.c |
+taught=$(grep -nE "(reflect_specular\)|ghost_order) *[=<>]+ *[0-9]" README.md docs/manual.md docs/analysis.md docs/statistics.md docs/detectors.md docs/paths.md jobs/*.sh mpi/cli/cmd_*.c mpi/cli/manual.c |
     grep -v -e 'where [^)]*\(hit\|ghost_order\)' -e '--which .ghost_order')
 [ -z "$taught" ] || { echo "FAILED: $taught"; failures=1; }
 finish
