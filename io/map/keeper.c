@@ -10,18 +10,17 @@
 
 #include "base/alloc.h"
 
-enum { ALIGN = 64, SLAB_MAX = 4 << 20, SLABS_MIN = 64 };
+enum { ALIGN = 64 };
 
-struct slab {
-    struct slab *next;
+/* Before its bytes, which begin at a multiple of ALIGN. */
+struct block {
+    struct block *next;
 };
 
 struct rmap_keeper {
     pthread_mutex_t lock;
-    size_t limit, slab_nbytes, nbytes; /* nbytes: of slabs, and claimed */
-    struct slab *slab;                 /* all of them */
-    uint8_t *at;                       /* room in the last one, of `left` bytes */
-    size_t left;
+    size_t limit, nbytes; /* nbytes: of blocks, and claimed */
+    struct block *block;  /* all of them */
 };
 
 enum rmap_status rmap_keeper_create(size_t limit_nbytes, struct rmap_keeper **keeper_ret,
@@ -32,7 +31,6 @@ enum rmap_status rmap_keeper_create(size_t limit_nbytes, struct rmap_keeper **ke
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for what is kept of a map");
     (void)pthread_mutex_init(&self->lock, NULL);
     self->limit = limit_nbytes;
-    self->slab_nbytes = limit_nbytes / SLABS_MIN < SLAB_MAX ? limit_nbytes / SLABS_MIN : SLAB_MAX;
     *keeper_ret = self;
     return RMAP_OK;
 }
@@ -41,9 +39,9 @@ void rmap_keeper_destroy(struct rmap_keeper *self)
 {
     if (!self)
         return;
-    for (struct slab *slab = self->slab, *next; slab; slab = next) {
-        next = slab->next;
-        rmap_free(slab);
+    for (struct block *block = self->block, *next; block; block = next) {
+        next = block->next;
+        rmap_free(block);
     }
     (void)pthread_mutex_destroy(&self->lock);
     rmap_free(self);
@@ -57,54 +55,24 @@ static bool claim(struct rmap_keeper *self, size_t nbytes)
     return true;
 }
 
-/* A slab for blocks, or one for a block that is as large as some slabs. */
-static uint8_t *add_slab(struct rmap_keeper *self, size_t nbytes)
-{
-    if (!claim(self, nbytes))
-        return NULL;
-    struct slab *slab = rmap_alloc_unset(nbytes, 1);
-    if (!slab) {
-        self->nbytes -= nbytes;
-        return NULL;
-    }
-    slab->next = self->slab;
-    self->slab = slab;
-    return (uint8_t *)slab;
-}
-
-/* From the first multiple of ALIGN behind the slab's own on. */
-static uint8_t *begin_of(uint8_t *slab)
-{
-    const uintptr_t at = (uintptr_t)slab + sizeof(struct slab);
-    return slab + ((at + ALIGN - 1) / ALIGN * ALIGN - (uintptr_t)slab);
-}
-
-static void *find_room(struct rmap_keeper *self, size_t nbytes)
-{
-    const size_t own = sizeof(struct slab) + ALIGN;
-    if (nbytes > self->left) {
-        const bool is_large = nbytes > self->slab_nbytes / 4;
-        const size_t slab_nbytes = is_large ? nbytes + own : self->slab_nbytes;
-        uint8_t *slab = add_slab(self, slab_nbytes);
-        if (!slab || is_large)
-            return slab ? begin_of(slab) : NULL;
-        self->at = begin_of(slab);
-        self->left = (size_t)(slab + slab_nbytes - self->at);
-    }
-    void *room = self->at;
-    self->at += nbytes;
-    self->left -= nbytes;
-    return room;
-}
-
 void *rmap_keeper_room(struct rmap_keeper *self, size_t nbytes)
 {
+    const size_t own = sizeof(struct block) + ALIGN;
+    struct block *block = NULL;
     if (nbytes > SIZE_MAX / 2)
         return NULL;
     (void)pthread_mutex_lock(&self->lock);
-    void *room = find_room(self, (nbytes + ALIGN - 1) / ALIGN * ALIGN);
+    if (claim(self, nbytes + own)) {
+        block = rmap_alloc_unset(nbytes + own, 1);
+        if (block) {
+            block->next = self->block;
+            self->block = block;
+        } else {
+            self->nbytes -= nbytes + own;
+        }
+    }
     (void)pthread_mutex_unlock(&self->lock);
-    return room;
+    return block ? (uint8_t *)block + own - (uintptr_t)((uint8_t *)block + own) % ALIGN : NULL;
 }
 
 bool rmap_keeper_claim(struct rmap_keeper *self, size_t nbytes)

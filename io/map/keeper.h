@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  *
  * Memory for what stays of an open map between questions: many blocks of some kilobytes that all go
- * at once, within a budget of bytes. They stand side by side in slabs on huge pages: a page fault
- * each would make the first question twice as long.
+ * at once, within a budget of bytes.
  */
 #ifndef RMAP_KEEPER_H
 #define RMAP_KEEPER_H
