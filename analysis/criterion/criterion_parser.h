@@ -91,6 +91,9 @@ enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
                                        const char *const *candidate, size_t n);
 
+/* What surface(...) may compare: the i-th, NULL behind the last. */
+const char *rmap_surface_parameter_word(size_t i);
+
 /* The name of an event, into *events, which has none yet. */
 enum rmap_status rmap_parse_event(struct rmap_parser *parser, uint32_t *events) RMAP_MUST_USE;
 
@@ -131,12 +134,7 @@ enum rmap_status rmap_parse_scatter_order(struct rmap_parser *parser,
 enum rmap_status rmap_parse_any_number(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 
-/* Whether the next token is the word of a number, of the ray or of a registration; and of which
- * dimension that number is, the latter's on these detectors. */
-bool rmap_parser_at_ray_number(const struct rmap_parser *parser, enum rmap_ray_number *number_ret,
-                               enum rmap_dimension *dimension_ret);
-bool rmap_parser_at_its_number(const struct rmap_parser *parser,
-                               enum rmap_registration_number *number_ret);
+/* Of which dimension a number of a registration is on these detectors. */
 enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
                                               enum rmap_registration_number number,
                                               const struct rmap_index_set *detector);

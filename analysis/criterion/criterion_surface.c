@@ -59,9 +59,14 @@ static const char *const parameter_words[] = {
     "transmit_specular", "transmit_diffuse", "absorb",
 };
 
+const char *rmap_surface_parameter_word(size_t i)
+{
+    return i < sizeof parameter_words / sizeof *parameter_words ? parameter_words[i] : NULL;
+}
+
 static bool is_parameter(const struct rmap_parser *parser, const struct rmap_token *token)
 {
-    for (size_t i = 0; i < sizeof parameter_words / sizeof *parameter_words; i++)
+    for (size_t i = 0; rmap_surface_parameter_word(i); i++)
         if (rmap_token_is(parser->text, token, parameter_words[i]))
             return true;
     return false;
