@@ -10,6 +10,7 @@
 #include "analysis/criterion/criterion_lex.h"
 #include "analysis/criterion/criterion_names.h"
 #include "analysis/criterion/criterion_tree.h"
+#include "base/unit.h"
 
 struct rmap_criteria;
 struct rmap_reference;
@@ -29,17 +30,6 @@ struct rmap_parser {
     size_t path_work;                       /* spent on automata; see path_automaton.c */
     const uint8_t *path_letters;            /* made for the first path; see path_alphabet.c */
     struct rmap_error *err;
-};
-
-/* What a number measures decides its units. */
-enum rmap_dimension {
-    RMAP_DIMENSION_NONE,
-    RMAP_DIMENSION_LENGTH,
-    RMAP_DIMENSION_ANGLE,
-    RMAP_DIMENSION_WAVELENGTH,
-    RMAP_DIMENSION_TIME,
-    RMAP_DIMENSION_FLUX,
-    RMAP_DIMENSION_MIXED /* of several detectors: each in its own unit */
 };
 
 /* Takes the next token, and looks at the one behind it. */

@@ -269,7 +269,13 @@ const char *rmap_criterion_word(size_t i)
     if (i < N_WORD)
         return word_table[i].word;
     i -= N_WORD;
-    return i < N_INNER ? inner_words[i] : rmap_surface_parameter_word(i - N_INNER);
+    if (i < N_INNER)
+        return inner_words[i];
+    i -= N_INNER;
+    for (size_t k = 0; rmap_unit_at(k); k++)
+        if (rmap_unit_at(k)->in_criteria && i-- == 0)
+            return rmap_unit_at(k)->name;
+    return rmap_surface_parameter_word(i);
 }
 
 /* The word of a number of the ray where a detector stands behind it. */
