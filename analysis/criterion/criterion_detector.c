@@ -7,37 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "analysis/criterion/criterion_parser.h"
-
-static const struct its_number {
-    const char *word;
-    enum rmap_registration_number number;
-} its_number_table[] = {
-    {"angle", RMAP_REGISTRATION_ANGLE},
-    {"x", RMAP_REGISTRATION_X},
-    {"y", RMAP_REGISTRATION_Y},
-    {"time", RMAP_REGISTRATION_TIME},
-    {"optical_path", RMAP_REGISTRATION_OPTICAL_PATH},
-};
-
-/* Tests of the steps before a registration, which stand in `where`, too (criterion_word.c). */
-static const char *const step_words[] = {"hit",     "surface",     "event",         "medium",
-                                         "bounces", "ghost_order", "scatter_order", "path",
-                                         "after",   "at"};
-enum { N_STEP_WORD = sizeof step_words / sizeof *step_words };
-
-enum { N_ITS_NUMBER = sizeof its_number_table / sizeof *its_number_table };
-
-bool rmap_parser_at_its_number(const struct rmap_parser *parser,
-                               enum rmap_registration_number *number_ret)
-{
-    for (size_t row = 0; row < N_ITS_NUMBER; row++)
-        if (rmap_parser_at_word(parser, its_number_table[row].word)) {
-            *number_ret = its_number_table[row].number;
-            return true;
-        }
-    return false;
-}
+#include "analysis/criterion/criterion_word.h"
 
 enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
                                               enum rmap_registration_number number,
@@ -59,7 +29,7 @@ enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
 
 /* The comparison behind a number of a registration, as a node of its own. */
 static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
-                                             const struct its_number *row,
+                                             const struct rmap_word *row,
                                              const struct rmap_token *word,
                                              const struct rmap_index_set *detector,
                                              int32_t *node_ret)
@@ -69,14 +39,14 @@ static enum rmap_status parse_its_comparison(struct rmap_parser *parser,
                                        .first = -1,
                                        .next = -1,
                                        .begin = word->begin,
-                                       .its_number = row->number};
+                                       .its_number = row->its_number};
     size_t written = parser->taken_end - word->begin; /* with the detector's name, if any */
     if (!rmap_parser_at_comparison(parser))
         return RMAP_PARSER_FAIL(parser, word, "'%s' is a number: compare it, as in '%.*s > 10'",
                                 row->word, (int)(written < 48 ? written : 48),
                                 parser->text + word->begin);
     RMAP_TRY(rmap_parse_interval(
-        parser, rmap_its_number_dimension(parser->criterion->scene, row->number, detector),
+        parser, rmap_its_number_dimension(parser->criterion->scene, row->its_number, detector),
         &node.interval));
     node.end = parser->taken_end;
     RMAP_TRY(rmap_criterion_node_add(parser->criterion, &node, node_ret, parser->err));
@@ -86,24 +56,16 @@ out:
 
 enum rmap_status rmap_parse_where_test(struct rmap_parser *parser, int32_t *node_ret)
 {
-    const char *candidate[N_ITS_NUMBER + N_STEP_WORD];
     struct rmap_token word = parser->token;
-    size_t row = 0;
-    while (row < N_ITS_NUMBER && !rmap_parser_at_word(parser, its_number_table[row].word))
-        row++;
-    for (size_t i = 0; i < N_ITS_NUMBER; i++)
-        candidate[i] = its_number_table[i].word;
-    memcpy(candidate + N_ITS_NUMBER, step_words, sizeof step_words);
+    const struct rmap_word *row = rmap_word_next(parser);
     if (word.kind != RMAP_TOKEN_WORD)
         return rmap_parser_expected(parser, "angle, x, y, time, optical_path, or a test of the "
                                             "steps before such as hit(NAME)");
-    if (row == N_ITS_NUMBER)
-        return rmap_parser_fail_word(parser, &word, "number of a registration", candidate,
-                                     N_ITS_NUMBER + N_STEP_WORD);
+    if (!row || !row->of_registration)
+        return rmap_word_fail(parser, &word, "number of a registration", RMAP_WORDS_OF_WHERE);
     enum rmap_status st = rmap_parser_advance(parser);
     if (st == RMAP_OK)
-        st =
-            parse_its_comparison(parser, &its_number_table[row], &word, parser->detector, node_ret);
+        st = parse_its_comparison(parser, row, &word, parser->detector, node_ret);
     return st;
 }
 
@@ -214,11 +176,8 @@ enum rmap_status rmap_parse_any_number(struct rmap_parser *parser, struct rmap_c
     enum rmap_status st = RMAP_OK;
     struct rmap_registration_test *test = &node->registrations;
     struct rmap_token word = parser->word;
-    size_t row = 0;
+    const struct rmap_word *row = rmap_word_at(parser, &word);
     char before[40];
-    while (row + 1 < N_ITS_NUMBER &&
-           !rmap_token_is(parser->text, &word, its_number_table[row].word))
-        row++;
     node->kind = RMAP_CRITERION_REGISTRATIONS;
     test->where = -1;
     test->of_number = true;
@@ -226,9 +185,8 @@ enum rmap_status rmap_parse_any_number(struct rmap_parser *parser, struct rmap_c
     RMAP_TRY(rmap_parse_set(parser, RMAP_WANTED_DETECTOR, &test->detector));
     RMAP_TRY(rmap_parser_take(parser, RMAP_TOKEN_CLOSE, "')'"));
     const size_t begin = parser->token.begin;
-    RMAP_TRY(
-        parse_its_comparison(parser, &its_number_table[row], &word, &test->detector, &test->where));
-    (void)snprintf(before, sizeof before, "where %s ", its_number_table[row].word);
+    RMAP_TRY(parse_its_comparison(parser, row, &word, &test->detector, &test->where));
+    (void)snprintf(before, sizeof before, "where %s ", row->word);
     RMAP_TRY(keep_chooses(parser, before, begin, &test->chooses));
 out:
     return st;

@@ -10,6 +10,7 @@
 #include "analysis/criterion/criterion_lex.h"
 #include "analysis/criterion/criterion_names.h"
 #include "analysis/criterion/criterion_tree.h"
+#include "base/unit.h"
 
 struct rmap_criteria;
 struct rmap_reference;
@@ -29,17 +30,6 @@ struct rmap_parser {
     size_t path_work;                       /* spent on automata; see path_automaton.c */
     const uint8_t *path_letters;            /* made for the first path; see path_alphabet.c */
     struct rmap_error *err;
-};
-
-/* What a number measures decides its units. */
-enum rmap_dimension {
-    RMAP_DIMENSION_NONE,
-    RMAP_DIMENSION_LENGTH,
-    RMAP_DIMENSION_ANGLE,
-    RMAP_DIMENSION_WAVELENGTH,
-    RMAP_DIMENSION_TIME,
-    RMAP_DIMENSION_FLUX,
-    RMAP_DIMENSION_MIXED /* of several detectors: each in its own unit */
 };
 
 /* Takes the next token, and looks at the one behind it. */
@@ -91,6 +81,9 @@ enum rmap_status rmap_parser_fail_word(const struct rmap_parser *parser,
                                        const struct rmap_token *token, const char *kind,
                                        const char *const *candidate, size_t n);
 
+/* What surface(...) may compare: the i-th, NULL behind the last. */
+const char *rmap_surface_parameter_word(size_t i);
+
 /* The name of an event, into *events, which has none yet. */
 enum rmap_status rmap_parse_event(struct rmap_parser *parser, uint32_t *events) RMAP_MUST_USE;
 
@@ -131,12 +124,7 @@ enum rmap_status rmap_parse_scatter_order(struct rmap_parser *parser,
 enum rmap_status rmap_parse_any_number(struct rmap_parser *parser,
                                        struct rmap_criterion_node *node) RMAP_MUST_USE;
 
-/* Whether the next token is the word of a number, of the ray or of a registration; and of which
- * dimension that number is, the latter's on these detectors. */
-bool rmap_parser_at_ray_number(const struct rmap_parser *parser, enum rmap_ray_number *number_ret,
-                               enum rmap_dimension *dimension_ret);
-bool rmap_parser_at_its_number(const struct rmap_parser *parser,
-                               enum rmap_registration_number *number_ret);
+/* Of which dimension a number of a registration is on these detectors. */
 enum rmap_dimension rmap_its_number_dimension(const struct rmap_scene *scene,
                                               enum rmap_registration_number number,
                                               const struct rmap_index_set *detector);

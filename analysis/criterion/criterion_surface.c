@@ -59,9 +59,14 @@ static const char *const parameter_words[] = {
     "transmit_specular", "transmit_diffuse", "absorb",
 };
 
+const char *rmap_surface_parameter_word(size_t i)
+{
+    return i < sizeof parameter_words / sizeof *parameter_words ? parameter_words[i] : NULL;
+}
+
 static bool is_parameter(const struct rmap_parser *parser, const struct rmap_token *token)
 {
-    for (size_t i = 0; i < sizeof parameter_words / sizeof *parameter_words; i++)
+    for (size_t i = 0; rmap_surface_parameter_word(i); i++)
         if (rmap_token_is(parser->text, token, parameter_words[i]))
             return true;
     return false;
@@ -71,9 +76,9 @@ static bool is_parameter(const struct rmap_parser *parser, const struct rmap_tok
 static double surface_parameter(const struct rmap_scene *scene, const struct rmap_surface *surface,
                                 enum parameter parameter)
 {
-    bool fresnel = surface->type == RMAP_SURFACE_FRESNEL;
+    bool fresnel = rmap_surface_look(surface) == RMAP_LOOK_REFRACTING;
     bool bare = fresnel && surface->coat == RMAP_COAT_NONE;
-    bool metal = surface->type == RMAP_SURFACE_MIRROR && surface->is_metal;
+    bool metal = surface->is_metal;
     double reflect = channel_mean(scene, surface->reflect_specular);
     double diffuse = channel_mean(scene, surface->reflect_diffuse);
     double transmit = channel_mean(scene, surface->transmit_specular);

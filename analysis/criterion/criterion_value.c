@@ -15,38 +15,6 @@ struct unit_factor {
     double times, over;
 };
 
-static const struct {
-    const char *name;
-    enum rmap_dimension dimension;
-    double base; /* in m, degrees, s, or the flux unit */
-    enum rmap_flux_unit flux_unit;
-} unit_table[] = {
-    {"pm", RMAP_DIMENSION_LENGTH, 1e-12, 0},
-    {"nm", RMAP_DIMENSION_LENGTH, 1e-9, 0},
-    {"um", RMAP_DIMENSION_LENGTH, 1e-6, 0},
-    {"mm", RMAP_DIMENSION_LENGTH, 1e-3, 0},
-    {"cm", RMAP_DIMENSION_LENGTH, 1e-2, 0},
-    {"m", RMAP_DIMENSION_LENGTH, 1.0, 0},
-    {"km", RMAP_DIMENSION_LENGTH, 1e3, 0},
-    {"in", RMAP_DIMENSION_LENGTH, 0.0254, 0},
-    {"deg", RMAP_DIMENSION_ANGLE, 1.0, 0},
-    {"rad", RMAP_DIMENSION_ANGLE, 180.0 / RMAP_PI, 0},
-    {"mrad", RMAP_DIMENSION_ANGLE, 0.18 / RMAP_PI, 0},
-    {"s", RMAP_DIMENSION_TIME, 1.0, 0},
-    {"ms", RMAP_DIMENSION_TIME, 1e-3, 0},
-    {"us", RMAP_DIMENSION_TIME, 1e-6, 0},
-    {"ns", RMAP_DIMENSION_TIME, 1e-9, 0},
-    {"ps", RMAP_DIMENSION_TIME, 1e-12, 0},
-    {"fs", RMAP_DIMENSION_TIME, 1e-15, 0},
-    {"W", RMAP_DIMENSION_FLUX, 1.0, RMAP_FLUX_W},
-    {"kW", RMAP_DIMENSION_FLUX, 1e3, RMAP_FLUX_W},
-    {"mW", RMAP_DIMENSION_FLUX, 1e-3, RMAP_FLUX_W},
-    {"uW", RMAP_DIMENSION_FLUX, 1e-6, RMAP_FLUX_W},
-    {"lm", RMAP_DIMENSION_FLUX, 1.0, RMAP_FLUX_LM},
-    {"klm", RMAP_DIMENSION_FLUX, 1e3, RMAP_FLUX_LM},
-    {"mlm", RMAP_DIMENSION_FLUX, 1e-3, RMAP_FLUX_LM},
-};
-
 static struct unit_factor factor_of(double base, double own)
 {
     double ratio = base / own;
@@ -96,11 +64,11 @@ static enum rmap_status parse_unit(struct rmap_parser *parser, enum rmap_dimensi
     double own = dimension == RMAP_DIMENSION_WAVELENGTH ? 1e-9
                  : dimension == RMAP_DIMENSION_LENGTH   ? scene->unit_m
                                                         : 1.0;
-    for (size_t i = 0; i < sizeof unit_table / sizeof *unit_table; i++) {
-        if (!rmap_parser_at_word(parser, unit_table[i].name) || unit_table[i].dimension != wanted ||
-            (wanted == RMAP_DIMENSION_FLUX && unit_table[i].flux_unit != scene->flux_unit))
-            continue;
-        *factor = factor_of(unit_table[i].base, own);
+    const struct rmap_written_unit *unit = rmap_unit_named(parser->text + parser->token.begin,
+                                                           parser->token.end - parser->token.begin);
+    if (unit && unit->in_criteria && unit->dimension == wanted &&
+        (wanted != RMAP_DIMENSION_FLUX || unit->lumens == (scene->flux_unit == RMAP_FLUX_LM))) {
+        *factor = factor_of(unit->size, own);
         return rmap_parser_advance(parser);
     }
     return RMAP_PARSER_FAIL(parser, &parser->token, "'%.*s' is no unit here (%s)",

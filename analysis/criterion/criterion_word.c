@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "analysis/criterion/criterion_parser.h"
+#include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
 #include "io/file/diagnostics.h"
 #include "portion/event.h"
@@ -198,67 +198,125 @@ out:
     return st;
 }
 
-/* What a test is of decides where it may stand: STEPS, those of the ray, or inside `where` those
- * before the registration; REGISTRATION, there alone. */
-enum scope { OF_RAY, OF_STEPS, OF_REGISTRATION };
+#define RAY(number, of) .is_number = true, .of_ray = true, .ray_number = number, .dimension = of
+#define ITS(number)     .of_registration = true, .its_number = number
 
-/* Every word that begins a test. A number must be compared; a count need not. */
-static const struct word {
-    const char *word;
-    enum rmap_status (*parse)(struct rmap_parser *parser, struct rmap_criterion_node *node);
-    bool is_number;
-    enum rmap_ray_number ray_number; /* where parse is NULL */
-    enum rmap_dimension dimension;
-    enum scope scope;
-} word_table[] = {
+static const struct rmap_word word_table[] = {
     {"all", parse_all},
-    {"source", parse_source},
-    {"hit", rmap_parse_hit, .scope = OF_STEPS},
-    {"surface", rmap_parse_surface, .scope = OF_STEPS},
-    {"event", rmap_parse_event_test, .scope = OF_STEPS},
-    {"medium", rmap_parse_medium, .scope = OF_STEPS},
-    {"after", rmap_parse_after, .scope = OF_REGISTRATION},
-    {"at", rmap_parse_at, .scope = OF_REGISTRATION},
-    {"registered", rmap_parse_registered},
-    {"crossed", rmap_parse_crossed},
-    {"ended", parse_ended},
-    {"path", rmap_parse_path, .scope = OF_STEPS},
-    {"segments", NULL, true, RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE},
-    {"bounces", rmap_parse_bounces, true, .scope = OF_STEPS},
-    {"ghost_order", rmap_parse_ghost_order, true, .scope = OF_STEPS},
-    {"scatter_order", rmap_parse_scatter_order, true, .scope = OF_STEPS},
-    {"wavelength", NULL, true, RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH},
-    {"flux", NULL, true, RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX},
-    {"path_length", NULL, true, RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH},
-    {"optical_path", NULL, true, RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH},
-    {"ray", NULL, true, RMAP_RAY_NUMBER_ID, RMAP_DIMENSION_NONE},
-    {"angle", rmap_parse_any_number},
-    {"x", rmap_parse_any_number},
-    {"y", rmap_parse_any_number},
-    {"time", rmap_parse_any_number},
+    {"source", parse_source, .in_stats = 22},
+    {"hit", rmap_parse_hit, 6, 18, RMAP_OF_STEPS},
+    {"surface", rmap_parse_surface, 7, 19, RMAP_OF_STEPS},
+    {"event", rmap_parse_event_test, 8, 20, RMAP_OF_STEPS},
+    {"medium", rmap_parse_medium, 9, 21, RMAP_OF_STEPS},
+    {"after", rmap_parse_after, 14, 0, RMAP_OF_REGISTRATION},
+    {"at", rmap_parse_at, 15, 0, RMAP_OF_REGISTRATION},
+    {"registered", rmap_parse_registered, .in_stats = 24},
+    {"crossed", rmap_parse_crossed, .in_stats = 25},
+    {"ended", parse_ended, .in_stats = 23},
+    {"path", rmap_parse_path, 13, 26, RMAP_OF_STEPS},
+    {"segments", .in_stats = 5, RAY(RMAP_RAY_NUMBER_SEGMENTS, RMAP_DIMENSION_NONE)},
+    {"bounces", rmap_parse_bounces, 10, 6, RMAP_OF_STEPS, true},
+    {"ghost_order", rmap_parse_ghost_order, 11, 9, RMAP_OF_STEPS, true},
+    {"scatter_order", rmap_parse_scatter_order, 12, 10, RMAP_OF_STEPS, true},
+    {"wavelength", .in_stats = 1, RAY(RMAP_RAY_NUMBER_WAVELENGTH, RMAP_DIMENSION_WAVELENGTH)},
+    {"flux", .in_stats = 2, RAY(RMAP_RAY_NUMBER_FLUX, RMAP_DIMENSION_FLUX)},
+    {"path_length", .in_stats = 3, RAY(RMAP_RAY_NUMBER_PATH_LENGTH, RMAP_DIMENSION_LENGTH)},
+    {"optical_path", NULL, 5, 4, RAY(RMAP_RAY_NUMBER_OPTICAL_PATH, RMAP_DIMENSION_LENGTH),
+     ITS(RMAP_REGISTRATION_OPTICAL_PATH)},
+    {"ray", .in_stats = 7, RAY(RMAP_RAY_NUMBER_ID, RMAP_DIMENSION_NONE)},
+    {"angle", rmap_parse_any_number, 1, 13, ITS(RMAP_REGISTRATION_ANGLE)},
+    {"x", rmap_parse_any_number, 2, 11, ITS(RMAP_REGISTRATION_X)},
+    {"y", rmap_parse_any_number, 3, 12, ITS(RMAP_REGISTRATION_Y)},
+    {"time", rmap_parse_any_number, 4, 14, ITS(RMAP_REGISTRATION_TIME)},
+    {"registrations", NULL, 0, 8, RMAP_NO_TEST},
+    {"cell", NULL, 0, 15, RMAP_NO_TEST},
+    {"cell_i", NULL, 0, 16, RMAP_NO_TEST},
+    {"cell_j", NULL, 0, 17, RMAP_NO_TEST},
 };
 enum { N_WORD = sizeof word_table / sizeof *word_table };
 
-/* The word of a number of the ray where a detector stands behind it. */
-static const struct word its_word = {"", rmap_parse_any_number};
+/* Words behind those, where a test or the logic has them. */
+static const char *const inner_words[] = {"and",
+                                          "or",
+                                          "not",
+                                          "in",
+                                          "where",
+                                          "let",
+                                          "rect",
+                                          "ellipse",
+                                          "polygon",
+                                          "cells",
+                                          "rel",
+                                          "face",
+                                          "triangle",
+                                          "side",
+                                          "front",
+                                          "back",
+#define ROW(symbol, value, word) word,
+                                          RMAP_STOP_TABLE(ROW)
+#undef ROW
+#define ROW(symbol, bit, letter, word, meaning) word,
+                                              RMAP_EVENT_TABLE(ROW)
+#undef ROW
+#define ROW(word, mask) word,
+                                                  RMAP_EVENT_UNION_TABLE(ROW)
+#undef ROW
+};
+enum { N_INNER = sizeof inner_words / sizeof *inner_words };
 
-bool rmap_parser_at_ray_number(const struct rmap_parser *parser, enum rmap_ray_number *number_ret,
-                               enum rmap_dimension *dimension_ret)
+const char *rmap_criterion_word(size_t i)
+{
+    if (i < N_WORD)
+        return word_table[i].word;
+    i -= N_WORD;
+    if (i < N_INNER)
+        return inner_words[i];
+    i -= N_INNER;
+    for (size_t k = 0; rmap_unit_at(k); k++)
+        if (rmap_unit_at(k)->in_criteria && i-- == 0)
+            return rmap_unit_at(k)->name;
+    return rmap_surface_parameter_word(i);
+}
+
+/* The word of a number of the ray where a detector stands behind it. */
+static const struct rmap_word its_word = {"", rmap_parse_any_number};
+
+const struct rmap_word *rmap_word_at(const struct rmap_parser *parser,
+                                     const struct rmap_token *token)
 {
     for (size_t i = 0; i < N_WORD; i++)
-        if (!word_table[i].parse && rmap_parser_at_word(parser, word_table[i].word)) {
-            *number_ret = word_table[i].ray_number;
-            *dimension_ret = word_table[i].dimension;
-            return true;
-        }
-    return false;
+        if (rmap_token_is(parser->text, token, word_table[i].word))
+            return &word_table[i];
+    return NULL;
+}
+
+const struct rmap_word *rmap_word_next(const struct rmap_parser *parser)
+{
+    return rmap_word_at(parser, &parser->token);
+}
+
+enum rmap_status rmap_word_fail(const struct rmap_parser *parser, const struct rmap_token *token,
+                                const char *kind, enum rmap_word_list list)
+{
+    const char *candidate[N_WORD];
+    size_t n = 0;
+    for (size_t i = 0; i < N_WORD; i++) {
+        const struct rmap_word *word = &word_table[i];
+        int place = list == RMAP_WORDS_OF_WHERE   ? word->in_where
+                    : list == RMAP_WORDS_OF_STATS ? word->in_stats
+                    : word->scope != RMAP_NO_TEST ? (int)i + 1
+                                                  : 0;
+        if (place)
+            candidate[place - 1] = word->word;
+        n += place > 0;
+    }
+    return rmap_parser_fail_word(parser, token, kind, candidate, n);
 }
 
 /* The word is none: say which one was meant, or how to ask for what it names. */
 static enum rmap_status fail_unknown(const struct rmap_parser *parser)
 {
     const struct rmap_token *token = &parser->token;
-    const char *candidate[N_WORD];
     char word[RMAP_TOKEN_NAME_NBYTES + 1], shown[RMAP_SHOWN_NBYTES];
     if (rmap_parser_at_word(parser, "let"))
         return RMAP_PARSER_FAIL(parser, token,
@@ -275,12 +333,10 @@ static enum rmap_status fail_unknown(const struct rmap_parser *parser)
                                 rmap_name_kind_phrase(name->kind), rmap_name_kind_usage(name->kind),
                                 written);
     }
-    for (size_t i = 0; i < N_WORD; i++)
-        candidate[i] = word_table[i].word;
-    return rmap_parser_fail_word(parser, token, "test", candidate, N_WORD);
+    return rmap_word_fail(parser, token, "test", RMAP_WORDS_OF_TESTS);
 }
 
-static enum rmap_status parse_comparison(struct rmap_parser *parser, const struct word *word,
+static enum rmap_status parse_comparison(struct rmap_parser *parser, const struct rmap_word *word,
                                          const struct rmap_token *token,
                                          struct rmap_interval *interval)
 {
@@ -330,36 +386,27 @@ out:
     return st;
 }
 
-/* NULL: none is next. */
-static const struct word *find_word(const struct rmap_parser *parser)
-{
-    for (size_t i = 0; i < N_WORD; i++)
-        if (rmap_parser_at_word(parser, word_table[i].word))
-            return &word_table[i];
-    return NULL;
-}
-
 enum rmap_status rmap_parse_test(struct rmap_parser *parser, int32_t *node_ret)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_token token = parser->token;
-    const struct word *word = find_word(parser);
-    if (parser->detector && (!word || word->scope == OF_RAY))
+    const struct rmap_word *word = rmap_word_next(parser);
+    if (word && word->scope == RMAP_NO_TEST)
+        word = NULL;
+    if (parser->detector && (!word || word->scope == RMAP_OF_RAY))
         return rmap_parse_where_test(parser, node_ret);
     if (token.kind == RMAP_TOKEN_AT)
         return rmap_parse_reference(parser, node_ret);
     if (!word)
         return fail_unknown(parser);
-    if (!parser->detector && word->scope == OF_REGISTRATION)
+    if (!parser->detector && word->scope == RMAP_OF_REGISTRATION)
         return RMAP_PARSER_FAIL(parser, &token,
                                 "'%s' is of a registration: registered(NAME where %s(OBJECT))",
                                 word->word, word->word);
     struct rmap_criterion_node node = {.first = -1, .next = -1, .begin = token.begin};
     parser->word = token;
-    enum rmap_registration_number its_number;
-    const bool may_be_its = rmap_parser_at_its_number(parser, &its_number);
     RMAP_TRY(rmap_parser_advance(parser));
-    if (may_be_its && !parser->detector && parser->token.kind == RMAP_TOKEN_OPEN)
+    if (word->of_registration && !parser->detector && parser->token.kind == RMAP_TOKEN_OPEN)
         word = &its_word; /* optical_path(sensor) */
     if (word->parse) {
         RMAP_TRY(word->parse(parser, &node));

@@ -120,11 +120,11 @@ static void add_wavelengths(struct legend *legend, const struct rmap_scene *scen
 }
 
 /* Of a section: of what it cuts. */
-static bool has_ink(const struct rmap_scene *scene, const struct rmap_view *view,
-                    const char *wanted)
+static bool has_look(const struct rmap_scene *scene, const struct rmap_view *view,
+                     enum rmap_look wanted)
 {
     for (size_t o = 0; o < scene->n_object; o++)
-        if (rmap_object_ink(scene, o) == wanted &&
+        if (rmap_object_look(scene, o) == wanted &&
             (!view->section || rmap_view_meets(scene, view, o)))
             return true;
     return false;
@@ -134,17 +134,14 @@ static bool has_ink(const struct rmap_scene *scene, const struct rmap_view *view
 static void add_surfaces(struct legend *legend, const struct rmap_scene *scene,
                          const struct rmap_view *view)
 {
-    static const char *const word[] = {"refracting surface", "mirror", "other surface"};
-    static const enum rmap_surface_type type[] = {RMAP_SURFACE_FRESNEL, RMAP_SURFACE_MIRROR,
-                                                  RMAP_SURFACE_ABSORBER};
-    for (int k = 0; k < 3; k++) {
-        const double *tint = rmap_surface_tint(type[k]);
+    for (int k = 0; k < RMAP_LOOK_COUNT; k++) {
+        const struct rmap_look_style *style = &rmap_look_style[k];
         char face[8];
-        (void)snprintf(face, sizeof face, "#%02x%02x%02x", (int)(240 * tint[0]),
-                       (int)(240 * tint[1]), (int)(240 * tint[2]));
-        if (has_ink(scene, view, rmap_surface_ink(type[k])))
-            add_sample(legend, view->section ? rmap_surface_ink(type[k]) : face,
-                       view->section ? 1.3 : 8.0, word[k]);
+        (void)snprintf(face, sizeof face, "#%02x%02x%02x", (int)(240 * style->tint[0]),
+                       (int)(240 * style->tint[1]), (int)(240 * style->tint[2]));
+        if (has_look(scene, view, (enum rmap_look)k))
+            add_sample(legend, view->section ? style->ink : face, view->section ? 1.3 : 8.0,
+                       style->word);
     }
 }
 

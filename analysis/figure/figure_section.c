@@ -22,18 +22,11 @@ struct section {
     size_t *first_run; /* [n_object + 1] */
 };
 
-const char *rmap_surface_ink(enum rmap_surface_type type)
-{
-    static const char refracting[] = "#3a6f9f", mirror[] = "#7b5ea7", other[] = "#454545";
-    if (type == RMAP_SURFACE_FRESNEL)
-        return refracting;
-    return type == RMAP_SURFACE_MIRROR ? mirror : other;
-}
-
-const char *rmap_object_ink(const struct rmap_scene *scene, size_t object)
-{
-    return rmap_surface_ink(scene->surface[scene->object[object].surface_front].type);
-}
+const struct rmap_look_style rmap_look_style[RMAP_LOOK_COUNT] = {
+    [RMAP_LOOK_REFRACTING] = {"refracting surface", "#3a6f9f", {0.80, 0.89, 0.97}},
+    [RMAP_LOOK_MIRROR] = {"mirror", "#7b5ea7", {0.88, 0.84, 0.94}},
+    [RMAP_LOOK_OTHER] = {"other surface", "#454545", {0.94, 0.93, 0.90}},
+};
 
 static bool is_glass(const struct rmap_scene *scene, int32_t medium)
 {
@@ -151,7 +144,9 @@ enum rmap_status rmap_section_draw(const struct rmap_scene *scene, struct rmap_m
     for (size_t o = 0; o < scene->n_object; o++)
         RMAP_TRY(rmap_outline_draw(
             &section.outline, section.first_run[o], section.first_run[o + 1] - section.first_run[o],
-            frame, svg, &(struct rmap_svg_style){.stroke = rmap_object_ink(scene, o), .width = 1.3},
+            frame, svg,
+            &(struct rmap_svg_style){.stroke = rmap_look_style[rmap_object_look(scene, o)].ink,
+                                     .width = 1.3},
             err));
 out:
     rmap_outline_fini(&section.outline);

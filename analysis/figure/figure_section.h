@@ -12,8 +12,11 @@ enum rmap_status rmap_section_draw(const struct rmap_scene *scene, struct rmap_m
                                    const struct rmap_view_frame *frame, struct rmap_svg *svg,
                                    struct rmap_error *err) RMAP_MUST_USE;
 
-/* Ink for an object's outline, by what its surface does; each ink is one string. */
-const char *rmap_surface_ink(enum rmap_surface_type type);
-const char *rmap_object_ink(const struct rmap_scene *scene, size_t object);
+/* How surfaces are drawn: in a legend, as an outline, as a face in full light (sRGB, 0 to 1). */
+struct rmap_look_style {
+    const char *word, *ink;
+    double tint[3];
+};
+extern const struct rmap_look_style rmap_look_style[RMAP_LOOK_COUNT];
 
 #endif

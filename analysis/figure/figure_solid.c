@@ -4,6 +4,7 @@
  */
 #include "analysis/figure/figure_detector.h"
 #include "analysis/figure/figure_layers.h"
+#include "analysis/figure/figure_section.h"
 #include "base/alloc.h"
 #include "io/export/raster.h"
 
@@ -23,7 +24,7 @@ static const double GLASS_COVER = 0.45, BEHIND = 0.006;
 
 static bool is_glass(const struct rmap_scene *scene, size_t object)
 {
-    return scene->surface[scene->object[object].surface_front].type == RMAP_SURFACE_FRESNEL;
+    return rmap_object_look(scene, object) == RMAP_LOOK_REFRACTING;
 }
 
 static enum rmap_solid_layer layer_of(const struct rmap_scene *scene, size_t object)
@@ -134,12 +135,6 @@ static bool parted(const struct rmap_solid_pixel *a, const struct rmap_solid_pix
     return cosine < CREASE_COS;
 }
 
-const double *rmap_surface_tint(enum rmap_surface_type type)
-{
-    static const double tint[3][3] = {{0.80, 0.89, 0.97}, {0.88, 0.84, 0.94}, {0.94, 0.93, 0.90}};
-    return tint[type == RMAP_SURFACE_FRESNEL ? 0 : type == RMAP_SURFACE_MIRROR ? 1 : 2];
-}
-
 /* Face or line of one layer over what is there; what is far is lighter. */
 static void cover(const struct rmap_solid *canvas, enum rmap_solid_layer layer, size_t x, size_t y,
                   double rgb[3])
@@ -166,8 +161,7 @@ static void cover(const struct rmap_solid *canvas, enum rmap_solid_layer layer, 
     }
     if (at->object == NOTHING)
         return;
-    const double *tint = rmap_surface_tint(
-        canvas->scene->surface[canvas->scene->object[at->object].surface_front].type);
+    const double *tint = rmap_look_style[rmap_object_look(canvas->scene, at->object)].tint;
     const double part = layer == RMAP_LAYER_GLASS ? GLASS_COVER : 1.0;
     for (int k = 0; k < 3; k++)
         rgb[k] += part * (tint[k] * (0.80 + 0.20 * at->shade / 255.0) - rgb[k]);

@@ -25,7 +25,4 @@ enum rmap_status rmap_solid_draw(const struct rmap_solid *solid, struct rmap_svg
  * coordinates? */
 bool rmap_solid_hides(const struct rmap_solid *solid, double x, double y, double depth);
 
-/* sRGB (0 to 1) of a face of such a surface in full light. */
-const double *rmap_surface_tint(enum rmap_surface_type type);
-
 #endif

@@ -445,7 +445,8 @@ static const char *look_of(const struct rmap_scene *scene, const struct rmap_obj
     if (rmap_scene_transmits(scene, object->surface_front) ||
         rmap_scene_transmits(scene, object->surface_back))
         return "glass";
-    return scene->surface[object->surface_front].type == RMAP_SURFACE_MIRROR ? "metal" : "opaque";
+    return rmap_surface_look(&scene->surface[object->surface_front]) == RMAP_LOOK_MIRROR ? "metal"
+                                                                                         : "opaque";
 }
 
 /* Linear RGB of light with so much of each channel, all channels of the same power. */

@@ -17,8 +17,6 @@
 #include "io/file/whole_file.h"
 #include "portion/event.h"
 
-enum { GLASS, MIRROR, OTHER, MATERIAL_COUNT };
-
 /* A leg that leaves the scene, as a part of its radius. */
 static const double LEAVING = 0.25;
 
@@ -28,27 +26,21 @@ struct build {
     const struct rmap_portion *rays;
     const struct rmap_ray_paint *paint;
     struct rmap_glb *glb;
-    size_t material[MATERIAL_COUNT];
+    size_t material[RMAP_LOOK_COUNT];
     struct rmap_glb_shape *shape; /* [n_geometry] */
-    size_t *mesh;                 /* [n_geometry][MATERIAL_COUNT] 1 + its index; 0: none yet */
+    size_t *mesh;                 /* [n_geometry][RMAP_LOOK_COUNT] 1 + its index; 0: none yet */
 };
 
 static enum rmap_status add_materials(struct build *self, struct rmap_error *err)
 {
-    static const struct rmap_glb_material given[MATERIAL_COUNT] = {
-        {"glass", {0.75, 0.87, 0.95, 0.3}, 0.0, 0.05},
-        {"mirror", {0.85, 0.85, 0.88, 1.0}, 1.0, 0.1},
-        {"other", {0.62, 0.61, 0.58, 1.0}, 0.0, 0.9}};
+    static const struct rmap_glb_material given[RMAP_LOOK_COUNT] = {
+        [RMAP_LOOK_REFRACTING] = {"glass", {0.75, 0.87, 0.95, 0.3}, 0.0, 0.05},
+        [RMAP_LOOK_MIRROR] = {"mirror", {0.85, 0.85, 0.88, 1.0}, 1.0, 0.1},
+        [RMAP_LOOK_OTHER] = {"other", {0.62, 0.61, 0.58, 1.0}, 0.0, 0.9}};
     enum rmap_status st = RMAP_OK;
-    for (int k = 0; k < MATERIAL_COUNT && st == RMAP_OK; k++)
+    for (int k = 0; k < RMAP_LOOK_COUNT && st == RMAP_OK; k++)
         st = rmap_glb_add_material(self->glb, &given[k], &self->material[k], err);
     return st;
-}
-
-static int material_of(const struct rmap_scene *scene, size_t object)
-{
-    const enum rmap_surface_type type = scene->surface[scene->object[object].surface_front].type;
-    return type == RMAP_SURFACE_FRESNEL ? GLASS : type == RMAP_SURFACE_MIRROR ? MIRROR : OTHER;
 }
 
 /* What glTF allows for: rotation, scales along the body's axes, mirroring. */
@@ -97,7 +89,7 @@ static enum rmap_status add_skewed(struct build *self, size_t object, const stru
                                 (const uint32_t(*)[3])mesh->triangle, mesh->n_triangle, &shape,
                                 err));
     RMAP_TRY(rmap_glb_add_mesh(self->glb, given->name, &shape,
-                               self->material[material_of(self->scene, object)], &index, err));
+                               self->material[rmap_object_look(self->scene, object)], &index, err));
     st = rmap_glb_place(self->glb, given->name, index, NULL, err);
 out:
     rmap_free(point);
@@ -109,12 +101,12 @@ static enum rmap_status add_object(struct build *self, size_t object, const stru
 {
     enum rmap_status st = RMAP_OK;
     const struct rmap_object *given = &self->scene->object[object];
-    const int material = material_of(self->scene, object);
+    const enum rmap_look material = rmap_object_look(self->scene, object);
     const size_t geometry = (size_t)given->geometry;
-    size_t *known = &self->mesh[geometry * MATERIAL_COUNT + (size_t)material];
-    const bool first = self->mesh[geometry * MATERIAL_COUNT] == 0 &&
-                       self->mesh[geometry * MATERIAL_COUNT + 1] == 0 &&
-                       self->mesh[geometry * MATERIAL_COUNT + 2] == 0;
+    size_t *known = &self->mesh[geometry * RMAP_LOOK_COUNT + (size_t)material];
+    const bool first = self->mesh[geometry * RMAP_LOOK_COUNT] == 0 &&
+                       self->mesh[geometry * RMAP_LOOK_COUNT + 1] == 0 &&
+                       self->mesh[geometry * RMAP_LOOK_COUNT + 2] == 0;
     double matrix[16];
     if (mesh->n_triangle == 0)
         return RMAP_OK;
@@ -140,7 +132,7 @@ static enum rmap_status add_objects(struct build *self, struct rmap_error *err)
     enum rmap_status st = RMAP_OK;
     struct rmap_mesh **mesh = NULL;
     self->shape = rmap_alloc(self->scene->n_geometry + 1, sizeof *self->shape);
-    self->mesh = rmap_alloc(self->scene->n_geometry + 1, MATERIAL_COUNT * sizeof *self->mesh);
+    self->mesh = rmap_alloc(self->scene->n_geometry + 1, RMAP_LOOK_COUNT * sizeof *self->mesh);
     if (!self->shape || !self->mesh)
         RMAP_TRY(rmap_error_set(err, RMAP_SYSTEM, "out of memory for a glTF scene"));
     RMAP_TRY(rmap_scene_meshes_create(self->scene, &mesh, err));

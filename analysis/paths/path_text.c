@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "analysis/criterion/path_order.h"
 #include "analysis/criterion/path_regex.h"
@@ -297,8 +298,7 @@ enum rmap_status rmap_path_criterion_of(const struct rmap_path_keys *keys, int32
 
 static bool can_reflect(const struct rmap_scene *scene, int32_t surface)
 {
-    return surface >= 0 && scene->surface[surface].type != RMAP_SURFACE_LAMBERT &&
-           scene->surface[surface].type != RMAP_SURFACE_ABSORBER;
+    return surface >= 0 && strchr(rmap_surface_model[scene->surface[surface].type].events, 'R');
 }
 
 /* Steps that change neither order: no scatter, and no specular reflection but at objects that

@@ -4,10 +4,11 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "analysis/criterion/criterion_word.h"
 #include "analysis/query/quantity_count.h"
 #include "base/alloc.h"
 
-/* Words that are no number of the criterion language. */
+/* What of the language's words (criterion_word.h) is more than a number of it. */
 static const struct own_word {
     const char *word;
     enum rmap_quantity_kind kind;
@@ -22,13 +23,6 @@ static const struct own_word {
     {"registrations", RMAP_QUANTITY_COUNT, "registered(*)"},
 };
 enum { N_OWN_WORD = sizeof own_word_table / sizeof *own_word_table };
-
-static const char *const all_words[] = {
-    "wavelength", "flux",          "path_length", "optical_path",  "segments", "bounces",
-    "ray",        "registrations", "ghost_order", "scatter_order", "x",        "y",
-    "angle",      "time",          "cell",        "cell_i",        "cell_j",   "hit",
-    "surface",    "event",         "medium",      "source",        "ended",    "registered",
-    "crossed",    "path"};
 
 static const struct own_word *own_word(const struct rmap_parser *parser)
 {
@@ -133,29 +127,22 @@ static bool is_called(const struct rmap_parser *parser)
     return behind[strspn(behind, " \t\r\n")] == '(';
 }
 
-static bool is_known_word(const struct rmap_parser *parser)
-{
-    char word[RMAP_TOKEN_NAME_NBYTES + 1];
-    rmap_parser_word(parser, &parser->token, word);
-    for (size_t i = 0; i < sizeof all_words / sizeof *all_words; i++)
-        if (strcmp(word, all_words[i]) == 0)
-            return true;
-    return false;
-}
-
 static enum rmap_status parse_quantity(struct making *making, struct rmap_quantity *quantity)
 {
     enum rmap_status st = RMAP_OK;
     struct rmap_parser *parser = &making->parser;
     const struct own_word *own = own_word(parser);
-    const bool is_its = rmap_parser_at_its_number(parser, &quantity->its_number);
-    if (rmap_parser_at_ray_number(parser, &quantity->ray_number, &quantity->dimension) &&
-        !(is_its && is_called(parser))) {
+    const struct rmap_word *word = rmap_word_next(parser);
+    const bool is_its = word && word->of_registration;
+    if (word && word->of_ray && !(is_its && is_called(parser))) {
         quantity->kind = RMAP_QUANTITY_RAY_NUMBER;
+        quantity->ray_number = word->ray_number;
+        quantity->dimension = word->dimension;
         quantity->is_whole = quantity->dimension == RMAP_DIMENSION_NONE;
         st = rmap_parser_advance(parser);
     } else if (is_its) {
         quantity->kind = RMAP_QUANTITY_ITS_NUMBER;
+        quantity->its_number = word->its_number;
         st = parse_its(making, quantity);
     } else if (own && is_order(own->kind)) {
         quantity->kind = own->kind;
@@ -165,14 +152,12 @@ static enum rmap_status parse_quantity(struct making *making, struct rmap_quanti
         quantity->kind = own->kind;
         quantity->is_whole = true;
         st = parse_its(making, quantity);
-    } else if (own || (parser->token.kind == RMAP_TOKEN_WORD && is_called(parser) &&
-                       is_known_word(parser))) {
+    } else if (own || (word && word->in_stats && is_called(parser))) {
         return parse_count(making, own, quantity);
     } else if (parser->token.kind != RMAP_TOKEN_WORD) {
         return rmap_parser_expected(parser, "a number such as wavelength or x(NAME)");
     } else {
-        return rmap_parser_fail_word(parser, &parser->token, "number", all_words,
-                                     sizeof all_words / sizeof *all_words);
+        return rmap_word_fail(parser, &parser->token, "number", RMAP_WORDS_OF_STATS);
     }
     if (st == RMAP_OK && parser->token.kind != RMAP_TOKEN_END)
         st = rmap_parser_expected(parser, "the end");

@@ -75,8 +75,8 @@ enum rmap_status rmap_zemax_check_number(const struct rmap_zemax_translation *t,
 static bool is_refractive(const struct rmap_scene *scene, size_t object)
 {
     const struct rmap_object *it = &scene->object[object];
-    return scene->surface[it->surface_front].type == RMAP_SURFACE_FRESNEL ||
-           scene->surface[it->surface_back].type == RMAP_SURFACE_FRESNEL;
+    return rmap_surface_look(&scene->surface[it->surface_front]) == RMAP_LOOK_REFRACTING ||
+           rmap_surface_look(&scene->surface[it->surface_back]) == RMAP_LOOK_REFRACTING;
 }
 
 enum rmap_status rmap_zemax_put_hit(struct rmap_zemax_translation *t,

@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/unit.h"
 #include "base/vec.h"
 
 enum { BASES = 7 }; /* L M T I theta N J */
@@ -17,22 +18,9 @@ static const struct word {
     double si;
     double dimension[BASES];
 } word_table[] = {
-    {"km", 1e3, {1}},
-    {"m", 1.0, {1}},
-    {"cm", 1e-2, {1}},
-    {"mm", 1e-3, {1}},
-    {"um", 1e-6, {1}},
-    {"nm", 1e-9, {1}},
-    {"in", 0.0254, {1}},
-    {"s", 1.0, {[2] = 1}},
-    {"W", 1.0, {2, 1, -3}},
-    {"lm", 1.0, {[6] = 1}},
-    {"cd", 1.0, {[6] = 1}},
-    {"lx", 1.0, {-2, [6] = 1}},
-    {"deg", RMAP_PI / 180.0, {0}},
-    {"rad", 1.0, {0}},
-    {"sr", 1.0, {0}},
-    {"cycles", 1.0, {0}},
+    {"s", 1.0, {[2] = 1}},  {"W", 1.0, {2, 1, -3}},     {"lm", 1.0, {[6] = 1}},
+    {"cd", 1.0, {[6] = 1}}, {"lx", 1.0, {-2, [6] = 1}}, {"deg", RMAP_PI / 180.0, {0}},
+    {"rad", 1.0, {0}},      {"sr", 1.0, {0}},           {"cycles", 1.0, {0}},
 };
 
 /* The letters at *at and the digit behind them, to a power of that or, below a stroke, of one over
@@ -55,7 +43,12 @@ static bool multiply(struct rmap_h5_unit *unit, const char **at, bool below)
             unit->dimension[k] += power * word->dimension[k];
         return true;
     }
-    return false;
+    const struct rmap_written_unit *length = rmap_unit_named(from, len);
+    if (!length || length->dimension != RMAP_DIMENSION_LENGTH)
+        return false;
+    unit->si *= pow(length->size, power);
+    unit->dimension[0] += power;
+    return true;
 }
 
 struct rmap_h5_unit rmap_h5_unit_named(const char *name)

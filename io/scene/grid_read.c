@@ -8,10 +8,10 @@
 #include <string.h>
 
 #include "base/alloc.h"
+#include "base/unit.h"
 #include "io/file/input_file.h"
 #include "io/hdf5/h5_inside.h"
 #include "io/mesh/bundle.h"
-#include "io/scene/scene_reader.h"
 
 /* An open file and dataset; what goes wrong is told with both. */
 struct source {
@@ -138,7 +138,8 @@ static enum rmap_status find_unit(const struct source *from, double *factor)
     double unit_m = from->file->length_unit_m;
     if (!(unit_m > 0)) {
         RMAP_TRY(get_word(from, "length_unit", word));
-        unit_m = word[0] ? rmap_reader_unit_m(word) : from->file->unit_m;
+        const struct rmap_written_unit *unit = rmap_unit_of_scene(word, RMAP_DIMENSION_LENGTH);
+        unit_m = unit ? unit->size : word[0] ? 0 : from->file->unit_m;
         if (!(unit_m > 0))
             RMAP_TRY(rmap_error_set(from->err, RMAP_INPUT,
                                     "%s: unknown length_unit '%s'; known: nm, um, mm, cm, m, in",

@@ -11,28 +11,26 @@
 
 static const double rgb_index_nm = 587.56; /* RGB mode takes indices at the helium d line */
 
-const char *const rmap_unit_names[6] = {"nm", "um", "mm", "cm", "m", "in"};
-
-double rmap_reader_unit_m(const char *unit)
+const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *reader,
+                                                        const struct rmap_yaml_node *map,
+                                                        const char *key)
 {
-    static const double metres[RMAP_COUNT(rmap_unit_names)] = {1e-9, 1e-6, 1e-3, 1e-2, 1.0, 0.0254};
-    for (size_t i = 0; i < RMAP_COUNT(rmap_unit_names); i++)
-        if (strcmp(unit, rmap_unit_names[i]) == 0)
-            return metres[i];
-    return 0;
+    const char *word[RMAP_UNITS_MAX];
+    size_t n = rmap_unit_words(RMAP_DIMENSION_LENGTH, word);
+    int choice = -1;
+    (void)rmap_reader_choice(reader, map, key, RMAP_OPTIONAL, word, n, &choice);
+    return choice < 0 ? NULL : rmap_unit_of_scene(word[choice], RMAP_DIMENSION_LENGTH);
 }
 
 enum rmap_status rmap_reader_read_units(struct rmap_reader *reader)
 {
-    int choice = 2;
-    (void)rmap_reader_choice(reader, reader->root, "units", RMAP_OPTIONAL, rmap_unit_names,
-                             RMAP_COUNT(rmap_unit_names), &choice);
-    char *unit = rmap_strdup(rmap_unit_names[choice]);
-    if (!unit)
+    const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, reader->root, "units");
+    char *name = rmap_strdup(unit ? unit->name : "mm");
+    if (!name)
         return rmap_reader_no_memory(reader);
     rmap_free(reader->scene->unit);
-    reader->scene->unit = unit;
-    reader->scene->unit_m = rmap_reader_unit_m(unit);
+    reader->scene->unit = name;
+    reader->scene->unit_m = unit ? unit->size : 1e-3;
     return RMAP_OK;
 }
 

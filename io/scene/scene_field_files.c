@@ -30,14 +30,14 @@ static bool describe_grid(struct rmap_reader *reader, const struct rmap_yaml_nod
 {
     static const char *const axes[] = {"xyz", "xzy", "yxz", "yzx", "zxy", "zyx"};
     const struct rmap_yaml_node *lower = rmap_yaml_get(node, "lower");
-    int unit = -1, order = -1;
+    int order = -1;
     double origin[3];
     bool good = read_triple(reader, node, "lower", file->lower);
     good &= read_triple(reader, node, "upper", file->upper);
     good &= read_triple(reader, node, "spacing", file->spacing);
     good &= read_triple(reader, node, "origin", origin);
-    good &= rmap_reader_choice(reader, node, "unit", RMAP_OPTIONAL, rmap_unit_names,
-                               RMAP_COUNT(rmap_unit_names), &unit);
+    const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, node, "unit");
+    good &= unit || !rmap_yaml_get(node, "unit");
     good &= rmap_reader_choice(reader, node, "axes", RMAP_OPTIONAL, axes, RMAP_COUNT(axes), &order);
     if (lower && rmap_yaml_get(node, "origin")) {
         rmap_reader_error(reader, lower, "give 'origin' or 'lower', not both: they are the same");
@@ -52,7 +52,7 @@ static bool describe_grid(struct rmap_reader *reader, const struct rmap_yaml_nod
     }
     file->dataset = rmap_reader_text(reader, node, "dataset", RMAP_OPTIONAL);
     file->axes = order < 0 ? NULL : axes[order];
-    file->length_unit_m = unit < 0 ? 0 : rmap_reader_unit_m(rmap_unit_names[unit]);
+    file->length_unit_m = unit ? unit->size : 0;
     file->unit_m = reader->scene->unit_m;
     return good;
 }

@@ -177,8 +177,11 @@ static double mesh_scale(struct rmap_reader *reader, const struct rmap_yaml_node
 {
     const struct rmap_yaml_node *scale = rmap_yaml_get(node, "scale");
     double factor = 1;
-    if (scale && scale->kind == RMAP_YAML_SCALAR && rmap_reader_unit_m(scale->text) > 0)
-        return rmap_reader_unit_m(scale->text) / reader->scene->unit_m;
+    const struct rmap_written_unit *unit = NULL;
+    if (scale && scale->kind == RMAP_YAML_SCALAR)
+        unit = rmap_unit_of_scene(scale->text, RMAP_DIMENSION_LENGTH);
+    if (unit)
+        return unit->size / reader->scene->unit_m;
     if (!rmap_reader_number(reader, node, "scale", RMAP_OPTIONAL, &rmap_range_positive, &factor))
         return 0;
     return factor;

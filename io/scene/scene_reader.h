@@ -13,6 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/unit.h"
 #include "io/file/diagnostics.h"
 #include "io/mesh/bundle.h"
 #include "io/scene/receivers.h"
@@ -232,9 +233,10 @@ enum rmap_status rmap_reader_reduce(struct rmap_reader *reader,
 
 /* ---- shared between sections ---- */
 
-/* Metres of a unit's name; 0 when unknown. */
-double rmap_reader_unit_m(const char *unit);
-extern const char *const rmap_unit_names[6];
+/* The unit of length that `key` names; NULL when absent or wrong. */
+const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *reader,
+                                                        const struct rmap_yaml_node *map,
+                                                        const char *key);
 
 /* A file that the scene names, relative to the scene file's folder; rmap_free. NULL: no memory. */
 char *rmap_reader_path(const struct rmap_reader *reader, const char *file);

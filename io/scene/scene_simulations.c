@@ -39,20 +39,16 @@ void rmap_reader_choose_simulation(struct rmap_reader *reader)
 
 static bool read_time(struct rmap_reader *reader, const struct rmap_yaml_node *node, double *time_s)
 {
-    static const struct {
-        const char *unit;
-        double s;
-    } known[] = {{"", 1}, {"s", 1}, {"min", 60}, {"h", 3600}};
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "time_limit");
     const char *text = rmap_reader_text(reader, node, "time_limit", RMAP_OPTIONAL), *unit = NULL;
     double value = 0;
     if (!text)
         return true;
     if (rmap_reader_parse_quantity(text, &value, &unit) && value > 0) {
-        for (size_t i = 0; i < RMAP_COUNT(known); i++) {
-            if (strcmp(unit, known[i].unit) != 0)
-                continue;
-            *time_s = value * known[i].s;
+        const struct rmap_written_unit *of =
+            rmap_unit_of_scene(unit[0] ? unit : "s", RMAP_DIMENSION_TIME);
+        if (of) {
+            *time_s = value * of->size;
             return true;
         }
     }

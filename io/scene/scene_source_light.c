@@ -3,31 +3,11 @@
 
 #include <string.h>
 
-static bool flux_unit(const char *unit, double *factor, bool *lumens)
-{
-    static const struct {
-        const char *unit;
-        double factor;
-        bool lumens;
-    } known[] = {{"", 1, false},      {"W", 1, false},     {"uW", 1e-6, false},
-                 {"mW", 1e-3, false}, {"kW", 1e3, false},  {"MW", 1e6, false},
-                 {"lm", 1, true},     {"mlm", 1e-3, true}, {"klm", 1e3, true}};
-    for (size_t i = 0; i < RMAP_COUNT(known); i++) {
-        if (strcmp(unit, known[i].unit) != 0)
-            continue;
-        *factor = known[i].factor;
-        *lumens = known[i].lumens;
-        return true;
-    }
-    return false;
-}
-
 void rmap_reader_read_flux(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            struct rmap_source_light *light)
 {
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "flux");
     const char *text = rmap_reader_text(reader, node, "flux", RMAP_OPTIONAL), *unit = NULL;
-    double factor = 1;
     light->flux = 1;
     if (!text)
         return;
@@ -36,12 +16,15 @@ void rmap_reader_read_flux(struct rmap_reader *reader, const struct rmap_yaml_no
                           "'flux' must be a power, as in '1 W' or '800 lm', not '%.40s'", text);
         return;
     }
-    if (!flux_unit(unit, &factor, &light->lumens)) {
-        static const char *const known[] = {"W", "uW", "mW", "kW", "MW", "lm", "mlm", "klm"};
-        rmap_reader_unknown(reader, at->line, at->column, "unknown unit of flux", unit, known,
-                            RMAP_COUNT(known));
+    const struct rmap_written_unit *of =
+        rmap_unit_of_scene(unit[0] ? unit : "W", RMAP_DIMENSION_FLUX);
+    if (!of) {
+        const char *known[RMAP_UNITS_MAX];
+        size_t n = rmap_unit_words(RMAP_DIMENSION_FLUX, known);
+        rmap_reader_unknown(reader, at->line, at->column, "unknown unit of flux", unit, known, n);
     }
-    light->flux *= factor;
+    light->lumens = of && of->lumens;
+    light->flux *= of ? of->size : 1;
     if (!(light->flux > 0))
         rmap_reader_error(reader, at, "'flux' must be greater than 0, not %.40s", text);
 }

@@ -7,7 +7,11 @@
 #include "base/alloc.h"
 #include "io/scene/scene_reader.h"
 
-static const char *const type_word[] = {"fresnel", "mirror", "lambert", "absorber", "mixture"};
+static const char *const type_word[] = {
+#define ROW(symbol, name, phrase, look, events) name,
+    RMAP_SURFACE_TABLE(ROW)
+#undef ROW
+};
 
 static enum rmap_status new_surface(struct rmap_reader *reader, const char *name, int32_t line,
                                     struct rmap_surface **surface_ret)

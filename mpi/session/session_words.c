@@ -1,56 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "mpi/session/session_words.h"
 
+#include "analysis/criterion/criterion_word.h"
 #include "base/alloc.h"
-#include "portion/event.h"
 
-static const char *const language[] = {"all",
-                                       "source",
-                                       "hit",
-                                       "surface",
-                                       "event",
-                                       "medium",
-                                       "registered",
-                                       "crossed",
-                                       "ended",
-                                       "path",
-                                       "where",
-                                       "face",
-                                       "triangle",
-                                       "rect",
-                                       "ellipse",
-                                       "polygon",
-                                       "cells",
-                                       "rel",
-                                       "not",
-                                       "and",
-                                       "or",
-                                       "in",
-                                       "let",
-                                       "segments",
-                                       "bounces",
-                                       "wavelength",
-                                       "flux",
-                                       "path_length",
-                                       "optical_path",
-                                       "ray",
-                                       "angle",
-                                       "time",
-                                       "absorbed",
-                                       "list",
-                                       "names",
-                                       "status",
-                                       "help",
-                                       "quit",
-#define ROW(symbol, bit, letter, word, meaning) word,
-                                       RMAP_EVENT_TABLE(ROW)
-#undef ROW
-#define ROW(word, mask) word,
-                                           RMAP_EVENT_UNION_TABLE(ROW)
-#undef ROW
-};
+/* Of the session itself; `let` is the language's. */
+static const char *const own_words[] = {"list", "names", "status", "help", "quit", "exit"};
 
-enum { KINDS = 6, LANGUAGE_WORDS = sizeof language / sizeof language[0] };
+enum { KINDS = 6, OWN_WORDS = sizeof own_words / sizeof *own_words };
 
 /* Name `index` of a kind, or NULL behind the last. */
 static const char *name_of(const struct rmap_scene *scene, int kind, size_t index)
@@ -74,14 +31,19 @@ static const char *name_of(const struct rmap_scene *scene, int kind, size_t inde
 enum rmap_status rmap_session_words(const struct rmap_scene *scene, const char ***word_ret,
                                     size_t *n_ret, struct rmap_error *err)
 {
-    size_t n = LANGUAGE_WORDS + scene->n_object + scene->n_group + scene->n_source +
+    size_t n_language = 0;
+    while (rmap_criterion_word(n_language))
+        n_language++;
+    size_t n = OWN_WORDS + n_language + scene->n_object + scene->n_group + scene->n_source +
                scene->n_detector + scene->n_surface + scene->n_medium;
     const char **word = rmap_alloc(n, sizeof *word);
     if (!word)
         return rmap_error_set(err, RMAP_SYSTEM, "out of memory for %zu words", n);
     n = 0;
-    for (size_t i = 0; i < LANGUAGE_WORDS; i++)
-        word[n++] = language[i];
+    for (size_t i = 0; i < OWN_WORDS; i++)
+        word[n++] = own_words[i];
+    for (size_t i = 0; i < n_language; i++)
+        word[n++] = rmap_criterion_word(i);
     for (int kind = 0; kind < KINDS; kind++)
         for (size_t i = 0; name_of(scene, kind, i); i++)
             word[n++] = name_of(scene, kind, i);

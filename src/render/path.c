@@ -2,6 +2,8 @@
  *
  * One path from the camera; see renderer.h.
  */
+#include <string.h>
+
 #include "base/rng.h"
 #include "render/camera_ray.h"
 #include "render/renderer.h"
@@ -283,7 +285,7 @@ static void look_from_surface(struct path *path, const struct rmap_arrival *arri
         rmap_contact_turn(&receiver.ray.contact, hit);
         look(path, &receiver);
     }
-    if (surface->type != RMAP_SURFACE_MIXTURE ||
+    if (!strchr(rmap_surface_model[surface->type].events, 'd') ||
         (front ? object->gradient_back : object->gradient_front) != 0)
         return;
     receiver.ray.medium = far == RMAP_MEDIUM_ANY ? path->walk.ray.medium : far;

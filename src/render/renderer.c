@@ -30,10 +30,8 @@ static void find_scatterers(const struct rmap_scene *scene, bool *scatters)
 {
     for (size_t s = 0; s < scene->n_surface; s++) {
         const struct rmap_surface *surface = &scene->surface[s];
-        bool mixture = surface->type == RMAP_SURFACE_MIXTURE;
-        scatters[s] = (mixture || surface->type == RMAP_SURFACE_LAMBERT) &&
-                      any(surface->reflect_diffuse, scene->channels.n);
-        scatters[s] = scatters[s] || (mixture && any(surface->transmit_diffuse, scene->channels.n));
+        scatters[s] = any(surface->reflect_diffuse, scene->channels.n) ||
+                      any(surface->transmit_diffuse, scene->channels.n);
     }
 }
 

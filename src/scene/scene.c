@@ -96,10 +96,8 @@ bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index)
     if (surface_index < 0)
         return false;
     const struct rmap_surface *surface = &scene->surface[surface_index];
-    if (surface->type == RMAP_SURFACE_FRESNEL)
-        return true;
-    bool some = false;
-    for (int i = 0; surface->type == RMAP_SURFACE_MIXTURE && i < scene->channels.n; i++)
+    bool some = rmap_surface_look(surface) == RMAP_LOOK_REFRACTING;
+    for (int i = 0; !some && i < scene->channels.n; i++)
         some |= surface->transmit_specular[i] > 0 || surface->transmit_diffuse[i] > 0;
     return some;
 }

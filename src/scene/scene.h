@@ -20,6 +20,7 @@
 #include "geometry/shape.h"
 #include "gradient/gradient.h"
 #include "optics/spectrum.h"
+#include "scene/surface_model.h"
 
 struct rmap_medium {
     char *name;
@@ -35,14 +36,6 @@ struct rmap_medium {
     double scattering_g; /* mean cosine of the phase function (Henyey & Greenstein 1941,
                             doi:10.1086/144246); 0: isotropic */
     bool scattering_at_all;
-};
-
-enum rmap_surface_type {
-    RMAP_SURFACE_FRESNEL,
-    RMAP_SURFACE_MIRROR,
-    RMAP_SURFACE_LAMBERT,
-    RMAP_SURFACE_ABSORBER,
-    RMAP_SURFACE_MIXTURE
 };
 
 enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL };
@@ -249,6 +242,16 @@ bool rmap_scene_is_curved(const struct rmap_scene *scene);
 /* Widens the bounding sphere of a finished scene to hold a camera and its lens: light that starts
  * there is inside the scene. Before the scene's rmap_accel is made. */
 void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera);
+
+/* How a surface, or an object's front, is drawn. */
+static inline enum rmap_look rmap_surface_look(const struct rmap_surface *surface)
+{
+    return rmap_surface_model[surface->type].look;
+}
+static inline enum rmap_look rmap_object_look(const struct rmap_scene *scene, size_t object)
+{
+    return rmap_surface_look(&scene->surface[scene->object[object].surface_front]);
+}
 
 /* A surface that may let light through, at some wavelength; false for -1. */
 bool rmap_scene_transmits(const struct rmap_scene *scene, int32_t surface_index);

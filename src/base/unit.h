@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT
+ *
+ * Units that people write behind numbers: one table for scene files, criteria and maps.
+ */
+#ifndef RMAP_UNIT_H
+#define RMAP_UNIT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+
+/* What a number measures decides its units. */
+enum rmap_dimension {
+    RMAP_DIMENSION_NONE,
+    RMAP_DIMENSION_LENGTH,
+    RMAP_DIMENSION_ANGLE,
+    RMAP_DIMENSION_WAVELENGTH, /* as LENGTH */
+    RMAP_DIMENSION_TIME,
+    RMAP_DIMENSION_FLUX,
+    RMAP_DIMENSION_MIXED /* of several detectors: each in its own unit */
+};
+
+struct rmap_written_unit {
+    const char *name;
+    enum rmap_dimension dimension;
+    double size;                /* in m, degrees, s, W or lm */
+    bool in_scene, in_criteria; /* may be written there */
+    bool lumens;                /* FLUX */
+};
+
+const struct rmap_written_unit *rmap_unit_at(size_t i); /* NULL behind the last */
+
+/* The unit of this name of `len` bytes; NULL: there is none. */
+const struct rmap_written_unit *rmap_unit_named(const char *name, size_t len);
+
+/* The same of one of this dimension that a scene file may have. */
+const struct rmap_written_unit *rmap_unit_of_scene(const char *name, enum rmap_dimension dimension);
+
+#define RMAP_UNITS_MAX 16 /* of one dimension */
+/* Their names in scene files, into word; how many there are. */
+size_t rmap_unit_words(enum rmap_dimension dimension, const char *word[RMAP_UNITS_MAX]);
+
+#endif
