@@ -28,7 +28,7 @@ def run(what, *words, status):
 
 def make(path, *options, **environment):
     shutil.rmtree(path, ignore_errors=True)
-    subprocess.run([PROGRAM, "trace", SCENE, "-o", path, "-n", "20000", "--flush-portions", "1", "--quiet", *options],
+    subprocess.run([PROGRAM, "trace", SCENE, "-o", path, "-n", "80000", "--flush-portions", "1", "--quiet", *options],
                    env={**os.environ, **environment}, check=not environment)
     return sorted(file.relative_to(path) for file in pathlib.Path(path).rglob("*")
                   if file.is_file() and "writer" not in file.name)
