@@ -146,8 +146,8 @@ static void read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *n
                              &camera->aperture);
 }
 
-static enum rmap_status read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    struct rmap_camera *camera)
+static void read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_camera *camera)
 {
     static const char *const pinhole[] = {
         "name", "type",   "at",           "look_at",  "up",     "direction", "resolution",
@@ -156,11 +156,10 @@ static enum rmap_status read_camera(struct rmap_reader *reader, const struct rma
         "name",   "type",         "at",       "look_at", "up",     "direction", "resolution", "fov",
         "sensor", "focal_length", "exposure", "medium",  "within", "focus",     "aperture"};
     static const char *const word[] = {"pinhole", "thin_lens"};
-    enum rmap_status st = RMAP_OK;
     double distance = 0;
     int type = 0;
     if (!rmap_reader_choice(reader, node, "type", RMAP_OPTIONAL, word, 2, &type))
-        return RMAP_OK;
+        return;
     camera->type = (enum rmap_camera_type)type;
     if (camera->type == RMAP_CAMERA_PINHOLE)
         (void)rmap_reader_check_map(reader, node, "a pinhole camera", pinhole, RMAP_COUNT(pinhole));
@@ -175,12 +174,10 @@ static enum rmap_status read_camera(struct rmap_reader *reader, const struct rma
     read_field(reader, node, camera);
     (void)rmap_reader_number(reader, node, "exposure", RMAP_OPTIONAL, &rmap_range_positive,
                              &camera->exposure);
-    RMAP_TRY(rmap_reader_medium(reader, node, "medium", &camera->medium));
+    rmap_reader_medium(reader, node, "medium", &camera->medium);
     if (camera->medium < 0 && !rmap_yaml_get(node, "medium"))
-        RMAP_TRY(rmap_reader_surrounding_medium(reader, &camera->medium));
-    RMAP_TRY(rmap_reader_place_within(reader, node, camera->medium, &camera->gradient));
-out:
-    return st;
+        rmap_reader_surrounding_medium(reader, &camera->medium);
+    rmap_reader_place_within(reader, node, camera->medium, &camera->gradient);
 }
 
 /* ---- the sections ---- */
@@ -202,56 +199,47 @@ static void check_unique(struct rmap_reader *reader, const struct rmap_yaml_node
     }
 }
 
-enum rmap_status rmap_reader_read_cameras(struct rmap_reader *reader)
+void rmap_reader_read_cameras(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *list = rmap_yaml_get(reader->root, "cameras");
     if (!list || !rmap_reader_check_list(reader, list, "'cameras'"))
-        return RMAP_OK;
+        return;
     for (size_t i = 0; i < list->n_item; i++) {
         const struct rmap_yaml_node *node = list->item[i].value;
         if (node->kind != RMAP_YAML_MAP) {
             rmap_reader_error(reader, node, "a camera must be a mapping, as in {name: front, ...}");
             continue;
         }
-        void *array = scene->camera;
-        struct rmap_camera *camera = rmap_reader_append(reader, &array, &scene->n_camera,
-                                                        &reader->cap_camera, sizeof *camera);
+        struct rmap_camera *camera =
+            RMAP_READER_NEW(reader, scene->camera, scene->n_camera, reader->cap_camera);
         if (!camera)
-            return rmap_reader_no_memory(reader);
-        scene->camera = array;
+            return;
         *camera = (struct rmap_camera){.medium = -1, .slope = 1};
         const char *name = rmap_reader_name(reader, node);
-        camera->name = rmap_strdup(name);
-        if (!camera->name)
-            return rmap_reader_no_memory(reader);
+        camera->name = rmap_reader_strdup(reader, name);
         check_unique(reader, list, i, name);
-        RMAP_TRY(read_camera(reader, node, camera));
+        read_camera(reader, node, camera);
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_read_background(struct rmap_reader *reader)
+void rmap_reader_read_background(struct rmap_reader *reader)
 {
     static const char *const key[] = {"radiance", "spectrum"};
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *node = rmap_yaml_get(reader->root, "background");
     struct rmap_spectrum spectrum = {.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
-    struct rmap_error failure = {0};
     double radiance = 0;
     if (!node || !rmap_reader_check_map(reader, node, "'background'", key, RMAP_COUNT(key)))
-        return RMAP_OK;
+        return;
     (void)rmap_reader_number(reader, node, "radiance", RMAP_REQUIRED, &rmap_range_nonnegative,
                              &radiance);
-    enum rmap_status st = rmap_reader_source_spectrum(reader, node, &spectrum);
-    if (st != RMAP_OK || reader->diagnostics->n_error > 0)
-        return st;
+    rmap_reader_source_spectrum(reader, node, &spectrum);
+    if (reader->diagnostics->n_error > 0)
+        return;
     if (rmap_spectrum_shares(&spectrum, &scene->channels, scene->flux_unit == RMAP_FLUX_LM,
-                             scene->background, &failure) != RMAP_OK)
-        rmap_reader_error(reader, node, "'background': %.200s", failure.text);
+                             scene->background, &reader->failure) != RMAP_OK)
+        rmap_reader_error(reader, node, "'background': %.200s", reader->failure.text);
     for (int i = 0; i < scene->channels.n; i++)
         scene->background[i] *= radiance;
-    return RMAP_OK;
 }

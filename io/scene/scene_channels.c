@@ -22,19 +22,16 @@ const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *read
     return choice < 0 ? NULL : rmap_unit_of_scene(word[choice], RMAP_DIMENSION_LENGTH);
 }
 
-enum rmap_status rmap_reader_read_units(struct rmap_reader *reader)
+void rmap_reader_read_units(struct rmap_reader *reader)
 {
     const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, reader->root, "units");
-    char *name = rmap_strdup(unit ? unit->name : "mm");
-    if (!name)
-        return rmap_reader_no_memory(reader);
+    char *name = rmap_reader_strdup(reader, unit ? unit->name : "mm");
     rmap_free(reader->scene->unit);
     reader->scene->unit = name;
     reader->scene->unit_m = unit ? unit->size : 1e-3;
-    return RMAP_OK;
 }
 
-void rmap_reader_read_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node)
+void rmap_reader_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
     static const char *const key[] = {"steps", "flux"};
     const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
@@ -45,6 +42,11 @@ void rmap_reader_read_limits(struct rmap_reader *reader, const struct rmap_yaml_
                              &reader->scene->limit_weight);
 }
 
+void rmap_reader_read_limits(struct rmap_reader *reader)
+{
+    rmap_reader_limits(reader, rmap_yaml_get(reader->root, "limits"));
+}
+
 /* ---- wavelengths ---- */
 
 /* Wavelengths gathered before they become channels. */
@@ -53,15 +55,11 @@ struct gathered {
     size_t n, cap;
 };
 
-static enum rmap_status gather(struct rmap_reader *reader, struct gathered *set, double nm)
+static void gather(struct rmap_reader *reader, struct gathered *set, double nm)
 {
-    void *array = set->nm;
-    double *place = rmap_reader_append(reader, &array, &set->n, &set->cap, sizeof *place);
-    if (!place)
-        return rmap_reader_no_memory(reader);
-    set->nm = array;
-    *place = nm;
-    return RMAP_OK;
+    double *place = RMAP_READER_NEW(reader, set->nm, set->n, set->cap);
+    if (place)
+        *place = nm;
 }
 
 static bool number_of(const char *text, double *value)
@@ -70,30 +68,27 @@ static bool number_of(const char *text, double *value)
 }
 
 /* False when the source has light at other wavelengths than ones it names. */
-static enum rmap_status gather_source(struct rmap_reader *reader, struct gathered *set,
-                                      const struct rmap_yaml_node *source, bool *named)
+static void gather_source(struct rmap_reader *reader, struct gathered *set,
+                          const struct rmap_yaml_node *source, bool *named)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *lines = rmap_yaml_get(rmap_yaml_get(source, "spectrum"), "lines");
     const struct rmap_yaml_node *rays = rmap_yaml_get(source, "rays");
     double nm = 0;
     *named = lines && lines->kind == RMAP_YAML_MAP;
     for (size_t i = 0; *named && i < lines->n_item; i++)
         if (number_of(lines->item[i].key, &nm))
-            RMAP_TRY(gather(reader, set, nm));
+            gather(reader, set, nm);
     if (!rays || rays->kind != RMAP_YAML_LIST)
-        goto out;
+        return;
     bool all = true;
     for (size_t i = 0; i < rays->n_item; i++) {
         const struct rmap_yaml_node *node = rmap_yaml_get(rays->item[i].value, "wavelength");
         bool good = node && node->kind == RMAP_YAML_SCALAR && number_of(node->text, &nm);
         all &= good;
         if (good)
-            RMAP_TRY(gather(reader, set, nm));
+            gather(reader, set, nm);
     }
     *named |= all;
-out:
-    return st;
 }
 
 static int by_value(const void *a, const void *b)
@@ -135,22 +130,19 @@ static void set_visible(struct rmap_channels *channels)
         channels->wavelength_nm[i] = 380.0 + 10.0 * i;
 }
 
-static enum rmap_status channels_of_sources(struct rmap_reader *reader)
+static void channels_of_sources(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     struct gathered set = {0};
     const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
     bool named = sources && sources->kind == RMAP_YAML_LIST && sources->n_item > 0;
     for (size_t i = 0; named && i < sources->n_item; i++)
-        RMAP_TRY(gather_source(reader, &set, sources->item[i].value, &named));
+        gather_source(reader, &set, sources->item[i].value, &named);
     size_t n = sort_unique(set.nm, set.n);
     if (named && n)
         set_channels(reader, sources, set.nm, n);
     else
         set_visible(&reader->scene->channels);
-out:
     rmap_free(set.nm);
-    return st;
 }
 
 static void channels_of_range(struct rmap_reader *reader, const struct rmap_yaml_node *node)
@@ -182,8 +174,7 @@ static void channels_of_range(struct rmap_reader *reader, const struct rmap_yaml
     set_channels(reader, node, nm, (size_t)n);
 }
 
-static enum rmap_status channels_of_list(struct rmap_reader *reader,
-                                         const struct rmap_yaml_node *node)
+static void channels_of_list(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
     size_t n = 0;
     set_visible(&reader->scene->channels);
@@ -191,11 +182,11 @@ static enum rmap_status channels_of_list(struct rmap_reader *reader,
         double nm = 0;
         if (rmap_reader_scalar(reader, node, "'wavelengths'", &rmap_range_positive, &nm))
             set_channels(reader, node, &nm, 1);
-        return RMAP_OK;
+        return;
     }
     double *nm = rmap_reader_alloc(reader, node->n_item, sizeof *nm);
     if (!nm)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < node->n_item; i++)
         if (rmap_reader_scalar(reader, node->item[i].value, "a wavelength", &rmap_range_positive,
                                &nm[n]))
@@ -207,7 +198,6 @@ static enum rmap_status channels_of_list(struct rmap_reader *reader,
         set_channels(reader, node, nm, distinct);
     else if (!node->n_item)
         rmap_reader_error(reader, node, "'wavelengths' must not be empty");
-    return RMAP_OK;
 }
 
 static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
@@ -227,10 +217,9 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
     return choice ? RMAP_COLOUR_RGB : RMAP_COLOUR_SPECTRAL;
 }
 
-enum rmap_status rmap_reader_read_channels(struct rmap_reader *reader)
+void rmap_reader_read_channels(struct rmap_reader *reader)
 {
     static const char *const key[] = {"mode", "wavelengths"};
-    enum rmap_status st = RMAP_OK;
     struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_yaml_node *spectrum = rmap_yaml_get(reader->root, "spectrum");
     if (spectrum && !rmap_reader_check_map(reader, spectrum, "spectrum", key, RMAP_COUNT(key)))
@@ -240,16 +229,14 @@ enum rmap_status rmap_reader_read_channels(struct rmap_reader *reader)
     if (wavelengths && wavelengths->kind == RMAP_YAML_MAP)
         channels_of_range(reader, wavelengths);
     else if (wavelengths)
-        RMAP_TRY(channels_of_list(reader, wavelengths));
+        channels_of_list(reader, wavelengths);
     else if (channels->mode == RMAP_COLOUR_SPECTRAL)
-        RMAP_TRY(channels_of_sources(reader));
+        channels_of_sources(reader);
     if (channels->mode == RMAP_COLOUR_RGB) {
         channels->n = 3;
         for (int i = 0; i < 3; i++)
             channels->wavelength_nm[i] = rgb_index_nm;
     }
-out:
-    return st;
 }
 
 int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,

@@ -67,69 +67,56 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
     (void)rmap_reader_check_map(reader, node, what, key, n);
 }
 
-static enum rmap_status make_of_parameters(struct rmap_reader *reader,
-                                           const struct rmap_yaml_node *node,
-                                           const struct rmap_field_model *model,
-                                           struct rmap_field **field_ret)
+static void make_of_parameters(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               const struct rmap_field_model *model, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
     double value[RMAP_CHANNEL_MAX * RMAP_FIELD_KEY_MAX] = {0};
-    struct rmap_error failure = {0};
     size_t width = 0;
     bool good = true;
     while (width < RMAP_FIELD_KEY_MAX && model->parameter[width].name)
         width++;
-    RMAP_TRY(rmap_reader_parameters(reader, node, model->parameter, width, value, &good));
+    rmap_reader_parameters(reader, node, model->parameter, width, value, &good);
     if (good)
-        st = rmap_reader_made(
-            reader, node,
-            model->make(field_ret, rmap_reader_distinct(reader, value, width), value, &failure),
-            &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         model->make(field_ret, rmap_reader_distinct(reader, value, width), value,
+                                     &reader->failure));
 }
 
 /* A part of a field stands in the frame of the whole. */
-static enum rmap_status place_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_field **field)
+static void place_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_field **field)
 {
     struct rmap_affine placement, to_local;
-    struct rmap_error failure = {0};
     struct rmap_field *of = *field;
     bool moved = false;
     for (size_t i = 1; i < RMAP_COUNT(placement_key); i++)
         moved |= rmap_yaml_get(node, placement_key[i]) != NULL;
     if (!moved || !rmap_reader_placement(reader, node, &placement) || !of ||
         !rmap_affine_invert(&placement, &to_local))
-        return RMAP_OK;
+        return;
     *field = NULL;
-    return rmap_reader_made(reader, node, rmap_field_placed(field, of, &to_local, &failure),
-                            &failure);
+    rmap_reader_made(reader, node, rmap_field_placed(field, of, &to_local, &reader->failure));
 }
 
-enum rmap_status rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_field_place *place,
-                                   struct rmap_field **field_ret)
+void rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
     *field_ret = NULL;
     if (node->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, node,
                           "a gradient must be a mapping, as in {type: luneburg, ...}");
-        return RMAP_OK;
+        return;
     }
     const struct rmap_field_model *model = choose_model(reader, node);
     if (!model)
-        return RMAP_OK;
+        return;
     check_keys(reader, node, model, place);
     if (model->read)
-        RMAP_TRY(model->read(reader, node, place, field_ret));
+        model->read(reader, node, place, field_ret);
     else
-        RMAP_TRY(make_of_parameters(reader, node, model, field_ret));
+        make_of_parameters(reader, node, model, field_ret);
     if (!place->whole)
-        RMAP_TRY(place_part(reader, node, field_ret));
-out:
-    return st;
+        place_part(reader, node, field_ret);
 }
 
 /* ---- how light is traced through it ---- */
@@ -169,15 +156,12 @@ static void read_options(struct rmap_reader *reader, const struct rmap_yaml_node
     (void)rmap_reader_whole(reader, node, "max_steps", 1, UINT32_MAX, &options->max_steps);
 }
 
-static enum rmap_status add_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  int32_t medium)
+static void add_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node, int32_t medium)
 {
-    void *array = reader->frame;
     struct rmap_medium_frame *frame =
-        rmap_reader_append(reader, &array, &reader->n_frame, &reader->cap_frame, sizeof *frame);
+        RMAP_READER_NEW(reader, reader->frame, reader->n_frame, reader->cap_frame);
     if (!frame)
-        return rmap_reader_no_memory(reader);
-    reader->frame = array;
+        return;
     *frame = (struct rmap_medium_frame){
         .medium = medium, .node = node, .first = -1, .first_object = -1, .other_object = -1};
     (void)rmap_reader_placement(reader, node, &frame->placement);
@@ -186,15 +170,13 @@ static enum rmap_status add_frame(struct rmap_reader *reader, const struct rmap_
         frame->kind = RMAP_FRAME_WORLD;
     else if (name && strcmp(name, "object") != 0)
         frame->kind = RMAP_FRAME_NAMED;
-    return RMAP_OK;
 }
 
 /* ---- the medium ---- */
 
 /* Indices for reports: those at the origin of the frame, where there is one. */
-static enum rmap_status report_index(struct rmap_reader *reader,
-                                     const struct rmap_affine *placement,
-                                     struct rmap_medium *medium)
+static void report_index(struct rmap_reader *reader, const struct rmap_affine *placement,
+                         struct rmap_medium *medium)
 {
     const int n_channel = reader->scene->channels.n;
     struct rmap_affine to_field = rmap_affine_identity();
@@ -215,16 +197,15 @@ static enum rmap_status report_index(struct rmap_reader *reader,
                        "gradient %s, without an index at the origin of its frame",
                        medium->field->ops->model);
     rmap_free(medium->description);
-    medium->description = rmap_strdup(text);
-    return medium->description ? RMAP_OK : rmap_reader_no_memory(reader);
+    medium->description = rmap_reader_strdup(reader, text);
 }
 
-enum rmap_status rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      int32_t medium_index)
+void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          int32_t medium_index)
 {
     if (node->kind == RMAP_YAML_MAP)
         read_options(reader, node, &reader->scene->medium[medium_index].curve);
-    return add_frame(reader, node, medium_index);
+    add_frame(reader, node, medium_index);
 }
 
 /* Diagonal of the box about the objects that the medium fills or surrounds, in its frame, about. */
@@ -242,23 +223,20 @@ static double size_of(const struct rmap_reader *reader, const struct rmap_medium
     return size > 0 && isfinite(size) ? size : 1 / scale;
 }
 
-enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader)
+void rmap_reader_make_gradients(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     for (size_t i = 0; i < reader->n_frame; i++) {
         struct rmap_medium_frame *frame = &reader->frame[i];
         struct rmap_medium *medium = &reader->scene->medium[frame->medium];
         const struct rmap_field_place place = {
             .path = medium->name, .whole = true, .size = size_of(reader, frame)};
         reader->lenient_field = false;
-        RMAP_TRY(rmap_reader_field(reader, frame->node, &place, &medium->field));
+        rmap_reader_field(reader, frame->node, &place, &medium->field);
         frame->lenient = reader->lenient_field;
-        RMAP_TRY(rmap_reader_disperse(reader, frame->node, &medium->field));
+        rmap_reader_disperse(reader, frame->node, &medium->field);
         if (!medium->field)
             continue;
         medium->dispersive = medium->field->n_channel > 1;
-        RMAP_TRY(report_index(reader, &frame->placement, medium));
+        report_index(reader, &frame->placement, medium);
     }
-out:
-    return st;
 }
