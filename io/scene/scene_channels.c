@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 static const double rgb_index_nm = 587.56; /* RGB mode takes indices at the helium d line */
 
@@ -18,7 +18,7 @@ const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *read
     const char *word[RMAP_UNITS_MAX];
     size_t n = rmap_unit_words(RMAP_DIMENSION_LENGTH, word);
     int choice = -1;
-    (void)rmap_reader_choice(reader, map, key, RMAP_OPTIONAL, word, n, &choice);
+    (void)rmap_reader_one_of(reader, map, key, RMAP_OPTIONAL, word, n, &choice);
     return choice < 0 ? NULL : rmap_unit_of_scene(word[choice], RMAP_DIMENSION_LENGTH);
 }
 
@@ -31,15 +31,19 @@ void rmap_reader_read_units(struct rmap_reader *reader)
     reader->scene->unit_m = unit ? unit->size : 1e-3;
 }
 
+static const struct rmap_range steps = {1, UINT32_MAX, NULL};
+static const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
+const struct rmap_mapping rmap_limits_keys = {
+    "Head",
+    NULL,
+    {{"limits", "steps flux"}},
+    {{"steps", RMAP_KEY_WHOLE, offsetof(struct rmap_scene, limit_steps), &steps},
+     {"flux", RMAP_KEY_NUMBER, offsetof(struct rmap_scene, limit_weight), &below_one}}};
+
 void rmap_reader_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
-    static const char *const key[] = {"steps", "flux"};
-    const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
-    if (!node || !rmap_reader_check_map(reader, node, "limits", key, RMAP_COUNT(key)))
-        return;
-    (void)rmap_reader_whole(reader, node, "steps", 1, UINT32_MAX, &reader->scene->limit_steps);
-    (void)rmap_reader_number(reader, node, "flux", RMAP_OPTIONAL, &below_one,
-                             &reader->scene->limit_weight);
+    if (node && rmap_reader_known(reader, node, &rmap_limits_keys, 0))
+        (void)rmap_reader_fill(reader, node, &rmap_limits_keys, 0, reader->scene);
 }
 
 void rmap_reader_read_limits(struct rmap_reader *reader)
@@ -145,19 +149,26 @@ static void channels_of_sources(struct rmap_reader *reader)
     rmap_free(set.nm);
 }
 
+struct range {
+    double from, to, step;
+};
+#define STEP(member)                                                                               \
+    RMAP_KEY_NUMBER, offsetof(struct range, member), &rmap_range_positive, .need = RMAP_REQUIRED
+static const struct rmap_mapping range_keys = {
+    "Head",
+    NULL,
+    {{"wavelengths", "from to step"}},
+    {{"from", STEP(from)}, {"to", STEP(to)}, {"step", STEP(step)}}};
+
 static void channels_of_range(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
-    static const char *const key[] = {"from", "to", "step"};
-    double from = 0, to = 0, step = 0, nm[RMAP_CHANNEL_MAX];
+    struct range range = {0};
+    double nm[RMAP_CHANNEL_MAX];
     set_visible(&reader->scene->channels);
-    if (!rmap_reader_check_map(reader, node, "wavelengths", key, RMAP_COUNT(key)))
+    if (!rmap_reader_known(reader, node, &range_keys, 0) ||
+        !rmap_reader_fill(reader, node, &range_keys, 0, &range))
         return;
-    bool good =
-        rmap_reader_number(reader, node, "from", RMAP_REQUIRED, &rmap_range_positive, &from);
-    good &= rmap_reader_number(reader, node, "to", RMAP_REQUIRED, &rmap_range_positive, &to);
-    good &= rmap_reader_number(reader, node, "step", RMAP_REQUIRED, &rmap_range_positive, &step);
-    if (!good)
-        return;
+    const double from = range.from, to = range.to, step = range.step;
     if (to < from) {
         rmap_reader_error(reader, rmap_yaml_get(node, "to"), "'to' must not be below 'from'");
         return;
@@ -206,8 +217,9 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
     static const char *const mode[] = {"spectral", "rgb"};
     const char *option = reader->bundle->options.color;
     int choice = 0;
-    (void)rmap_reader_choice(reader, spectrum, "mode", RMAP_OPTIONAL, mode, 2, &choice);
-    (void)rmap_reader_choice(reader, reader->simulation, "color", RMAP_OPTIONAL, mode, 2, &choice);
+    (void)rmap_reader_choice(reader, spectrum, "mode", RMAP_OPTIONAL, "spectral rgb", &choice);
+    (void)rmap_reader_choice(reader, reader->simulation, "color", RMAP_OPTIONAL, "spectral rgb",
+                             &choice);
     if (option && strcmp(option, mode[0]) == 0)
         choice = 0;
     else if (option && strcmp(option, mode[1]) == 0)
@@ -217,12 +229,13 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
     return choice ? RMAP_COLOUR_RGB : RMAP_COLOUR_SPECTRAL;
 }
 
+const struct rmap_mapping rmap_spectrum_keys = {"Head", NULL, {{"spectrum", "mode wavelengths"}}};
+
 void rmap_reader_read_channels(struct rmap_reader *reader)
 {
-    static const char *const key[] = {"mode", "wavelengths"};
     struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_yaml_node *spectrum = rmap_yaml_get(reader->root, "spectrum");
-    if (spectrum && !rmap_reader_check_map(reader, spectrum, "spectrum", key, RMAP_COUNT(key)))
+    if (spectrum && !rmap_reader_known(reader, spectrum, &rmap_spectrum_keys, 0))
         spectrum = NULL;
     const struct rmap_yaml_node *wavelengths = rmap_yaml_get(spectrum, "wavelengths");
     channels->mode = colour_mode(reader, spectrum);

@@ -70,8 +70,8 @@ void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const
         rmap_reader_error(reader, &at, "%s '%.60s': there are none here", what, word);
 }
 
-bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const char *what, const char *const *known, size_t n_known)
+bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const char *what, const char *const *known, size_t n_known)
 {
     if (node->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, node, "%s must be a mapping of keys and values", what);
@@ -89,6 +89,28 @@ bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_no
         rmap_reader_unknown(reader, item->line, item->column, text, item->key, known, n_known);
     }
     return true;
+}
+
+bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const char *what, const char *keys)
+{
+    struct rmap_words known;
+    rmap_words_split(keys, &known);
+    return rmap_reader_check_keys(reader, node, what, known.word, known.n);
+}
+
+void rmap_words_split(const char *text, struct rmap_words *words)
+{
+    char *rest = words->text;
+    words->n = 0;
+    (void)snprintf(words->text, sizeof words->text, "%s", text);
+    for (char *word; words->n < RMAP_COUNT(words->word) && (word = strtok_r(rest, " ", &rest));) {
+        size_t same = 0;
+        while (same < words->n && strcmp(words->word[same], word) != 0)
+            same++;
+        words->word[same] = word;
+        words->n += same == words->n;
+    }
 }
 
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,

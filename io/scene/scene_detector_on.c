@@ -104,13 +104,12 @@ static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *
 void rmap_reader_detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                              struct rmap_detector *detector)
 {
-    static const char *const key[] = {"object", "faces"};
     const struct rmap_yaml_node *on = rmap_yaml_get(node, "on");
     if (on->kind != RMAP_YAML_MAP) {
         find_on(reader, node, "on", detector);
         return;
     }
-    (void)rmap_reader_check_map(reader, on, "what a detector lies on", key, RMAP_COUNT(key));
+    (void)rmap_reader_check_map(reader, on, "what a detector lies on", "object faces");
     find_on(reader, on, "object", detector);
     read_faces(reader, on, detector);
 }

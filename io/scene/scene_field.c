@@ -15,9 +15,28 @@
 enum { N_TYPE_MAX = 48, N_KEY_MAX = 48 };
 
 static const char *const placement_key[] = {"type", "at", "rotate", "scale", "matrix"};
-static const char *const whole_key[] = {"frame",          "scheme",    "tolerance", "sag",
-                                        "polyline",       "step_min",  "step_max",  "step",
-                                        "step_amplitude", "max_steps", "dispersion"};
+#define LENGTH(member)                                                                             \
+    RMAP_KEY_NUMBER, offsetof(struct rmap_curve_options, member), &rmap_range_positive
+#define SHARMA .types = RMAP_TYPE(RMAP_SCHEME_SHARMA)
+static const char *const scheme_word[] = {"adaptive", "sharma", "fixed", "integrated"};
+static const struct rmap_range max_steps = {1, UINT32_MAX, NULL};
+#define CURVE                                                                                      \
+    "frame scheme tolerance sag polyline step_min step_max step step_amplitude max_steps "         \
+    "dispersion"
+const struct rmap_mapping rmap_curve_keys = {
+    "gradient media",
+    NULL,
+    {{NULL, CURVE}, {NULL, CURVE}, {NULL, CURVE}, {NULL, CURVE}},
+    {{"tolerance", LENGTH(tolerance)},
+     {"sag", LENGTH(sag)},
+     {"polyline", LENGTH(polyline)},
+     {"step_min", LENGTH(step_min), SHARMA},
+     {"step_max", LENGTH(step_max), SHARMA},
+     {"step_amplitude", LENGTH(amplitude), SHARMA},
+     {"step", LENGTH(step), .types = RMAP_TYPE(RMAP_SCHEME_SHARMA_FIXED)},
+     {"max_steps", RMAP_KEY_WHOLE, offsetof(struct rmap_curve_options, max_steps), &max_steps}}};
+#undef LENGTH
+#undef SHARMA
 
 static const struct rmap_field_model *model_at(size_t i)
 {
@@ -42,7 +61,7 @@ static const struct rmap_field_model *choose_model(struct rmap_reader *reader,
     int choice = 0;
     for (const struct rmap_field_model *m; n < N_TYPE_MAX && (m = model_at(n)) != NULL; n++)
         word[n] = m->type;
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, word, n, &choice))
+    if (!rmap_reader_one_of(reader, node, "type", RMAP_REQUIRED, word, n, &choice))
         return NULL;
     return model_at((size_t)choice);
 }
@@ -51,6 +70,7 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
                        const struct rmap_field_model *model, const struct rmap_field_place *place)
 {
     const char *key[N_KEY_MAX];
+    struct rmap_words whole;
     char what[80];
     size_t n = 0;
     for (size_t i = 0; i < RMAP_FIELD_KEY_MAX && model->parameter[i].name; i++)
@@ -59,12 +79,13 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
         key[n++] = model->key[i];
     for (size_t i = 0; i < RMAP_COUNT(placement_key); i++)
         key[n++] = placement_key[i];
-    for (size_t i = 0; place->whole && i < RMAP_COUNT(whole_key); i++)
-        key[n++] = whole_key[i];
+    rmap_words_split(CURVE, &whole);
+    for (size_t i = 0; place->whole && i < whole.n; i++)
+        key[n++] = whole.word[i];
     if (place->weighted)
         key[n++] = "weight";
     (void)snprintf(what, sizeof what, "a gradient of type %s", model->type);
-    (void)rmap_reader_check_map(reader, node, what, key, n);
+    (void)rmap_reader_check_keys(reader, node, what, key, n);
 }
 
 static void make_of_parameters(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -124,36 +145,22 @@ void rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *
 static void read_options(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                          struct rmap_curve_options *options)
 {
-    static const char *const scheme[] = {"adaptive", "sharma", "fixed", "integrated"};
-    const struct {
-        const char *key;
-        double *value;
-        int of; /* scheme that it is for; -1: all */
-    } length[] = {
-        {"tolerance", &options->tolerance, -1},
-        {"sag", &options->sag, -1},
-        {"polyline", &options->polyline, -1},
-        {"step_min", &options->step_min, RMAP_SCHEME_SHARMA},
-        {"step_max", &options->step_max, RMAP_SCHEME_SHARMA},
-        {"step_amplitude", &options->amplitude, RMAP_SCHEME_SHARMA},
-        {"step", &options->step, RMAP_SCHEME_SHARMA_FIXED},
-    };
     int choice = 0;
-    (void)rmap_reader_choice(reader, node, "scheme", RMAP_OPTIONAL, scheme, RMAP_COUNT(scheme),
-                             &choice);
+    (void)rmap_reader_one_of(reader, node, "scheme", RMAP_OPTIONAL, scheme_word,
+                             RMAP_COUNT(scheme_word), &choice);
     options->scheme = (enum rmap_scheme)choice;
-    for (size_t i = 0; i < RMAP_COUNT(length); i++) {
-        const struct rmap_yaml_node *at = rmap_yaml_get(node, length[i].key);
-        if (at && length[i].of >= 0 && length[i].of != choice)
+    for (size_t i = 0; i < RMAP_COUNT(rmap_curve_keys.key) && rmap_curve_keys.key[i].name; i++) {
+        const struct rmap_yaml_node *at = rmap_yaml_get(node, rmap_curve_keys.key[i].name);
+        const unsigned types = rmap_curve_keys.key[i].types;
+        if (at && types && !(types >> choice & 1))
             rmap_reader_error(reader, at, "'%s' is for 'scheme: %s': the scheme here is %s",
-                              length[i].key, scheme[length[i].of], scheme[choice]);
-        (void)rmap_reader_number(reader, node, length[i].key, RMAP_OPTIONAL, &rmap_range_positive,
-                                 length[i].value);
+                              rmap_curve_keys.key[i].name, scheme_word[__builtin_ctz(types)],
+                              scheme_word[choice]);
     }
+    (void)rmap_reader_fill(reader, node, &rmap_curve_keys, choice, options);
     if (options->step_min > 0 && options->step_max > 0 && options->step_min > options->step_max)
         rmap_reader_error(reader, rmap_yaml_get(node, "step_min"),
                           "'step_min' must not be above 'step_max'");
-    (void)rmap_reader_whole(reader, node, "max_steps", 1, UINT32_MAX, &options->max_steps);
 }
 
 static void add_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node, int32_t medium)

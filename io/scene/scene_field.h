@@ -7,7 +7,7 @@
 #define RMAP_SCENE_FIELD_H
 
 #include "gradient/models.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 /* A field of any model: `type`, what the model asks for, and the frame that `at`, `rotate`,
  * `scale`, `matrix` of the same mapping give it. */

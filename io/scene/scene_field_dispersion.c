@@ -24,10 +24,9 @@ static double index_at(const struct dispersion *of, double nm)
 static void read_index_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                              struct dispersion *of, bool *good)
 {
-    static const char *const key[] = {"wavelength", "n"};
     double *column[2];
     size_t n = 0;
-    rmap_reader_table(reader, node, key, 2, 2, &rmap_range_positive, &n, column);
+    rmap_reader_table(reader, node, "wavelength n", 2, &rmap_range_positive, &n, column);
     of->table = (struct rmap_table1){n, column[0], column[1]};
     *good = n > 0;
 }
@@ -70,8 +69,6 @@ static struct rmap_dispersed on_channel(int mode, double n, double n_reference)
 void rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                           struct rmap_field **field)
 {
-    static const char *const key[] = {"glass", "sellmeier", "table", "reference", "mode"};
-    static const char *const word[] = {"additive", "refractivity", "multiplicative"};
     const struct rmap_yaml_node *said = rmap_yaml_get(node, "dispersion");
     const struct rmap_channels *channels = &reader->scene->channels;
     struct rmap_dispersed dispersed[RMAP_CHANNEL_MAX];
@@ -79,12 +76,14 @@ void rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_nod
     double reference = 587.56;
     int mode = ADDITIVE;
     bool good = false;
-    if (!said || !rmap_reader_check_map(reader, said, "dispersion", key, RMAP_COUNT(key)))
+    if (!said ||
+        !rmap_reader_check_map(reader, said, "dispersion", "glass sellmeier table reference mode"))
         return;
     read_model(reader, said, &of, &good);
     good &= rmap_reader_number(reader, said, "reference", RMAP_OPTIONAL, &rmap_range_positive,
                                &reference);
-    good &= rmap_reader_choice(reader, said, "mode", RMAP_OPTIONAL, word, 3, &mode);
+    good &= rmap_reader_choice(reader, said, "mode", RMAP_OPTIONAL,
+                               "additive refractivity multiplicative", &mode);
     if (!good || !*field)
         return;
     double n_reference = index_at(&of, reference);

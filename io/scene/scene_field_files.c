@@ -38,7 +38,7 @@ static bool describe_grid(struct rmap_reader *reader, const struct rmap_yaml_nod
     good &= read_triple(reader, node, "origin", origin);
     const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, node, "unit");
     good &= unit || !rmap_yaml_get(node, "unit");
-    good &= rmap_reader_choice(reader, node, "axes", RMAP_OPTIONAL, axes, RMAP_COUNT(axes), &order);
+    good &= rmap_reader_one_of(reader, node, "axes", RMAP_OPTIONAL, axes, RMAP_COUNT(axes), &order);
     if (lower && rmap_yaml_get(node, "origin")) {
         rmap_reader_error(reader, lower, "give 'origin' or 'lower', not both: they are the same");
         good = false;
@@ -107,11 +107,11 @@ static void find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *n
 static void read_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    static const char *const word[] = {"trilinear", "tricubic"};
     struct rmap_grid *grid = NULL;
     double outside = (double)NAN;
     int choice = RMAP_TRICUBIC;
-    bool good = rmap_reader_choice(reader, node, "interpolation", RMAP_OPTIONAL, word, 2, &choice);
+    bool good = rmap_reader_choice(reader, node, "interpolation", RMAP_OPTIONAL,
+                                   "trilinear tricubic", &choice);
     good &= rmap_reader_number(reader, node, "outside", RMAP_OPTIONAL, &rmap_range_any, &outside);
     reader->lenient_field = true;
     find_grid(reader, node, place->path, &grid);

@@ -176,14 +176,13 @@ static void read_law_table(struct rmap_reader *reader, const struct rmap_yaml_no
                            struct rmap_index_of *law, int *n_channel, bool *good)
 {
     enum { N_MAX = 100000 };
-    static const char *const key[] = {"value", "n"};
     const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
     double *at = NULL, *n = NULL;
     size_t n_at = 0, n_point = 0;
     *good = false;
     if (!table)
         rmap_reader_error(reader, node, "'table' is missing: {value: [..], n: [..]}");
-    if (!table || !rmap_reader_check_map(reader, table, "a table", key, RMAP_COUNT(key)))
+    if (!table || !rmap_reader_check_map(reader, table, "a table", "value n"))
         return;
     rmap_reader_channel_list(reader, table, "value", N_MAX, &n_at, &at);
     rmap_reader_channel_list(reader, table, "n", N_MAX, &n_point, &n);
@@ -222,10 +221,9 @@ static void read_law_numbers(struct rmap_reader *reader, const struct rmap_yaml_
 static bool read_law_conditions(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                 struct rmap_index_of *law)
 {
-    static const char *const unit[] = {"C", "K"};
     const struct rmap_range air = {1, 1e8, "a pressure in Pa, 1 to 1e8"};
     int choice = 0;
-    bool good = rmap_reader_choice(reader, node, "unit", RMAP_OPTIONAL, unit, 2, &choice);
+    bool good = rmap_reader_choice(reader, node, "unit", RMAP_OPTIONAL, "C K", &choice);
     law->pressure_pa = 101325;
     law->zero_k = choice ? 0 : 273.15;
     law->temperature_c = 20;
@@ -267,7 +265,7 @@ static void read_index_of(struct rmap_reader *reader, const struct rmap_yaml_nod
     int choice = 0, n_channel = rmap_reader_distinct_wavelengths(reader);
     as.weighted = false;
     as.scalar = true;
-    bool good = rmap_reader_choice(reader, node, "law", RMAP_REQUIRED, law_word,
+    bool good = rmap_reader_one_of(reader, node, "law", RMAP_REQUIRED, law_word,
                                    RMAP_COUNT(law_word), &choice);
     good = good && check_law_keys(reader, node, choice);
     if (!of)

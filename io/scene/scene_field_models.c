@@ -40,9 +40,8 @@ static enum rmap_status make_constant(struct rmap_field **field_ret, int n_chann
 static bool read_series_of(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            enum rmap_series_of *of)
 {
-    static const char *const word[] = {"n", "n^2"};
     int choice = 0;
-    bool good = rmap_reader_choice(reader, node, "of", RMAP_OPTIONAL, word, 2, &choice);
+    bool good = rmap_reader_choice(reader, node, "of", RMAP_OPTIONAL, "n n^2", &choice);
     *of = choice ? RMAP_SERIES_OF_N_SQUARED : RMAP_SERIES_OF_N;
     return good;
 }
@@ -92,7 +91,6 @@ static void read_polynomial(struct rmap_reader *reader, const struct rmap_yaml_n
                             const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     enum { N_MAX = 256 };
-    static const char *const key[] = {"power", "value"};
     static const struct rmap_field_parameter value_of[] = {{"value", REQUIRED}};
     enum rmap_series_of of = RMAP_SERIES_OF_N;
     const struct rmap_yaml_node *terms = rmap_yaml_get(node, "terms");
@@ -112,7 +110,7 @@ static void read_polynomial(struct rmap_reader *reader, const struct rmap_yaml_n
     for (size_t t = 0; t < n; t++) {
         const struct rmap_yaml_node *term = terms->item[t].value;
         double on_channel[RMAP_CHANNEL_MAX] = {0};
-        bool fine = rmap_reader_check_map(reader, term, "a term", key, RMAP_COUNT(key));
+        bool fine = rmap_reader_check_map(reader, term, "a term", "power value");
         if (fine)
             good &= read_power(reader, term, power[t]);
         if (fine)
@@ -145,7 +143,7 @@ static bool read_zemax_parameters(struct rmap_reader *reader, const struct rmap_
         return false;
     }
     size_t before = reader->diagnostics->n_error;
-    bool good = rmap_reader_check_map(reader, given, "a Zemax gradient", key, n) &&
+    bool good = rmap_reader_check_keys(reader, given, "a Zemax gradient", key, n) &&
                 reader->diagnostics->n_error == before;
     for (size_t i = 0; i < n; i++)
         good &=
@@ -206,12 +204,11 @@ static void read_profile(struct rmap_reader *reader, const struct rmap_yaml_node
                          const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     enum { N_MAX = 100000 };
-    static const char *const along[] = {"z", "rho", "r"};
     double *at = NULL, *n = NULL, radius = 0;
     size_t n_at = 0, n_point = 0;
     int choice = 0;
     (void)place;
-    bool good = rmap_reader_choice(reader, node, "along", RMAP_REQUIRED, along, 3, &choice);
+    bool good = rmap_reader_choice(reader, node, "along", RMAP_REQUIRED, "z rho r", &choice);
     good &=
         rmap_reader_number(reader, node, "radius", RMAP_OPTIONAL, &rmap_range_nonnegative, &radius);
     rmap_reader_channel_list(reader, node, "coordinate", N_MAX, &n_at, &at);

@@ -12,7 +12,6 @@ void rmap_reader_channel_values(struct rmap_reader *reader, const struct rmap_ya
                                 const char *what, const struct rmap_range *range, double *value,
                                 bool *good)
 {
-    static const char *const key[] = {"wavelength", "value"};
     const struct rmap_channels *channels = &reader->scene->channels;
     double *column[2], number = 0;
     size_t n = 0;
@@ -22,7 +21,7 @@ void rmap_reader_channel_values(struct rmap_reader *reader, const struct rmap_ya
             value[c] = number;
         return;
     }
-    rmap_reader_table(reader, node, key, 2, 2, range, &n, column);
+    rmap_reader_table(reader, node, "wavelength value", 2, range, &n, column);
     *good = n > 0;
     const struct rmap_table1 table = {n, column[0], column[1]};
     for (int c = 0; *good && c < channels->n; c++)

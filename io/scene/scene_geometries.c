@@ -7,12 +7,34 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS };
 
-static const char *const kind_word[] = {"conic", "rectangle", "disc", "cylinder",
-                                        "cone",  "sphere",    "mesh", "lens"};
+#define NUMBER(member) RMAP_KEY_NUMBER, offsetof(struct rmap_shape, member)
+const struct rmap_mapping rmap_geometry_keys = {
+    "geometries",
+    "conic rectangle disc cylinder cone sphere mesh lens",
+    {[CONIC] = {"a conic", "type radius curvature conic asphere aperture inner"},
+     [RECTANGLE] = {"a rectangle", "type size"},
+     [DISC] = {"a disc", "type radius inner"},
+     [CYLINDER] = {"a cylinder", "type radius length"},
+     [CONE] = {"a cone", "type radius radius2 length"},
+     [SPHERE] = {"a sphere", "type radius"},
+     [MESH] = {"a mesh", "type file scale"},
+     [LENS] = {"a lens", "type surfaces surface edge"}},
+    {{"radius", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED, RMAP_TYPE(DISC)},
+     {"radius", NUMBER(radius), &rmap_range_positive, 0, RMAP_REQUIRED,
+      RMAP_TYPE(CYLINDER) | RMAP_TYPE(SPHERE)},
+     {"radius", NUMBER(radius), &rmap_range_nonnegative, 0, RMAP_REQUIRED, RMAP_TYPE(CONE)},
+     {"radius2", NUMBER(radius2), &rmap_range_nonnegative, 0, RMAP_REQUIRED},
+     {"length", NUMBER(length), &rmap_range_positive, 0, RMAP_REQUIRED},
+     {"conic", NUMBER(conic), &rmap_range_any},
+     {"aperture", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED},
+     {"inner", NUMBER(inner), &rmap_range_nonnegative},
+     {"size", RMAP_KEY_PAIR, offsetof(struct rmap_shape, size), &rmap_range_positive, 0,
+      RMAP_REQUIRED}}};
+#undef NUMBER
 
 static struct rmap_geometry *add_geometry(struct rmap_reader *reader, const char *name,
                                           int32_t *index_ret)
@@ -103,11 +125,7 @@ bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *
     const struct rmap_yaml_node *asphere = rmap_yaml_get(map, "asphere");
     shape->type = RMAP_SHAPE_CONIC;
     bool good = read_curvature(reader, map, &shape->curvature);
-    good &= rmap_reader_number(reader, map, "conic", RMAP_OPTIONAL, &rmap_range_any, &shape->conic);
-    good &= rmap_reader_number(reader, map, "aperture", RMAP_REQUIRED, &rmap_range_positive,
-                               &shape->aperture);
-    good &= rmap_reader_number(reader, map, "inner", RMAP_OPTIONAL, &rmap_range_nonnegative,
-                               &shape->inner);
+    good &= rmap_reader_fill(reader, map, &rmap_geometry_keys, CONIC, shape);
     if (asphere)
         good &= read_asphere(reader, asphere, shape);
     if (!good)
@@ -123,46 +141,21 @@ bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *
 static bool read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        enum kind kind, struct rmap_shape *shape)
 {
-    const struct rmap_range *positive = &rmap_range_positive, *zero = &rmap_range_nonnegative;
-    bool good = true;
-    size_t n = 0;
-    switch (kind) {
-    case RECTANGLE:
-        shape->type = RMAP_SHAPE_RECTANGLE;
-        good = rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, positive, 1, 2, shape->size,
-                                   &n);
-        if (n == 1)
-            shape->size[1] = shape->size[0];
-        break;
-    case DISC:
-        shape->type = RMAP_SHAPE_DISC;
-        good =
-            rmap_reader_number(reader, node, "radius", RMAP_REQUIRED, positive, &shape->aperture);
-        good &= rmap_reader_number(reader, node, "inner", RMAP_OPTIONAL, zero, &shape->inner);
-        break;
-    case CYLINDER:
-    case CONE:
-        shape->type = RMAP_SHAPE_TUBE;
-        good = rmap_reader_number(reader, node, "radius", RMAP_REQUIRED,
-                                  kind == CONE ? zero : positive, &shape->radius);
+    static const enum rmap_shape_type type[] = {[RECTANGLE] = RMAP_SHAPE_RECTANGLE,
+                                                [DISC] = RMAP_SHAPE_DISC,
+                                                [CYLINDER] = RMAP_SHAPE_TUBE,
+                                                [CONE] = RMAP_SHAPE_TUBE,
+                                                [SPHERE] = RMAP_SHAPE_SPHERE};
+    shape->type = type[kind];
+    bool good = rmap_reader_fill(reader, node, &rmap_geometry_keys, (int)kind, shape);
+    if (kind == CYLINDER)
         shape->radius2 = shape->radius;
-        if (kind == CONE)
-            good &=
-                rmap_reader_number(reader, node, "radius2", RMAP_REQUIRED, zero, &shape->radius2);
-        good &= rmap_reader_number(reader, node, "length", RMAP_REQUIRED, positive, &shape->length);
-        break;
-    case SPHERE:
-        shape->type = RMAP_SHAPE_SPHERE;
-        good = rmap_reader_number(reader, node, "radius", RMAP_REQUIRED, positive, &shape->radius);
-        break;
-    default:
-        return false;
-    }
     const char *wrong = good ? rmap_shape_check(shape) : NULL;
     if (wrong && kind == DISC)
         wrong = "'inner' must be smaller than 'radius'";
     if (wrong)
-        rmap_reader_error(reader, node, "this is no %s: %s", kind_word[kind], wrong);
+        rmap_reader_error(reader, node, "this is no %s: %s", rmap_yaml_get(node, "type")->text,
+                          wrong);
     return good && !wrong;
 }
 
@@ -245,39 +238,15 @@ static void read_mesh(struct rmap_reader *reader, const char *name,
 
 /* ---- the section ---- */
 
-static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       enum kind kind)
-{
-    static const struct {
-        const char *what;
-        const char *key[7];
-    } known[] = {
-        [CONIC] = {"a conic",
-                   {"type", "radius", "curvature", "conic", "asphere", "aperture", "inner"}},
-        [RECTANGLE] = {"a rectangle", {"type", "size"}},
-        [DISC] = {"a disc", {"type", "radius", "inner"}},
-        [CYLINDER] = {"a cylinder", {"type", "radius", "length"}},
-        [CONE] = {"a cone", {"type", "radius", "radius2", "length"}},
-        [SPHERE] = {"a sphere", {"type", "radius"}},
-        [MESH] = {"a mesh", {"type", "file", "scale"}},
-        [LENS] = {"a lens", {"type", "surfaces", "surface", "edge"}},
-    };
-    size_t n = 0;
-    while (n < RMAP_COUNT(known[kind].key) && known[kind].key[n])
-        n++;
-    (void)rmap_reader_check_map(reader, node, known[kind].what, known[kind].key, n);
-}
-
 static void read_geometry(struct rmap_reader *reader, const char *name,
                           const struct rmap_yaml_node *node, struct rmap_geometry_entry *entry)
 {
-    int choice = -1;
+    int choice = rmap_reader_type(reader, node, &rmap_geometry_keys);
     struct rmap_shape shape = {0};
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, kind_word, RMAP_COUNT(kind_word),
-                            &choice))
+    if (choice < 0)
         return;
     enum kind kind = (enum kind)choice;
-    check_keys(reader, node, kind);
+    (void)rmap_reader_known(reader, node, &rmap_geometry_keys, choice);
     if (kind == MESH) {
         read_mesh(reader, name, node, entry);
         return;

@@ -4,17 +4,20 @@
  */
 #include <math.h>
 
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
+
+const struct rmap_mapping rmap_lens_row_keys = {
+    "lens",
+    NULL,
+    {{"a row of a lens", "radius curvature thickness medium aperture conic asphere stop"}}};
 
 static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *node, bool last,
                      double *thickness, struct rmap_lens_row *row, bool *good)
 {
-    static const char *const key[] = {"radius",   "curvature", "thickness", "medium",
-                                      "aperture", "conic",     "asphere",   "stop"};
     row->node = node;
     row->geometry = row->edge_geometry = row->stop_geometry = -1;
     row->medium = -1;
-    *good = rmap_reader_check_map(reader, node, "a row of a lens", key, RMAP_COUNT(key));
+    *good = rmap_reader_known(reader, node, &rmap_lens_row_keys, 0);
     if (!*good)
         return;
     *good = rmap_reader_conic(reader, node, &row->shape);

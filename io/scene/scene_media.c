@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 #include "optics/dispersion.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};
@@ -103,10 +103,9 @@ static void read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *
 bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            double unit_um, struct rmap_sellmeier *sellmeier)
 {
-    static const char *const key[] = {"B", "C"};
     size_t n_b = 0, n_c = 0;
     *sellmeier = (struct rmap_sellmeier){0};
-    if (!rmap_reader_check_map(reader, node, "sellmeier", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, node, "sellmeier", "B C"))
         return false;
     bool good = rmap_reader_numbers(reader, node, "B", RMAP_REQUIRED, &rmap_range_any, 1,
                                     RMAP_SELLMEIER_MAX, sellmeier->b, &n_b);
@@ -142,12 +141,11 @@ static double absorption_of_k(const struct rmap_scene *scene, double k, double w
 static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        double unit_nm, struct rmap_medium *medium)
 {
-    static const char *const key[] = {"wavelength", "n", "k"};
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *inner = rmap_yaml_get(node, "table");
     double *column[3];
     size_t n = 0;
-    rmap_reader_table(reader, inner, key, 3, 2, &rmap_range_nonnegative, &n, column);
+    rmap_reader_table(reader, inner, "wavelength n k", 2, &rmap_range_nonnegative, &n, column);
     if (!n)
         return;
     for (size_t i = 0; i < n; i++) {
@@ -203,14 +201,9 @@ static void read_absorption(struct rmap_reader *reader, const struct rmap_yaml_n
     }
 }
 
-static void read_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                            struct rmap_medium *medium)
+static void check_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct rmap_medium *medium)
 {
-    const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};
-    rmap_reader_quantity(reader, node, "scattering", RMAP_OPTIONAL, &rmap_range_nonnegative,
-                         medium->scattering);
-    (void)rmap_reader_number(reader, node, "scattering_g", RMAP_OPTIONAL, &cosine,
-                             &medium->scattering_g);
     for (int i = 0; i < reader->scene->channels.n; i++)
         medium->scattering_at_all |= medium->scattering[i] > 0;
     if (rmap_yaml_get(node, "scattering_g") && !rmap_yaml_get(node, "scattering"))
@@ -218,23 +211,31 @@ static void read_scattering(struct rmap_reader *reader, const struct rmap_yaml_n
                           "'scattering_g' says how 'scattering' scatters: give that too");
 }
 
+static const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};
+static const char *const model_key[] = {"index", "glass", "sellmeier", "table", "gradient"};
+const struct rmap_mapping rmap_medium_keys = {
+    "media",
+    NULL,
+    {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
+                  "scattering_g"}},
+    {{"scattering", RMAP_KEY_SHARES, offsetof(struct rmap_medium, scattering),
+      &rmap_range_nonnegative},
+     {"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
+
 static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_medium *medium)
 {
-    static const char *const key[] = {"index",      "glass",      "sellmeier",
-                                      "table",      "gradient",   "wavelength_unit",
-                                      "absorption", "scattering", "scattering_g"};
-    static const char *const unit[] = {"nm", "um"};
-    if (!rmap_reader_check_map(reader, node, "a medium", key, RMAP_COUNT(key)))
+    if (!rmap_reader_known(reader, node, &rmap_medium_keys, 0))
         return;
+    (void)rmap_reader_fill(reader, node, &rmap_medium_keys, 0, medium);
     int model = -1, n_model = 0, choice = -1;
     for (int i = 0; i < 5; i++) {
-        if (!rmap_yaml_get(node, key[i]))
+        if (!rmap_yaml_get(node, model_key[i]))
             continue;
         model = i;
         n_model++;
     }
-    (void)rmap_reader_choice(reader, node, "wavelength_unit", RMAP_OPTIONAL, unit, 2, &choice);
+    (void)rmap_reader_choice(reader, node, "wavelength_unit", RMAP_OPTIONAL, "nm um", &choice);
     if (n_model != 1)
         rmap_reader_error(reader, node,
                           "medium '%.60s' needs one of index, glass, sellmeier, table, gradient%s",
@@ -251,7 +252,7 @@ static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node 
         rmap_reader_gradient(reader, rmap_yaml_get(node, "gradient"),
                              (int32_t)(medium - reader->scene->medium));
     read_absorption(reader, node, medium);
-    read_scattering(reader, node, medium);
+    check_scattering(reader, node, medium);
 }
 
 void rmap_reader_read_media(struct rmap_reader *reader)

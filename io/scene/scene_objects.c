@@ -7,7 +7,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 /* Digits alone are decimal; with letters or 0x hexadecimal; absent: the hash of the name. */
 static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -140,15 +140,22 @@ static void read_media(struct rmap_reader *reader, const struct rmap_yaml_node *
                              : "'inside' and 'outside' (or 'back' and 'front')");
 }
 
+enum { OBJECT, LENS, GROUP };
+const struct rmap_mapping rmap_object_keys = {
+    "objects",
+    NULL,
+    {{"an object", "name geometry at rotate scale matrix surface front back inside outside id"},
+     {"an instance of a lens",
+      "name geometry at rotate scale matrix outside front id surface edge"},
+     {"a group", "name objects at rotate scale matrix id"}}};
+
 static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                const struct rmap_geometry_entry *entry,
                                struct rmap_object_plan *plan)
 {
-    static const char *const key[] = {"name",    "geometry", "at", "rotate",  "scale", "matrix",
-                                      "outside", "front",    "id", "surface", "edge"};
     int32_t outside = -1;
     bool stated = false;
-    (void)rmap_reader_check_map(reader, node, "an instance of a lens", key, RMAP_COUNT(key));
+    (void)rmap_reader_known(reader, node, &rmap_object_keys, LENS);
     plan->surface_front = entry->lens->surface_front;
     plan->surface_back = entry->lens->surface_back;
     rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front, &plan->surface_back);
@@ -162,8 +169,6 @@ static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yam
 static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                           struct rmap_object_plan *plan)
 {
-    static const char *const key[] = {"name",    "geometry", "at",   "rotate", "scale",   "matrix",
-                                      "surface", "front",    "back", "inside", "outside", "id"};
     const char *geometry = rmap_reader_text(reader, node, "geometry", RMAP_REQUIRED);
     int32_t index = !geometry ? -1
                               : rmap_reader_find(reader, &reader->geometries, "geometry",
@@ -174,7 +179,7 @@ static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_nod
         return;
     }
     if (!entry || !entry->lens)
-        (void)rmap_reader_check_map(reader, node, "an object", key, RMAP_COUNT(key));
+        (void)rmap_reader_known(reader, node, &rmap_object_keys, OBJECT);
     if (entry && entry->lens) {
         rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
         return;
@@ -199,9 +204,8 @@ static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *l
 static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const struct rmap_object_plan *plan)
 {
-    static const char *const key[] = {"name", "objects", "at", "rotate", "scale", "matrix", "id"};
     int32_t group = -1;
-    (void)rmap_reader_check_map(reader, node, "a group", key, RMAP_COUNT(key));
+    (void)rmap_reader_known(reader, node, &rmap_object_keys, GROUP);
     rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, false, &group);
     read_list(reader, rmap_yaml_get(node, "objects"), group, &plan->to_world);
 }

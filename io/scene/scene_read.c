@@ -8,7 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 static void check_version(struct rmap_reader *reader)
 {
@@ -25,11 +25,14 @@ static void check_version(struct rmap_reader *reader)
                           node->text);
 }
 
+const struct rmap_mapping rmap_root_keys = {
+    "The scene file",
+    NULL,
+    {{"a scene", "raymap units spectrum limits media surfaces geometries objects sources detectors "
+                 "cameras background simulations"}}};
+
 static void read_sections(struct rmap_reader *reader)
 {
-    static const char *const key[] = {
-        "raymap",  "units",   "spectrum",  "limits",  "media",      "surfaces",   "geometries",
-        "objects", "sources", "detectors", "cameras", "background", "simulations"};
     static void (*const section[])(struct rmap_reader *) = {check_version,
                                                             rmap_reader_choose_simulation,
                                                             rmap_reader_read_units,
@@ -47,7 +50,7 @@ static void read_sections(struct rmap_reader *reader)
                                                             rmap_reader_read_background,
                                                             rmap_reader_settle_frames,
                                                             rmap_reader_read_simulations};
-    if (!rmap_reader_check_map(reader, reader->root, "a scene", key, RMAP_COUNT(key)))
+    if (!rmap_reader_known(reader, reader->root, &rmap_root_keys, 0))
         return;
     for (size_t i = 0; i < RMAP_COUNT(section) && reader->status == RMAP_OK; i++)
         section[i](reader);

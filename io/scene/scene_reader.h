@@ -121,9 +121,20 @@ void rmap_reader_warn(struct rmap_reader *reader, const struct rmap_yaml_node *a
 void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const char *what,
                          const char *word, const char *const *known, size_t n_known);
 
-/* False, with a complaint, when node is no mapping. Complains about keys that are not known. */
+/* The words of a text that blanks part, each once. */
+struct rmap_words {
+    size_t n;
+    const char *word[32];
+    char text[400];
+};
+void rmap_words_split(const char *text, struct rmap_words *words);
+
+/* False, with a complaint, when node is no mapping. Complains about keys that are not known: words,
+ * or an array of them. */
 bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const char *what, const char *const *known, size_t n_known);
+                           const char *what, const char *keys);
+bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const char *what, const char *const *known, size_t n_known);
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what);
 
@@ -155,8 +166,10 @@ bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_no
 bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                          const char *key, enum rmap_need need, const struct rmap_range *range,
                          size_t n_min, size_t n_max, double *value, size_t *n_ret);
-/* One of the words; *choice_ret its index. */
+/* One of the words, as a text or as an array; *choice_ret its index. */
 bool rmap_reader_choice(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, enum rmap_need need, const char *words, int *choice_ret);
+bool rmap_reader_one_of(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                         const char *key, enum rmap_need need, const char *const *word,
                         size_t n_word, int *choice_ret);
 /* NULL when absent or wrong. */
@@ -288,11 +301,12 @@ void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_nod
                           const char *key, enum rmap_need need, const struct rmap_range *range,
                           double *value);
 
-/* Columns of a table over wavelength: key[0] is "wavelength" (strictly increasing), the others
- * are as long; required columns come first. Arena memory; columns absent stay NULL. */
+/* Columns of a table over wavelength, by their keys: "wavelength n k", the first of which strictly
+ * increases; the others are as long, and the first n_required must be there. Arena memory; columns
+ * absent stay NULL. */
 void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const char *const *key, size_t n_key, size_t n_required,
-                       const struct rmap_range *range, size_t *n_ret, double **column);
+                       const char *keys, size_t n_required, const struct rmap_range *range,
+                       size_t *n_ret, double **column);
 
 /* A source's `spectrum`, absent: equal. */
 void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 static bool is_named(const struct rmap_yaml_node *node, const char *name)
 {
@@ -143,25 +143,29 @@ static void note_empty(struct selection *s, const struct rmap_yaml_node *node)
     s->only_detectors |= detectors && detectors->kind == RMAP_YAML_LIST && !detectors->n_item;
 }
 
+static const struct rmap_range rays = {1, 0x1p53, NULL};
+const struct rmap_mapping rmap_simulation_keys = {
+    "simulations",
+    NULL,
+    {{"a simulation",
+      "name rays time_limit only without objects sources detectors color record limits"}},
+    {{"rays", RMAP_KEY_WHOLE, offsetof(struct rmap_simulation, rays), &rays},
+     {"record", RMAP_KEY_TRUTH, offsetof(struct rmap_simulation, record)}}};
+
 static void read_simulation(struct selection *s, const struct rmap_yaml_node *node)
 {
-    static const char *const key[] = {"name",    "rays",    "time_limit", "only",
-                                      "without", "objects", "sources",    "detectors",
-                                      "color",   "record",  "limits"};
-    static const char *const mode[] = {"spectral", "rgb"};
     struct rmap_reader *reader = s->reader;
     bool chosen = node == reader->simulation;
     struct rmap_simulation local = {.record = true};
     struct rmap_simulation *simulation = chosen ? &reader->scene->simulation : &local;
     int color = 0;
-    if (!rmap_reader_check_map(reader, node, "a simulation", key, RMAP_COUNT(key)))
+    if (!rmap_reader_known(reader, node, &rmap_simulation_keys, 0))
         return;
     (void)rmap_reader_name(reader, node);
-    (void)rmap_reader_whole(reader, node, "rays", 1, (uint64_t)1 << 53, &simulation->rays);
+    (void)rmap_reader_fill(reader, node, &rmap_simulation_keys, 0, simulation);
     (void)read_time(reader, node, &simulation->time_limit_s);
     if (!chosen)
-        (void)rmap_reader_choice(reader, node, "color", RMAP_OPTIONAL, mode, 2, &color);
-    (void)rmap_reader_bool(reader, node, "record", &simulation->record);
+        (void)rmap_reader_choice(reader, node, "color", RMAP_OPTIONAL, "spectral rgb", &color);
     uint64_t steps = reader->scene->limit_steps;
     double weight = reader->scene->limit_weight;
     rmap_reader_limits(reader, rmap_yaml_get(node, "limits"));

@@ -7,10 +7,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 #include "io/scene/scene_source_light.h"
-
-static const char *const type_word[] = {"collimated", "point", "area", "rays"};
 
 /* ---- shape and directions ---- */
 
@@ -48,7 +46,7 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
                           "'shape' is missing: {disc: radius} or {rectangle: [width, height]}");
         return;
     }
-    if (!rmap_reader_check_map(reader, shape, "a shape", key, n_key))
+    if (!rmap_reader_check_keys(reader, shape, "a shape", key, n_key))
         return;
     for (size_t i = 0; i < n_key; i++)
         given += rmap_yaml_get(shape, key[i]) != NULL;
@@ -100,18 +98,17 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
 static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               struct rmap_source *source)
 {
-    static const char *const key[] = {"cone", "cosine_power"};
-    static const char *const word[] = {"isotropic", "cosine"};
     const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees"};
     const struct rmap_range power = {0, 1e6, "between 0 and 1,000,000"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "distribution"), *from = node;
     double cone = 0, cosine_power = 1;
     int choice = 0;
     if (given && given->kind == RMAP_YAML_MAP) {
-        (void)rmap_reader_check_map(reader, given, "a distribution", key, 2);
+        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power");
         from = given;
     } else if (given) {
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, word, 2, &choice);
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "isotropic cosine",
+                                 &choice);
     }
     bool has_cone = rmap_yaml_get(from, "cone"), has_power = rmap_yaml_get(from, "cosine_power");
     if (has_cone && has_power)
@@ -130,11 +127,11 @@ static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml
 static void read_ray(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                      struct rmap_list_ray *ray)
 {
-    static const char *const key[] = {"origin", "direction", "wavelength"};
+    static const char *const key[] = {"origin", "direction"};
     double nm = 0;
     ray->direction = rmap_vec3(0, 0, 1);
     ray->channel = -1;
-    if (!rmap_reader_check_map(reader, node, "a ray", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, node, "a ray", "origin direction wavelength"))
         return;
     for (int i = 0; i < 2; i++)
         if (!rmap_yaml_get(node, key[i]))
@@ -173,37 +170,22 @@ static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *n
 
 /* ---- one source ---- */
 
-static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node, int type)
-{
-    static const char *const collimated[] = {"name",       "type",   "shape",  "at",   "direction",
-                                             "rotate",     "scale",  "matrix", "flux", "spectrum",
-                                             "rays_share", "medium", "within"};
-    static const char *const point[] = {"name",         "type",   "distribution", "cone",
-                                        "cosine_power", "at",     "direction",    "rotate",
-                                        "scale",        "matrix", "flux",         "spectrum",
-                                        "rays_share",   "medium", "within"};
-    static const char *const area[] = {"name",      "type",       "shape",  "distribution", "at",
-                                       "direction", "rotate",     "scale",  "matrix",       "flux",
-                                       "spectrum",  "rays_share", "medium", "within"};
-    static const char *const rays[] = {"name",     "type",       "rays",   "flux",
-                                       "spectrum", "rays_share", "medium", "within"};
-    static const struct {
-        const char *what;
-        const char *const *key;
-        size_t n;
-    } known[] = {{"a collimated source", collimated, RMAP_COUNT(collimated)},
-                 {"a point source", point, RMAP_COUNT(point)},
-                 {"an area source", area, RMAP_COUNT(area)},
-                 {"a list of rays", rays, RMAP_COUNT(rays)}};
-    (void)rmap_reader_check_map(reader, node, known[type].what, known[type].key, known[type].n);
-}
+#define PLACED "at direction rotate scale matrix "
+#define LIGHT  "flux spectrum rays_share medium within"
+const struct rmap_mapping rmap_source_keys = {
+    "sources",
+    "collimated point area rays",
+    {{"a collimated source", "name type shape " PLACED LIGHT},
+     {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
+     {"an area source", "name type shape distribution " PLACED LIGHT},
+     {"a list of rays", "name type rays " LIGHT}},
+    {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
+     {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 
 static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                         struct rmap_source *source, struct rmap_source_light *light)
 {
-    static const char *const lambertian[] = {"lambertian", "cosine"};
-    int type = -1, choice = 0;
-    source->share = 1;
+    int choice = 0;
     source->medium = -1;
     source->frame = rmap_affine_identity();
     source->cosine_power = 1;
@@ -213,14 +195,12 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
     rmap_reader_read_flux(reader, node, light);
     rmap_reader_source_spectrum(reader, node, &light->spectrum);
-    rmap_reader_medium(reader, node, "medium", &source->medium);
-    (void)rmap_reader_number(reader, node, "rays_share", RMAP_OPTIONAL, &rmap_range_positive,
-                             &source->share);
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, RMAP_COUNT(type_word),
-                            &type))
+    int type = rmap_reader_type(reader, node, &rmap_source_keys);
+    (void)rmap_reader_fill(reader, node, &rmap_source_keys, type, source);
+    if (type < 0)
         return;
+    (void)rmap_reader_known(reader, node, &rmap_source_keys, type);
     source->type = (enum rmap_source_type)type;
-    check_keys(reader, node, type);
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
         read_shape(reader, node, source);
@@ -231,7 +211,7 @@ static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node 
         break;
     case RMAP_SOURCE_AREA:
         read_shape(reader, node, source);
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, lambertian, 2,
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "lambertian cosine",
                                  &choice);
         source->distribution = RMAP_DISTRIBUTION_COSINE;
         break;

@@ -44,37 +44,39 @@ static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_nod
 }
 
 void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       const char *const *key, size_t n_key, size_t n_required,
-                       const struct rmap_range *range, size_t *n_ret, double **column)
+                       const char *keys, size_t n_required, const struct rmap_range *range,
+                       size_t *n_ret, double **column)
 {
+    struct rmap_words key;
     bool good = true;
     *n_ret = 0;
-    for (size_t k = 0; k < n_key; k++)
+    rmap_words_split(keys, &key);
+    for (size_t k = 0; k < key.n; k++)
         column[k] = NULL;
-    if (!rmap_reader_check_map(reader, node, "a table", key, n_key))
+    if (!rmap_reader_check_keys(reader, node, "a table", key.word, key.n))
         return;
     size_t n_row = 0;
-    for (size_t k = 0; k < n_key; k++) {
-        const struct rmap_yaml_node *list = rmap_yaml_get(node, key[k]);
+    for (size_t k = 0; k < key.n; k++) {
+        const struct rmap_yaml_node *list = rmap_yaml_get(node, key.word[k]);
         size_t n = 0;
         if (!list && k >= n_required)
             continue;
         if (!list) {
-            rmap_reader_error(reader, node, "'%s' is missing: add it", key[k]);
+            rmap_reader_error(reader, node, "'%s' is missing: add it", key.word[k]);
             good = false;
             continue;
         }
-        read_column(reader, node, key[k], k ? range : &rmap_range_positive, &n, &column[k]);
+        read_column(reader, node, key.word[k], k ? range : &rmap_range_positive, &n, &column[k]);
         good &= n > 0;
         if (k == 0)
             n_row = n;
         else if (n && n_row && n != n_row) {
-            rmap_reader_error(reader, list, "'%s' has %zu entries, 'wavelength' has %zu", key[k], n,
-                              n_row);
+            rmap_reader_error(reader, list, "'%s' has %zu entries, 'wavelength' has %zu",
+                              key.word[k], n, n_row);
             good = false;
         }
     }
-    good = good && is_increasing(reader, rmap_yaml_get(node, key[0]), column[0], n_row);
+    good = good && is_increasing(reader, rmap_yaml_get(node, key.word[0]), column[0], n_row);
     if (good)
         *n_ret = n_row;
 }
@@ -91,9 +93,8 @@ static bool read_rgb(struct rmap_reader *reader, const struct rmap_yaml_node *no
 static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        const struct rmap_range *range, struct rmap_spectrum *spectrum, bool *good)
 {
-    static const char *const key[] = {"wavelength", "value"};
     double *column[2];
-    rmap_reader_table(reader, node, key, 2, 2, range, &spectrum->table.n, column);
+    rmap_reader_table(reader, node, "wavelength value", 2, range, &spectrum->table.n, column);
     *good = spectrum->table.n > 0;
     if (*good) {
         spectrum->kind = RMAP_SPECTRUM_TABLE;
@@ -106,21 +107,20 @@ void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_nod
                           const char *key, enum rmap_need need, const struct rmap_range *range,
                           double *value)
 {
-    static const char *const known[] = {"rgb", "wavelength", "value"};
     struct rmap_spectrum spectrum = {.kind = RMAP_SPECTRUM_EQUAL};
     const struct rmap_yaml_node *node = rmap_yaml_get(map, key);
     bool good = true;
     if (!node || node->kind == RMAP_YAML_SCALAR) {
         good = rmap_reader_number(reader, map, key, need, range, &spectrum.value) && node;
     } else if (rmap_yaml_get(node, "rgb")) {
-        (void)rmap_reader_check_map(reader, node, "an rgb value", known, 1);
+        (void)rmap_reader_check_map(reader, node, "an rgb value", "rgb");
         good = read_rgb(reader, node, range, &spectrum);
     } else if (rmap_yaml_get(node, "wavelength") || rmap_yaml_get(node, "value")) {
         read_table(reader, node, range, &spectrum, &good);
     } else {
         char what[120];
         (void)snprintf(what, sizeof what, "'%s' (a number, {wavelength, value} or {rgb})", key);
-        if (rmap_reader_check_map(reader, node, what, known, RMAP_COUNT(known)) && !node->n_item)
+        if (rmap_reader_check_map(reader, node, what, "rgb wavelength value") && !node->n_item)
             rmap_reader_error(reader, node, "%s is empty", what);
         good = false;
     }
@@ -165,20 +165,19 @@ static void read_lines(struct rmap_reader *reader, const struct rmap_yaml_node *
 void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
                                  struct rmap_spectrum *spectrum)
 {
-    static const char *const key[] = {"lines", "table", "blackbody", "rgb", "wavelength", "value"};
     const struct rmap_yaml_node *node = rmap_yaml_get(source, "spectrum");
     bool good = true;
     *spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     if (!node)
         return;
     if (node->kind == RMAP_YAML_SCALAR) {
-        static const char *const word[] = {"equal", "D65"};
         int choice = 0;
-        (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL, word, 2, &choice);
+        (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL, "equal D65", &choice);
         spectrum->kind = choice ? RMAP_SPECTRUM_D65 : RMAP_SPECTRUM_EQUAL;
         return;
     }
-    if (!rmap_reader_check_map(reader, node, "a spectrum", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, node, "a spectrum",
+                               "lines table blackbody rgb wavelength value"))
         return;
     const struct rmap_yaml_node *lines = rmap_yaml_get(node, "lines");
     const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");

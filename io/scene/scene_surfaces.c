@@ -5,13 +5,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
-
-static const char *const type_word[] = {
-#define ROW(symbol, name, phrase, look, events) name,
-    RMAP_SURFACE_TABLE(ROW)
-#undef ROW
-};
+#include "io/scene/scene_keys.h"
 
 static struct rmap_surface *new_surface(struct rmap_reader *reader, const char *name, int32_t line)
 {
@@ -30,18 +24,16 @@ static struct rmap_surface *new_surface(struct rmap_reader *reader, const char *
 static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                       struct rmap_surface *surface)
 {
-    static const char *const key[] = {"reflectance"};
-    static const char *const word[] = {"ideal", "none"};
     const struct rmap_yaml_node *coat = rmap_yaml_get(node, "coat");
     int choice = 1;
     if (!coat)
         return;
     if (coat->kind == RMAP_YAML_SCALAR) {
-        (void)rmap_reader_choice(reader, node, "coat", RMAP_OPTIONAL, word, 2, &choice);
+        (void)rmap_reader_choice(reader, node, "coat", RMAP_OPTIONAL, "ideal none", &choice);
         surface->coat = choice == 0 ? RMAP_COAT_IDEAL : RMAP_COAT_NONE;
         return;
     }
-    if (!rmap_reader_check_map(reader, coat, "a coat", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, coat, "a coat", "reflectance"))
         return;
     surface->coat = RMAP_COAT_REFLECTANCE;
     rmap_reader_quantity(reader, coat, "reflectance", RMAP_REQUIRED, &rmap_range_share,
@@ -52,12 +44,10 @@ static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *n
 static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *metal,
                        struct rmap_surface *surface)
 {
-    static const char *const key[] = {"table", "n", "k"};
-    static const char *const column_key[] = {"wavelength", "n", "k"};
     const struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_yaml_node *table = rmap_yaml_get(metal, "table");
     surface->is_metal = true;
-    if (!rmap_reader_check_map(reader, metal, "a metal", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, metal, "a metal", "table n k"))
         return;
     if (!table) {
         double n = 0, k = 0;
@@ -73,7 +63,7 @@ static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *
     size_t n = 0;
     if (rmap_yaml_get(metal, "n") || rmap_yaml_get(metal, "k"))
         rmap_reader_error(reader, metal, "a metal has a table, or n and k, not both");
-    rmap_reader_table(reader, table, column_key, 3, 3, &rmap_range_nonnegative, &n, column);
+    rmap_reader_table(reader, table, "wavelength n k", 3, &rmap_range_nonnegative, &n, column);
     if (!n)
         return;
     const struct rmap_table1 index = {n, column[0], column[1]}, loss = {n, column[0], column[2]};
@@ -97,75 +87,57 @@ static void read_mirror(struct rmap_reader *reader, const struct rmap_yaml_node 
                          surface->reflect_specular);
 }
 
-static void read_mixture(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                         struct rmap_surface *surface)
+static void check_shares(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         const struct rmap_surface *surface)
 {
-    size_t n_before = reader->diagnostics->n_error;
-    rmap_reader_quantity(reader, node, "reflect_specular", RMAP_OPTIONAL, &rmap_range_share,
-                         surface->reflect_specular);
-    rmap_reader_quantity(reader, node, "reflect_diffuse", RMAP_OPTIONAL, &rmap_range_share,
-                         surface->reflect_diffuse);
-    rmap_reader_quantity(reader, node, "transmit_specular", RMAP_OPTIONAL, &rmap_range_share,
-                         surface->transmit_specular);
-    rmap_reader_quantity(reader, node, "transmit_diffuse", RMAP_OPTIONAL, &rmap_range_share,
-                         surface->transmit_diffuse);
-    for (int i = 0; i < reader->scene->channels.n && n_before == reader->diagnostics->n_error;
-         i++) {
+    for (int i = 0; i < reader->scene->channels.n; i++) {
         double sum = surface->reflect_specular[i] + surface->reflect_diffuse[i] +
                      surface->transmit_specular[i] + surface->transmit_diffuse[i];
-        if (sum > 1 + 1e-9)
-            rmap_reader_error(reader, node,
-                              "the shares of mixture '%.60s' sum to %.9g: more than 1 is no "
-                              "surface",
-                              surface->name, sum);
+        if (!(sum > 1 + 1e-9))
+            continue;
+        rmap_reader_error(reader, node,
+                          "the shares of mixture '%.60s' sum to %.9g: more than 1 is no surface",
+                          surface->name, sum);
+        return;
     }
 }
+
+#define SHARES(member) RMAP_KEY_SHARES, offsetof(struct rmap_surface, member), &rmap_range_share
+const struct rmap_mapping rmap_surface_keys = {
+#define ROW(symbol, name, phrase, keys, look, events) name " "
+    "surfaces",
+    RMAP_SURFACE_TABLE(ROW),
+#undef ROW
+#define ROW(symbol, name, phrase, keys, look, events) {phrase, "type " keys},
+    {RMAP_SURFACE_TABLE(ROW)},
+#undef ROW
+    {{"reflectance", SHARES(reflect_diffuse), 0, RMAP_REQUIRED, RMAP_TYPE(RMAP_SURFACE_LAMBERT)},
+     {"reflect_specular", SHARES(reflect_specular)},
+     {"reflect_diffuse", SHARES(reflect_diffuse)},
+     {"transmit_specular", SHARES(transmit_specular)},
+     {"transmit_diffuse", SHARES(transmit_diffuse)}}};
+#undef SHARES
 
 static void read_surface(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                          struct rmap_surface *surface)
 {
-    static const char *const any[] = {"type",
-                                      "coat",
-                                      "reflectance",
-                                      "metal",
-                                      "reflect_specular",
-                                      "reflect_diffuse",
-                                      "transmit_specular",
-                                      "transmit_diffuse"};
-    static const char *const fresnel[] = {"type", "coat"};
-    static const char *const mirror[] = {"type", "reflectance", "metal"};
-    static const char *const lambert[] = {"type", "reflectance"};
-    static const char *const mixture[] = {"type", "reflect_specular", "reflect_diffuse",
-                                          "transmit_specular", "transmit_diffuse"};
-    int type = -1;
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, RMAP_COUNT(type_word),
-                            &type)) {
-        (void)rmap_reader_check_map(reader, node, "a surface", any, RMAP_COUNT(any));
+    int type = rmap_reader_type(reader, node, &rmap_surface_keys);
+    if (type < 0) {
+        (void)rmap_reader_check_map(reader, node, "a surface",
+#define ROW(symbol, name, phrase, keys, look, events) keys " "
+                                    "type " RMAP_SURFACE_TABLE(ROW));
+#undef ROW
         return;
     }
     surface->type = (enum rmap_surface_type)type;
-    switch (surface->type) {
-    case RMAP_SURFACE_FRESNEL:
-        (void)rmap_reader_check_map(reader, node, "a fresnel surface", fresnel, 2);
+    (void)rmap_reader_known(reader, node, &rmap_surface_keys, type);
+    bool good = rmap_reader_fill(reader, node, &rmap_surface_keys, type, surface);
+    if (surface->type == RMAP_SURFACE_FRESNEL)
         read_coat(reader, node, surface);
-        return;
-    case RMAP_SURFACE_MIRROR:
-        (void)rmap_reader_check_map(reader, node, "a mirror", mirror, 3);
+    else if (surface->type == RMAP_SURFACE_MIRROR)
         read_mirror(reader, node, surface);
-        return;
-    case RMAP_SURFACE_LAMBERT:
-        (void)rmap_reader_check_map(reader, node, "a lambert surface", lambert, 2);
-        rmap_reader_quantity(reader, node, "reflectance", RMAP_REQUIRED, &rmap_range_share,
-                             surface->reflect_diffuse);
-        return;
-    case RMAP_SURFACE_ABSORBER:
-        (void)rmap_reader_check_map(reader, node, "an absorber", any, 1);
-        return;
-    case RMAP_SURFACE_MIXTURE:
-        (void)rmap_reader_check_map(reader, node, "a mixture", mixture, RMAP_COUNT(mixture));
-        read_mixture(reader, node, surface);
-        return;
-    }
+    else if (good)
+        check_shares(reader, node, surface);
 }
 
 void rmap_reader_read_surfaces(struct rmap_reader *reader)
@@ -190,19 +162,20 @@ void rmap_reader_read_surfaces(struct rmap_reader *reader)
             read_surface(reader, item->value, surface);
         else
             rmap_reader_error(reader, &place, "surface '%.60s' must be a mapping, as in {type: %s}",
-                              item->key, type_word[0]);
+                              item->key, rmap_surface_model[0].name);
     }
 }
 
 void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
                                  int32_t *surface_ret)
 {
-    const struct rmap_name *known = rmap_names_find(&reader->surfaces, type_word[type]);
+    const struct rmap_name *known =
+        rmap_names_find(&reader->surfaces, rmap_surface_model[type].name);
     if (known) {
         *surface_ret = known->index;
         return;
     }
-    struct rmap_surface *surface = new_surface(reader, type_word[type], 0);
+    struct rmap_surface *surface = new_surface(reader, rmap_surface_model[type].name, 0);
     if (!surface)
         return;
     surface->type = type;
@@ -216,11 +189,11 @@ static void find_surface(struct rmap_reader *reader, const struct rmap_yaml_node
     const char *name = rmap_reader_text(reader, map, key, need);
     if (!name)
         return;
-    if (strcmp(name, type_word[RMAP_SURFACE_FRESNEL]) == 0) {
+    if (strcmp(name, rmap_surface_model[RMAP_SURFACE_FRESNEL].name) == 0) {
         rmap_reader_builtin_surface(reader, RMAP_SURFACE_FRESNEL, surface_ret);
         return;
     }
-    if (strcmp(name, type_word[RMAP_SURFACE_ABSORBER]) == 0) {
+    if (strcmp(name, rmap_surface_model[RMAP_SURFACE_ABSORBER].name) == 0) {
         rmap_reader_builtin_surface(reader, RMAP_SURFACE_ABSORBER, surface_ret);
         return;
     }
@@ -231,7 +204,6 @@ static void find_surface(struct rmap_reader *reader, const struct rmap_yaml_node
 void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                               const char *key, int32_t *front_ret, int32_t *back_ret)
 {
-    static const char *const side[] = {"front", "back"};
     const struct rmap_yaml_node *node = rmap_yaml_get(map, key);
     if (!node)
         return;
@@ -240,7 +212,7 @@ void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml
         *back_ret = *front_ret;
         return;
     }
-    (void)rmap_reader_check_map(reader, node, "a surface pair", side, RMAP_COUNT(side));
+    (void)rmap_reader_check_map(reader, node, "a surface pair", "front back");
     find_surface(reader, node, "front", RMAP_REQUIRED, front_ret);
     find_surface(reader, node, "back", RMAP_REQUIRED, back_ret);
 }
