@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 #define PIXELS_PER_SIDE_MAX 65535
 #define PIXELS_MAX          (1u << 28)
@@ -128,59 +128,47 @@ static void read_field(struct rmap_reader *reader, const struct rmap_yaml_node *
         rmap_reader_error(reader, fov_at, "give 'fov', or 'focal_length' and 'sensor'");
         return;
     }
-    if (sensor) {
+    if (sensor)
         read_sensor(reader, node, camera);
-        return;
-    }
-    if (rmap_reader_number(reader, node, "fov", RMAP_OPTIONAL, &angle, &fov))
+    else if (rmap_reader_number(reader, node, "fov", RMAP_OPTIONAL, &angle, &fov))
         camera->slope = tan(0.5 * fov * RMAP_PI / 180);
 }
 
-static void read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                      struct rmap_camera *camera, double distance)
-{
-    camera->focus = distance;
-    enum rmap_need need = distance > 0 ? RMAP_OPTIONAL : RMAP_REQUIRED;
-    (void)rmap_reader_number(reader, node, "focus", need, &rmap_range_positive, &camera->focus);
-    (void)rmap_reader_number(reader, node, "aperture", RMAP_REQUIRED, &rmap_range_positive,
-                             &camera->aperture);
-}
+#define NUMBER(member) RMAP_KEY_NUMBER, offsetof(struct rmap_camera, member), &rmap_range_positive
+#define SEEN                                                                                       \
+    "name type at look_at up direction resolution fov sensor focal_length exposure medium within"
+const struct rmap_mapping rmap_camera_keys = {
+    "cameras",
+    "pinhole thin_lens",
+    {{"a pinhole camera", SEEN}, {"a thin_lens camera", SEEN " focus aperture"}},
+    {{"exposure", NUMBER(exposure)},
+     {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_camera, medium)},
+     {"aperture", NUMBER(aperture), .need = RMAP_REQUIRED}}};
+#undef NUMBER
 
-static enum rmap_status read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    struct rmap_camera *camera)
+static void read_camera(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_camera *camera)
 {
-    static const char *const pinhole[] = {
-        "name", "type",   "at",           "look_at",  "up",     "direction", "resolution",
-        "fov",  "sensor", "focal_length", "exposure", "medium", "within"};
-    static const char *const thin_lens[] = {
-        "name",   "type",         "at",       "look_at", "up",     "direction", "resolution", "fov",
-        "sensor", "focal_length", "exposure", "medium",  "within", "focus",     "aperture"};
-    static const char *const word[] = {"pinhole", "thin_lens"};
-    enum rmap_status st = RMAP_OK;
     double distance = 0;
     int type = 0;
-    if (!rmap_reader_choice(reader, node, "type", RMAP_OPTIONAL, word, 2, &type))
-        return RMAP_OK;
+    if (!rmap_reader_choice(reader, node, "type", RMAP_OPTIONAL, rmap_camera_keys.types, &type))
+        return;
     camera->type = (enum rmap_camera_type)type;
-    if (camera->type == RMAP_CAMERA_PINHOLE)
-        (void)rmap_reader_check_map(reader, node, "a pinhole camera", pinhole, RMAP_COUNT(pinhole));
-    else
-        (void)rmap_reader_check_map(reader, node, "a thin_lens camera", thin_lens,
-                                    RMAP_COUNT(thin_lens));
+    bool thin = camera->type == RMAP_CAMERA_THIN_LENS;
     if (read_forward(reader, node, camera, &distance))
         read_up(reader, node, camera);
-    if (camera->type == RMAP_CAMERA_THIN_LENS)
-        read_lens(reader, node, camera, distance);
+    camera->focus = distance;
+    if (thin)
+        (void)rmap_reader_number(reader, node, "focus",
+                                 distance > 0 ? RMAP_OPTIONAL : RMAP_REQUIRED, &rmap_range_positive,
+                                 &camera->focus);
+    (void)rmap_reader_known(reader, node, &rmap_camera_keys, type);
+    (void)rmap_reader_fill(reader, node, &rmap_camera_keys, type, camera);
     read_resolution(reader, node, camera);
     read_field(reader, node, camera);
-    (void)rmap_reader_number(reader, node, "exposure", RMAP_OPTIONAL, &rmap_range_positive,
-                             &camera->exposure);
-    RMAP_TRY(rmap_reader_medium(reader, node, "medium", &camera->medium));
     if (camera->medium < 0 && !rmap_yaml_get(node, "medium"))
-        RMAP_TRY(rmap_reader_surrounding_medium(reader, &camera->medium));
-    RMAP_TRY(rmap_reader_place_within(reader, node, camera->medium, &camera->gradient));
-out:
-    return st;
+        rmap_reader_surrounding_medium(reader, &camera->medium);
+    rmap_reader_place_within(reader, node, camera->medium, &camera->gradient);
 }
 
 /* ---- the sections ---- */
@@ -202,56 +190,51 @@ static void check_unique(struct rmap_reader *reader, const struct rmap_yaml_node
     }
 }
 
-enum rmap_status rmap_reader_read_cameras(struct rmap_reader *reader)
+void rmap_reader_read_cameras(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *list = rmap_yaml_get(reader->root, "cameras");
     if (!list || !rmap_reader_check_list(reader, list, "'cameras'"))
-        return RMAP_OK;
+        return;
     for (size_t i = 0; i < list->n_item; i++) {
         const struct rmap_yaml_node *node = list->item[i].value;
         if (node->kind != RMAP_YAML_MAP) {
             rmap_reader_error(reader, node, "a camera must be a mapping, as in {name: front, ...}");
             continue;
         }
-        void *array = scene->camera;
-        struct rmap_camera *camera = rmap_reader_append(reader, &array, &scene->n_camera,
-                                                        &reader->cap_camera, sizeof *camera);
+        struct rmap_camera *camera =
+            RMAP_READER_NEW(reader, scene->camera, scene->n_camera, reader->cap_camera);
         if (!camera)
-            return rmap_reader_no_memory(reader);
-        scene->camera = array;
+            return;
         *camera = (struct rmap_camera){.medium = -1, .slope = 1};
         const char *name = rmap_reader_name(reader, node);
-        camera->name = rmap_strdup(name);
-        if (!camera->name)
-            return rmap_reader_no_memory(reader);
+        camera->name = rmap_reader_strdup(reader, name);
         check_unique(reader, list, i, name);
-        RMAP_TRY(read_camera(reader, node, camera));
+        read_camera(reader, node, camera);
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_read_background(struct rmap_reader *reader)
+const struct rmap_mapping rmap_background_keys = {
+    "cameras",
+    NULL,
+    {{"'background'", "radiance spectrum"}},
+    {{"radiance", RMAP_KEY_NUMBER, 0, &rmap_range_nonnegative, .need = RMAP_REQUIRED}}};
+
+void rmap_reader_read_background(struct rmap_reader *reader)
 {
-    static const char *const key[] = {"radiance", "spectrum"};
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *node = rmap_yaml_get(reader->root, "background");
     struct rmap_spectrum spectrum = {.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
-    struct rmap_error failure = {0};
     double radiance = 0;
-    if (!node || !rmap_reader_check_map(reader, node, "'background'", key, RMAP_COUNT(key)))
-        return RMAP_OK;
-    (void)rmap_reader_number(reader, node, "radiance", RMAP_REQUIRED, &rmap_range_nonnegative,
-                             &radiance);
-    enum rmap_status st = rmap_reader_source_spectrum(reader, node, &spectrum);
-    if (st != RMAP_OK || reader->diagnostics->n_error > 0)
-        return st;
+    if (!node || !rmap_reader_known(reader, node, &rmap_background_keys, 0))
+        return;
+    (void)rmap_reader_fill(reader, node, &rmap_background_keys, 0, &radiance);
+    rmap_reader_source_spectrum(reader, node, &spectrum);
+    if (reader->diagnostics->n_error > 0)
+        return;
     if (rmap_spectrum_shares(&spectrum, &scene->channels, scene->flux_unit == RMAP_FLUX_LM,
-                             scene->background, &failure) != RMAP_OK)
-        rmap_reader_error(reader, node, "'background': %.200s", failure.text);
+                             scene->background, &reader->failure) != RMAP_OK)
+        rmap_reader_error(reader, node, "'background': %.200s", reader->failure.text);
     for (int i = 0; i < scene->channels.n; i++)
         scene->background[i] *= radiance;
-    return RMAP_OK;
 }

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 static const double rgb_index_nm = 587.56; /* RGB mode takes indices at the helium d line */
 
@@ -18,31 +18,37 @@ const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *read
     const char *word[RMAP_UNITS_MAX];
     size_t n = rmap_unit_words(RMAP_DIMENSION_LENGTH, word);
     int choice = -1;
-    (void)rmap_reader_choice(reader, map, key, RMAP_OPTIONAL, word, n, &choice);
+    (void)rmap_reader_one_of(reader, map, key, RMAP_OPTIONAL, word, n, &choice);
     return choice < 0 ? NULL : rmap_unit_of_scene(word[choice], RMAP_DIMENSION_LENGTH);
 }
 
-enum rmap_status rmap_reader_read_units(struct rmap_reader *reader)
+void rmap_reader_read_units(struct rmap_reader *reader)
 {
     const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, reader->root, "units");
-    char *name = rmap_strdup(unit ? unit->name : "mm");
-    if (!name)
-        return rmap_reader_no_memory(reader);
+    char *name = rmap_reader_strdup(reader, unit ? unit->name : "mm");
     rmap_free(reader->scene->unit);
     reader->scene->unit = name;
     reader->scene->unit_m = unit ? unit->size : 1e-3;
-    return RMAP_OK;
 }
 
-void rmap_reader_read_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node)
+static const struct rmap_range steps = {1, UINT32_MAX, NULL};
+static const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
+const struct rmap_mapping rmap_limits_keys = {
+    "Head",
+    NULL,
+    {{"limits", "steps flux"}},
+    {{"steps", RMAP_KEY_WHOLE, offsetof(struct rmap_scene, limit_steps), &steps},
+     {"flux", RMAP_KEY_NUMBER, offsetof(struct rmap_scene, limit_weight), &below_one}}};
+
+void rmap_reader_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
-    static const char *const key[] = {"steps", "flux"};
-    const struct rmap_range below_one = {0, 0.999, "0 or greater, and below 1"};
-    if (!node || !rmap_reader_check_map(reader, node, "limits", key, RMAP_COUNT(key)))
-        return;
-    (void)rmap_reader_whole(reader, node, "steps", 1, UINT32_MAX, &reader->scene->limit_steps);
-    (void)rmap_reader_number(reader, node, "flux", RMAP_OPTIONAL, &below_one,
-                             &reader->scene->limit_weight);
+    if (node && rmap_reader_known(reader, node, &rmap_limits_keys, 0))
+        (void)rmap_reader_fill(reader, node, &rmap_limits_keys, 0, reader->scene);
+}
+
+void rmap_reader_read_limits(struct rmap_reader *reader)
+{
+    rmap_reader_limits(reader, rmap_yaml_get(reader->root, "limits"));
 }
 
 /* ---- wavelengths ---- */
@@ -53,15 +59,11 @@ struct gathered {
     size_t n, cap;
 };
 
-static enum rmap_status gather(struct rmap_reader *reader, struct gathered *set, double nm)
+static void gather(struct rmap_reader *reader, struct gathered *set, double nm)
 {
-    void *array = set->nm;
-    double *place = rmap_reader_append(reader, &array, &set->n, &set->cap, sizeof *place);
-    if (!place)
-        return rmap_reader_no_memory(reader);
-    set->nm = array;
-    *place = nm;
-    return RMAP_OK;
+    double *place = RMAP_READER_NEW(reader, set->nm, set->n, set->cap);
+    if (place)
+        *place = nm;
 }
 
 static bool number_of(const char *text, double *value)
@@ -70,30 +72,27 @@ static bool number_of(const char *text, double *value)
 }
 
 /* False when the source has light at other wavelengths than ones it names. */
-static enum rmap_status gather_source(struct rmap_reader *reader, struct gathered *set,
-                                      const struct rmap_yaml_node *source, bool *named)
+static void gather_source(struct rmap_reader *reader, struct gathered *set,
+                          const struct rmap_yaml_node *source, bool *named)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *lines = rmap_yaml_get(rmap_yaml_get(source, "spectrum"), "lines");
     const struct rmap_yaml_node *rays = rmap_yaml_get(source, "rays");
     double nm = 0;
     *named = lines && lines->kind == RMAP_YAML_MAP;
     for (size_t i = 0; *named && i < lines->n_item; i++)
         if (number_of(lines->item[i].key, &nm))
-            RMAP_TRY(gather(reader, set, nm));
+            gather(reader, set, nm);
     if (!rays || rays->kind != RMAP_YAML_LIST)
-        goto out;
+        return;
     bool all = true;
     for (size_t i = 0; i < rays->n_item; i++) {
         const struct rmap_yaml_node *node = rmap_yaml_get(rays->item[i].value, "wavelength");
         bool good = node && node->kind == RMAP_YAML_SCALAR && number_of(node->text, &nm);
         all &= good;
         if (good)
-            RMAP_TRY(gather(reader, set, nm));
+            gather(reader, set, nm);
     }
     *named |= all;
-out:
-    return st;
 }
 
 static int by_value(const void *a, const void *b)
@@ -135,37 +134,41 @@ static void set_visible(struct rmap_channels *channels)
         channels->wavelength_nm[i] = 380.0 + 10.0 * i;
 }
 
-static enum rmap_status channels_of_sources(struct rmap_reader *reader)
+static void channels_of_sources(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     struct gathered set = {0};
     const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
     bool named = sources && sources->kind == RMAP_YAML_LIST && sources->n_item > 0;
     for (size_t i = 0; named && i < sources->n_item; i++)
-        RMAP_TRY(gather_source(reader, &set, sources->item[i].value, &named));
+        gather_source(reader, &set, sources->item[i].value, &named);
     size_t n = sort_unique(set.nm, set.n);
     if (named && n)
         set_channels(reader, sources, set.nm, n);
     else
         set_visible(&reader->scene->channels);
-out:
     rmap_free(set.nm);
-    return st;
 }
+
+struct range {
+    double from, to, step;
+};
+#define STEP(member)                                                                               \
+    RMAP_KEY_NUMBER, offsetof(struct range, member), &rmap_range_positive, .need = RMAP_REQUIRED
+static const struct rmap_mapping range_keys = {
+    "Head",
+    NULL,
+    {{"wavelengths", "from to step"}},
+    {{"from", STEP(from)}, {"to", STEP(to)}, {"step", STEP(step)}}};
 
 static void channels_of_range(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
-    static const char *const key[] = {"from", "to", "step"};
-    double from = 0, to = 0, step = 0, nm[RMAP_CHANNEL_MAX];
+    struct range range = {0};
+    double nm[RMAP_CHANNEL_MAX];
     set_visible(&reader->scene->channels);
-    if (!rmap_reader_check_map(reader, node, "wavelengths", key, RMAP_COUNT(key)))
+    if (!rmap_reader_known(reader, node, &range_keys, 0) ||
+        !rmap_reader_fill(reader, node, &range_keys, 0, &range))
         return;
-    bool good =
-        rmap_reader_number(reader, node, "from", RMAP_REQUIRED, &rmap_range_positive, &from);
-    good &= rmap_reader_number(reader, node, "to", RMAP_REQUIRED, &rmap_range_positive, &to);
-    good &= rmap_reader_number(reader, node, "step", RMAP_REQUIRED, &rmap_range_positive, &step);
-    if (!good)
-        return;
+    const double from = range.from, to = range.to, step = range.step;
     if (to < from) {
         rmap_reader_error(reader, rmap_yaml_get(node, "to"), "'to' must not be below 'from'");
         return;
@@ -182,8 +185,7 @@ static void channels_of_range(struct rmap_reader *reader, const struct rmap_yaml
     set_channels(reader, node, nm, (size_t)n);
 }
 
-static enum rmap_status channels_of_list(struct rmap_reader *reader,
-                                         const struct rmap_yaml_node *node)
+static void channels_of_list(struct rmap_reader *reader, const struct rmap_yaml_node *node)
 {
     size_t n = 0;
     set_visible(&reader->scene->channels);
@@ -191,11 +193,11 @@ static enum rmap_status channels_of_list(struct rmap_reader *reader,
         double nm = 0;
         if (rmap_reader_scalar(reader, node, "'wavelengths'", &rmap_range_positive, &nm))
             set_channels(reader, node, &nm, 1);
-        return RMAP_OK;
+        return;
     }
     double *nm = rmap_reader_alloc(reader, node->n_item, sizeof *nm);
     if (!nm)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < node->n_item; i++)
         if (rmap_reader_scalar(reader, node->item[i].value, "a wavelength", &rmap_range_positive,
                                &nm[n]))
@@ -207,7 +209,6 @@ static enum rmap_status channels_of_list(struct rmap_reader *reader,
         set_channels(reader, node, nm, distinct);
     else if (!node->n_item)
         rmap_reader_error(reader, node, "'wavelengths' must not be empty");
-    return RMAP_OK;
 }
 
 static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
@@ -216,8 +217,9 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
     static const char *const mode[] = {"spectral", "rgb"};
     const char *option = reader->bundle->options.color;
     int choice = 0;
-    (void)rmap_reader_choice(reader, spectrum, "mode", RMAP_OPTIONAL, mode, 2, &choice);
-    (void)rmap_reader_choice(reader, reader->simulation, "color", RMAP_OPTIONAL, mode, 2, &choice);
+    (void)rmap_reader_choice(reader, spectrum, "mode", RMAP_OPTIONAL, "spectral rgb", &choice);
+    (void)rmap_reader_choice(reader, reader->simulation, "color", RMAP_OPTIONAL, "spectral rgb",
+                             &choice);
     if (option && strcmp(option, mode[0]) == 0)
         choice = 0;
     else if (option && strcmp(option, mode[1]) == 0)
@@ -227,29 +229,27 @@ static enum rmap_colour_mode colour_mode(struct rmap_reader *reader,
     return choice ? RMAP_COLOUR_RGB : RMAP_COLOUR_SPECTRAL;
 }
 
-enum rmap_status rmap_reader_read_channels(struct rmap_reader *reader)
+const struct rmap_mapping rmap_spectrum_keys = {"Head", NULL, {{"spectrum", "mode wavelengths"}}};
+
+void rmap_reader_read_channels(struct rmap_reader *reader)
 {
-    static const char *const key[] = {"mode", "wavelengths"};
-    enum rmap_status st = RMAP_OK;
     struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_yaml_node *spectrum = rmap_yaml_get(reader->root, "spectrum");
-    if (spectrum && !rmap_reader_check_map(reader, spectrum, "spectrum", key, RMAP_COUNT(key)))
+    if (spectrum && !rmap_reader_known(reader, spectrum, &rmap_spectrum_keys, 0))
         spectrum = NULL;
     const struct rmap_yaml_node *wavelengths = rmap_yaml_get(spectrum, "wavelengths");
     channels->mode = colour_mode(reader, spectrum);
     if (wavelengths && wavelengths->kind == RMAP_YAML_MAP)
         channels_of_range(reader, wavelengths);
     else if (wavelengths)
-        RMAP_TRY(channels_of_list(reader, wavelengths));
+        channels_of_list(reader, wavelengths);
     else if (channels->mode == RMAP_COLOUR_SPECTRAL)
-        RMAP_TRY(channels_of_sources(reader));
+        channels_of_sources(reader);
     if (channels->mode == RMAP_COLOUR_RGB) {
         channels->n = 3;
         for (int i = 0; i < 3; i++)
             channels->wavelength_nm[i] = rgb_index_nm;
     }
-out:
-    return st;
 }
 
 int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,

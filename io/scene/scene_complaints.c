@@ -12,6 +12,8 @@
 static void complain(struct rmap_reader *reader, enum rmap_severity severity,
                      const struct rmap_yaml_node *at, const char *format, va_list args)
 {
+    if (reader->status != RMAP_OK)
+        return;
     rmap_diagnostics_vadd(reader->diagnostics, severity, at ? at->line : 0, at ? at->column : 0,
                           format, args);
 }
@@ -52,26 +54,24 @@ static void list_words(const char *const *word, size_t n_word, char *text, size_
 void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const char *what,
                          const char *word, const char *const *known, size_t n_known)
 {
+    const struct rmap_yaml_node at = {.line = line, .column = column};
     if (rmap_diagnostics_full(reader->diagnostics)) {
-        rmap_diagnostics_add(reader->diagnostics, RMAP_SEVERITY_ERROR, line, column, "%s", what);
+        rmap_reader_error(reader, &at, "%s", what);
         return;
     }
     const char *nearest = rmap_nearest_word(word, known, n_known);
     char choices[400];
     list_words(known, n_known, choices, sizeof choices);
     if (nearest)
-        rmap_diagnostics_add(reader->diagnostics, RMAP_SEVERITY_ERROR, line, column,
-                             "%s '%.60s' (did you mean '%.60s'?)", what, word, nearest);
+        rmap_reader_error(reader, &at, "%s '%.60s' (did you mean '%.60s'?)", what, word, nearest);
     else if (n_known)
-        rmap_diagnostics_add(reader->diagnostics, RMAP_SEVERITY_ERROR, line, column,
-                             "%s '%.60s'; known: %s", what, word, choices);
+        rmap_reader_error(reader, &at, "%s '%.60s'; known: %s", what, word, choices);
     else
-        rmap_diagnostics_add(reader->diagnostics, RMAP_SEVERITY_ERROR, line, column,
-                             "%s '%.60s': there are none here", what, word);
+        rmap_reader_error(reader, &at, "%s '%.60s': there are none here", what, word);
 }
 
-bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const char *what, const char *const *known, size_t n_known)
+bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const char *what, const char *const *known, size_t n_known)
 {
     if (node->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, node, "%s must be a mapping of keys and values", what);
@@ -91,6 +91,28 @@ bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_no
     return true;
 }
 
+bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           const char *what, const char *keys)
+{
+    struct rmap_words known;
+    rmap_words_split(keys, &known);
+    return rmap_reader_check_keys(reader, node, what, known.word, known.n);
+}
+
+void rmap_words_split(const char *text, struct rmap_words *words)
+{
+    char *rest = words->text;
+    words->n = 0;
+    (void)snprintf(words->text, sizeof words->text, "%s", text);
+    for (char *word; words->n < RMAP_COUNT(words->word) && (word = strtok_r(rest, " ", &rest));) {
+        size_t same = 0;
+        while (same < words->n && strcmp(words->word[same], word) != 0)
+            same++;
+        words->word[same] = word;
+        words->n += same == words->n;
+    }
+}
+
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what)
 {
@@ -100,9 +122,27 @@ bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_n
     return false;
 }
 
-enum rmap_status rmap_reader_no_memory(struct rmap_reader *reader)
+void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status)
 {
-    return rmap_error_set(reader->err, RMAP_SYSTEM, "out of memory while reading the scene");
+    if (reader->status == RMAP_OK && reader->err)
+        *reader->err = reader->failure;
+    if (reader->status == RMAP_OK)
+        reader->status = status;
+}
+
+void rmap_reader_no_memory(struct rmap_reader *reader)
+{
+    rmap_reader_fail(reader, rmap_error_set(&reader->failure, RMAP_SYSTEM,
+                                            "out of memory while reading the scene"));
+}
+
+void rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      enum rmap_status status)
+{
+    if (status == RMAP_INPUT)
+        rmap_reader_error(reader, node, "%s", reader->failure.text);
+    else if (status != RMAP_OK)
+        rmap_reader_fail(reader, status);
 }
 
 /* Each block begins with the address of the one before it, in a space that keeps what follows
@@ -115,11 +155,13 @@ union block_head {
 
 void *rmap_reader_alloc(struct rmap_reader *reader, size_t n, size_t size)
 {
-    if (size && n > (SIZE_MAX - sizeof(union block_head)) / size)
+    union block_head *head = NULL;
+    if (!size || n <= (SIZE_MAX - sizeof(union block_head)) / size)
+        head = rmap_alloc(1, sizeof *head + n * size);
+    if (!head) {
+        rmap_reader_no_memory(reader);
         return NULL;
-    union block_head *head = rmap_alloc(1, sizeof *head + n * size);
-    if (!head)
-        return NULL;
+    }
     head->before = reader->arena;
     reader->arena = head;
     return head + 1;
@@ -135,13 +177,23 @@ void rmap_reader_release(struct rmap_reader *reader)
     reader->arena = NULL;
 }
 
-void *rmap_reader_append(struct rmap_reader *reader, void **array, size_t *n, size_t *cap,
-                         size_t size)
+char *rmap_reader_strdup(struct rmap_reader *reader, const char *text)
 {
-    if (rmap_reserve(array, cap, *n + 1, size, reader->err) != RMAP_OK)
-        return NULL;
-    void *element = (char *)*array + *n * size;
-    memset(element, 0, size);
-    ++*n;
-    return element;
+    char *copy = rmap_strdup(text);
+    if (!copy)
+        rmap_reader_no_memory(reader);
+    return copy;
+}
+
+bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *cap, size_t n,
+                      size_t size)
+{
+    char *array;
+    if (rmap_reserve_array(array_address, cap, n + 1, size, NULL) != RMAP_OK) {
+        rmap_reader_no_memory(reader);
+        return false;
+    }
+    memcpy(&array, array_address, sizeof array);
+    memset(array + n * size, 0, size);
+    return true;
 }

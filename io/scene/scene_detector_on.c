@@ -71,8 +71,8 @@ static void mark_faces(struct rmap_reader *reader, const struct rmap_yaml_node *
         rmap_reader_error(reader, at, "the mesh has no face named '%.60s'", at->text);
 }
 
-static enum rmap_status read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *on,
-                                   struct rmap_detector *detector)
+static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *on,
+                       struct rmap_detector *detector)
 {
     const struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *faces = rmap_yaml_get(on, "faces");
@@ -81,38 +81,37 @@ static enum rmap_status read_faces(struct rmap_reader *reader, const struct rmap
         mesh = scene->geometry[scene->object[detector->on_object].geometry].mesh;
     if (!faces) {
         rmap_reader_error(reader, on, "'faces' is missing: give it, or the object's name alone");
-        return RMAP_OK;
+        return;
     }
     if (!mesh || mesh->n_face == 0) {
         if (rmap_detector_lies_on(detector))
             rmap_reader_error(reader, faces, "'faces' are of an object that is a mesh");
-        return RMAP_OK;
+        return;
     }
     detector->face = rmap_alloc(mesh->n_face, 1);
-    if (!detector->face)
-        return rmap_reader_no_memory(reader);
+    if (!detector->face) {
+        rmap_reader_no_memory(reader);
+        return;
+    }
     if (faces->kind != RMAP_YAML_LIST)
         mark_faces(reader, faces, mesh, detector->face);
     else if (faces->n_item == 0)
         rmap_reader_error(reader, faces, "'faces' names none");
     for (size_t i = 0; faces->kind == RMAP_YAML_LIST && i < faces->n_item; i++)
         mark_faces(reader, faces->item[i].value, mesh, detector->face);
-    return RMAP_OK;
 }
 
-enum rmap_status rmap_reader_detector_on(struct rmap_reader *reader,
-                                         const struct rmap_yaml_node *node,
-                                         struct rmap_detector *detector)
+void rmap_reader_detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct rmap_detector *detector)
 {
-    static const char *const key[] = {"object", "faces"};
     const struct rmap_yaml_node *on = rmap_yaml_get(node, "on");
     if (on->kind != RMAP_YAML_MAP) {
         find_on(reader, node, "on", detector);
-        return RMAP_OK;
+        return;
     }
-    (void)rmap_reader_check_map(reader, on, "what a detector lies on", key, RMAP_COUNT(key));
+    (void)rmap_reader_check_map(reader, on, "what a detector lies on", "object faces");
     find_on(reader, on, "object", detector);
-    return read_faces(reader, on, detector);
+    read_faces(reader, on, detector);
 }
 
 static bool has_triangle(const struct rmap_detector *detector, const struct rmap_mesh *mesh,

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 #define CELLS_PER_SIDE_MAX 65535 /* cells are stored in 16 bits */
 #define CELLS_MAX          (1u << 26)
@@ -75,56 +75,47 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
     }
 }
 
-static void read_registration(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                              enum rmap_side side, struct rmap_detector *detector)
-{
-    static const char *const word[] = {"front", "back", "both"};
-    const struct rmap_range right_angle = {1e-9, 90,
-                                           "an angle greater than 0 and up to 90 degrees"};
-    int choice = (int)side;
-    double max_angle = 90;
-    (void)rmap_reader_choice(reader, node, "side", RMAP_OPTIONAL, word, 3, &choice);
-    (void)rmap_reader_number(reader, node, "max_angle", RMAP_OPTIONAL, &right_angle, &max_angle);
-    detector->side = (enum rmap_side)choice;
-    detector->max_angle_rad = max_angle * RMAP_PI / 180;
-}
+static const struct rmap_range right_angle = {1e-9, 90,
+                                              "an angle greater than 0 and up to 90 degrees"};
+const struct rmap_mapping rmap_detector_keys = {
+    "detectors",
+    "plane intensity",
+    {{"a plane detector", "name type on size cells at direction rotate matrix side max_angle"},
+     {"an intensity detector", "name type cells axis at rotate matrix"}},
+    {{"side", RMAP_KEY_WORD, offsetof(struct rmap_detector, side), .words = "front back both"},
+     {"max_angle", RMAP_KEY_ANGLE, offsetof(struct rmap_detector, max_angle_rad), &right_angle,
+      90}}};
 
-static enum rmap_status read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_detector *detector)
+static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_detector *detector)
 {
-    enum rmap_status st = RMAP_OK;
-    static const char *const key[] = {"name",      "type",   "on",     "size", "cells",    "at",
-                                      "direction", "rotate", "matrix", "side", "max_angle"};
     size_t n = 0;
-    bool lies_on = false;
-    (void)rmap_reader_check_map(reader, node, "a plane detector", key, RMAP_COUNT(key));
+    bool lies_on = false, on = rmap_yaml_get(node, "on") != NULL;
+    detector->side = on ? RMAP_SIDE_BOTH : RMAP_SIDE_FRONT;
+    (void)rmap_reader_known(reader, node, &rmap_detector_keys, RMAP_DETECTOR_PLANE);
+    (void)rmap_reader_fill(reader, node, &rmap_detector_keys, RMAP_DETECTOR_PLANE, detector);
     detector->type = RMAP_DETECTOR_PLANE;
     detector->size[0] = detector->size[1] = 1;
-    if (rmap_yaml_get(node, "on")) {
-        RMAP_TRY(rmap_reader_detector_on(reader, node, detector));
+    if (on) {
+        rmap_reader_detector_on(reader, node, detector);
         lies_on = rmap_detector_lies_on(detector);
     }
-    bool on = rmap_yaml_get(node, "on") != NULL;
     read_frame(reader, node, "direction", rmap_vec3(0, 0, -1), lies_on, detector);
-    read_registration(reader, node, on ? RMAP_SIDE_BOTH : RMAP_SIDE_FRONT, detector);
     if (lies_on && !rmap_yaml_get(node, "size")) {
         rmap_reader_adopt_size(reader, node, detector);
-        goto out;
+        return;
     }
     if (!on || rmap_yaml_get(node, "size"))
         (void)rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, &rmap_range_positive, 1, 2,
                                   detector->size, &n);
     if (n == 1)
         detector->size[1] = detector->size[0];
-out:
-    return st;
 }
 
 static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            struct rmap_detector *detector)
 {
-    static const char *const key[] = {"name", "type", "cells", "axis", "at", "rotate", "matrix"};
-    (void)rmap_reader_check_map(reader, node, "an intensity detector", key, RMAP_COUNT(key));
+    (void)rmap_reader_known(reader, node, &rmap_detector_keys, RMAP_DETECTOR_INTENSITY);
     detector->type = RMAP_DETECTOR_INTENSITY;
     read_frame(reader, node, "axis", rmap_vec3(0, 0, 1), false, detector);
     detector->size[0] = RMAP_PI;
@@ -133,84 +124,74 @@ static void read_intensity(struct rmap_reader *reader, const struct rmap_yaml_no
     detector->max_angle_rad = RMAP_PI / 2;
 }
 
-static enum rmap_status read_detectors(struct rmap_reader *reader,
-                                       const struct rmap_yaml_node *detectors,
-                                       size_t reading_receivers)
+static void read_detectors(struct rmap_reader *reader, const struct rmap_yaml_node *detectors,
+                           size_t reading_receivers)
 {
-    static const char *const type_word[] = {"plane", "intensity"};
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     if (!detectors || !rmap_reader_check_list(reader, detectors, "'detectors'"))
-        return RMAP_OK;
+        return;
     for (size_t i = 0; i < detectors->n_item; i++) {
         const struct rmap_yaml_node *node = detectors->item[i].value;
-        int type = -1;
         if (node->kind != RMAP_YAML_MAP) {
             rmap_reader_error(reader, node,
                               "a detector must be a mapping, as in {name: sensor, ...}");
             continue;
         }
-        void *array = scene->detector;
-        struct rmap_detector *detector = rmap_reader_append(
-            reader, &array, &scene->n_detector, &reader->cap_detector, sizeof *detector);
+        struct rmap_detector *detector =
+            RMAP_READER_NEW(reader, scene->detector, scene->n_detector, reader->cap_detector);
         if (!detector)
-            return rmap_reader_no_memory(reader);
-        scene->detector = array;
+            return;
         reader->n_receiver += reading_receivers;
         detector->on_object = detector->on_group = -1;
-        detector->name = rmap_strdup(rmap_reader_name(reader, node));
-        if (!detector->name)
-            return rmap_reader_no_memory(reader);
-        RMAP_TRY(rmap_reader_add_member(reader, detector->name, RMAP_MEMBER_DETECTOR,
-                                        (int32_t)(scene->n_detector - 1), node));
-        if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, 2, &type))
+        detector->name = rmap_reader_strdup(reader, rmap_reader_name(reader, node));
+        rmap_reader_add_member(reader, detector->name, RMAP_MEMBER_DETECTOR,
+                               (int32_t)(scene->n_detector - 1), node);
+        int type = rmap_reader_type(reader, node, &rmap_detector_keys);
+        if (type < 0)
             continue;
         read_cells(reader, node, detector);
         if (type == 0)
-            RMAP_TRY(read_plane(reader, node, detector));
+            read_plane(reader, node, detector);
         else
             read_intensity(reader, node, detector);
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader)
+void rmap_reader_read_detectors(struct rmap_reader *reader)
 {
-    return read_detectors(reader, rmap_yaml_get(reader->root, "detectors"), 0);
+    read_detectors(reader, rmap_yaml_get(reader->root, "detectors"), 0);
 }
 
-static enum rmap_status read_receivers(struct rmap_reader *reader)
+static void read_receivers(struct rmap_reader *reader)
 {
-    static const char *const key[] = {"raymap", "detectors"};
     enum rmap_status st = rmap_yaml_parse(reader->receivers->text, reader->receivers->nbytes,
-                                          &reader->root, reader->diagnostics, reader->err);
+                                          &reader->root, reader->diagnostics, &reader->failure);
+    if (st != RMAP_OK && st != RMAP_INPUT) /* INPUT: told in the diagnostics */
+        rmap_reader_fail(reader, st);
     if (st != RMAP_OK || !reader->root)
-        return st == RMAP_INPUT ? RMAP_OK : st;       /* told in the diagnostics */
+        return;
     const struct rmap_yaml_node *list = reader->root; /* alone, or under `detectors` */
     if (list->kind != RMAP_YAML_LIST) {
-        if (!rmap_reader_check_map(reader, list, "a file of receivers", key, RMAP_COUNT(key)))
-            return RMAP_OK;
+        if (!rmap_reader_check_map(reader, list, "a file of receivers", "raymap detectors"))
+            return;
         list = rmap_yaml_get(list, "detectors");
     }
-    st = read_detectors(reader, list, 1);
-    if (st == RMAP_OK && reader->n_receiver == 0 && reader->diagnostics->n_error == 0)
+    read_detectors(reader, list, 1);
+    if (reader->n_receiver == 0 && reader->diagnostics->n_error == 0)
         rmap_reader_error(reader, reader->root,
                           "no receivers: list them under 'detectors', as a scene file does");
-    return st;
 }
 
-enum rmap_status rmap_reader_read_receivers(struct rmap_reader *reader)
+void rmap_reader_read_receivers(struct rmap_reader *reader)
 {
     struct rmap_yaml_node *root = reader->root;
     struct rmap_diagnostics *diagnostics = reader->diagnostics;
     if (!reader->receivers)
-        return RMAP_OK;
+        return;
     reader->root = NULL;
     reader->diagnostics = reader->receivers->diagnostics;
-    enum rmap_status st = read_receivers(reader);
+    read_receivers(reader);
     rmap_yaml_destroy(reader->root);
     reader->root = root;
     reader->diagnostics = diagnostics;
-    return st;
 }

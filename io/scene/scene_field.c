@@ -16,9 +16,28 @@
 enum { N_TYPE_MAX = 48, N_KEY_MAX = 48 };
 
 static const char *const placement_key[] = {"type", "at", "rotate", "scale", "matrix"};
-static const char *const whole_key[] = {"frame",          "scheme",    "tolerance", "sag",
-                                        "polyline",       "step_min",  "step_max",  "step",
-                                        "step_amplitude", "max_steps", "dispersion"};
+#define LENGTH(member)                                                                             \
+    RMAP_KEY_NUMBER, offsetof(struct rmap_curve_options, member), &rmap_range_positive
+#define SHARMA .types = RMAP_TYPE(RMAP_SCHEME_SHARMA)
+static const char *const scheme_word[] = {"adaptive", "sharma", "fixed", "integrated"};
+static const struct rmap_range max_steps = {1, UINT32_MAX, NULL};
+#define CURVE                                                                                      \
+    "frame scheme tolerance sag polyline step_min step_max step step_amplitude max_steps "         \
+    "dispersion"
+const struct rmap_mapping rmap_curve_keys = {
+    "gradient media",
+    NULL,
+    {{NULL, CURVE}, {NULL, CURVE}, {NULL, CURVE}, {NULL, CURVE}},
+    {{"tolerance", LENGTH(tolerance)},
+     {"sag", LENGTH(sag)},
+     {"polyline", LENGTH(polyline)},
+     {"step_min", LENGTH(step_min), SHARMA},
+     {"step_max", LENGTH(step_max), SHARMA},
+     {"step_amplitude", LENGTH(amplitude), SHARMA},
+     {"step", LENGTH(step), .types = RMAP_TYPE(RMAP_SCHEME_SHARMA_FIXED)},
+     {"max_steps", RMAP_KEY_WHOLE, offsetof(struct rmap_curve_options, max_steps), &max_steps}}};
+#undef LENGTH
+#undef SHARMA
 
 static const struct rmap_field_model *model_at(size_t i)
 {
@@ -43,7 +62,7 @@ static const struct rmap_field_model *choose_model(struct rmap_reader *reader,
     int choice = 0;
     for (const struct rmap_field_model *m; n < N_TYPE_MAX && (m = model_at(n)) != NULL; n++)
         word[n] = m->type;
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, word, n, &choice))
+    if (!rmap_reader_one_of(reader, node, "type", RMAP_REQUIRED, word, n, &choice))
         return NULL;
     return model_at((size_t)choice);
 }
@@ -52,6 +71,7 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
                        const struct rmap_field_model *model, const struct rmap_field_place *place)
 {
     const char *key[N_KEY_MAX];
+    struct rmap_words whole;
     char what[80];
     size_t n = 0;
     for (size_t i = 0; i < RMAP_FIELD_KEY_MAX && model->parameter[i].name; i++)
@@ -60,77 +80,65 @@ static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *
         key[n++] = model->key[i];
     for (size_t i = 0; i < RMAP_COUNT(placement_key); i++)
         key[n++] = placement_key[i];
-    for (size_t i = 0; place->whole && i < RMAP_COUNT(whole_key); i++)
-        key[n++] = whole_key[i];
+    rmap_words_split(CURVE, &whole);
+    for (size_t i = 0; place->whole && i < whole.n; i++)
+        key[n++] = whole.word[i];
     if (place->weighted)
         key[n++] = "weight";
     (void)snprintf(what, sizeof what, "a gradient of type %s", model->type);
-    (void)rmap_reader_check_map(reader, node, what, key, n);
+    (void)rmap_reader_check_keys(reader, node, what, key, n);
 }
 
-static enum rmap_status make_of_parameters(struct rmap_reader *reader,
-                                           const struct rmap_yaml_node *node,
-                                           const struct rmap_field_model *model,
-                                           struct rmap_field **field_ret)
+static void make_of_parameters(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               const struct rmap_field_model *model, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
     double value[RMAP_CHANNEL_MAX * RMAP_FIELD_KEY_MAX] = {0};
-    struct rmap_error failure = {0};
     size_t width = 0;
     bool good = true;
     while (width < RMAP_FIELD_KEY_MAX && model->parameter[width].name)
         width++;
-    RMAP_TRY(rmap_reader_parameters(reader, node, model->parameter, width, value, &good));
+    rmap_reader_parameters(reader, node, model->parameter, width, value, &good);
     if (good)
-        st = rmap_reader_made(
-            reader, node,
-            model->make(field_ret, rmap_reader_distinct(reader, value, width), value, &failure),
-            &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         model->make(field_ret, rmap_reader_distinct(reader, value, width), value,
+                                     &reader->failure));
 }
 
 /* A part of a field stands in the frame of the whole. */
-static enum rmap_status place_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_field **field)
+static void place_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_field **field)
 {
     struct rmap_affine placement, to_local;
-    struct rmap_error failure = {0};
     struct rmap_field *of = *field;
     bool moved = false;
     for (size_t i = 1; i < RMAP_COUNT(placement_key); i++)
         moved |= rmap_yaml_get(node, placement_key[i]) != NULL;
     if (!moved || !rmap_reader_placement(reader, node, &placement) || !of ||
         !rmap_affine_invert(&placement, &to_local))
-        return RMAP_OK;
+        return;
     *field = NULL;
-    return rmap_reader_made(reader, node, rmap_field_placed(field, of, &to_local, &failure),
-                            &failure);
+    rmap_reader_made(reader, node, rmap_field_placed(field, of, &to_local, &reader->failure));
 }
 
-enum rmap_status rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_field_place *place,
-                                   struct rmap_field **field_ret)
+void rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
     *field_ret = NULL;
     if (node->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, node,
                           "a gradient must be a mapping, as in {type: luneburg, ...}");
-        return RMAP_OK;
+        return;
     }
     const struct rmap_field_model *model = choose_model(reader, node);
     if (!model)
-        return RMAP_OK;
+        return;
     check_keys(reader, node, model, place);
     if (model->read)
-        RMAP_TRY(model->read(reader, node, place, field_ret));
+        model->read(reader, node, place, field_ret);
     else
-        RMAP_TRY(make_of_parameters(reader, node, model, field_ret));
+        make_of_parameters(reader, node, model, field_ret);
     if (!place->whole)
-        RMAP_TRY(place_part(reader, node, field_ret));
-out:
-    return st;
+        place_part(reader, node, field_ret);
 }
 
 /* ---- how light is traced through it ---- */
@@ -138,47 +146,30 @@ out:
 static void read_options(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                          struct rmap_curve_options *options)
 {
-    static const char *const scheme[] = {"adaptive", "sharma", "fixed", "integrated"};
-    const struct {
-        const char *key;
-        double *value;
-        int of; /* scheme that it is for; -1: all */
-    } length[] = {
-        {"tolerance", &options->tolerance, -1},
-        {"sag", &options->sag, -1},
-        {"polyline", &options->polyline, -1},
-        {"step_min", &options->step_min, RMAP_SCHEME_SHARMA},
-        {"step_max", &options->step_max, RMAP_SCHEME_SHARMA},
-        {"step_amplitude", &options->amplitude, RMAP_SCHEME_SHARMA},
-        {"step", &options->step, RMAP_SCHEME_SHARMA_FIXED},
-    };
     int choice = 0;
-    (void)rmap_reader_choice(reader, node, "scheme", RMAP_OPTIONAL, scheme, RMAP_COUNT(scheme),
-                             &choice);
+    (void)rmap_reader_one_of(reader, node, "scheme", RMAP_OPTIONAL, scheme_word,
+                             RMAP_COUNT(scheme_word), &choice);
     options->scheme = (enum rmap_scheme)choice;
-    for (size_t i = 0; i < RMAP_COUNT(length); i++) {
-        const struct rmap_yaml_node *at = rmap_yaml_get(node, length[i].key);
-        if (at && length[i].of >= 0 && length[i].of != choice)
+    for (size_t i = 0; i < RMAP_COUNT(rmap_curve_keys.key) && rmap_curve_keys.key[i].name; i++) {
+        const struct rmap_yaml_node *at = rmap_yaml_get(node, rmap_curve_keys.key[i].name);
+        const unsigned types = rmap_curve_keys.key[i].types;
+        if (at && types && !(types >> choice & 1))
             rmap_reader_error(reader, at, "'%s' is for 'scheme: %s': the scheme here is %s",
-                              length[i].key, scheme[length[i].of], scheme[choice]);
-        (void)rmap_reader_number(reader, node, length[i].key, RMAP_OPTIONAL, &rmap_range_positive,
-                                 length[i].value);
+                              rmap_curve_keys.key[i].name, scheme_word[__builtin_ctz(types)],
+                              scheme_word[choice]);
     }
+    (void)rmap_reader_fill(reader, node, &rmap_curve_keys, choice, options);
     if (options->step_min > 0 && options->step_max > 0 && options->step_min > options->step_max)
         rmap_reader_error(reader, rmap_yaml_get(node, "step_min"),
                           "'step_min' must not be above 'step_max'");
-    (void)rmap_reader_whole(reader, node, "max_steps", 1, UINT32_MAX, &options->max_steps);
 }
 
-static enum rmap_status add_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  int32_t medium)
+static void add_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node, int32_t medium)
 {
-    void *array = reader->frame;
     struct rmap_medium_frame *frame =
-        rmap_reader_append(reader, &array, &reader->n_frame, &reader->cap_frame, sizeof *frame);
+        RMAP_READER_NEW(reader, reader->frame, reader->n_frame, reader->cap_frame);
     if (!frame)
-        return rmap_reader_no_memory(reader);
-    reader->frame = array;
+        return;
     *frame = (struct rmap_medium_frame){
         .medium = medium, .node = node, .first = -1, .first_object = -1, .other_object = -1};
     (void)rmap_reader_placement(reader, node, &frame->placement);
@@ -187,15 +178,13 @@ static enum rmap_status add_frame(struct rmap_reader *reader, const struct rmap_
         frame->kind = RMAP_FRAME_WORLD;
     else if (name && strcmp(name, "object") != 0)
         frame->kind = RMAP_FRAME_NAMED;
-    return RMAP_OK;
 }
 
 /* ---- the medium ---- */
 
 /* Indices for reports: those at the origin of the frame, where there is one. */
-static enum rmap_status report_index(struct rmap_reader *reader,
-                                     const struct rmap_affine *placement,
-                                     struct rmap_medium *medium)
+static void report_index(struct rmap_reader *reader, const struct rmap_affine *placement,
+                         struct rmap_medium *medium)
 {
     const int n_channel = reader->scene->channels.n;
     struct rmap_affine to_field = rmap_affine_identity();
@@ -216,16 +205,15 @@ static enum rmap_status report_index(struct rmap_reader *reader,
                        "gradient %s, without an index at the origin of its frame",
                        medium->field->ops->model);
     rmap_free(medium->description);
-    medium->description = rmap_strdup(text);
-    return medium->description ? RMAP_OK : rmap_reader_no_memory(reader);
+    medium->description = rmap_reader_strdup(reader, text);
 }
 
-enum rmap_status rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      int32_t medium_index)
+void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          int32_t medium_index)
 {
     if (node->kind == RMAP_YAML_MAP)
         read_options(reader, node, &reader->scene->medium[medium_index].curve);
-    return add_frame(reader, node, medium_index);
+    add_frame(reader, node, medium_index);
 }
 
 /* Diagonal of the box about the objects that the medium fills or surrounds, in its frame, about. */
@@ -243,23 +231,20 @@ static double size_of(const struct rmap_reader *reader, const struct rmap_medium
     return size > 0 && isfinite(size) ? size : 1 / scale;
 }
 
-enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader)
+void rmap_reader_make_gradients(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     for (size_t i = 0; i < reader->n_frame; i++) {
         struct rmap_medium_frame *frame = &reader->frame[i];
         struct rmap_medium *medium = &reader->scene->medium[frame->medium];
         const struct rmap_field_place place = {
             .path = medium->name, .whole = true, .size = size_of(reader, frame)};
         reader->lenient_field = false;
-        RMAP_TRY(rmap_reader_field(reader, frame->node, &place, &medium->field));
+        rmap_reader_field(reader, frame->node, &place, &medium->field);
         frame->lenient = reader->lenient_field;
-        RMAP_TRY(rmap_reader_disperse(reader, frame->node, &medium->field));
+        rmap_reader_disperse(reader, frame->node, &medium->field);
         if (!medium->field)
             continue;
         medium->dispersive = medium->field->n_channel > 1;
-        RMAP_TRY(report_index(reader, &frame->placement, medium));
+        report_index(reader, &frame->placement, medium);
     }
-out:
-    return st;
 }

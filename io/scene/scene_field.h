@@ -7,7 +7,7 @@
 #define RMAP_SCENE_FIELD_H
 
 #include "gradient/models.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 /* A field of any model: `type`, what the model asks for, and the frame that `at`, `rotate`,
  * `scale`, `matrix` of the same mapping give it. */
@@ -18,44 +18,34 @@ struct rmap_field_place {
     bool scalar;   /* what an index is a function of, not an index */
     double size;   /* of what it fills, in its frame, about: for finite differences */
 };
-enum rmap_status rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_field_place *place,
-                                   struct rmap_field **field_ret) RMAP_MUST_USE;
+void rmap_reader_field(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_field_place *place, struct rmap_field **field_ret);
 
 /* A number on the channels: itself, or {wavelength: [..], value: [..]}, which in rgb mode counts
  * at the wavelength of the indices. *good: false after a complaint. */
-enum rmap_status rmap_reader_channel_values(struct rmap_reader *reader,
-                                            const struct rmap_yaml_node *node, const char *what,
-                                            const struct rmap_range *range, double *value,
-                                            bool *good) RMAP_MUST_USE;
+void rmap_reader_channel_values(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                const char *what, const struct rmap_range *range, double *value,
+                                bool *good);
 
 /* Makers take structures of doubles, one per channel: value[channel * width + k] is of name[k]. */
 struct rmap_field_parameter {
     const char *name;
     double otherwise; /* NaN: required */
 };
-enum rmap_status rmap_reader_parameters(struct rmap_reader *reader,
-                                        const struct rmap_yaml_node *node,
-                                        const struct rmap_field_parameter *parameter, size_t width,
-                                        double *value, bool *good) RMAP_MUST_USE;
+void rmap_reader_parameters(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const struct rmap_field_parameter *parameter, size_t width,
+                            double *value, bool *good);
 
 /* A list of numbers on the channels: value[channel * *width_ret + k], arena. NULL after a
  * complaint. */
-enum rmap_status rmap_reader_channel_list(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *map, const char *key,
-                                          size_t n_max, size_t *width_ret,
-                                          double **value_ret) RMAP_MUST_USE;
+void rmap_reader_channel_list(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                              const char *key, size_t n_max, size_t *width_ret, double **value_ret);
 
 /* 1 where the rows of [n_channel][width] are the same, else the scene's number of channels. */
 int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, size_t width);
 
 /* The scene's number of channels, or 1 where all have one wavelength. */
 int rmap_reader_distinct_wavelengths(const struct rmap_reader *reader);
-
-/* Hands a maker's verdict on: RMAP_INPUT becomes a complaint at node. */
-enum rmap_status rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  enum rmap_status status,
-                                  const struct rmap_error *failure) RMAP_MUST_USE;
 
 /* How a model is read: by a function of its own, or from its parameters alone. */
 #define RMAP_FIELD_KEY_MAX 12
@@ -65,8 +55,8 @@ struct rmap_field_model {
     const char *key[RMAP_FIELD_KEY_MAX];                       /* others; ends with NULL */
     enum rmap_status (*make)(struct rmap_field **field_ret, int n_channel, const double *parameter,
                              struct rmap_error *err);
-    enum rmap_status (*read)(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             const struct rmap_field_place *place, struct rmap_field **field_ret);
+    void (*read)(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                 const struct rmap_field_place *place, struct rmap_field **field_ret);
 };
 /* The i-th model: of formulas in closed form, made of other fields, from files; NULL after the
  * last. */
@@ -75,7 +65,7 @@ const struct rmap_field_model *rmap_field_model_made(size_t i);
 const struct rmap_field_model *rmap_field_model_from_file(size_t i);
 
 /* `dispersion:` of a medium's gradient, put on top of its field. */
-enum rmap_status rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      struct rmap_field **field) RMAP_MUST_USE;
+void rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          struct rmap_field **field);
 
 #endif

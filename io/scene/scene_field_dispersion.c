@@ -22,23 +22,18 @@ static double index_at(const struct dispersion *of, double nm)
     return of->table.n ? rmap_table1_at(&of->table, nm) : rmap_sellmeier_index(&of->sellmeier, nm);
 }
 
-static enum rmap_status read_index_table(struct rmap_reader *reader,
-                                         const struct rmap_yaml_node *node, struct dispersion *of,
-                                         bool *good)
+static void read_index_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct dispersion *of, bool *good)
 {
-    static const char *const key[] = {"wavelength", "n"};
-    enum rmap_status st = RMAP_OK;
     double *column[2];
     size_t n = 0;
-    RMAP_TRY(rmap_reader_table(reader, node, key, 2, 2, &rmap_range_positive, &n, column));
+    rmap_reader_table(reader, node, "wavelength n", 2, &rmap_range_positive, &n, column);
     of->table = (struct rmap_table1){n, column[0], column[1]};
     *good = n > 0;
-out:
-    return st;
 }
 
-static enum rmap_status read_model(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct dispersion *of, bool *good)
+static void read_model(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct dispersion *of, bool *good)
 {
     const struct rmap_yaml_node *glass = rmap_yaml_get(node, "glass");
     const struct rmap_yaml_node *formula = rmap_yaml_get(node, "sellmeier");
@@ -46,9 +41,10 @@ static enum rmap_status read_model(struct rmap_reader *reader, const struct rmap
     *good = false;
     if (!!glass + !!formula + !!table != 1)
         rmap_reader_error(reader, node, "dispersion needs one of glass, sellmeier, table");
-    else if (table)
-        return read_index_table(reader, table, of, good);
-    else if (formula)
+    else if (table) {
+        read_index_table(reader, table, of, good);
+        return;
+    } else if (formula)
         *good = rmap_reader_sellmeier(reader, formula, 1, &of->sellmeier);
     else {
         const struct rmap_glass *found = rmap_reader_glass(reader, node);
@@ -56,7 +52,6 @@ static enum rmap_status read_model(struct rmap_reader *reader, const struct rmap
         if (found)
             of->sellmeier = found->sellmeier;
     }
-    return RMAP_OK;
 }
 
 /* What the field's numbers become on a channel. */
@@ -72,28 +67,26 @@ static struct rmap_dispersed on_channel(int mode, double n, double n_reference)
     }
 }
 
-enum rmap_status rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      struct rmap_field **field)
+void rmap_reader_disperse(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          struct rmap_field **field)
 {
-    static const char *const key[] = {"glass", "sellmeier", "table", "reference", "mode"};
-    static const char *const word[] = {"additive", "refractivity", "multiplicative"};
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *said = rmap_yaml_get(node, "dispersion");
     const struct rmap_channels *channels = &reader->scene->channels;
     struct rmap_dispersed dispersed[RMAP_CHANNEL_MAX];
     struct dispersion of = {0};
-    struct rmap_error failure = {0};
     double reference = 587.56;
     int mode = ADDITIVE;
     bool good = false;
-    if (!said || !rmap_reader_check_map(reader, said, "dispersion", key, RMAP_COUNT(key)))
-        goto out;
-    RMAP_TRY(read_model(reader, said, &of, &good));
+    if (!said ||
+        !rmap_reader_check_map(reader, said, "dispersion", "glass sellmeier table reference mode"))
+        return;
+    read_model(reader, said, &of, &good);
     good &= rmap_reader_number(reader, said, "reference", RMAP_OPTIONAL, &rmap_range_positive,
                                &reference);
-    good &= rmap_reader_choice(reader, said, "mode", RMAP_OPTIONAL, word, 3, &mode);
+    good &= rmap_reader_choice(reader, said, "mode", RMAP_OPTIONAL,
+                               "additive refractivity multiplicative", &mode);
     if (!good || !*field)
-        goto out;
+        return;
     double n_reference = index_at(&of, reference);
     for (int c = 0; c < channels->n && good; c++) {
         dispersed[c] = on_channel(mode, index_at(&of, channels->wavelength_nm[c]), n_reference);
@@ -104,13 +97,11 @@ enum rmap_status rmap_reader_disperse(struct rmap_reader *reader, const struct r
                           "the dispersion has no index at %g nm ('reference') or at one of the "
                           "scene's wavelengths",
                           reference);
-        goto out;
+        return;
     }
     struct rmap_field *taken = *field;
     *field = NULL;
-    st = rmap_field_dispersed(field, taken, rmap_reader_distinct_wavelengths(reader), dispersed,
-                              &failure);
-    st = rmap_reader_made(reader, said, st, &failure);
-out:
-    return st;
+    rmap_reader_made(reader, said,
+                     rmap_field_dispersed(field, taken, rmap_reader_distinct_wavelengths(reader),
+                                          dispersed, &reader->failure));
 }

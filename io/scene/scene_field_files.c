@@ -38,7 +38,7 @@ static bool describe_grid(struct rmap_reader *reader, const struct rmap_yaml_nod
     good &= read_triple(reader, node, "origin", origin);
     const struct rmap_written_unit *unit = rmap_reader_length_unit(reader, node, "unit");
     good &= unit || !rmap_yaml_get(node, "unit");
-    good &= rmap_reader_choice(reader, node, "axes", RMAP_OPTIONAL, axes, RMAP_COUNT(axes), &order);
+    good &= rmap_reader_one_of(reader, node, "axes", RMAP_OPTIONAL, axes, RMAP_COUNT(axes), &order);
     if (lower && rmap_yaml_get(node, "origin")) {
         rmap_reader_error(reader, lower, "give 'origin' or 'lower', not both: they are the same");
         good = false;
@@ -57,33 +57,29 @@ static bool describe_grid(struct rmap_reader *reader, const struct rmap_yaml_nod
     return good;
 }
 
-static enum rmap_status load_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  const char *name, struct rmap_grid_file *file,
-                                  struct rmap_grid **grid_ret)
+static void load_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *name, struct rmap_grid_file *file, struct rmap_grid **grid_ret)
 {
-    struct rmap_error failure = {0};
     size_t n_hole = 0;
     struct rmap_grid *grid = NULL;
     char *path = rmap_reader_path(reader, name);
     if (!path)
-        return rmap_reader_no_memory(reader);
+        return;
     file->path = path;
-    enum rmap_status st = rmap_grid_read(file, &grid, &n_hole, &failure);
-    rmap_free(path);
+    enum rmap_status st = rmap_grid_read(file, &grid, &n_hole, &reader->failure);
     if (st == RMAP_OK && n_hole)
         rmap_reader_warn(reader, rmap_yaml_get(node, "file"),
                          "the grid has %zu holes (values that are not finite): light that comes "
                          "near one ends there with 'error'",
                          n_hole);
     *grid_ret = grid;
-    return rmap_reader_made(reader, rmap_yaml_get(node, "file"), st, &failure);
+    rmap_reader_made(reader, rmap_yaml_get(node, "file"), st);
 }
 
 /* The grid of the bundle, which it is put into first when it comes from its file. */
-static enum rmap_status find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  const char *path, struct rmap_grid **grid_ret)
+static void find_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *path, struct rmap_grid **grid_ret)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_grid_file file = {0};
     struct rmap_grid *loaded = NULL;
     const char *name = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
@@ -91,44 +87,38 @@ static enum rmap_status find_grid(struct rmap_reader *reader, const struct rmap_
     const struct rmap_name *bundled = rmap_names_find(&reader->grids, path);
     *grid_ret = bundled ? reader->bundle->grid[bundled->index].grid : NULL;
     if (!name || !good || *grid_ret)
-        goto out;
+        return;
     if (reader->bundle->meshes_complete) {
         rmap_reader_error(reader, rmap_yaml_get(node, "file"),
                           "the grid of medium '%.60s' is not stored with the scene", path);
-        goto out;
+        return;
     }
-    RMAP_TRY(load_grid(reader, node, name, &file, &loaded));
+    load_grid(reader, node, name, &file, &loaded);
     if (!loaded)
-        goto out;
-    RMAP_TRY(rmap_bundle_add_grid(reader->bundle, path, loaded, reader->err));
-    *grid_ret = loaded;
-    loaded = NULL;
-out:
+        return;
+    if (rmap_bundle_add_grid(reader->bundle, path, loaded, &reader->failure) == RMAP_OK) {
+        *grid_ret = loaded;
+        return;
+    }
     rmap_grid_drop(loaded);
-    return st;
+    rmap_reader_fail(reader, RMAP_SYSTEM);
 }
 
-static enum rmap_status read_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  const struct rmap_field_place *place,
-                                  struct rmap_field **field_ret)
+static void read_grid(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    static const char *const word[] = {"trilinear", "tricubic"};
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     struct rmap_grid *grid = NULL;
     double outside = (double)NAN;
     int choice = RMAP_TRICUBIC;
-    bool good = rmap_reader_choice(reader, node, "interpolation", RMAP_OPTIONAL, word, 2, &choice);
+    bool good = rmap_reader_choice(reader, node, "interpolation", RMAP_OPTIONAL,
+                                   "trilinear tricubic", &choice);
     good &= rmap_reader_number(reader, node, "outside", RMAP_OPTIONAL, &rmap_range_any, &outside);
     reader->lenient_field = true;
-    RMAP_TRY(find_grid(reader, node, place->path, &grid));
+    find_grid(reader, node, place->path, &grid);
     if (good && grid)
-        st = rmap_reader_made(
-            reader, node,
-            rmap_field_grid(field_ret, grid, (enum rmap_interpolation)choice, outside, &failure),
-            &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         rmap_field_grid(field_ret, grid, (enum rmap_interpolation)choice, outside,
+                                         &reader->failure));
 }
 
 /* ---- plug-ins ---- */
@@ -154,8 +144,8 @@ static bool checksum_file(const char *path, uint64_t *xxh3)
 }
 
 /* Every rank loads the file that rank 0 has seen. */
-static enum rmap_status check_plugin(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                                     const char *field, const char *path, bool *good)
+static void check_plugin(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                         const char *field, const char *path, bool *good)
 {
     struct rmap_bundle *bundle = reader->bundle;
     uint64_t xxh3 = 0;
@@ -165,7 +155,7 @@ static enum rmap_status check_plugin(struct rmap_reader *reader, const struct rm
         rmap_reader_error(reader, at,
                           "plug-in '%s' cannot be read: check its name, or build it (%s)", path,
                           trouble ? trouble : "reading failed");
-        return RMAP_OK;
+        return;
     }
     *good = bundle->options.allows_plugins || rmap_plugin_is_allowed(path);
     if (!*good) {
@@ -175,7 +165,7 @@ static enum rmap_status check_plugin(struct rmap_reader *reader, const struct rm
                           "only when you allow it%s%s, or with RAYMAP_ALLOW_PLUGINS=%s in the "
                           "environment",
                           path, allowing ? ": " : "", allowing ? allowing : "", path);
-        return RMAP_OK;
+        return;
     }
     for (size_t i = 0; i < bundle->n_plugin; i++) {
         if (strcmp(bundle->plugin[i].field, field) != 0)
@@ -186,60 +176,50 @@ static enum rmap_status check_plugin(struct rmap_reader *reader, const struct rm
                               "plug-in '%s' is not the same file on all ranks, or has changed: put "
                               "one file where all of them find it",
                               path);
-        return RMAP_OK;
+        return;
     }
-    return rmap_bundle_add_plugin(bundle, field, xxh3, reader->err);
+    if (rmap_bundle_add_plugin(bundle, field, xxh3, &reader->failure) != RMAP_OK)
+        rmap_reader_fail(reader, RMAP_SYSTEM);
 }
 
-static enum rmap_status load_plugin(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    const char *field, const struct raymap_field_setup *setup,
-                                    struct rmap_field **field_ret)
+static void load_plugin(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const char *field, const struct raymap_field_setup *setup,
+                        struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
     char *path = rmap_reader_path(reader, at->text);
     bool good = false;
     if (!path)
-        return rmap_reader_no_memory(reader);
-    RMAP_TRY(check_plugin(reader, at, field, path, &good));
+        return;
+    check_plugin(reader, at, field, path, &good);
     if (good)
-        st = rmap_reader_made(reader, at, rmap_field_plugin(field_ret, path, setup, &failure),
-                              &failure);
-out:
-    rmap_free(path);
-    return st;
+        rmap_reader_made(reader, at, rmap_field_plugin(field_ret, path, setup, &reader->failure));
 }
 
-static enum rmap_status read_plugin(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    const struct rmap_field_place *place,
-                                    struct rmap_field **field_ret)
+static void read_plugin(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     const struct rmap_yaml_node *list = rmap_yaml_get(node, "parameters");
     const char *name = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
     bool good = !list || rmap_reader_check_list(reader, list, "'parameters'");
     size_t n = good && list ? list->n_item : 0;
     double *parameter = rmap_reader_alloc(reader, n, sizeof *parameter);
     if (!parameter)
-        return rmap_reader_no_memory(reader);
+        return;
     reader->lenient_field = true;
     for (size_t i = 0; i < n; i++)
         good &= rmap_reader_scalar(reader, list->item[i].value, "a parameter", &rmap_range_any,
                                    &parameter[i]);
     if (!name || !good)
-        goto out;
+        return;
     const struct raymap_field_setup setup = {n, parameter,
                                              (size_t)rmap_reader_distinct_wavelengths(reader),
                                              reader->scene->channels.wavelength_nm, place->size};
     if (reader->bundle->loads_plugins)
-        st = load_plugin(reader, node, place->path, &setup, field_ret);
+        load_plugin(reader, node, place->path, &setup, field_ret);
     else
-        st = rmap_reader_made(
-            reader, node, rmap_field_absent(field_ret, (int)setup.n_channel, &failure), &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         rmap_field_absent(field_ret, (int)setup.n_channel, &reader->failure));
 }
 
 /* ---- the table ---- */

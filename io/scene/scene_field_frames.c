@@ -16,46 +16,41 @@ static struct rmap_medium_frame *frame_of(struct rmap_reader *reader, int32_t me
     return NULL;
 }
 
-static enum rmap_status add_place(struct rmap_reader *reader, const struct rmap_medium_frame *frame,
-                                  const struct rmap_affine *to_world, int32_t *gradient_ret)
+static void add_place(struct rmap_reader *reader, const struct rmap_medium_frame *frame,
+                      const struct rmap_affine *to_world, int32_t *gradient_ret)
 {
     struct rmap_scene *scene = reader->scene;
-    void *array = scene->gradient;
-    struct rmap_gradient *gradient = rmap_reader_append(reader, &array, &scene->n_gradient,
-                                                        &reader->cap_gradient, sizeof *gradient);
+    struct rmap_gradient *gradient =
+        RMAP_READER_NEW(reader, scene->gradient, scene->n_gradient, reader->cap_gradient);
     if (!gradient)
-        return rmap_reader_no_memory(reader);
-    scene->gradient = array;
+        return;
     gradient->medium = frame->medium;
     gradient->to_world = rmap_affine_compose(to_world, &frame->placement);
     *gradient_ret = (int32_t)scene->n_gradient;
-    return RMAP_OK;
 }
 
 /* The one place of a medium whose frame is the world's, or a name's: that one is found later. */
-static enum rmap_status share_place(struct rmap_reader *reader, struct rmap_medium_frame *frame,
-                                    int32_t *gradient_ret)
+static void share_place(struct rmap_reader *reader, struct rmap_medium_frame *frame,
+                        int32_t *gradient_ret)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_affine world = rmap_affine_identity();
     if (!frame->shared)
-        RMAP_TRY(add_place(reader, frame, &world, &frame->shared));
+        add_place(reader, frame, &world, &frame->shared);
     *gradient_ret = frame->shared;
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_place_side(struct rmap_reader *reader,
-                                        const struct rmap_object_side *side, int32_t *gradient_ret)
+void rmap_reader_place_side(struct rmap_reader *reader, const struct rmap_object_side *side,
+                            int32_t *gradient_ret)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_medium_frame *frame = frame_of(reader, side->medium);
     *gradient_ret = 0;
     if (!frame)
-        goto out;
-    if (frame->kind != RMAP_FRAME_OBJECT)
-        return share_place(reader, frame, gradient_ret);
-    RMAP_TRY(add_place(reader, frame, side->to_world, gradient_ret));
+        return;
+    if (frame->kind != RMAP_FRAME_OBJECT) {
+        share_place(reader, frame, gradient_ret);
+        return;
+    }
+    add_place(reader, frame, side->to_world, gradient_ret);
     const struct rmap_gradient *made = &reader->scene->gradient[*gradient_ret - 1];
     frame->open |= !side->closes;
     if (frame->first < 0) {
@@ -65,8 +60,6 @@ enum rmap_status rmap_reader_place_side(struct rmap_reader *reader,
                       sizeof made->to_world) != 0) {
         frame->other_object = side->object;
     }
-out:
-    return st;
 }
 
 static bool frame_of_member(struct rmap_reader *reader, const struct rmap_name *member,
@@ -143,27 +136,28 @@ static int32_t place_within(const struct rmap_scene *scene, const struct rmap_na
     return found;
 }
 
-enum rmap_status rmap_reader_place_within(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *node, int32_t medium,
-                                          int32_t *gradient_ret)
+void rmap_reader_place_within(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              int32_t medium, int32_t *gradient_ret)
 {
     struct rmap_medium_frame *frame = frame_of(reader, medium);
     const struct rmap_yaml_node *at = rmap_yaml_get(node, "within");
     const char *name = rmap_reader_text(reader, node, "within", RMAP_OPTIONAL);
     const char *medium_name = medium >= 0 ? reader->scene->medium[medium].name : "";
-    if (frame && frame->kind != RMAP_FRAME_OBJECT)
-        return share_place(reader, frame, gradient_ret);
+    if (frame && frame->kind != RMAP_FRAME_OBJECT) {
+        share_place(reader, frame, gradient_ret);
+        return;
+    }
     if (!name)
-        return RMAP_OK;
+        return;
     if (!frame) {
         rmap_reader_error(reader, at, "'within' is for gradient media, which '%.60s' is not",
                           medium_name);
-        return RMAP_OK;
+        return;
     }
     const struct rmap_name *member = rmap_names_find(&reader->members, name);
     if (!member || (member->kind != RMAP_MEMBER_OBJECT && member->kind != RMAP_MEMBER_GROUP)) {
         (void)rmap_reader_find(reader, &reader->members, "object or group", at, name);
-        return RMAP_OK;
+        return;
     }
     int32_t place = place_within(reader->scene, member, medium);
     if (place <= 0)
@@ -174,5 +168,4 @@ enum rmap_status rmap_reader_place_within(struct rmap_reader *reader,
                               : "medium '%.60s' is on no side of '%.60s'",
                           medium_name, name);
     *gradient_ret = place > 0 ? place : 0;
-    return RMAP_OK;
 }

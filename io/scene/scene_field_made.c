@@ -15,21 +15,18 @@
 
 /* ---- noise ---- */
 
-static enum rmap_status read_noise(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_field_place *place,
-                                   struct rmap_field **field_ret)
+static void read_noise(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     static const struct rmap_field_parameter parameter[] = {{"mean", REQUIRED},
                                                             {"amplitude", REQUIRED}};
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     struct rmap_noise noise[RMAP_CHANNEL_MAX] = {
         {.length = 1, .persistence = 0.5, .lacunarity = 2}};
     double value[2 * RMAP_CHANNEL_MAX] = {0};
     uint64_t octaves = 1;
     bool good = true;
     (void)place;
-    RMAP_TRY(rmap_reader_parameters(reader, node, parameter, 2, value, &good));
+    rmap_reader_parameters(reader, node, parameter, 2, value, &good);
     good &= rmap_reader_number(reader, node, "length", RMAP_REQUIRED, &rmap_range_positive,
                                &noise->length);
     good &= rmap_reader_number(reader, node, "persistence", RMAP_OPTIONAL, &rmap_range_nonnegative,
@@ -46,31 +43,28 @@ static enum rmap_status read_noise(struct rmap_reader *reader, const struct rmap
         noise[c].amplitude = value[2 * c + 1];
     }
     if (good)
-        st = rmap_reader_made(reader, node, rmap_field_noise(field_ret, n_channel, noise, &failure),
-                              &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         rmap_field_noise(field_ret, n_channel, noise, &reader->failure));
 }
 
 /* ---- formulas ---- */
 
 /* {name: value, ...} */
-static enum rmap_status read_constants(struct rmap_reader *reader,
-                                       const struct rmap_yaml_node *node,
-                                       struct rmap_formula *formula, bool *good)
+static void read_constants(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_formula *formula, bool *good)
 {
     const struct rmap_yaml_node *map = rmap_yaml_get(node, "constants");
     if (!map)
-        return RMAP_OK;
+        return;
     if (map->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, map, "'constants' must be a mapping {name: value, ...}");
         *good = false;
-        return RMAP_OK;
+        return;
     }
     const char **name = rmap_reader_alloc(reader, map->n_item, sizeof *name);
     double *value = rmap_reader_alloc(reader, map->n_item, sizeof *value);
     if (!name || !value)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < map->n_item; i++) {
         name[i] = map->item[i].key;
         *good &= rmap_reader_scalar(reader, map->item[i].value, "a constant", &rmap_range_any,
@@ -79,7 +73,6 @@ static enum rmap_status read_constants(struct rmap_reader *reader,
     formula->n_constant = map->n_item;
     formula->constant = name;
     formula->constant_value = value;
-    return RMAP_OK;
 }
 
 static void read_slopes(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -99,28 +92,22 @@ static void read_slopes(struct rmap_reader *reader, const struct rmap_yaml_node 
     *good &= fine;
 }
 
-static enum rmap_status read_formula(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                     const struct rmap_field_place *place,
-                                     struct rmap_field **field_ret)
+static void read_formula(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     struct rmap_formula formula = {.size = place->size};
     bool good = true;
     reader->lenient_field = true;
     formula.text = rmap_reader_text(reader, node, "formula", RMAP_REQUIRED);
-    RMAP_TRY(read_constants(reader, node, &formula, &good));
+    read_constants(reader, node, &formula, &good);
     read_slopes(reader, node, &formula, &good);
     good &= rmap_reader_number(reader, node, "difference", RMAP_OPTIONAL, &rmap_range_positive,
                                &formula.difference);
     if (good && formula.text)
-        st = rmap_reader_made(
-            reader, rmap_yaml_get(node, "formula"),
-            rmap_field_formula(field_ret, rmap_reader_distinct_wavelengths(reader),
-                               reader->scene->channels.wavelength_nm, &formula, &failure),
-            &failure);
-out:
-    return st;
+        rmap_reader_made(reader, rmap_yaml_get(node, "formula"),
+                         rmap_field_formula(field_ret, rmap_reader_distinct_wavelengths(reader),
+                                            reader->scene->channels.wavelength_nm, &formula,
+                                            &reader->failure));
 }
 
 /* ---- parts ---- */
@@ -135,24 +122,20 @@ static char *part_path(struct rmap_reader *reader, const char *path, size_t numb
     return part;
 }
 
-static enum rmap_status read_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  struct rmap_field_place place, size_t number,
-                                  struct rmap_field **field_ret)
+static void read_part(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      struct rmap_field_place place, size_t number, struct rmap_field **field_ret)
 {
     place.path = part_path(reader, place.path, number);
     place.whole = false;
     if (!place.path)
-        return rmap_reader_no_memory(reader);
-    return rmap_reader_field(reader, node, &place, field_ret);
+        return;
+    rmap_reader_field(reader, node, &place, field_ret);
 }
 
-static enum rmap_status read_sum(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                 const struct rmap_field_place *place,
-                                 struct rmap_field **field_ret)
+static void read_sum(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                     const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     enum { N_MAX = 64 };
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     struct rmap_field *term[N_MAX] = {NULL};
     double weight[N_MAX];
     const struct rmap_yaml_node *terms = rmap_yaml_get(node, "terms");
@@ -164,24 +147,24 @@ static enum rmap_status read_sum(struct rmap_reader *reader, const struct rmap_y
         rmap_reader_error(reader, terms ? terms : node,
                           "'terms' must be a list of 1 to %d gradients {type: ..., weight: 1}",
                           N_MAX);
-        return RMAP_OK;
+        return;
     }
     for (; n < terms->n_item; n++) {
         const struct rmap_yaml_node *part = terms->item[n].value;
         weight[n] = 1;
-        RMAP_TRY(read_part(reader, part, as, n + 1, &term[n]));
+        read_part(reader, part, as, n + 1, &term[n]);
         good &= term[n] && rmap_reader_number(reader, part, "weight", RMAP_OPTIONAL,
                                               &rmap_range_any, &weight[n]);
     }
     if (!good)
         goto out;
-    st = rmap_field_sum(field_ret, place->scalar ? 0 : 1, (int)n, term, weight, &failure);
+    enum rmap_status st =
+        rmap_field_sum(field_ret, place->scalar ? 0 : 1, (int)n, term, weight, &reader->failure);
     memset(term, 0, sizeof term); /* taken */
-    st = rmap_reader_made(reader, node, st, &failure);
+    rmap_reader_made(reader, node, st);
 out:
     for (size_t i = 0; i < N_MAX; i++)
         rmap_field_destroy(term[i]);
-    return st;
 }
 
 /* ---- an index over a scalar ---- */
@@ -190,28 +173,25 @@ static const char *const law_word[] = {
     "linear", "gladstone_dale", "air", "seawater_salinity", "seawater_temperature", "table"};
 
 /* {value: [..], n: [..]} */
-static enum rmap_status read_law_table(struct rmap_reader *reader,
-                                       const struct rmap_yaml_node *node, struct rmap_index_of *law,
-                                       int *n_channel, bool *good)
+static void read_law_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_index_of *law, int *n_channel, bool *good)
 {
     enum { N_MAX = 100000 };
-    static const char *const key[] = {"value", "n"};
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
     double *at = NULL, *n = NULL;
     size_t n_at = 0, n_point = 0;
     *good = false;
     if (!table)
         rmap_reader_error(reader, node, "'table' is missing: {value: [..], n: [..]}");
-    if (!table || !rmap_reader_check_map(reader, table, "a table", key, RMAP_COUNT(key)))
-        goto out;
-    RMAP_TRY(rmap_reader_channel_list(reader, table, "value", N_MAX, &n_at, &at));
-    RMAP_TRY(rmap_reader_channel_list(reader, table, "n", N_MAX, &n_point, &n));
+    if (!table || !rmap_reader_check_map(reader, table, "a table", "value n"))
+        return;
+    rmap_reader_channel_list(reader, table, "value", N_MAX, &n_at, &at);
+    rmap_reader_channel_list(reader, table, "n", N_MAX, &n_point, &n);
     if (at && n && n_at != n_point)
         rmap_reader_error(reader, rmap_yaml_get(table, "n"), "'n' has %zu entries, 'value' has %zu",
                           n_point, n_at);
     if (!at || !n || n_at != n_point)
-        goto out;
+        return;
     *n_channel = rmap_reader_distinct(reader, n, n_point);
     for (int c = 0; c < *n_channel; c++) {
         law[c].n_point = (int)n_point;
@@ -219,39 +199,32 @@ static enum rmap_status read_law_table(struct rmap_reader *reader,
         law[c].n = n + (size_t)c * n_point;
     }
     *good = true;
-out:
-    return st;
 }
 
 /* Two numbers per channel: {n0, slope} or {n0, reference}. */
-static enum rmap_status read_law_numbers(struct rmap_reader *reader,
-                                         const struct rmap_yaml_node *node,
-                                         struct rmap_index_of *law, int *n_channel, bool *good)
+static void read_law_numbers(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct rmap_index_of *law, int *n_channel, bool *good)
 {
     static const struct rmap_field_parameter linear[] = {{"n0", REQUIRED}, {"slope", REQUIRED}};
     static const struct rmap_field_parameter dale[] = {{"n0", REQUIRED}, {"reference", REQUIRED}};
-    enum rmap_status st = RMAP_OK;
     bool is_linear = law->law == RMAP_INDEX_LINEAR;
     double value[2 * RMAP_CHANNEL_MAX] = {0};
-    RMAP_TRY(rmap_reader_parameters(reader, node, is_linear ? linear : dale, 2, value, good));
+    rmap_reader_parameters(reader, node, is_linear ? linear : dale, 2, value, good);
     *n_channel = *good ? rmap_reader_distinct(reader, value, 2) : 1;
     for (int c = 0; c < *n_channel; c++) {
         law[c].n0 = value[2 * c];
         law[c].slope = is_linear ? value[2 * c + 1] : 0;
         law[c].reference = is_linear ? 0 : value[2 * c + 1];
     }
-out:
-    return st;
 }
 
 /* What is measured: one number for all channels, at each of their wavelengths. */
 static bool read_law_conditions(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                                 struct rmap_index_of *law)
 {
-    static const char *const unit[] = {"C", "K"};
     const struct rmap_range air = {1, 1e8, "a pressure in Pa, 1 to 1e8"};
     int choice = 0;
-    bool good = rmap_reader_choice(reader, node, "unit", RMAP_OPTIONAL, unit, 2, &choice);
+    bool good = rmap_reader_choice(reader, node, "unit", RMAP_OPTIONAL, "C K", &choice);
     law->pressure_pa = 101325;
     law->zero_k = choice ? 0 : 273.15;
     law->temperature_c = 20;
@@ -283,12 +256,9 @@ static bool check_law_keys(struct rmap_reader *reader, const struct rmap_yaml_no
     return good;
 }
 
-static enum rmap_status read_index_of(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      const struct rmap_field_place *place,
-                                      struct rmap_field **field_ret)
+static void read_index_of(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     struct rmap_field *scalar = NULL;
     struct rmap_index_of law[RMAP_CHANNEL_MAX] = {{0}};
     const struct rmap_yaml_node *of = rmap_yaml_get(node, "field");
@@ -296,13 +266,13 @@ static enum rmap_status read_index_of(struct rmap_reader *reader, const struct r
     int choice = 0, n_channel = rmap_reader_distinct_wavelengths(reader);
     as.weighted = false;
     as.scalar = true;
-    bool good = rmap_reader_choice(reader, node, "law", RMAP_REQUIRED, law_word,
+    bool good = rmap_reader_one_of(reader, node, "law", RMAP_REQUIRED, law_word,
                                    RMAP_COUNT(law_word), &choice);
     good = good && check_law_keys(reader, node, choice);
     if (!of)
         rmap_reader_error(reader, node, "'field' is missing: what the index is a function of");
     else
-        RMAP_TRY(read_part(reader, of, as, 1, &scalar));
+        read_part(reader, of, as, 1, &scalar);
     if (!good || !scalar)
         goto out;
     good = read_law_conditions(reader, node, law);
@@ -311,18 +281,17 @@ static enum rmap_status read_index_of(struct rmap_reader *reader, const struct r
         law[c].law = (enum rmap_index_law)choice;
     }
     if (choice == RMAP_INDEX_LINEAR || choice == RMAP_INDEX_GLADSTONE_DALE)
-        RMAP_TRY(read_law_numbers(reader, node, law, &n_channel, &good));
+        read_law_numbers(reader, node, law, &n_channel, &good);
     else if (choice == RMAP_INDEX_TABLE)
-        RMAP_TRY(read_law_table(reader, node, law, &n_channel, &good));
+        read_law_table(reader, node, law, &n_channel, &good);
     if (!good)
         goto out;
-    st = rmap_field_of_scalar(field_ret, scalar, n_channel, reader->scene->channels.wavelength_nm,
-                              law, &failure);
+    enum rmap_status st = rmap_field_of_scalar(
+        field_ret, scalar, n_channel, reader->scene->channels.wavelength_nm, law, &reader->failure);
     scalar = NULL; /* taken */
-    st = rmap_reader_made(reader, node, st, &failure);
+    rmap_reader_made(reader, node, st);
 out:
     rmap_field_destroy(scalar);
-    return st;
 }
 
 /* ---- the table ---- */

@@ -41,16 +41,14 @@ static enum rmap_status make_constant(struct rmap_field **field_ret, int n_chann
 static bool read_series_of(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            enum rmap_series_of *of)
 {
-    static const char *const word[] = {"n", "n^2"};
     int choice = 0;
-    bool good = rmap_reader_choice(reader, node, "of", RMAP_OPTIONAL, word, 2, &choice);
+    bool good = rmap_reader_choice(reader, node, "of", RMAP_OPTIONAL, "n n^2", &choice);
     *of = choice ? RMAP_SERIES_OF_N_SQUARED : RMAP_SERIES_OF_N;
     return good;
 }
 
-static enum rmap_status read_series(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    const struct rmap_field_place *place,
-                                    struct rmap_field **field_ret)
+static void read_series(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     enum { N_MAX = 32 };
     static const struct {
@@ -58,24 +56,19 @@ static enum rmap_status read_series(struct rmap_reader *reader, const struct rma
         enum rmap_series_variable variable;
     } known[] = {
         {"axial", RMAP_SERIES_Z}, {"radial", RMAP_SERIES_RHO2}, {"spherical", RMAP_SERIES_R2}};
-    enum rmap_status st = RMAP_OK;
     enum rmap_series_of of = RMAP_SERIES_OF_N;
-    struct rmap_error failure = {0};
     double *value = NULL;
     size_t width = 0, kind = 0;
     (void)place;
     while (strcmp(rmap_yaml_get(node, "type")->text, known[kind].type) != 0)
         kind++;
     bool good = read_series_of(reader, node, &of);
-    RMAP_TRY(rmap_reader_channel_list(reader, node, "coefficients", N_MAX, &width, &value));
+    rmap_reader_channel_list(reader, node, "coefficients", N_MAX, &width, &value);
     if (good && value)
-        st = rmap_reader_made(reader, node,
-                              rmap_field_series(field_ret, known[kind].variable, of,
-                                                rmap_reader_distinct(reader, value, width),
-                                                (int)width, value, &failure),
-                              &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         rmap_field_series(field_ret, known[kind].variable, of,
+                                           rmap_reader_distinct(reader, value, width), (int)width,
+                                           value, &reader->failure));
 }
 
 static bool read_power(struct rmap_reader *reader, const struct rmap_yaml_node *term, int power[3])
@@ -95,17 +88,12 @@ static bool read_power(struct rmap_reader *reader, const struct rmap_yaml_node *
 }
 
 /* {terms: [{power: [i, j, k], value: c}, ...]} */
-static enum rmap_status read_polynomial(struct rmap_reader *reader,
-                                        const struct rmap_yaml_node *node,
-                                        const struct rmap_field_place *place,
-                                        struct rmap_field **field_ret)
+static void read_polynomial(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     enum { N_MAX = 256 };
-    static const char *const key[] = {"power", "value"};
     static const struct rmap_field_parameter value_of[] = {{"value", REQUIRED}};
-    enum rmap_status st = RMAP_OK;
     enum rmap_series_of of = RMAP_SERIES_OF_N;
-    struct rmap_error failure = {0};
     const struct rmap_yaml_node *terms = rmap_yaml_get(node, "terms");
     bool good = read_series_of(reader, node, &of);
     (void)place;
@@ -113,33 +101,30 @@ static enum rmap_status read_polynomial(struct rmap_reader *reader,
         rmap_reader_error(reader, terms ? terms : node,
                           "'terms' must be a list of 1 to %d terms {power: [i, j, k], value: c}",
                           N_MAX);
-        return RMAP_OK;
+        return;
     }
     const size_t n = terms->n_item, n_channel = (size_t)reader->scene->channels.n;
     int(*power)[3] = rmap_reader_alloc(reader, n, sizeof *power);
     double *value = rmap_reader_alloc(reader, n * n_channel, sizeof *value);
     if (!power || !value)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t t = 0; t < n; t++) {
         const struct rmap_yaml_node *term = terms->item[t].value;
         double on_channel[RMAP_CHANNEL_MAX] = {0};
-        bool fine = rmap_reader_check_map(reader, term, "a term", key, RMAP_COUNT(key));
+        bool fine = rmap_reader_check_map(reader, term, "a term", "power value");
         if (fine)
             good &= read_power(reader, term, power[t]);
         if (fine)
-            RMAP_TRY(rmap_reader_parameters(reader, term, value_of, 1, on_channel, &fine));
+            rmap_reader_parameters(reader, term, value_of, 1, on_channel, &fine);
         good &= fine;
         for (size_t c = 0; c < n_channel; c++)
             value[c * n + t] = on_channel[c];
     }
     if (good)
-        st = rmap_reader_made(reader, node,
-                              rmap_field_polynomial(field_ret, of,
-                                                    rmap_reader_distinct(reader, value, n), (int)n,
-                                                    (const int(*)[3])power, value, &failure),
-                              &failure);
-out:
-    return st;
+        rmap_reader_made(reader, node,
+                         rmap_field_polynomial(field_ret, of,
+                                               rmap_reader_distinct(reader, value, n), (int)n,
+                                               (const int(*)[3])power, value, &reader->failure));
 }
 
 /* ---- Zemax ---- */
@@ -159,7 +144,7 @@ static bool read_zemax_parameters(struct rmap_reader *reader, const struct rmap_
         return false;
     }
     size_t before = reader->diagnostics->n_error;
-    bool good = rmap_reader_check_map(reader, given, "a Zemax gradient", key, n) &&
+    bool good = rmap_reader_check_keys(reader, given, "a Zemax gradient", key, n) &&
                 reader->diagnostics->n_error == before;
     for (size_t i = 0; i < n; i++)
         good &=
@@ -167,42 +152,36 @@ static bool read_zemax_parameters(struct rmap_reader *reader, const struct rmap_
     return good;
 }
 
-static enum rmap_status read_zemax(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_field_place *place,
-                                   struct rmap_field **field_ret)
+static void read_zemax(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     double value[RMAP_ZEMAX_PARAMETER_MAX] = {0};
-    struct rmap_error failure = {0};
     uint64_t number = 0;
     (void)place;
     if (!rmap_yaml_get(node, "gradient")) {
         rmap_reader_error(reader, node, "'gradient' is missing: its number, as in Gradient 5");
-        return RMAP_OK;
+        return;
     }
     if (!rmap_reader_whole(reader, node, "gradient", 1, 12, &number))
-        return RMAP_OK;
+        return;
     if (!rmap_zemax_parameter((int)number, 0)) {
         rmap_reader_error(reader, rmap_yaml_get(node, "gradient"),
                           "there is no gradient %d here: 1 to 7, 9, 10 and 12", (int)number);
-        return RMAP_OK;
+        return;
     }
     if (!read_zemax_parameters(reader, node, (int)number, value))
-        return RMAP_OK;
-    return rmap_reader_made(
+        return;
+    rmap_reader_made(
         reader, node,
         rmap_field_zemax(field_ret, (int)number, rmap_reader_distinct_wavelengths(reader),
-                         reader->scene->channels.wavelength_nm, value, &failure),
-        &failure);
+                         reader->scene->channels.wavelength_nm, value, &reader->failure));
 }
 
 /* ---- profiles ---- */
 
-static enum rmap_status read_standard_air(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *node,
-                                          const struct rmap_field_place *place,
-                                          struct rmap_field **field_ret)
+static void read_standard_air(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
-    struct rmap_error failure = {0};
     double celsius = 15;
     struct rmap_standard_air air = {.metre = 1 / reader->scene->unit_m, .pressure_pa = 101325};
     (void)place;
@@ -214,46 +193,38 @@ static enum rmap_status read_standard_air(struct rmap_reader *reader,
                                &air.pressure_pa);
     air.temperature_k = celsius + 273.15;
     if (!good)
-        return RMAP_OK;
-    return rmap_reader_made(
-        reader, node,
-        rmap_field_standard_air(field_ret, rmap_reader_distinct_wavelengths(reader),
-                                reader->scene->channels.wavelength_nm, &air, &failure),
-        &failure);
+        return;
+    rmap_reader_made(reader, node,
+                     rmap_field_standard_air(field_ret, rmap_reader_distinct_wavelengths(reader),
+                                             reader->scene->channels.wavelength_nm, &air,
+                                             &reader->failure));
 }
 
 /* {along: z, coordinate: [..], n: [..], radius: R} */
-static enum rmap_status read_profile(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                     const struct rmap_field_place *place,
-                                     struct rmap_field **field_ret)
+static void read_profile(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         const struct rmap_field_place *place, struct rmap_field **field_ret)
 {
     enum { N_MAX = 100000 };
-    static const char *const along[] = {"z", "rho", "r"};
-    enum rmap_status st = RMAP_OK;
-    struct rmap_error failure = {0};
     double *at = NULL, *n = NULL, radius = 0;
     size_t n_at = 0, n_point = 0;
     int choice = 0;
     (void)place;
-    bool good = rmap_reader_choice(reader, node, "along", RMAP_REQUIRED, along, 3, &choice);
+    bool good = rmap_reader_choice(reader, node, "along", RMAP_REQUIRED, "z rho r", &choice);
     good &=
         rmap_reader_number(reader, node, "radius", RMAP_OPTIONAL, &rmap_range_nonnegative, &radius);
-    RMAP_TRY(rmap_reader_channel_list(reader, node, "coordinate", N_MAX, &n_at, &at));
-    RMAP_TRY(rmap_reader_channel_list(reader, node, "n", N_MAX, &n_point, &n));
+    rmap_reader_channel_list(reader, node, "coordinate", N_MAX, &n_at, &at);
+    rmap_reader_channel_list(reader, node, "n", N_MAX, &n_point, &n);
     if (!good || !at || !n)
-        goto out;
+        return;
     if (n_at != n_point) {
         rmap_reader_error(reader, rmap_yaml_get(node, "n"),
                           "'n' has %zu entries, 'coordinate' has %zu", n_point, n_at);
-        goto out;
+        return;
     }
-    st = rmap_reader_made(reader, node,
-                          rmap_field_profile(field_ret, (enum rmap_profile_variable)choice, radius,
-                                             rmap_reader_distinct(reader, n, n_point), (int)n_point,
-                                             at, n, &failure),
-                          &failure);
-out:
-    return st;
+    rmap_reader_made(reader, node,
+                     rmap_field_profile(field_ret, (enum rmap_profile_variable)choice, radius,
+                                        rmap_reader_distinct(reader, n, n_point), (int)n_point, at,
+                                        n, &reader->failure));
 }
 
 /* ---- the table ---- */

@@ -248,12 +248,12 @@ static void tell_overlooked(struct rmap_reader *reader, const struct rmap_medium
         others, of->sag, curing_sag(of->across));
 }
 
-enum rmap_status rmap_reader_probe_sag(struct rmap_reader *reader)
+void rmap_reader_probe_sag(struct rmap_reader *reader)
 {
     const struct rmap_scene *scene = reader->scene;
     struct overlooked *overlooked = rmap_reader_alloc(reader, scene->n_medium, sizeof *overlooked);
     if (!overlooked)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t o = 0; o < scene->n_object; o++) {
         const struct rmap_object *object = &scene->object[o];
         look_at(scene, (int32_t)o, object->gradient_front, overlooked);
@@ -262,16 +262,15 @@ enum rmap_status rmap_reader_probe_sag(struct rmap_reader *reader)
     }
     for (size_t i = 0; i < reader->n_frame; i++)
         tell_overlooked(reader, &reader->frame[i], &overlooked[reader->frame[i].medium]);
-    return RMAP_OK;
 }
 
-enum rmap_status rmap_reader_probe_gradients(struct rmap_reader *reader)
+void rmap_reader_probe_gradients(struct rmap_reader *reader)
 {
     const struct rmap_scene *scene = reader->scene;
     size_t n_probed = 0;
     struct finding *finding = rmap_reader_alloc(reader, scene->n_medium, sizeof *finding);
     if (!finding)
-        return rmap_reader_no_memory(reader);
+        return;
     struct probe probe = {.scene = scene, .finding = finding};
     for (size_t o = 0; o < scene->n_object && n_probed < OBJECT_MAX; o++) {
         probe.object = &scene->object[o];
@@ -281,5 +280,4 @@ enum rmap_status rmap_reader_probe_gradients(struct rmap_reader *reader)
     }
     for (size_t i = 0; i < reader->n_frame; i++)
         tell(reader, &reader->frame[i], &finding[reader->frame[i].medium]);
-    return RMAP_OK;
 }

@@ -8,13 +8,10 @@
 #include "io/scene/scene_field.h"
 #include "optics/spectrum.h"
 
-enum rmap_status rmap_reader_channel_values(struct rmap_reader *reader,
-                                            const struct rmap_yaml_node *node, const char *what,
-                                            const struct rmap_range *range, double *value,
-                                            bool *good)
+void rmap_reader_channel_values(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                                const char *what, const struct rmap_range *range, double *value,
+                                bool *good)
 {
-    static const char *const key[] = {"wavelength", "value"};
-    enum rmap_status st = RMAP_OK;
     const struct rmap_channels *channels = &reader->scene->channels;
     double *column[2], number = 0;
     size_t n = 0;
@@ -22,23 +19,19 @@ enum rmap_status rmap_reader_channel_values(struct rmap_reader *reader,
         *good = rmap_reader_scalar(reader, node, what, range, &number);
         for (int c = 0; *good && c < channels->n; c++)
             value[c] = number;
-        return RMAP_OK;
+        return;
     }
-    RMAP_TRY(rmap_reader_table(reader, node, key, 2, 2, range, &n, column));
+    rmap_reader_table(reader, node, "wavelength value", 2, range, &n, column);
     *good = n > 0;
     const struct rmap_table1 table = {n, column[0], column[1]};
     for (int c = 0; *good && c < channels->n; c++)
         value[c] = rmap_table1_at(&table, channels->wavelength_nm[c]);
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_parameters(struct rmap_reader *reader,
-                                        const struct rmap_yaml_node *node,
-                                        const struct rmap_field_parameter *parameter, size_t width,
-                                        double *value, bool *good)
+void rmap_reader_parameters(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const struct rmap_field_parameter *parameter, size_t width,
+                            double *value, bool *good)
 {
-    enum rmap_status st = RMAP_OK;
     const int n = reader->scene->channels.n;
     *good = true;
     for (size_t k = 0; k < width; k++) {
@@ -50,8 +43,7 @@ enum rmap_status rmap_reader_parameters(struct rmap_reader *reader,
         for (int c = 0; c < n; c++)
             on_channel[c] = parameter[k].otherwise;
         if (at)
-            RMAP_TRY(
-                rmap_reader_channel_values(reader, at, what, &rmap_range_any, on_channel, &fine));
+            rmap_reader_channel_values(reader, at, what, &rmap_range_any, on_channel, &fine);
         else if (isnan(parameter[k].otherwise)) {
             rmap_reader_error(reader, node, "'%s' is missing: add it", parameter[k].name);
             fine = false;
@@ -60,15 +52,11 @@ enum rmap_status rmap_reader_parameters(struct rmap_reader *reader,
         for (int c = 0; fine && c < n; c++)
             value[(size_t)c * width + k] = on_channel[c];
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_channel_list(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *map, const char *key,
-                                          size_t n_max, size_t *width_ret, double **value_ret)
+void rmap_reader_channel_list(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                              const char *key, size_t n_max, size_t *width_ret, double **value_ret)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *list = rmap_yaml_get(map, key);
     const size_t n = (size_t)reader->scene->channels.n;
     char what[80];
@@ -78,24 +66,22 @@ enum rmap_status rmap_reader_channel_list(struct rmap_reader *reader,
     if (!list || list->kind != RMAP_YAML_LIST || !list->n_item || list->n_item > n_max) {
         rmap_reader_error(reader, list ? list : map, "%s must be a list of 1 to %zu numbers", what,
                           n_max);
-        return RMAP_OK;
+        return;
     }
     double *value = rmap_reader_alloc(reader, list->n_item * n, sizeof *value);
     if (!value)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t k = 0; k < list->n_item; k++) {
         double on_channel[RMAP_CHANNEL_MAX] = {0};
         bool fine = true;
-        RMAP_TRY(rmap_reader_channel_values(reader, list->item[k].value, what, &rmap_range_any,
-                                            on_channel, &fine));
+        rmap_reader_channel_values(reader, list->item[k].value, what, &rmap_range_any, on_channel,
+                                   &fine);
         good &= fine;
         for (size_t c = 0; c < n; c++)
             value[c * list->n_item + k] = on_channel[c];
     }
     *width_ret = list->n_item;
     *value_ret = good ? value : NULL;
-out:
-    return st;
 }
 
 int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, size_t width)
@@ -110,16 +96,4 @@ int rmap_reader_distinct(const struct rmap_reader *reader, const double *value, 
 int rmap_reader_distinct_wavelengths(const struct rmap_reader *reader)
 {
     return rmap_reader_distinct(reader, reader->scene->channels.wavelength_nm, 1);
-}
-
-enum rmap_status rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  enum rmap_status status, const struct rmap_error *failure)
-{
-    if (status == RMAP_INPUT) {
-        rmap_reader_error(reader, node, "%s", failure->text);
-        return RMAP_OK;
-    }
-    if (status != RMAP_OK && reader->err)
-        *reader->err = *failure;
-    return status;
 }

@@ -7,39 +7,56 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 enum kind { CONIC, RECTANGLE, DISC, CYLINDER, CONE, SPHERE, MESH, LENS };
 
-static const char *const kind_word[] = {"conic", "rectangle", "disc", "cylinder",
-                                        "cone",  "sphere",    "mesh", "lens"};
+#define NUMBER(member) RMAP_KEY_NUMBER, offsetof(struct rmap_shape, member)
+const struct rmap_mapping rmap_geometry_keys = {
+    "geometries",
+    "conic rectangle disc cylinder cone sphere mesh lens",
+    {[CONIC] = {"a conic", "type radius curvature conic asphere aperture inner"},
+     [RECTANGLE] = {"a rectangle", "type size"},
+     [DISC] = {"a disc", "type radius inner"},
+     [CYLINDER] = {"a cylinder", "type radius length"},
+     [CONE] = {"a cone", "type radius radius2 length"},
+     [SPHERE] = {"a sphere", "type radius"},
+     [MESH] = {"a mesh", "type file scale"},
+     [LENS] = {"a lens", "type surfaces surface edge"}},
+    {{"radius", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED, RMAP_TYPE(DISC)},
+     {"radius", NUMBER(radius), &rmap_range_positive, 0, RMAP_REQUIRED,
+      RMAP_TYPE(CYLINDER) | RMAP_TYPE(SPHERE)},
+     {"radius", NUMBER(radius), &rmap_range_nonnegative, 0, RMAP_REQUIRED, RMAP_TYPE(CONE)},
+     {"radius2", NUMBER(radius2), &rmap_range_nonnegative, 0, RMAP_REQUIRED},
+     {"length", NUMBER(length), &rmap_range_positive, 0, RMAP_REQUIRED},
+     {"conic", NUMBER(conic), &rmap_range_any},
+     {"aperture", NUMBER(aperture), &rmap_range_positive, 0, RMAP_REQUIRED},
+     {"inner", NUMBER(inner), &rmap_range_nonnegative},
+     {"size", RMAP_KEY_PAIR, offsetof(struct rmap_shape, size), &rmap_range_positive, 0,
+      RMAP_REQUIRED}}};
+#undef NUMBER
 
-static enum rmap_status add_geometry(struct rmap_reader *reader, const char *name,
-                                     struct rmap_geometry **geometry_ret, int32_t *index_ret)
+static struct rmap_geometry *add_geometry(struct rmap_reader *reader, const char *name,
+                                          int32_t *index_ret)
 {
     struct rmap_scene *scene = reader->scene;
-    void *array = scene->geometry;
-    struct rmap_geometry *geometry = rmap_reader_append(reader, &array, &scene->n_geometry,
-                                                        &reader->cap_geometry, sizeof *geometry);
+    struct rmap_geometry *geometry =
+        RMAP_READER_NEW(reader, scene->geometry, scene->n_geometry, reader->cap_geometry);
     if (!geometry)
-        return rmap_reader_no_memory(reader);
-    scene->geometry = array;
-    geometry->name = rmap_strdup(name);
-    *geometry_ret = geometry;
+        return NULL;
+    geometry->name = rmap_reader_strdup(reader, name);
     *index_ret = (int32_t)(scene->n_geometry - 1);
-    return geometry->name ? RMAP_OK : rmap_reader_no_memory(reader);
+    return geometry;
 }
 
-enum rmap_status rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
-                                       const struct rmap_shape *shape, int32_t *index_ret)
+void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
+                           const struct rmap_shape *shape, int32_t *index_ret)
 {
-    struct rmap_geometry *geometry = NULL;
-    enum rmap_status st = add_geometry(reader, name, &geometry, index_ret);
-    if (st != RMAP_OK)
-        return st;
+    struct rmap_geometry *geometry = add_geometry(reader, name, index_ret);
+    if (!geometry)
+        return;
     geometry->kind = RMAP_GEOMETRY_SHAPE;
     geometry->shape = *shape;
-    return RMAP_OK;
 }
 
 /* ---- caps ---- */
@@ -108,11 +125,7 @@ bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *
     const struct rmap_yaml_node *asphere = rmap_yaml_get(map, "asphere");
     shape->type = RMAP_SHAPE_CONIC;
     bool good = read_curvature(reader, map, &shape->curvature);
-    good &= rmap_reader_number(reader, map, "conic", RMAP_OPTIONAL, &rmap_range_any, &shape->conic);
-    good &= rmap_reader_number(reader, map, "aperture", RMAP_REQUIRED, &rmap_range_positive,
-                               &shape->aperture);
-    good &= rmap_reader_number(reader, map, "inner", RMAP_OPTIONAL, &rmap_range_nonnegative,
-                               &shape->inner);
+    good &= rmap_reader_fill(reader, map, &rmap_geometry_keys, CONIC, shape);
     if (asphere)
         good &= read_asphere(reader, asphere, shape);
     if (!good)
@@ -128,46 +141,21 @@ bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *
 static bool read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                        enum kind kind, struct rmap_shape *shape)
 {
-    const struct rmap_range *positive = &rmap_range_positive, *zero = &rmap_range_nonnegative;
-    bool good = true;
-    size_t n = 0;
-    switch (kind) {
-    case RECTANGLE:
-        shape->type = RMAP_SHAPE_RECTANGLE;
-        good = rmap_reader_numbers(reader, node, "size", RMAP_REQUIRED, positive, 1, 2, shape->size,
-                                   &n);
-        if (n == 1)
-            shape->size[1] = shape->size[0];
-        break;
-    case DISC:
-        shape->type = RMAP_SHAPE_DISC;
-        good =
-            rmap_reader_number(reader, node, "radius", RMAP_REQUIRED, positive, &shape->aperture);
-        good &= rmap_reader_number(reader, node, "inner", RMAP_OPTIONAL, zero, &shape->inner);
-        break;
-    case CYLINDER:
-    case CONE:
-        shape->type = RMAP_SHAPE_TUBE;
-        good = rmap_reader_number(reader, node, "radius", RMAP_REQUIRED,
-                                  kind == CONE ? zero : positive, &shape->radius);
+    static const enum rmap_shape_type type[] = {[RECTANGLE] = RMAP_SHAPE_RECTANGLE,
+                                                [DISC] = RMAP_SHAPE_DISC,
+                                                [CYLINDER] = RMAP_SHAPE_TUBE,
+                                                [CONE] = RMAP_SHAPE_TUBE,
+                                                [SPHERE] = RMAP_SHAPE_SPHERE};
+    shape->type = type[kind];
+    bool good = rmap_reader_fill(reader, node, &rmap_geometry_keys, (int)kind, shape);
+    if (kind == CYLINDER)
         shape->radius2 = shape->radius;
-        if (kind == CONE)
-            good &=
-                rmap_reader_number(reader, node, "radius2", RMAP_REQUIRED, zero, &shape->radius2);
-        good &= rmap_reader_number(reader, node, "length", RMAP_REQUIRED, positive, &shape->length);
-        break;
-    case SPHERE:
-        shape->type = RMAP_SHAPE_SPHERE;
-        good = rmap_reader_number(reader, node, "radius", RMAP_REQUIRED, positive, &shape->radius);
-        break;
-    default:
-        return false;
-    }
     const char *wrong = good ? rmap_shape_check(shape) : NULL;
     if (wrong && kind == DISC)
         wrong = "'inner' must be smaller than 'radius'";
     if (wrong)
-        rmap_reader_error(reader, node, "this is no %s: %s", kind_word[kind], wrong);
+        rmap_reader_error(reader, node, "this is no %s: %s", rmap_yaml_get(node, "type")->text,
+                          wrong);
     return good && !wrong;
 }
 
@@ -188,132 +176,99 @@ static double mesh_scale(struct rmap_reader *reader, const struct rmap_yaml_node
 }
 
 /* Never a bare name, which dlopen would look for elsewhere. */
-char *rmap_reader_path(const struct rmap_reader *reader, const char *file)
+char *rmap_reader_path(struct rmap_reader *reader, const char *file)
 {
     const char *scene = reader->bundle->path ? reader->bundle->path : "";
     const char *slash = strrchr(scene, '/');
     const char *here = slash || file[0] == '/' || strchr(file, '/') ? "" : "./";
     int folder = slash && file[0] != '/' ? (int)(slash - scene) + 1 : 0;
     size_t nbytes = (size_t)folder + strlen(here) + strlen(file) + 1;
-    char *path = rmap_alloc(nbytes, 1);
+    char *path = rmap_reader_alloc(reader, nbytes, 1);
     if (path)
         (void)snprintf(path, nbytes, "%.*s%s%s", folder, scene, here, file);
     return path;
 }
 
-static enum rmap_status load_mesh(struct rmap_reader *reader, const char *name,
-                                  const struct rmap_yaml_node *node, const char *file, double scale,
-                                  struct rmap_mesh **mesh_ret)
+/* NULL after a complaint. */
+static struct rmap_mesh *load_mesh(struct rmap_reader *reader, const char *name,
+                                   const struct rmap_yaml_node *at, double scale)
 {
-    const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
-    struct rmap_error failure = {0};
+    struct rmap_mesh *mesh = NULL;
     size_t n_degenerate = 0;
-    char *path = rmap_reader_path(reader, file);
+    char *path = rmap_reader_path(reader, at->text);
     if (!path)
-        return rmap_reader_no_memory(reader);
-    enum rmap_status st = rmap_mesh_read(path, scale, mesh_ret, &n_degenerate, &failure);
-    rmap_free(path);
+        return NULL;
+    enum rmap_status st = rmap_mesh_read(path, scale, &mesh, &n_degenerate, &reader->failure);
     if (st == RMAP_OK && n_degenerate)
         rmap_reader_warn(reader, at, "mesh '%.60s': %zu degenerate triangles left out", name,
                          n_degenerate);
-    if (st == RMAP_INPUT) {
-        rmap_reader_error(reader, at, "%s", failure.text);
-        return RMAP_OK;
-    }
-    if (st != RMAP_OK && reader->err)
-        *reader->err = failure;
-    return st;
+    rmap_reader_made(reader, at, st);
+    if (mesh && rmap_bundle_add_mesh(reader->bundle, name, mesh, &reader->failure) == RMAP_OK)
+        return mesh;
+    if (mesh)
+        rmap_reader_fail(reader, RMAP_SYSTEM);
+    rmap_mesh_destroy(mesh);
+    return NULL;
 }
 
-static enum rmap_status read_mesh(struct rmap_reader *reader, const char *name,
-                                  const struct rmap_yaml_node *node,
-                                  struct rmap_geometry_entry *entry)
+static void read_mesh(struct rmap_reader *reader, const char *name,
+                      const struct rmap_yaml_node *node, struct rmap_geometry_entry *entry)
 {
-    enum rmap_status st = RMAP_OK;
-    struct rmap_mesh *loaded = NULL;
     const struct rmap_name *bundled = rmap_names_find(&reader->meshes, name);
     const struct rmap_mesh *mesh = bundled ? reader->bundle->mesh[bundled->index].mesh : NULL;
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, "file");
     const char *file = rmap_reader_text(reader, node, "file", RMAP_REQUIRED);
     double scale = mesh_scale(reader, node);
     if (!file || !(scale > 0))
-        goto out;
+        return;
     if (!mesh && reader->bundle->meshes_complete) {
-        rmap_reader_error(reader, rmap_yaml_get(node, "file"),
-                          "the mesh of geometry '%.60s' is not stored with the scene", name);
-        goto out;
+        rmap_reader_error(reader, at, "the mesh of geometry '%.60s' is not stored with the scene",
+                          name);
+        return;
     }
-    if (!mesh) {
-        RMAP_TRY(load_mesh(reader, name, node, file, scale, &loaded));
-        if (!loaded)
-            goto out;
-        mesh = loaded;
-        RMAP_TRY(rmap_bundle_add_mesh(reader->bundle, name, loaded, reader->err));
-        loaded = NULL;
-    }
-    struct rmap_geometry *geometry = NULL;
-    RMAP_TRY(add_geometry(reader, name, &geometry, &entry->geometry));
+    if (!mesh)
+        mesh = load_mesh(reader, name, at, scale);
+    struct rmap_geometry *geometry = mesh ? add_geometry(reader, name, &entry->geometry) : NULL;
+    if (!geometry)
+        return;
     geometry->kind = RMAP_GEOMETRY_MESH;
-    RMAP_TRY(rmap_mesh_copy(mesh, &geometry->mesh, reader->err));
-    entry->broken = false;
-out:
-    rmap_mesh_destroy(loaded);
-    return st;
+    rmap_reader_made(reader, at, rmap_mesh_copy(mesh, &geometry->mesh, &reader->failure));
+    entry->broken = !geometry->mesh;
 }
 
 /* ---- the section ---- */
 
-static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                       enum kind kind)
+static void read_geometry(struct rmap_reader *reader, const char *name,
+                          const struct rmap_yaml_node *node, struct rmap_geometry_entry *entry)
 {
-    static const struct {
-        const char *what;
-        const char *key[7];
-    } known[] = {
-        [CONIC] = {"a conic",
-                   {"type", "radius", "curvature", "conic", "asphere", "aperture", "inner"}},
-        [RECTANGLE] = {"a rectangle", {"type", "size"}},
-        [DISC] = {"a disc", {"type", "radius", "inner"}},
-        [CYLINDER] = {"a cylinder", {"type", "radius", "length"}},
-        [CONE] = {"a cone", {"type", "radius", "radius2", "length"}},
-        [SPHERE] = {"a sphere", {"type", "radius"}},
-        [MESH] = {"a mesh", {"type", "file", "scale"}},
-        [LENS] = {"a lens", {"type", "surfaces", "surface", "edge"}},
-    };
-    size_t n = 0;
-    while (n < RMAP_COUNT(known[kind].key) && known[kind].key[n])
-        n++;
-    (void)rmap_reader_check_map(reader, node, known[kind].what, known[kind].key, n);
-}
-
-static enum rmap_status read_geometry(struct rmap_reader *reader, const char *name,
-                                      const struct rmap_yaml_node *node,
-                                      struct rmap_geometry_entry *entry)
-{
-    int choice = -1;
+    int choice = rmap_reader_type(reader, node, &rmap_geometry_keys);
     struct rmap_shape shape = {0};
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, kind_word, RMAP_COUNT(kind_word),
-                            &choice))
-        return RMAP_OK;
+    if (choice < 0)
+        return;
     enum kind kind = (enum kind)choice;
-    check_keys(reader, node, kind);
-    if (kind == MESH)
-        return read_mesh(reader, name, node, entry);
-    if (kind == LENS)
-        return rmap_reader_read_lens(reader, node, entry);
+    (void)rmap_reader_known(reader, node, &rmap_geometry_keys, choice);
+    if (kind == MESH) {
+        read_mesh(reader, name, node, entry);
+        return;
+    }
+    if (kind == LENS) {
+        rmap_reader_read_lens(reader, node, entry);
+        return;
+    }
     entry->broken = kind == CONIC ? !rmap_reader_conic(reader, node, &shape)
                                   : !read_shape(reader, node, kind, &shape);
-    return entry->broken ? RMAP_OK : rmap_reader_add_shape(reader, name, &shape, &entry->geometry);
+    if (!entry->broken)
+        rmap_reader_add_shape(reader, name, &shape, &entry->geometry);
 }
 
-enum rmap_status rmap_reader_read_geometries(struct rmap_reader *reader)
+void rmap_reader_read_geometries(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *geometries = rmap_yaml_get(reader->root, "geometries");
     if (!geometries)
-        return RMAP_OK;
+        return;
     if (geometries->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, geometries, "geometries must be a mapping {name: geometry, ...}");
-        return RMAP_OK;
+        return;
     }
     for (size_t i = 0; i < geometries->n_item; i++) {
         const struct rmap_yaml_item *item = &geometries->item[i];
@@ -321,20 +276,16 @@ enum rmap_status rmap_reader_read_geometries(struct rmap_reader *reader)
         if (rmap_names_find(&reader->geometries, item->key) ||
             !rmap_reader_check_name(reader, &place, item->key))
             continue;
-        void *array = reader->entry;
         struct rmap_geometry_entry *entry =
-            rmap_reader_append(reader, &array, &reader->n_entry, &reader->cap_entry, sizeof *entry);
+            RMAP_READER_NEW(reader, reader->entry, reader->n_entry, reader->cap_entry);
         if (!entry)
-            return rmap_reader_no_memory(reader);
-        reader->entry = array;
+            return;
         *entry = (struct rmap_geometry_entry){.name = item->key, .broken = true, .geometry = -1};
-        RMAP_TRY(rmap_names_add(&reader->geometries, item->key, 0, (int32_t)(reader->n_entry - 1),
-                                item->line, reader->err));
+        rmap_reader_add_name(reader, &reader->geometries, item->key, 0,
+                             (int32_t)(reader->n_entry - 1), item->line);
         if (item->value->kind == RMAP_YAML_MAP)
-            RMAP_TRY(read_geometry(reader, item->key, item->value, entry));
+            read_geometry(reader, item->key, item->value, entry);
         else
             rmap_reader_error(reader, &place, "geometry '%.60s' must be a mapping", item->key);
     }
-out:
-    return st;
 }

@@ -4,31 +4,30 @@
  */
 #include <math.h>
 
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
-static enum rmap_status read_row(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                 bool last, double *thickness, struct rmap_lens_row *row,
-                                 bool *good)
+const struct rmap_mapping rmap_lens_row_keys = {
+    "lens",
+    NULL,
+    {{"a row of a lens", "radius curvature thickness medium aperture conic asphere stop"}}};
+
+static void read_row(struct rmap_reader *reader, const struct rmap_yaml_node *node, bool last,
+                     double *thickness, struct rmap_lens_row *row, bool *good)
 {
-    static const char *const key[] = {"radius",   "curvature", "thickness", "medium",
-                                      "aperture", "conic",     "asphere",   "stop"};
-    enum rmap_status st = RMAP_OK;
     row->node = node;
     row->geometry = row->edge_geometry = row->stop_geometry = -1;
     row->medium = -1;
-    *good = rmap_reader_check_map(reader, node, "a row of a lens", key, RMAP_COUNT(key));
+    *good = rmap_reader_known(reader, node, &rmap_lens_row_keys, 0);
     if (!*good)
-        goto out;
+        return;
     *good = rmap_reader_conic(reader, node, &row->shape);
     *good &= rmap_reader_number(reader, node, "thickness", last ? RMAP_OPTIONAL : RMAP_REQUIRED,
                                 &rmap_range_nonnegative, thickness);
     *good &= rmap_reader_bool(reader, node, "stop", &row->stop);
     if (!rmap_yaml_get(node, "medium"))
         rmap_reader_error(reader, node, "'medium' is missing: name the medium after the surface");
-    RMAP_TRY(rmap_reader_medium(reader, node, "medium", &row->medium));
+    rmap_reader_medium(reader, node, "medium", &row->medium);
     *good &= row->medium >= 0;
-out:
-    return st;
 }
 
 static bool flat(const struct rmap_shape *shape)
@@ -59,21 +58,19 @@ static void check_order(struct rmap_reader *reader, const struct rmap_lens *lens
                           k + 1, k + 2, r, za - zb);
 }
 
-static enum rmap_status read_rows(struct rmap_reader *reader, const struct rmap_yaml_node *rows,
-                                  struct rmap_lens *lens, bool *good)
+static void read_rows(struct rmap_reader *reader, const struct rmap_yaml_node *rows,
+                      struct rmap_lens *lens, bool *good)
 {
-    enum rmap_status st = RMAP_OK;
     double z = 0;
     lens->row = rmap_reader_alloc(reader, rows->n_item, sizeof *lens->row);
     if (!lens->row)
-        return rmap_reader_no_memory(reader);
+        return;
     lens->n_row = rows->n_item;
     for (size_t k = 0; k < lens->n_row; k++) {
         struct rmap_lens_row *row = &lens->row[k];
         double thickness = 0;
         bool row_good = false;
-        RMAP_TRY(read_row(reader, rows->item[k].value, k + 1 == lens->n_row, &thickness, row,
-                          &row_good));
+        read_row(reader, rows->item[k].value, k + 1 == lens->n_row, &thickness, row, &row_good);
         *good &= row_good;
         if (!row_good)
             continue;
@@ -84,30 +81,25 @@ static enum rmap_status read_rows(struct rmap_reader *reader, const struct rmap_
     }
     for (size_t k = 0; *good && k + 1 < lens->n_row; k++)
         check_order(reader, lens, k);
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_read_lens(struct rmap_reader *reader,
-                                       const struct rmap_yaml_node *node,
-                                       struct rmap_geometry_entry *entry)
+void rmap_reader_read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_geometry_entry *entry)
 {
-    enum rmap_status st = RMAP_OK;
     bool good = true;
     const struct rmap_yaml_node *rows = rmap_yaml_get(node, "surfaces");
     struct rmap_lens *lens = rmap_reader_alloc(reader, 1, sizeof *lens);
     if (!lens)
-        return rmap_reader_no_memory(reader);
+        return;
     lens->surface_front = lens->surface_back = lens->edge_front = lens->edge_back = -1;
-    RMAP_TRY(rmap_reader_surface_pair(reader, node, "surface", &lens->surface_front,
-                                      &lens->surface_back));
-    RMAP_TRY(rmap_reader_surface_pair(reader, node, "edge", &lens->edge_front, &lens->edge_back));
+    rmap_reader_surface_pair(reader, node, "surface", &lens->surface_front, &lens->surface_back);
+    rmap_reader_surface_pair(reader, node, "edge", &lens->edge_front, &lens->edge_back);
     if (lens->surface_front < 0 || lens->surface_back < 0) {
-        RMAP_TRY(rmap_reader_builtin_surface(reader, RMAP_SURFACE_FRESNEL, &lens->surface_front));
+        rmap_reader_builtin_surface(reader, RMAP_SURFACE_FRESNEL, &lens->surface_front);
         lens->surface_back = lens->surface_front;
     }
     if (lens->edge_front < 0 || lens->edge_back < 0) {
-        RMAP_TRY(rmap_reader_builtin_surface(reader, RMAP_SURFACE_ABSORBER, &lens->edge_front));
+        rmap_reader_builtin_surface(reader, RMAP_SURFACE_ABSORBER, &lens->edge_front);
         lens->edge_back = lens->edge_front;
     }
     if (!rows)
@@ -115,10 +107,8 @@ enum rmap_status rmap_reader_read_lens(struct rmap_reader *reader,
     else if (rmap_reader_check_list(reader, rows, "'surfaces'") && !rows->n_item)
         rmap_reader_error(reader, rows, "'surfaces' is empty: list the rows of the table");
     else if (rows->kind == RMAP_YAML_LIST) {
-        RMAP_TRY(read_rows(reader, rows, lens, &good));
+        read_rows(reader, rows, lens, &good);
         entry->lens = lens;
         entry->broken = !good;
     }
-out:
-    return st;
 }

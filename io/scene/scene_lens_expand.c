@@ -43,8 +43,8 @@ static struct rmap_affine frame_at(const struct expansion *e, double z)
 }
 
 /* A part of the instance at z of the lens's axis. */
-static enum rmap_status add_part(struct expansion *e, const char *name, int32_t parent,
-                                 int32_t geometry, double z, const struct rmap_object_plan *sides)
+static void add_part(struct expansion *e, const char *name, int32_t parent, int32_t geometry,
+                     double z, const struct rmap_object_plan *sides)
 {
     struct rmap_object_plan part = *sides;
     part.name = name;
@@ -53,7 +53,7 @@ static enum rmap_status add_part(struct expansion *e, const char *name, int32_t 
     part.geometry = geometry;
     part.to_world = frame_at(e, z);
     part.derived = true;
-    return rmap_reader_add_object(e->reader, &part);
+    rmap_reader_add_object(e->reader, &part);
 }
 
 static bool is_hole(const struct expansion *e, size_t k)
@@ -72,18 +72,17 @@ static double element_z(const struct expansion *e, size_t k)
     return e->lens->row[k].z;
 }
 
-static enum rmap_status add_cap(struct expansion *e, size_t k)
+static void add_cap(struct expansion *e, size_t k)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_lens_row *row = &e->lens->row[k];
     char *name = compose(e->reader, "%s.%zu", e->plan->name, k + 1);
     if (!name)
-        return rmap_reader_no_memory(e->reader);
+        return;
     if (row->geometry < 0) {
         char *shape_name = compose(e->reader, "%s.%zu", e->geometry, k + 1);
         if (!shape_name)
-            return rmap_reader_no_memory(e->reader);
-        RMAP_TRY(rmap_reader_add_shape(e->reader, shape_name, &row->shape, &row->geometry));
+            return;
+        rmap_reader_add_shape(e->reader, shape_name, &row->shape, &row->geometry);
     }
     const struct rmap_affine after = frame_at(e, row->z);
     const struct rmap_affine before = frame_at(e, element_z(e, k ? k - 1 : k));
@@ -95,34 +94,30 @@ static enum rmap_status add_cap(struct expansion *e, size_t k)
         .element_front = k + 1 < e->lens->n_row ? &after : NULL,
         .element_back = k ? &before : NULL,
     };
-    RMAP_TRY(add_part(e, name, e->group, row->geometry, row->z, &sides));
-out:
-    return st;
+    add_part(e, name, e->group, row->geometry, row->z, &sides);
 }
 
 /* The plate of a stop must stop light even where the edges let it through. */
-static enum rmap_status stop_surface(struct expansion *e, int32_t *front, int32_t *back)
+static void stop_surface(struct expansion *e, int32_t *front, int32_t *back)
 {
     *front = e->edge_front;
     *back = e->edge_back;
     if (!rmap_scene_transmits(e->reader->scene, *front) &&
         !rmap_scene_transmits(e->reader->scene, *back))
-        return RMAP_OK;
-    enum rmap_status st = rmap_reader_builtin_surface(e->reader, RMAP_SURFACE_ABSORBER, front);
+        return;
+    rmap_reader_builtin_surface(e->reader, RMAP_SURFACE_ABSORBER, front);
     *back = *front;
-    return st;
 }
 
-static enum rmap_status add_stop(struct expansion *e, size_t k, int32_t parent)
+static void add_stop(struct expansion *e, size_t k, int32_t parent)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_lens_row *row = &e->lens->row[k];
     double inner = row->shape.aperture;
     int number = ++e->n_stop;
     char *name = number == 1 ? compose(e->reader, "%s.stop", e->plan->name)
                              : compose(e->reader, "%s.stop.%d", e->plan->name, number);
     if (!name)
-        return rmap_reader_no_memory(e->reader);
+        return;
     if (row->stop_geometry < 0) {
         const struct rmap_shape plate = {
             .type = RMAP_SHAPE_DISC,
@@ -131,34 +126,29 @@ static enum rmap_status add_stop(struct expansion *e, size_t k, int32_t parent)
         };
         char *shape_name = compose(e->reader, "%s.stop.%zu", e->geometry, k + 1);
         if (!shape_name)
-            return rmap_reader_no_memory(e->reader);
-        RMAP_TRY(rmap_reader_add_shape(e->reader, shape_name, &plate, &row->stop_geometry));
+            return;
+        rmap_reader_add_shape(e->reader, shape_name, &plate, &row->stop_geometry);
     }
     struct rmap_object_plan sides = {.medium_front = RMAP_MEDIUM_ANY,
                                      .medium_back = RMAP_MEDIUM_ANY};
-    RMAP_TRY(stop_surface(e, &sides.surface_front, &sides.surface_back));
-    RMAP_TRY(add_part(e, name, parent, row->stop_geometry, row->rim_z, &sides));
-out:
-    return st;
+    stop_surface(e, &sides.surface_front, &sides.surface_back);
+    add_part(e, name, parent, row->stop_geometry, row->rim_z, &sides);
 }
 
-static enum rmap_status add_row(struct expansion *e, size_t k)
+static void add_row(struct expansion *e, size_t k)
 {
-    enum rmap_status st = RMAP_OK;
     int32_t parent = e->group;
     if (is_hole(e, k)) {
         char *name = compose(e->reader, "%s.%zu", e->plan->name, k + 1);
         if (!name)
-            return rmap_reader_no_memory(e->reader);
-        RMAP_TRY(rmap_reader_add_group(e->reader, name, e->plan->node, e->group, &e->plan->to_world,
-                                       true, &parent));
+            return;
+        rmap_reader_add_group(e->reader, name, e->plan->node, e->group, &e->plan->to_world, true,
+                              &parent);
     } else {
-        RMAP_TRY(add_cap(e, k));
+        add_cap(e, k);
     }
     if (e->lens->row[k].stop)
-        RMAP_TRY(add_stop(e, k, parent));
-out:
-    return st;
+        add_stop(e, k, parent);
 }
 
 /* The surface of revolution between two rims, from its lower end, and on which side of its normal
@@ -188,21 +178,20 @@ static struct edge edge_between(const struct rmap_lens_row *a, const struct rmap
     return edge;
 }
 
-static enum rmap_status add_edge(struct expansion *e, size_t k, size_t next)
+static void add_edge(struct expansion *e, size_t k, size_t next)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_lens_row *row = &e->lens->row[k];
     const struct edge edge = edge_between(row, &e->lens->row[next]);
     if (!edge.exists)
-        return RMAP_OK;
+        return;
     char *name = compose(e->reader, "%s.edge.%d", e->plan->name, ++e->n_edge);
     if (!name)
-        return rmap_reader_no_memory(e->reader);
+        return;
     if (row->edge_geometry < 0) {
         char *shape_name = compose(e->reader, "%s.edge.%d", e->geometry, ++e->lens->n_edge);
         if (!shape_name)
-            return rmap_reader_no_memory(e->reader);
-        RMAP_TRY(rmap_reader_add_shape(e->reader, shape_name, &edge.shape, &row->edge_geometry));
+            return;
+        rmap_reader_add_shape(e->reader, shape_name, &edge.shape, &row->edge_geometry);
     }
     const struct rmap_affine element = frame_at(e, element_z(e, k));
     /* The edge's `front` surface is the outer one. */
@@ -214,16 +203,12 @@ static enum rmap_status add_edge(struct expansion *e, size_t k, size_t next)
         .element_front = edge.glass_in_front ? &element : NULL,
         .element_back = edge.glass_in_front ? NULL : &element,
     };
-    RMAP_TRY(add_part(e, name, e->group, row->edge_geometry, edge.z, &sides));
-out:
-    return st;
+    add_part(e, name, e->group, row->edge_geometry, edge.z, &sides);
 }
 
-enum rmap_status rmap_reader_expand_lens(struct rmap_reader *reader,
-                                         const struct rmap_geometry_entry *entry,
-                                         const struct rmap_object_plan *plan, int32_t outside)
+void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geometry_entry *entry,
+                             const struct rmap_object_plan *plan, int32_t outside)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_lens *lens = entry->lens;
     struct expansion e = {.reader = reader,
                           .lens = lens,
@@ -232,18 +217,16 @@ enum rmap_status rmap_reader_expand_lens(struct rmap_reader *reader,
                           .outside = outside,
                           .edge_front = lens->edge_front,
                           .edge_back = lens->edge_back};
-    RMAP_TRY(rmap_reader_surface_pair(reader, plan->node, "edge", &e.edge_front, &e.edge_back));
-    RMAP_TRY(rmap_reader_add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world,
-                                   false, &e.group));
+    rmap_reader_surface_pair(reader, plan->node, "edge", &e.edge_front, &e.edge_back);
+    rmap_reader_add_group(reader, plan->name, plan->node, plan->parent, &plan->to_world, false,
+                          &e.group);
     for (size_t k = 0; k < lens->n_row; k++)
-        RMAP_TRY(add_row(&e, k));
+        add_row(&e, k);
     for (size_t k = 0, next; k + 1 < lens->n_row; k = next) {
         next = k + 1;
         while (next + 1 < lens->n_row && is_hole(&e, next))
             next++;
         if (!is_hole(&e, k) && !is_hole(&e, next) && lens->row[k].medium != outside)
-            RMAP_TRY(add_edge(&e, k, next));
+            add_edge(&e, k, next);
     }
-out:
-    return st;
 }

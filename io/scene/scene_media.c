@@ -7,40 +7,30 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 #include "optics/dispersion.h"
 
 static const struct rmap_range range_index = {1e-3, 1e3, "a refractive index, 0.001 to 1000"};
 
-static enum rmap_status new_medium(struct rmap_reader *reader, const char *name, int32_t line,
-                                   struct rmap_medium **medium_ret)
+static struct rmap_medium *new_medium(struct rmap_reader *reader, const char *name, int32_t line)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
-    void *array = scene->medium;
     struct rmap_medium *medium =
-        rmap_reader_append(reader, &array, &scene->n_medium, &reader->cap_medium, sizeof *medium);
+        RMAP_READER_NEW(reader, scene->medium, scene->n_medium, reader->cap_medium);
     if (!medium)
-        return rmap_reader_no_memory(reader);
-    scene->medium = array;
+        return NULL;
     for (int i = 0; i < RMAP_CHANNEL_MAX; i++)
         medium->n[i] = 1;
-    medium->name = rmap_strdup(name);
-    if (!medium->name)
-        return rmap_reader_no_memory(reader);
-    RMAP_TRY(rmap_names_add(&reader->media, medium->name, 0, (int32_t)(scene->n_medium - 1), line,
-                            reader->err));
-    *medium_ret = medium;
-out:
-    return st;
+    medium->name = rmap_reader_strdup(reader, name);
+    rmap_reader_add_name(reader, &reader->media, medium->name, 0, (int32_t)(scene->n_medium - 1),
+                         line);
+    return medium;
 }
 
-static enum rmap_status describe(struct rmap_reader *reader, struct rmap_medium *medium,
-                                 const char *text)
+static void describe(struct rmap_reader *reader, struct rmap_medium *medium, const char *text)
 {
     rmap_free(medium->description);
-    medium->description = rmap_strdup(text);
-    return medium->description ? RMAP_OK : rmap_reader_no_memory(reader);
+    medium->description = rmap_reader_strdup(reader, text);
 }
 
 static void warn_outside(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -74,15 +64,15 @@ static void evaluate_sellmeier(struct rmap_reader *reader, const struct rmap_yam
     }
 }
 
-static enum rmap_status apply_glass(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                                    const struct rmap_glass *glass, struct rmap_medium *medium)
+static void apply_glass(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                        const struct rmap_glass *glass, struct rmap_medium *medium)
 {
     char text[400];
     evaluate_sellmeier(reader, at, &glass->sellmeier, medium);
     warn_outside(reader, at, medium->name, glass->from_nm, glass->to_nm,
                  "its formula is extrapolated");
     (void)snprintf(text, sizeof text, "%s (Sellmeier; %s)", glass->name, glass->source);
-    return describe(reader, medium, text);
+    describe(reader, medium, text);
 }
 
 const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
@@ -102,20 +92,20 @@ const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
     return NULL;
 }
 
-static enum rmap_status read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_medium *medium)
+static void read_glass(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_medium *medium)
 {
     const struct rmap_glass *glass = rmap_reader_glass(reader, node);
-    return glass ? apply_glass(reader, rmap_yaml_get(node, "glass"), glass, medium) : RMAP_OK;
+    if (glass)
+        apply_glass(reader, rmap_yaml_get(node, "glass"), glass, medium);
 }
 
 bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                            double unit_um, struct rmap_sellmeier *sellmeier)
 {
-    static const char *const key[] = {"B", "C"};
     size_t n_b = 0, n_c = 0;
     *sellmeier = (struct rmap_sellmeier){0};
-    if (!rmap_reader_check_map(reader, node, "sellmeier", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, node, "sellmeier", "B C"))
         return false;
     bool good = rmap_reader_numbers(reader, node, "B", RMAP_REQUIRED, &rmap_range_any, 1,
                                     RMAP_SELLMEIER_MAX, sellmeier->b, &n_b);
@@ -131,16 +121,15 @@ bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_no
     return true;
 }
 
-static enum rmap_status read_sellmeier(struct rmap_reader *reader,
-                                       const struct rmap_yaml_node *node, double unit_um,
-                                       struct rmap_medium *medium)
+static void read_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           double unit_um, struct rmap_medium *medium)
 {
     const struct rmap_yaml_node *inner = rmap_yaml_get(node, "sellmeier");
     struct rmap_sellmeier sellmeier;
     if (!rmap_reader_sellmeier(reader, inner, unit_um, &sellmeier))
-        return RMAP_OK;
+        return;
     evaluate_sellmeier(reader, inner, &sellmeier, medium);
-    return describe(reader, medium, "Sellmeier coefficients of the scene");
+    describe(reader, medium, "Sellmeier coefficients of the scene");
 }
 
 /* Absorption per length unit of k: 4 pi k / lambda (Born & Wolf, 7th ed., 14.1). */
@@ -149,24 +138,22 @@ static double absorption_of_k(const struct rmap_scene *scene, double k, double w
     return 4.0 * RMAP_PI * k / (wavelength_nm * 1e-9 / scene->unit_m);
 }
 
-static enum rmap_status read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   double unit_nm, struct rmap_medium *medium)
+static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       double unit_nm, struct rmap_medium *medium)
 {
-    static const char *const key[] = {"wavelength", "n", "k"};
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *inner = rmap_yaml_get(node, "table");
     double *column[3];
     size_t n = 0;
-    RMAP_TRY(rmap_reader_table(reader, inner, key, 3, 2, &rmap_range_nonnegative, &n, column));
+    rmap_reader_table(reader, inner, "wavelength n k", 2, &rmap_range_nonnegative, &n, column);
     if (!n)
-        goto out;
+        return;
     for (size_t i = 0; i < n; i++) {
         column[0][i] *= unit_nm;
         if (column[1][i] < range_index.from || column[1][i] > range_index.to) {
             rmap_reader_error(reader, rmap_yaml_get(inner, "n"), "'n' must be %s, not %g",
                               range_index.text, column[1][i]);
-            goto out;
+            return;
         }
     }
     const struct rmap_table1 index = {n, column[0], column[1]};
@@ -174,26 +161,24 @@ static enum rmap_status read_table(struct rmap_reader *reader, const struct rmap
         medium->n[i] = rmap_table1_at(&index, scene->channels.wavelength_nm[i]);
     warn_outside(reader, inner, medium->name, column[0][0], column[0][n - 1],
                  "its ends stand for the rest");
-    RMAP_TRY(describe(reader, medium, "table of the scene"));
+    describe(reader, medium, "table of the scene");
     if (!column[2])
-        goto out;
+        return;
     struct rmap_spectrum k = {.kind = RMAP_SPECTRUM_TABLE, .table = {n, column[0], column[2]}};
     if (scene->channels.mode == RMAP_COLOUR_SPECTRAL) {
         rmap_spectrum_sample(&k, &scene->channels, medium->absorption);
         for (int i = 0; i < scene->channels.n; i++)
             medium->absorption[i] =
                 absorption_of_k(scene, medium->absorption[i], scene->channels.wavelength_nm[i]);
-        goto out;
+        return;
     }
     for (size_t i = 0; i < n; i++)
         column[2][i] = absorption_of_k(scene, column[2][i], column[0][i]);
     rmap_spectrum_sample(&k, &scene->channels, medium->absorption);
-out:
-    return st;
 }
 
-static enum rmap_status read_index(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_medium *medium)
+static void read_index(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_medium *medium)
 {
     double n = 1;
     char text[64];
@@ -201,137 +186,122 @@ static enum rmap_status read_index(struct rmap_reader *reader, const struct rmap
     for (int i = 0; i < RMAP_CHANNEL_MAX; i++)
         medium->n[i] = n;
     (void)snprintf(text, sizeof text, "index %.9g", n);
-    return describe(reader, medium, text);
+    describe(reader, medium, text);
 }
 
-static enum rmap_status read_absorption(struct rmap_reader *reader,
-                                        const struct rmap_yaml_node *node,
-                                        struct rmap_medium *medium)
+static void read_absorption(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            struct rmap_medium *medium)
 {
-    enum rmap_status st = RMAP_OK;
     double extra[RMAP_CHANNEL_MAX] = {0};
-    RMAP_TRY(rmap_reader_quantity(reader, node, "absorption", RMAP_OPTIONAL,
-                                  &rmap_range_nonnegative, extra));
+    rmap_reader_quantity(reader, node, "absorption", RMAP_OPTIONAL, &rmap_range_nonnegative, extra);
     for (int i = 0; i < reader->scene->channels.n; i++) {
         medium->absorption[i] += extra[i];
         medium->absorbing |= medium->absorption[i] > 0;
         medium->dispersive |= medium->n[i] != medium->n[0];
     }
-out:
-    return st;
 }
 
-static enum rmap_status read_scattering(struct rmap_reader *reader,
-                                        const struct rmap_yaml_node *node,
-                                        struct rmap_medium *medium)
+static void check_scattering(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct rmap_medium *medium)
 {
-    const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_reader_quantity(reader, node, "scattering", RMAP_OPTIONAL,
-                                  &rmap_range_nonnegative, medium->scattering));
-    (void)rmap_reader_number(reader, node, "scattering_g", RMAP_OPTIONAL, &cosine,
-                             &medium->scattering_g);
     for (int i = 0; i < reader->scene->channels.n; i++)
         medium->scattering_at_all |= medium->scattering[i] > 0;
     if (rmap_yaml_get(node, "scattering_g") && !rmap_yaml_get(node, "scattering"))
         rmap_reader_error(reader, rmap_yaml_get(node, "scattering_g"),
                           "'scattering_g' says how 'scattering' scatters: give that too");
-out:
-    return st;
 }
 
-static enum rmap_status read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    struct rmap_medium *medium)
+static const struct rmap_range cosine = {-0.9999, 0.9999, "a mean cosine, -0.9999 to 0.9999"};
+static const char *const model_key[] = {"index", "glass", "sellmeier", "table", "gradient"};
+const struct rmap_mapping rmap_medium_keys = {
+    "media",
+    NULL,
+    {{"a medium", "index glass sellmeier table gradient wavelength_unit absorption scattering "
+                  "scattering_g"}},
+    {{"scattering", RMAP_KEY_SHARES, offsetof(struct rmap_medium, scattering),
+      &rmap_range_nonnegative},
+     {"scattering_g", RMAP_KEY_NUMBER, offsetof(struct rmap_medium, scattering_g), &cosine}}};
+
+static void read_medium(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_medium *medium)
 {
-    static const char *const key[] = {"index",      "glass",      "sellmeier",
-                                      "table",      "gradient",   "wavelength_unit",
-                                      "absorption", "scattering", "scattering_g"};
-    static const char *const unit[] = {"nm", "um"};
-    enum rmap_status st = RMAP_OK;
-    if (!rmap_reader_check_map(reader, node, "a medium", key, RMAP_COUNT(key)))
-        goto out;
+    if (!rmap_reader_known(reader, node, &rmap_medium_keys, 0))
+        return;
+    (void)rmap_reader_fill(reader, node, &rmap_medium_keys, 0, medium);
     int model = -1, n_model = 0, choice = -1;
     for (int i = 0; i < 5; i++) {
-        if (!rmap_yaml_get(node, key[i]))
+        if (!rmap_yaml_get(node, model_key[i]))
             continue;
         model = i;
         n_model++;
     }
-    (void)rmap_reader_choice(reader, node, "wavelength_unit", RMAP_OPTIONAL, unit, 2, &choice);
+    (void)rmap_reader_choice(reader, node, "wavelength_unit", RMAP_OPTIONAL, "nm um", &choice);
     if (n_model != 1)
         rmap_reader_error(reader, node,
                           "medium '%.60s' needs one of index, glass, sellmeier, table, gradient%s",
                           medium->name, n_model ? ", not several" : "");
     else if (model == 0)
-        RMAP_TRY(read_index(reader, node, medium));
+        read_index(reader, node, medium);
     else if (model == 1)
-        RMAP_TRY(read_glass(reader, node, medium));
+        read_glass(reader, node, medium);
     else if (model == 2)
-        RMAP_TRY(read_sellmeier(reader, node, choice == 0 ? 1e-3 : 1.0, medium));
+        read_sellmeier(reader, node, choice == 0 ? 1e-3 : 1.0, medium);
     else if (model == 3)
-        RMAP_TRY(read_table(reader, node, choice == 1 ? 1e3 : 1.0, medium));
+        read_table(reader, node, choice == 1 ? 1e3 : 1.0, medium);
     else
-        RMAP_TRY(rmap_reader_gradient(reader, rmap_yaml_get(node, "gradient"),
-                                      (int32_t)(medium - reader->scene->medium)));
-    RMAP_TRY(read_absorption(reader, node, medium));
-    RMAP_TRY(read_scattering(reader, node, medium));
-out:
-    return st;
+        rmap_reader_gradient(reader, rmap_yaml_get(node, "gradient"),
+                             (int32_t)(medium - reader->scene->medium));
+    read_absorption(reader, node, medium);
+    check_scattering(reader, node, medium);
 }
 
-enum rmap_status rmap_reader_read_media(struct rmap_reader *reader)
+void rmap_reader_read_media(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *media = rmap_yaml_get(reader->root, "media");
     if (!media)
-        return RMAP_OK;
+        return;
     if (media->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, media, "media must be a mapping {name: medium, ...}");
-        return RMAP_OK;
+        return;
     }
     for (size_t i = 0; i < media->n_item; i++) {
         const struct rmap_yaml_item *item = &media->item[i];
         const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        struct rmap_medium *medium = NULL;
         if (rmap_names_find(&reader->media, item->key) ||
             !rmap_reader_check_name(reader, &place, item->key))
             continue;
-        RMAP_TRY(new_medium(reader, item->key, item->line, &medium));
-        RMAP_TRY(read_medium(reader, item->value, medium));
+        struct rmap_medium *medium = new_medium(reader, item->key, item->line);
+        if (medium)
+            read_medium(reader, item->value, medium);
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                                    const char *key, int32_t *medium_ret)
+void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, int32_t *medium_ret)
 {
-    enum rmap_status st = RMAP_OK;
     const char *name = rmap_reader_text(reader, map, key, RMAP_OPTIONAL);
     if (!name)
-        return RMAP_OK;
+        return;
     const struct rmap_yaml_node *at = rmap_yaml_get(map, key);
     const struct rmap_glass *glass = rmap_glass_find(name);
     if (!glass || rmap_names_find(&reader->media, name)) {
         *medium_ret = rmap_reader_find(reader, &reader->media, "medium", at, name);
-        return RMAP_OK;
+        return;
     }
-    struct rmap_medium *medium = NULL;
-    RMAP_TRY(new_medium(reader, name, at->line, &medium));
-    RMAP_TRY(apply_glass(reader, at, glass, medium));
+    struct rmap_medium *medium = new_medium(reader, name, at->line);
+    if (!medium)
+        return;
+    apply_glass(reader, at, glass, medium);
     for (int i = 0; i < reader->scene->channels.n; i++)
         medium->dispersive |= medium->n[i] != medium->n[0];
     *medium_ret = (int32_t)(reader->scene->n_medium - 1);
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret)
+void rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret)
 {
-    struct rmap_medium *medium = NULL;
-    enum rmap_status st = new_medium(reader, "vacuum", 0, &medium);
-    if (st != RMAP_OK)
-        return st;
+    struct rmap_medium *medium = new_medium(reader, "vacuum", 0);
+    if (!medium)
+        return;
     *medium_ret = (int32_t)(reader->scene->n_medium - 1);
-    return describe(reader, medium, "index 1 (implied)");
+    describe(reader, medium, "index 1 (implied)");
 }

@@ -60,35 +60,40 @@ void rmap_names_fini(struct rmap_names *names)
     *names = (struct rmap_names){0};
 }
 
+void rmap_reader_add_name(struct rmap_reader *reader, struct rmap_names *names, const char *text,
+                          int32_t kind, int32_t index, int32_t line)
+{
+    if (!text || rmap_names_add(names, text, kind, index, line, &reader->failure) != RMAP_OK)
+        rmap_reader_fail(reader, RMAP_SYSTEM);
+}
+
 static bool is_receiver(const struct rmap_reader *reader, const struct rmap_name *name)
 {
     return name->kind == RMAP_MEMBER_DETECTOR &&
            (size_t)name->index >= reader->scene->n_detector - reader->n_receiver;
 }
 
-enum rmap_status rmap_reader_add_member(struct rmap_reader *reader, const char *name,
-                                        enum rmap_member kind, int32_t index,
-                                        const struct rmap_yaml_node *at)
+void rmap_reader_add_member(struct rmap_reader *reader, const char *name, enum rmap_member kind,
+                            int32_t index, const struct rmap_yaml_node *at)
 {
     static const char *const word[] = {"object", "group", "source", "detector"};
-    if (name[0] == RMAP_UNNAMED[0])
-        return RMAP_OK;
+    if (!name || name[0] == RMAP_UNNAMED[0])
+        return;
     const struct rmap_name *taken = rmap_names_find(&reader->members, name);
     bool elsewhere = taken && reader->n_receiver > 0 && !is_receiver(reader, taken);
     if (elsewhere) {
         rmap_reader_error(reader, at, "the name '%.60s' is taken by a %s of the map's scene", name,
                           word[taken->kind]);
-        return RMAP_OK;
+        return;
     }
     if (taken) {
         rmap_reader_error(reader, at,
                           "the name '%.60s' is taken by the %s on line %d: names are unique over "
                           "objects, groups, sources and detectors",
                           name, word[taken->kind], (int)taken->line);
-        return RMAP_OK;
+        return;
     }
-    return rmap_names_add(&reader->members, name, (int32_t)kind, index, at ? at->line : 0,
-                          reader->err);
+    rmap_reader_add_name(reader, &reader->members, name, (int32_t)kind, index, at ? at->line : 0);
 }
 
 int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *names,

@@ -7,7 +7,7 @@
 #include <xxhash.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 /* Digits alone are decimal; with letters or 0x hexadecimal; absent: the hash of the name. */
 static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -38,10 +38,9 @@ static uint64_t read_id(struct rmap_reader *reader, const struct rmap_yaml_node 
 }
 
 /* Places of gradient media on both sides. Only elements of lenses have frames of their own. */
-static enum rmap_status place_sides(struct rmap_reader *reader, const struct rmap_object_plan *plan,
-                                    int32_t index)
+static void place_sides(struct rmap_reader *reader, const struct rmap_object_plan *plan,
+                        int32_t index)
 {
-    enum rmap_status st = RMAP_OK;
     int32_t front = 0, back = 0;
     const struct rmap_geometry *geometry = &reader->scene->geometry[plan->geometry];
     bool body = geometry->kind == RMAP_GEOMETRY_MESH || geometry->shape.type == RMAP_SHAPE_SPHERE;
@@ -50,27 +49,21 @@ static enum rmap_status place_sides(struct rmap_reader *reader, const struct rma
          plan->element_front != NULL},
         {index, plan->medium_back, plan->element_back ? plan->element_back : &plan->to_world,
          plan->element_back || body}};
-    RMAP_TRY(rmap_reader_place_side(reader, &side[0], &front));
-    RMAP_TRY(rmap_reader_place_side(reader, &side[1], &back));
+    rmap_reader_place_side(reader, &side[0], &front);
+    rmap_reader_place_side(reader, &side[1], &back);
     reader->scene->object[index].gradient_front = front;
     reader->scene->object[index].gradient_back = back;
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
-                                        const struct rmap_object_plan *plan)
+void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object_plan *plan)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
-    void *array = scene->object;
     struct rmap_object *object =
-        rmap_reader_append(reader, &array, &scene->n_object, &reader->cap_object, sizeof *object);
+        RMAP_READER_NEW(reader, scene->object, scene->n_object, reader->cap_object);
     if (!object)
-        return rmap_reader_no_memory(reader);
-    scene->object = array;
+        return;
     *object = (struct rmap_object){
-        .name = rmap_strdup(plan->name),
+        .name = rmap_reader_strdup(reader, plan->name),
         .id = plan->derived ? XXH3_64bits(plan->name, strlen(plan->name))
                             : read_id(reader, plan->node, plan->name),
         .parent = plan->parent,
@@ -85,67 +78,59 @@ enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
         .column = plan->node->column,
     };
     if (!object->name)
-        return rmap_reader_no_memory(reader);
-    RMAP_TRY(place_sides(reader, plan, (int32_t)(scene->n_object - 1)));
-    RMAP_TRY(rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT,
-                                    (int32_t)(scene->n_object - 1), plan->node));
-out:
-    return st;
+        return;
+    place_sides(reader, plan, (int32_t)(scene->n_object - 1));
+    rmap_reader_add_member(reader, object->name, RMAP_MEMBER_OBJECT, (int32_t)(scene->n_object - 1),
+                           plan->node);
 }
 
-enum rmap_status rmap_reader_add_group(struct rmap_reader *reader, const char *name,
-                                       const struct rmap_yaml_node *node, int32_t parent,
-                                       const struct rmap_affine *to_world, bool derived,
-                                       int32_t *group_ret)
+void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
+                           const struct rmap_yaml_node *node, int32_t parent,
+                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret)
 {
     struct rmap_scene *scene = reader->scene;
-    void *array = reader->group_to_world;
     size_t n = scene->n_group;
     struct rmap_affine *place =
-        rmap_reader_append(reader, &array, &n, &reader->cap_group_to_world, sizeof *place);
+        RMAP_READER_NEW(reader, reader->group_to_world, n, reader->cap_group_to_world);
     if (!place)
-        return rmap_reader_no_memory(reader);
-    reader->group_to_world = array;
+        return;
     *place = *to_world;
-    array = scene->group;
     struct rmap_group *group =
-        rmap_reader_append(reader, &array, &scene->n_group, &reader->cap_group, sizeof *group);
+        RMAP_READER_NEW(reader, scene->group, scene->n_group, reader->cap_group);
     if (!group)
-        return rmap_reader_no_memory(reader);
-    scene->group = array;
-    group->name = rmap_strdup(name);
+        return;
+    group->name = rmap_reader_strdup(reader, name);
     group->id = derived ? XXH3_64bits(name, strlen(name)) : read_id(reader, node, name);
     group->parent = parent;
     *group_ret = (int32_t)(scene->n_group - 1);
     if (!group->name)
-        return rmap_reader_no_memory(reader);
-    return rmap_reader_add_member(reader, group->name, RMAP_MEMBER_GROUP, *group_ret, node);
+        return;
+    rmap_reader_add_member(reader, group->name, RMAP_MEMBER_GROUP, *group_ret, node);
 }
 
 /* One medium under either of its two keys. */
-static enum rmap_status read_side(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  const char *key, const char *other, int32_t *medium, bool *stated)
+static void read_side(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      const char *key, const char *other, int32_t *medium, bool *stated)
 {
     const struct rmap_yaml_node *second = rmap_yaml_get(node, other);
     *stated = second || rmap_yaml_get(node, key);
     if (second && rmap_yaml_get(node, key))
         rmap_reader_error(reader, second, "give '%s' or '%s', not both: they are the same side",
                           key, other);
-    return rmap_reader_medium(reader, node, second ? other : key, medium);
+    rmap_reader_medium(reader, node, second ? other : key, medium);
 }
 
-static enum rmap_status read_media(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_object_plan *plan)
+static void read_media(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_object_plan *plan)
 {
-    enum rmap_status st = RMAP_OK;
     bool front = false, back = false;
     plan->medium_front = plan->medium_back = RMAP_MEDIUM_ANY;
-    RMAP_TRY(read_side(reader, node, "front", "outside", &plan->medium_front, &front));
-    RMAP_TRY(read_side(reader, node, "back", "inside", &plan->medium_back, &back));
+    read_side(reader, node, "front", "outside", &plan->medium_front, &front);
+    read_side(reader, node, "back", "inside", &plan->medium_back, &back);
     int32_t clear = rmap_scene_transmits(reader->scene, plan->surface_front) ? plan->surface_front
                                                                              : plan->surface_back;
     if ((front && back) || !rmap_scene_transmits(reader->scene, clear))
-        goto out;
+        return;
     rmap_reader_error(reader, node,
                       "surface '%.60s' of object '%.60s' lets light through: name the media on "
                       "both sides, with %s",
@@ -153,89 +138,83 @@ static enum rmap_status read_media(struct rmap_reader *reader, const struct rmap
                       front  ? "'inside' (or 'back')"
                       : back ? "'outside' (or 'front')"
                              : "'inside' and 'outside' (or 'back' and 'front')");
-out:
-    return st;
 }
 
-static enum rmap_status read_lens_instance(struct rmap_reader *reader,
-                                           const struct rmap_yaml_node *node,
-                                           const struct rmap_geometry_entry *entry,
-                                           struct rmap_object_plan *plan)
+enum { OBJECT, LENS, GROUP };
+const struct rmap_mapping rmap_object_keys = {
+    "objects",
+    NULL,
+    {{"an object", "name geometry at rotate scale matrix surface front back inside outside id"},
+     {"an instance of a lens",
+      "name geometry at rotate scale matrix outside front id surface edge"},
+     {"a group", "name objects at rotate scale matrix id"}}};
+
+static void read_lens_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                               const struct rmap_geometry_entry *entry,
+                               struct rmap_object_plan *plan)
 {
-    static const char *const key[] = {"name",    "geometry", "at", "rotate",  "scale", "matrix",
-                                      "outside", "front",    "id", "surface", "edge"};
-    enum rmap_status st = RMAP_OK;
     int32_t outside = -1;
     bool stated = false;
-    (void)rmap_reader_check_map(reader, node, "an instance of a lens", key, RMAP_COUNT(key));
+    (void)rmap_reader_known(reader, node, &rmap_object_keys, LENS);
     plan->surface_front = entry->lens->surface_front;
     plan->surface_back = entry->lens->surface_back;
-    RMAP_TRY(rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front,
-                                      &plan->surface_back));
-    RMAP_TRY(read_side(reader, node, "front", "outside", &outside, &stated));
+    rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front, &plan->surface_back);
+    read_side(reader, node, "front", "outside", &outside, &stated);
     if (!stated)
         rmap_reader_error(reader, node, "'outside' is missing: name the medium around lens '%.60s'",
                           plan->name);
-    RMAP_TRY(rmap_reader_expand_lens(reader, entry, plan, outside));
-out:
-    return st;
+    rmap_reader_expand_lens(reader, entry, plan, outside);
 }
 
-static enum rmap_status read_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      struct rmap_object_plan *plan)
+static void read_instance(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          struct rmap_object_plan *plan)
 {
-    static const char *const key[] = {"name",    "geometry", "at",   "rotate", "scale",   "matrix",
-                                      "surface", "front",    "back", "inside", "outside", "id"};
-    enum rmap_status st = RMAP_OK;
     const char *geometry = rmap_reader_text(reader, node, "geometry", RMAP_REQUIRED);
     int32_t index = !geometry ? -1
                               : rmap_reader_find(reader, &reader->geometries, "geometry",
                                                  rmap_yaml_get(node, "geometry"), geometry);
     const struct rmap_geometry_entry *entry = index >= 0 ? &reader->entry[index] : NULL;
-    if (entry && entry->lens && !entry->broken)
-        return read_lens_instance(reader, node, entry, plan);
+    if (entry && entry->lens && !entry->broken) {
+        read_lens_instance(reader, node, entry, plan);
+        return;
+    }
     if (!entry || !entry->lens)
-        (void)rmap_reader_check_map(reader, node, "an object", key, RMAP_COUNT(key));
-    if (entry && entry->lens)
-        return rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+        (void)rmap_reader_known(reader, node, &rmap_object_keys, OBJECT);
+    if (entry && entry->lens) {
+        rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+        return;
+    }
     plan->surface_front = plan->surface_back = -1;
     if (!rmap_yaml_get(node, "surface"))
         rmap_reader_error(reader, node, "'surface' is missing: name the surface of object '%.60s'",
                           plan->name);
-    RMAP_TRY(rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front,
-                                      &plan->surface_back));
-    RMAP_TRY(read_media(reader, node, plan));
-    if (!entry || entry->broken)
-        return rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+    rmap_reader_surface_pair(reader, node, "surface", &plan->surface_front, &plan->surface_back);
+    read_media(reader, node, plan);
+    if (!entry || entry->broken) {
+        rmap_reader_add_member(reader, plan->name, RMAP_MEMBER_OBJECT, -1, node);
+        return;
+    }
     plan->geometry = entry->geometry;
-    RMAP_TRY(rmap_reader_add_object(reader, plan));
-out:
-    return st;
+    rmap_reader_add_object(reader, plan);
 }
 
-static enum rmap_status read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
-                                  int32_t parent, const struct rmap_affine *parent_to_world);
+static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list, int32_t parent,
+                      const struct rmap_affine *parent_to_world);
 
-static enum rmap_status read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_object_plan *plan)
+static void read_group(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_object_plan *plan)
 {
-    static const char *const key[] = {"name", "objects", "at", "rotate", "scale", "matrix", "id"};
-    enum rmap_status st = RMAP_OK;
     int32_t group = -1;
-    (void)rmap_reader_check_map(reader, node, "a group", key, RMAP_COUNT(key));
-    RMAP_TRY(rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, false,
-                                   &group));
-    RMAP_TRY(read_list(reader, rmap_yaml_get(node, "objects"), group, &plan->to_world));
-out:
-    return st;
+    (void)rmap_reader_known(reader, node, &rmap_object_keys, GROUP);
+    rmap_reader_add_group(reader, plan->name, node, plan->parent, &plan->to_world, false, &group);
+    read_list(reader, rmap_yaml_get(node, "objects"), group, &plan->to_world);
 }
 
-static enum rmap_status read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list,
-                                  int32_t parent, const struct rmap_affine *parent_to_world)
+static void read_list(struct rmap_reader *reader, const struct rmap_yaml_node *list, int32_t parent,
+                      const struct rmap_affine *parent_to_world)
 {
-    enum rmap_status st = RMAP_OK;
     if (!rmap_reader_check_list(reader, list, "'objects'"))
-        return RMAP_OK;
+        return;
     for (size_t i = 0; i < list->n_item; i++) {
         const struct rmap_yaml_node *node = list->item[i].value;
         struct rmap_affine placement;
@@ -252,12 +231,10 @@ static enum rmap_status read_list(struct rmap_reader *reader, const struct rmap_
         plan.to_world = rmap_affine_compose(parent_to_world, &placement);
         bool group = rmap_yaml_get(node, "objects") != NULL;
         if (group)
-            RMAP_TRY(read_group(reader, node, &plan));
+            read_group(reader, node, &plan);
         else
-            RMAP_TRY(read_instance(reader, node, &plan));
+            read_instance(reader, node, &plan);
     }
-out:
-    return st;
 }
 
 /* ---- ids ---- */
@@ -273,13 +250,13 @@ static int by_id(const void *a, const void *b)
     return (left->id > right->id) - (left->id < right->id);
 }
 
-static enum rmap_status check_ids(struct rmap_reader *reader)
+static void check_ids(struct rmap_reader *reader)
 {
     const struct rmap_scene *scene = reader->scene;
     size_t n = scene->n_object + scene->n_group;
-    struct id_of *list = rmap_alloc(n, sizeof *list);
+    struct id_of *list = rmap_reader_alloc(reader, n, sizeof *list);
     if (!list)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < scene->n_object; i++)
         list[i] = (struct id_of){scene->object[i].id, scene->object[i].name};
     for (size_t i = 0; i < scene->n_group; i++)
@@ -296,19 +273,14 @@ static enum rmap_status check_ids(struct rmap_reader *reader)
         rmap_reader_error(reader, &at, "'%.60s' and '%.60s' have the same id, %llx: ids are unique",
                           list[i - 1].name, list[i].name, (unsigned long long)list[i].id);
     }
-    rmap_free(list);
-    return RMAP_OK;
 }
 
-enum rmap_status rmap_reader_read_objects(struct rmap_reader *reader)
+void rmap_reader_read_objects(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_affine identity = rmap_affine_identity();
     const struct rmap_yaml_node *objects = rmap_yaml_get(reader->root, "objects");
     if (!objects)
-        return RMAP_OK;
-    RMAP_TRY(read_list(reader, objects, -1, &identity));
-    RMAP_TRY(check_ids(reader));
-out:
-    return st;
+        return;
+    read_list(reader, objects, -1, &identity);
+    check_ids(reader);
 }

@@ -8,7 +8,7 @@
 
 #include "base/alloc.h"
 #include "base/grouped.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 static void check_version(struct rmap_reader *reader)
 {
@@ -25,33 +25,35 @@ static void check_version(struct rmap_reader *reader)
                           node->text);
 }
 
-static enum rmap_status read_sections(struct rmap_reader *reader)
+const struct rmap_mapping rmap_root_keys = {
+    "The scene file",
+    NULL,
+    {{"a scene", "raymap units spectrum limits media surfaces geometries objects sources detectors "
+                 "cameras background simulations"}}};
+
+static void read_sections(struct rmap_reader *reader)
 {
-    static const char *const key[] = {
-        "raymap",  "units",   "spectrum",  "limits",  "media",      "surfaces",   "geometries",
-        "objects", "sources", "detectors", "cameras", "background", "simulations"};
-    enum rmap_status st = RMAP_OK;
-    if (!rmap_reader_check_map(reader, reader->root, "a scene", key, RMAP_COUNT(key)))
-        return RMAP_OK;
-    check_version(reader);
-    rmap_reader_choose_simulation(reader);
-    RMAP_TRY(rmap_reader_read_units(reader));
-    rmap_reader_read_limits(reader, rmap_yaml_get(reader->root, "limits"));
-    RMAP_TRY(rmap_reader_read_channels(reader));
-    RMAP_TRY(rmap_reader_read_media(reader));
-    RMAP_TRY(rmap_reader_read_surfaces(reader));
-    RMAP_TRY(rmap_reader_read_geometries(reader));
-    RMAP_TRY(rmap_reader_read_objects(reader));
-    RMAP_TRY(rmap_reader_make_gradients(reader));
-    RMAP_TRY(rmap_reader_read_sources(reader));
-    RMAP_TRY(rmap_reader_read_detectors(reader));
-    RMAP_TRY(rmap_reader_read_receivers(reader));
-    RMAP_TRY(rmap_reader_read_cameras(reader));
-    RMAP_TRY(rmap_reader_read_background(reader));
-    rmap_reader_settle_frames(reader);
-    RMAP_TRY(rmap_reader_read_simulations(reader));
-out:
-    return st;
+    static void (*const section[])(struct rmap_reader *) = {check_version,
+                                                            rmap_reader_choose_simulation,
+                                                            rmap_reader_read_units,
+                                                            rmap_reader_read_limits,
+                                                            rmap_reader_read_channels,
+                                                            rmap_reader_read_media,
+                                                            rmap_reader_read_surfaces,
+                                                            rmap_reader_read_geometries,
+                                                            rmap_reader_read_objects,
+                                                            rmap_reader_make_gradients,
+                                                            rmap_reader_read_sources,
+                                                            rmap_reader_read_detectors,
+                                                            rmap_reader_read_receivers,
+                                                            rmap_reader_read_cameras,
+                                                            rmap_reader_read_background,
+                                                            rmap_reader_settle_frames,
+                                                            rmap_reader_read_simulations};
+    if (!rmap_reader_known(reader, reader->root, &rmap_root_keys, 0))
+        return;
+    for (size_t i = 0; i < RMAP_COUNT(section) && reader->status == RMAP_OK; i++)
+        section[i](reader);
 }
 
 static enum rmap_status parse(struct rmap_reader *reader)
@@ -85,6 +87,8 @@ static enum rmap_status verdict(struct rmap_reader *reader)
 {
     size_t n = reader->diagnostics->n_error;
     const char *path = reader->bundle->path ? reader->bundle->path : "scene";
+    if (reader->status != RMAP_OK)
+        return reader->status;
     if (!n && reader->receivers) {
         n = reader->receivers->diagnostics->n_error;
         path = reader->receivers->path;
@@ -96,49 +100,43 @@ static enum rmap_status verdict(struct rmap_reader *reader)
 }
 
 /* A scene from a map may have a hundred thousand meshes. */
-static enum rmap_status name_bundled(struct rmap_reader *reader)
+static void name_bundled(struct rmap_reader *reader)
 {
     const struct rmap_bundle *bundle = reader->bundle;
-    enum rmap_status st = RMAP_OK;
-    for (size_t i = 0; st == RMAP_OK && i < bundle->n_mesh; i++)
-        st = rmap_names_add(&reader->meshes, bundle->mesh[i].geometry, 0, (int32_t)i, 0,
-                            reader->err);
-    for (size_t i = 0; st == RMAP_OK && i < bundle->n_grid; i++)
-        st = rmap_names_add(&reader->grids, bundle->grid[i].field, 0, (int32_t)i, 0, reader->err);
-    return st;
+    for (size_t i = 0; i < bundle->n_mesh; i++)
+        rmap_reader_add_name(reader, &reader->meshes, bundle->mesh[i].geometry, 0, (int32_t)i, 0);
+    for (size_t i = 0; i < bundle->n_grid; i++)
+        rmap_reader_add_name(reader, &reader->grids, bundle->grid[i].field, 0, (int32_t)i, 0);
 }
 
 /* What only the whole scene shows goes to the diagnostics as well. */
-static enum rmap_status finish(struct rmap_reader *reader)
+static void finish(struct rmap_reader *reader)
 {
-    struct rmap_error failure = {0};
-    enum rmap_status st = rmap_scene_finish(reader->scene, &failure);
+    enum rmap_status st = rmap_scene_finish(reader->scene, &reader->failure);
     if (st == RMAP_INPUT)
-        rmap_reader_error(reader, NULL, "%s", failure.text);
-    else if (st != RMAP_OK && reader->err)
-        *reader->err = failure;
-    return st;
+        rmap_reader_error(reader, NULL, "%s", reader->failure.text);
+    else if (st != RMAP_OK)
+        rmap_reader_fail(reader, st);
+    /* Scenes from maps, and from other ranks, were looked at where they came from. */
+    else if (!reader->bundle->meshes_complete && reader->scene->n_gradient) {
+        rmap_reader_probe_gradients(reader);
+        rmap_reader_probe_sag(reader);
+    }
 }
 
 static enum rmap_status read_scene(struct rmap_reader *reader)
 {
     enum rmap_status st = RMAP_OK;
     RMAP_TRY(rmap_scene_create(&reader->scene, reader->err));
-    RMAP_TRY(name_bundled(reader));
     RMAP_TRY(parse(reader));
+    name_bundled(reader);
     if (reader->root)
-        RMAP_TRY(read_sections(reader));
+        read_sections(reader);
     RMAP_TRY(verdict(reader));
     if (reader->receivers) /* whatever is wrong from here on is theirs */
         reader->diagnostics = reader->receivers->diagnostics;
-    st = finish(reader);
-    /* Scenes from maps, and from other ranks, were looked at where they came from. */
-    if (st == RMAP_OK && !reader->bundle->meshes_complete && reader->scene->n_gradient) {
-        RMAP_TRY(rmap_reader_probe_gradients(reader));
-        RMAP_TRY(rmap_reader_probe_sag(reader));
-    }
-    if (st == RMAP_OK || st == RMAP_INPUT)
-        st = verdict(reader);
+    finish(reader);
+    st = verdict(reader);
 out:
     return st;
 }

@@ -4,8 +4,9 @@
  * state, typed access to YAML values with complaints that say where and what to do, and names.
  *
  * A mistake is put into the diagnostics and reading goes on, with the broken item kept under its
- * name so that nothing else complains about it; the scene is thrown away in the end. Functions
- * return a status only where memory can run short.
+ * name so that nothing else complains about it; the scene is thrown away in the end. That memory
+ * ran short is kept in reader->status: what is read from there on does not count, but must not
+ * crash.
  */
 #ifndef RMAP_SCENE_READER_H
 #define RMAP_SCENE_READER_H
@@ -90,6 +91,8 @@ struct rmap_reader {
     struct rmap_scene *scene;
     struct rmap_diagnostics *diagnostics;
     struct rmap_error *err;
+    enum rmap_status status;                 /* RMAP_SYSTEM once memory ran short; *err says it */
+    struct rmap_error failure;               /* of the library call in hand */
     const struct rmap_yaml_node *simulation; /* the one chosen, or NULL */
     size_t cap_medium, cap_surface, cap_geometry, cap_object, cap_group, cap_source, cap_detector,
         cap_camera;
@@ -118,9 +121,20 @@ void rmap_reader_warn(struct rmap_reader *reader, const struct rmap_yaml_node *a
 void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const char *what,
                          const char *word, const char *const *known, size_t n_known);
 
-/* False, with a complaint, when node is no mapping. Complains about keys that are not known. */
+/* The words of a text that blanks part, each once. */
+struct rmap_words {
+    size_t n;
+    const char *word[32];
+    char text[400];
+};
+void rmap_words_split(const char *text, struct rmap_words *words);
+
+/* False, with a complaint, when node is no mapping. Complains about keys that are not known: words,
+ * or an array of them. */
 bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const char *what, const char *const *known, size_t n_known);
+                           const char *what, const char *keys);
+bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                            const char *what, const char *const *known, size_t n_known);
 bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                             const char *what);
 
@@ -152,8 +166,10 @@ bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_no
 bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                          const char *key, enum rmap_need need, const struct rmap_range *range,
                          size_t n_min, size_t n_max, double *value, size_t *n_ret);
-/* One of the words; *choice_ret its index. */
+/* One of the words, as a text or as an array; *choice_ret its index. */
 bool rmap_reader_choice(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, enum rmap_need need, const char *words, int *choice_ret);
+bool rmap_reader_one_of(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                         const char *key, enum rmap_need need, const char *const *word,
                         size_t n_word, int *choice_ret);
 /* NULL when absent or wrong. */
@@ -172,14 +188,26 @@ bool rmap_reader_parse_number(const char *text, size_t len, double *value);
 /* "60 s" -> 60 and "s"; the unit may be empty. Borrowed from text. */
 bool rmap_reader_parse_quantity(const char *text, double *value, const char **unit_ret);
 
-/* Zeroed memory that lives as long as the reader; NULL when short. */
+/* The scene cannot be read, for what reader->failure says; for want of memory. */
+void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status);
+void rmap_reader_no_memory(struct rmap_reader *reader);
+
+/* Hands a library's verdict on, whose text is in reader->failure: RMAP_INPUT becomes a complaint at
+ * node. */
+void rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      enum rmap_status status);
+
+/* Zeroed memory that lives as long as the reader; NULL when short, which the reader then knows. */
 void *rmap_reader_alloc(struct rmap_reader *reader, size_t n, size_t size);
 void rmap_reader_release(struct rmap_reader *reader); /* all of it */
-enum rmap_status rmap_reader_no_memory(struct rmap_reader *reader);
+/* A copy that the scene owns; so NULL. */
+char *rmap_reader_strdup(struct rmap_reader *reader, const char *text);
 
-/* A zeroed new element at the end of one of the scene's arrays, or NULL. */
-void *rmap_reader_append(struct rmap_reader *reader, void **array, size_t *n, size_t *cap,
-                         size_t size);
+/* A zeroed new element at the end of an array, or NULL. */
+#define RMAP_READER_NEW(reader, array, n, cap)                                                     \
+    (rmap_reader_room((reader), &(array), &(cap), (n), sizeof *(array)) ? &(array)[(n)++] : NULL)
+bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *cap, size_t n,
+                      size_t size);
 
 #define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
@@ -188,15 +216,16 @@ void *rmap_reader_append(struct rmap_reader *reader, void **array, size_t *n, si
 const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
 enum rmap_status rmap_names_add(struct rmap_names *names, const char *text, int32_t kind,
                                 int32_t index, int32_t line, struct rmap_error *err) RMAP_MUST_USE;
+void rmap_reader_add_name(struct rmap_reader *reader, struct rmap_names *names, const char *text,
+                          int32_t kind, int32_t index, int32_t line);
 void rmap_names_fini(struct rmap_names *names);
 
 /* Stands for a name that is missing or no name; entered nowhere. */
 #define RMAP_UNNAMED "\001"
 
 /* Enters an object's, group's, source's or detector's name; complains when it is taken. */
-enum rmap_status rmap_reader_add_member(struct rmap_reader *reader, const char *name,
-                                        enum rmap_member kind, int32_t index,
-                                        const struct rmap_yaml_node *at) RMAP_MUST_USE;
+void rmap_reader_add_member(struct rmap_reader *reader, const char *name, enum rmap_member kind,
+                            int32_t index, const struct rmap_yaml_node *at);
 
 /* Index of a named thing; -1 after a complaint with the nearest name. */
 int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *names,
@@ -204,32 +233,32 @@ int32_t rmap_reader_find(struct rmap_reader *reader, const struct rmap_names *na
 
 /* ---- the sections ---- */
 
-enum rmap_status rmap_reader_read_units(struct rmap_reader *reader) RMAP_MUST_USE;
-void rmap_reader_read_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node);
-enum rmap_status rmap_reader_read_channels(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_media(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_surfaces(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_geometries(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_objects(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_detectors(struct rmap_reader *reader) RMAP_MUST_USE;
+void rmap_reader_read_units(struct rmap_reader *reader);
+void rmap_reader_read_limits(struct rmap_reader *reader);
+void rmap_reader_limits(struct rmap_reader *reader, const struct rmap_yaml_node *node);
+void rmap_reader_read_channels(struct rmap_reader *reader);
+void rmap_reader_read_media(struct rmap_reader *reader);
+void rmap_reader_read_surfaces(struct rmap_reader *reader);
+void rmap_reader_read_geometries(struct rmap_reader *reader);
+void rmap_reader_read_objects(struct rmap_reader *reader);
+void rmap_reader_read_sources(struct rmap_reader *reader);
+void rmap_reader_read_detectors(struct rmap_reader *reader);
 /* The detectors of reader->receivers, with complaints in diagnostics of their own. */
-enum rmap_status rmap_reader_read_receivers(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_cameras(struct rmap_reader *reader) RMAP_MUST_USE;
-enum rmap_status rmap_reader_read_background(struct rmap_reader *reader) RMAP_MUST_USE;
+void rmap_reader_read_receivers(struct rmap_reader *reader);
+void rmap_reader_read_cameras(struct rmap_reader *reader);
+void rmap_reader_read_background(struct rmap_reader *reader);
 
 /* Finds the chosen simulation before anything else is read. */
 void rmap_reader_choose_simulation(struct rmap_reader *reader);
 /* Reads all of them, and leaves out of a scene without mistakes what is not chosen. */
-enum rmap_status rmap_reader_read_simulations(struct rmap_reader *reader) RMAP_MUST_USE;
+void rmap_reader_read_simulations(struct rmap_reader *reader);
 
 /* What takes part: [n_object], [n_source], [n_detector]. */
 struct rmap_keep {
     bool *object, *source, *detector;
 };
 /* Leaves the rest out, with emptied groups, unused geometries, and detectors that lay on them. */
-enum rmap_status rmap_reader_reduce(struct rmap_reader *reader,
-                                    const struct rmap_keep *keep) RMAP_MUST_USE;
+void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep);
 
 /* ---- shared between sections ---- */
 
@@ -238,17 +267,16 @@ const struct rmap_written_unit *rmap_reader_length_unit(struct rmap_reader *read
                                                         const struct rmap_yaml_node *map,
                                                         const char *key);
 
-/* A file that the scene names, relative to the scene file's folder; rmap_free. NULL: no memory. */
-char *rmap_reader_path(const struct rmap_reader *reader, const char *file);
+/* A file that the scene names, relative to the scene file's folder; arena. NULL: no memory. */
+char *rmap_reader_path(struct rmap_reader *reader, const char *file);
 
 /* `key` names a medium, or a glass of the built-in list, which then becomes one. *medium_ret is
  * untouched when the key is absent. */
-enum rmap_status rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                                    const char *key, int32_t *medium_ret) RMAP_MUST_USE;
+void rmap_reader_medium(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, int32_t *medium_ret);
 
 /* `air`, `vacuum`, or what most objects stand in; else a vacuum is made. */
-enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader,
-                                                int32_t *medium_ret) RMAP_MUST_USE;
+void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret);
 
 /* The glass that `glass` of the mapping names; NULL after a complaint. */
 const struct rmap_glass *rmap_reader_glass(struct rmap_reader *reader,
@@ -260,32 +288,29 @@ bool rmap_reader_sellmeier(struct rmap_reader *reader, const struct rmap_yaml_no
                            double unit_um, struct rmap_sellmeier *sellmeier);
 
 /* A new medium `vacuum` of index 1; there must be none of that name. */
-enum rmap_status rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret) RMAP_MUST_USE;
+void rmap_reader_vacuum(struct rmap_reader *reader, int32_t *medium_ret);
 
 /* `key`: a surface's name or {front: a, back: b}; untouched when absent. */
-enum rmap_status rmap_reader_surface_pair(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *map, const char *key,
-                                          int32_t *front_ret, int32_t *back_ret) RMAP_MUST_USE;
-enum rmap_status rmap_reader_builtin_surface(struct rmap_reader *reader,
-                                             enum rmap_surface_type type,
-                                             int32_t *surface_ret) RMAP_MUST_USE;
+void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                              const char *key, int32_t *front_ret, int32_t *back_ret);
+void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
+                                 int32_t *surface_ret);
 
 /* A reflectance-like quantity on the channels: number, {wavelength, value}, {rgb}. value[n]. */
-enum rmap_status rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                                      const char *key, enum rmap_need need,
-                                      const struct rmap_range *range, double *value) RMAP_MUST_USE;
+void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                          const char *key, enum rmap_need need, const struct rmap_range *range,
+                          double *value);
 
-/* Columns of a table over wavelength: key[0] is "wavelength" (strictly increasing), the others
- * are as long; required columns come first. Arena memory; columns absent stay NULL. */
-enum rmap_status rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const char *const *key, size_t n_key, size_t n_required,
-                                   const struct rmap_range *range, size_t *n_ret,
-                                   double **column) RMAP_MUST_USE;
+/* Columns of a table over wavelength, by their keys: "wavelength n k", the first of which strictly
+ * increases; the others are as long, and the first n_required must be there. Arena memory; columns
+ * absent stay NULL. */
+void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *keys, size_t n_required, const struct rmap_range *range,
+                       size_t *n_ret, double **column);
 
 /* A source's `spectrum`, absent: equal. */
-enum rmap_status rmap_reader_source_spectrum(struct rmap_reader *reader,
-                                             const struct rmap_yaml_node *source,
-                                             struct rmap_spectrum *spectrum) RMAP_MUST_USE;
+void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                                 struct rmap_spectrum *spectrum);
 
 /* Channel of a wavelength; -1 after a complaint. */
 int32_t rmap_reader_channel(struct rmap_reader *reader, const struct rmap_yaml_node *at,
@@ -305,23 +330,20 @@ struct rmap_affine rmap_placement_rigid(const struct rmap_affine *placement);
 void rmap_placement_plane(struct rmap_vec3 axis, struct rmap_vec3 *x, struct rmap_vec3 *y);
 
 /* The table of a `lens`; leaves entry broken when it is wrong. */
-enum rmap_status rmap_reader_read_lens(struct rmap_reader *reader,
-                                       const struct rmap_yaml_node *node,
-                                       struct rmap_geometry_entry *entry) RMAP_MUST_USE;
+void rmap_reader_read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                           struct rmap_geometry_entry *entry);
 
 /* The shape keys of a cap, shared by `conic` and the rows of a `lens`. */
 bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                        struct rmap_shape *shape);
 
 /* A new geometry of the scene; *index_ret its index. The name is copied. */
-enum rmap_status rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
-                                       const struct rmap_shape *shape,
-                                       int32_t *index_ret) RMAP_MUST_USE;
+void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
+                           const struct rmap_shape *shape, int32_t *index_ret);
 
 /* `on:` of a detector, whose list of faces is the scene's. */
-enum rmap_status rmap_reader_detector_on(struct rmap_reader *reader,
-                                         const struct rmap_yaml_node *node,
-                                         struct rmap_detector *detector) RMAP_MUST_USE;
+void rmap_reader_detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                             struct rmap_detector *detector);
 /* The frame that what it lies on suggests, and the smallest centred rectangle that covers the
  * bounds of that. node: the detector. */
 void rmap_reader_adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -330,17 +352,17 @@ void rmap_reader_adopt_size(struct rmap_reader *reader, const struct rmap_yaml_n
                             struct rmap_detector *detector);
 
 /* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
-enum rmap_status rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                      int32_t medium_index) RMAP_MUST_USE;
+void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                          int32_t medium_index);
 
 /* Once all objects stand: the fields of the gradient media. */
-enum rmap_status rmap_reader_make_gradients(struct rmap_reader *reader) RMAP_MUST_USE;
+void rmap_reader_make_gradients(struct rmap_reader *reader);
 
 /* Once the scene is finished: mistakes of gradient media that show where they are. */
-enum rmap_status rmap_reader_probe_gradients(struct rmap_reader *reader) RMAP_MUST_USE;
+void rmap_reader_probe_gradients(struct rmap_reader *reader);
 
 /* The same: warns of objects in them that light may pass unseen. */
-enum rmap_status rmap_reader_probe_sag(struct rmap_reader *reader) RMAP_MUST_USE;
+void rmap_reader_probe_sag(struct rmap_reader *reader);
 
 /* A gradient medium on a side of an object gets its place; 0 for any other. closes: the side is
  * the inside of a closed body, or of an element of a lens. */
@@ -349,16 +371,14 @@ struct rmap_object_side {
     const struct rmap_affine *to_world; /* frame of the medium's `frame: object` */
     bool closes;
 };
-enum rmap_status rmap_reader_place_side(struct rmap_reader *reader,
-                                        const struct rmap_object_side *side,
-                                        int32_t *gradient_ret) RMAP_MUST_USE;
+void rmap_reader_place_side(struct rmap_reader *reader, const struct rmap_object_side *side,
+                            int32_t *gradient_ret);
 /* Once all names are known: frames by name, and media that need one. */
 void rmap_reader_settle_frames(struct rmap_reader *reader);
 /* The place of the medium in which a source or camera stands, as far as the scene file says it
  * (`within`); 0: not, or uniform. */
-enum rmap_status rmap_reader_place_within(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *node, int32_t medium,
-                                          int32_t *gradient_ret) RMAP_MUST_USE;
+void rmap_reader_place_within(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                              int32_t medium, int32_t *gradient_ret);
 
 /* Objects as they are made. */
 struct rmap_object_plan {
@@ -371,17 +391,13 @@ struct rmap_object_plan {
     /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
     const struct rmap_affine *element_front, *element_back;
 };
-enum rmap_status rmap_reader_add_object(struct rmap_reader *reader,
-                                        const struct rmap_object_plan *plan) RMAP_MUST_USE;
-enum rmap_status rmap_reader_add_group(struct rmap_reader *reader, const char *name,
-                                       const struct rmap_yaml_node *node, int32_t parent,
-                                       const struct rmap_affine *to_world, bool derived,
-                                       int32_t *group_ret) RMAP_MUST_USE;
+void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object_plan *plan);
+void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
+                           const struct rmap_yaml_node *node, int32_t parent,
+                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret);
 /* An instance of a prescription: a group and its surfaces, edges and stop. The plan's surfaces
  * are those of the caps. */
-enum rmap_status rmap_reader_expand_lens(struct rmap_reader *reader,
-                                         const struct rmap_geometry_entry *entry,
-                                         const struct rmap_object_plan *plan,
-                                         int32_t outside) RMAP_MUST_USE;
+void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geometry_entry *entry,
+                             const struct rmap_object_plan *plan, int32_t outside);
 
 #endif

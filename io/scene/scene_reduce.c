@@ -9,9 +9,9 @@
 #include "io/scene/scene_reader.h"
 
 /* New index of each old one; -1: left out. */
-static int32_t *renumber(const bool *keep, size_t n, size_t *n_ret)
+static int32_t *renumber(struct rmap_reader *reader, const bool *keep, size_t n, size_t *n_ret)
 {
-    int32_t *index = rmap_alloc(n, sizeof *index);
+    int32_t *index = rmap_reader_alloc(reader, n, sizeof *index);
     *n_ret = 0;
     for (size_t i = 0; index && i < n; i++)
         index[i] = keep[i] ? (int32_t)(*n_ret)++ : -1;
@@ -46,17 +46,17 @@ static void reduce_objects(struct rmap_scene *scene, const bool *keep)
 }
 
 /* A group stays while anything stands in it. Objects are reduced already. */
-static enum rmap_status reduce_groups(struct rmap_reader *reader, int32_t **index_ret)
+static void reduce_groups(struct rmap_reader *reader, int32_t **index_ret)
 {
     struct rmap_scene *scene = reader->scene;
-    bool *keep = rmap_alloc(scene->n_group, sizeof *keep);
+    bool *keep = rmap_reader_alloc(reader, scene->n_group, sizeof *keep);
     size_t n = 0;
     if (!keep)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < scene->n_object; i++)
         for (int32_t g = scene->object[i].parent; g >= 0 && !keep[g]; g = scene->group[g].parent)
             keep[g] = true;
-    int32_t *index = renumber(keep, scene->n_group, &n);
+    int32_t *index = renumber(reader, keep, scene->n_group, &n);
     for (size_t i = 0; index && i < scene->n_group; i++) {
         struct rmap_group group = scene->group[i];
         if (!keep[i]) {
@@ -66,15 +66,13 @@ static enum rmap_status reduce_groups(struct rmap_reader *reader, int32_t **inde
         group.parent = group.parent >= 0 ? index[group.parent] : -1;
         scene->group[index[i]] = group;
     }
-    rmap_free(keep);
     if (!index)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < scene->n_object; i++)
         if (scene->object[i].parent >= 0)
             scene->object[i].parent = index[scene->object[i].parent];
     scene->n_group = n;
     *index_ret = index;
-    return RMAP_OK;
 }
 
 /* A detector goes with what it lies on. */
@@ -108,19 +106,19 @@ static void reduce_detectors(struct rmap_reader *reader, const bool *keep, const
     scene->n_detector = n;
 }
 
-static enum rmap_status reduce_geometries(struct rmap_reader *reader)
+static void reduce_geometries(struct rmap_reader *reader)
 {
     struct rmap_scene *scene = reader->scene;
-    bool *keep = rmap_alloc(scene->n_geometry, sizeof *keep);
+    bool *keep = rmap_reader_alloc(reader, scene->n_geometry, sizeof *keep);
     size_t n = 0;
     if (!keep)
-        return rmap_reader_no_memory(reader);
+        return;
     for (size_t i = 0; i < scene->n_object; i++)
         keep[scene->object[i].geometry] = true;
     for (size_t i = 0; i < scene->n_source; i++)
         if (scene->source[i].shape_geometry >= 0)
             keep[scene->source[i].shape_geometry] = true;
-    int32_t *index = renumber(keep, scene->n_geometry, &n);
+    int32_t *index = renumber(reader, keep, scene->n_geometry, &n);
     for (size_t i = 0; index && i < scene->n_geometry; i++) {
         if (keep[i]) {
             scene->geometry[index[i]] = scene->geometry[i];
@@ -129,34 +127,27 @@ static enum rmap_status reduce_geometries(struct rmap_reader *reader)
         rmap_free(scene->geometry[i].name);
         rmap_mesh_destroy(scene->geometry[i].mesh);
     }
-    rmap_free(keep);
     if (!index)
-        return rmap_reader_no_memory(reader);
+        return;
     scene->n_geometry = n;
     for (size_t i = 0; i < scene->n_object; i++)
         scene->object[i].geometry = index[scene->object[i].geometry];
     for (size_t i = 0; i < scene->n_source; i++)
         if (scene->source[i].shape_geometry >= 0)
             scene->source[i].shape_geometry = index[scene->source[i].shape_geometry];
-    rmap_free(index);
-    return RMAP_OK;
 }
 
-enum rmap_status rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep)
+void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep)
 {
-    enum rmap_status st = RMAP_OK;
     size_t n = 0;
     int32_t *group = NULL;
-    int32_t *object = renumber(keep->object, reader->scene->n_object, &n);
+    int32_t *object = renumber(reader, keep->object, reader->scene->n_object, &n);
     if (!object)
-        return rmap_reader_no_memory(reader);
+        return;
     reduce_sources(reader->scene, keep->source);
     reduce_objects(reader->scene, keep->object);
-    RMAP_TRY(reduce_groups(reader, &group));
-    reduce_detectors(reader, keep->detector, object, group);
-    RMAP_TRY(reduce_geometries(reader));
-out:
-    rmap_free(object);
-    rmap_free(group);
-    return st;
+    reduce_groups(reader, &group);
+    if (group)
+        reduce_detectors(reader, keep->detector, object, group);
+    reduce_geometries(reader);
 }

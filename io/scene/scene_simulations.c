@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
 static bool is_named(const struct rmap_yaml_node *node, const char *name)
 {
@@ -143,28 +143,32 @@ static void note_empty(struct selection *s, const struct rmap_yaml_node *node)
     s->only_detectors |= detectors && detectors->kind == RMAP_YAML_LIST && !detectors->n_item;
 }
 
+static const struct rmap_range rays = {1, 0x1p53, NULL};
+const struct rmap_mapping rmap_simulation_keys = {
+    "simulations",
+    NULL,
+    {{"a simulation",
+      "name rays time_limit only without objects sources detectors color record limits"}},
+    {{"rays", RMAP_KEY_WHOLE, offsetof(struct rmap_simulation, rays), &rays},
+     {"record", RMAP_KEY_TRUTH, offsetof(struct rmap_simulation, record)}}};
+
 static void read_simulation(struct selection *s, const struct rmap_yaml_node *node)
 {
-    static const char *const key[] = {"name",    "rays",    "time_limit", "only",
-                                      "without", "objects", "sources",    "detectors",
-                                      "color",   "record",  "limits"};
-    static const char *const mode[] = {"spectral", "rgb"};
     struct rmap_reader *reader = s->reader;
     bool chosen = node == reader->simulation;
     struct rmap_simulation local = {.record = true};
     struct rmap_simulation *simulation = chosen ? &reader->scene->simulation : &local;
     int color = 0;
-    if (!rmap_reader_check_map(reader, node, "a simulation", key, RMAP_COUNT(key)))
+    if (!rmap_reader_known(reader, node, &rmap_simulation_keys, 0))
         return;
     (void)rmap_reader_name(reader, node);
-    (void)rmap_reader_whole(reader, node, "rays", 1, (uint64_t)1 << 53, &simulation->rays);
+    (void)rmap_reader_fill(reader, node, &rmap_simulation_keys, 0, simulation);
     (void)read_time(reader, node, &simulation->time_limit_s);
     if (!chosen)
-        (void)rmap_reader_choice(reader, node, "color", RMAP_OPTIONAL, mode, 2, &color);
-    (void)rmap_reader_bool(reader, node, "record", &simulation->record);
+        (void)rmap_reader_choice(reader, node, "color", RMAP_OPTIONAL, "spectral rgb", &color);
     uint64_t steps = reader->scene->limit_steps;
     double weight = reader->scene->limit_weight;
-    rmap_reader_read_limits(reader, rmap_yaml_get(node, "limits"));
+    rmap_reader_limits(reader, rmap_yaml_get(node, "limits"));
     if (!chosen) {
         reader->scene->limit_steps = steps;
         reader->scene->limit_weight = weight;
@@ -213,60 +217,42 @@ static bool kept(enum keep mark, bool only)
     return mark == KEEP_CHOSEN || (mark == KEEP_DEFAULT && !only);
 }
 
-static enum rmap_status drop_unchosen(struct selection *s)
+static void drop_unchosen(struct selection *s)
 {
-    const struct rmap_scene *scene = s->reader->scene;
-    struct rmap_keep keep = {.object = rmap_alloc(scene->n_object, sizeof(bool)),
-                             .source = rmap_alloc(scene->n_source, sizeof(bool)),
-                             .detector = rmap_alloc(scene->n_detector, sizeof(bool))};
-    enum rmap_status st = RMAP_OK;
-    if (!keep.object || !keep.source || !keep.detector) {
-        st = rmap_reader_no_memory(s->reader);
-        goto out;
-    }
+    struct rmap_reader *reader = s->reader;
+    const struct rmap_scene *scene = reader->scene;
+    struct rmap_keep keep = {.object = rmap_reader_alloc(reader, scene->n_object, sizeof(bool)),
+                             .source = rmap_reader_alloc(reader, scene->n_source, sizeof(bool)),
+                             .detector =
+                                 rmap_reader_alloc(reader, scene->n_detector, sizeof(bool))};
+    if (!keep.object || !keep.source || !keep.detector)
+        return;
     for (size_t i = 0; i < scene->n_object; i++)
         keep.object[i] = kept(s->object[i], s->only_objects);
     for (size_t i = 0; i < scene->n_source; i++)
         keep.source[i] = kept(s->source[i], s->only_sources);
     for (size_t i = 0; i < scene->n_detector; i++)
-        keep.detector[i] = i >= scene->n_detector - s->reader->n_receiver ||
-                           kept(s->detector[i], s->only_detectors);
-    RMAP_TRY(rmap_reader_reduce(s->reader, &keep));
+        keep.detector[i] =
+            i >= scene->n_detector - reader->n_receiver || kept(s->detector[i], s->only_detectors);
+    rmap_reader_reduce(reader, &keep);
     if (!scene->n_source)
-        rmap_reader_error(s->reader, NULL, "no sources: all of them are left out");
-out:
-    rmap_free(keep.object);
-    rmap_free(keep.source);
-    rmap_free(keep.detector);
-    return st;
+        rmap_reader_error(reader, NULL, "no sources: all of them are left out");
 }
 
-enum rmap_status rmap_reader_read_simulations(struct rmap_reader *reader)
+void rmap_reader_read_simulations(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     struct selection s = {.reader = reader,
-                          .object = rmap_alloc(scene->n_object, sizeof(enum keep)),
-                          .source = rmap_alloc(scene->n_source, sizeof(enum keep)),
-                          .detector = rmap_alloc(scene->n_detector, sizeof(enum keep))};
-    if (!s.object || !s.source || !s.detector) {
-        st = rmap_reader_no_memory(reader);
-        goto out;
-    }
-    if (reader->simulation) {
-        scene->simulation.name = rmap_strdup(reader->bundle->options.simulation);
-        if (!scene->simulation.name) {
-            st = rmap_reader_no_memory(reader);
-            goto out;
-        }
-    }
+                          .object = rmap_reader_alloc(reader, scene->n_object, sizeof(enum keep)),
+                          .source = rmap_reader_alloc(reader, scene->n_source, sizeof(enum keep)),
+                          .detector =
+                              rmap_reader_alloc(reader, scene->n_detector, sizeof(enum keep))};
+    if (!s.object || !s.source || !s.detector)
+        return;
+    if (reader->simulation)
+        scene->simulation.name = rmap_reader_strdup(reader, reader->bundle->options.simulation);
     read_simulations(&s);
     mark_options(&s);
     if (reader->diagnostics->n_error == 0)
-        RMAP_TRY(drop_unchosen(&s));
-out:
-    rmap_free(s.object);
-    rmap_free(s.source);
-    rmap_free(s.detector);
-    return st;
+        drop_unchosen(&s);
 }

@@ -35,13 +35,12 @@ void rmap_reader_settle_light(struct rmap_reader *reader, const struct rmap_sour
     struct rmap_source *source = &scene->source[light->source];
     bool in_lumens = scene->flux_unit == RMAP_FLUX_LM;
     const struct rmap_yaml_node *at = rmap_yaml_get(light->node, "spectrum");
-    struct rmap_error failure = {0};
     source->flux = light->flux;
     source->spectrum_given = light->spectrum_given;
     if (rmap_spectrum_shares(&light->spectrum, &scene->channels, in_lumens, source->colour,
-                             &failure) != RMAP_OK) {
+                             &reader->failure) != RMAP_OK) {
         rmap_reader_error(reader, at ? at : light->node, "source '%.60s': %.200s", source->name,
-                          failure.text);
+                          reader->failure.text);
         return;
     }
     if (!light->lumens || in_lumens)

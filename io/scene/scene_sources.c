@@ -7,10 +7,8 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 #include "io/scene/scene_source_light.h"
-
-static const char *const type_word[] = {"collimated", "point", "area", "rays"};
 
 /* ---- shape and directions ---- */
 
@@ -48,7 +46,7 @@ static void read_shape(struct rmap_reader *reader, const struct rmap_yaml_node *
                           "'shape' is missing: {disc: radius} or {rectangle: [width, height]}");
         return;
     }
-    if (!rmap_reader_check_map(reader, shape, "a shape", key, n_key))
+    if (!rmap_reader_check_keys(reader, shape, "a shape", key, n_key))
         return;
     for (size_t i = 0; i < n_key; i++)
         given += rmap_yaml_get(shape, key[i]) != NULL;
@@ -100,18 +98,17 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
 static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               struct rmap_source *source)
 {
-    static const char *const key[] = {"cone", "cosine_power"};
-    static const char *const word[] = {"isotropic", "cosine"};
     const struct rmap_range angle = {1e-9, 180, "an angle greater than 0 and up to 180 degrees"};
     const struct rmap_range power = {0, 1e6, "between 0 and 1,000,000"};
     const struct rmap_yaml_node *given = rmap_yaml_get(node, "distribution"), *from = node;
     double cone = 0, cosine_power = 1;
     int choice = 0;
     if (given && given->kind == RMAP_YAML_MAP) {
-        (void)rmap_reader_check_map(reader, given, "a distribution", key, 2);
+        (void)rmap_reader_check_map(reader, given, "a distribution", "cone cosine_power");
         from = given;
     } else if (given) {
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, word, 2, &choice);
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "isotropic cosine",
+                                 &choice);
     }
     bool has_cone = rmap_yaml_get(from, "cone"), has_power = rmap_yaml_get(from, "cosine_power");
     if (has_cone && has_power)
@@ -130,11 +127,11 @@ static void read_distribution(struct rmap_reader *reader, const struct rmap_yaml
 static void read_ray(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                      struct rmap_list_ray *ray)
 {
-    static const char *const key[] = {"origin", "direction", "wavelength"};
+    static const char *const key[] = {"origin", "direction"};
     double nm = 0;
     ray->direction = rmap_vec3(0, 0, 1);
     ray->channel = -1;
-    if (!rmap_reader_check_map(reader, node, "a ray", key, RMAP_COUNT(key)))
+    if (!rmap_reader_check_map(reader, node, "a ray", "origin direction wavelength"))
         return;
     for (int i = 0; i < 2; i++)
         if (!rmap_yaml_get(node, key[i]))
@@ -148,62 +145,47 @@ static void read_ray(struct rmap_reader *reader, const struct rmap_yaml_node *no
         ray->channel = rmap_reader_channel(reader, at, nm);
 }
 
-static enum rmap_status read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  struct rmap_source *source)
+static void read_rays(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      struct rmap_source *source)
 {
     const struct rmap_yaml_node *rays = rmap_yaml_get(node, "rays");
     if (!rays) {
         rmap_reader_error(reader, node, "'rays' is missing: list the rays of source '%.60s'",
                           source->name);
-        return RMAP_OK;
+        return;
     }
     if (!rmap_reader_check_list(reader, rays, "'rays'"))
-        return RMAP_OK;
+        return;
     if (!rays->n_item)
         rmap_reader_error(reader, rays, "'rays' must not be empty");
     source->list = rmap_alloc(rays->n_item, sizeof *source->list);
-    if (!source->list)
-        return rmap_reader_no_memory(reader);
+    if (!source->list) {
+        rmap_reader_no_memory(reader);
+        return;
+    }
     source->n_list = rays->n_item;
     for (size_t i = 0; i < rays->n_item; i++)
         read_ray(reader, rays->item[i].value, &source->list[i]);
-    return RMAP_OK;
 }
 
 /* ---- one source ---- */
 
-static void check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node, int type)
-{
-    static const char *const collimated[] = {"name",       "type",   "shape",  "at",   "direction",
-                                             "rotate",     "scale",  "matrix", "flux", "spectrum",
-                                             "rays_share", "medium", "within"};
-    static const char *const point[] = {"name",         "type",   "distribution", "cone",
-                                        "cosine_power", "at",     "direction",    "rotate",
-                                        "scale",        "matrix", "flux",         "spectrum",
-                                        "rays_share",   "medium", "within"};
-    static const char *const area[] = {"name",      "type",       "shape",  "distribution", "at",
-                                       "direction", "rotate",     "scale",  "matrix",       "flux",
-                                       "spectrum",  "rays_share", "medium", "within"};
-    static const char *const rays[] = {"name",     "type",       "rays",   "flux",
-                                       "spectrum", "rays_share", "medium", "within"};
-    static const struct {
-        const char *what;
-        const char *const *key;
-        size_t n;
-    } known[] = {{"a collimated source", collimated, RMAP_COUNT(collimated)},
-                 {"a point source", point, RMAP_COUNT(point)},
-                 {"an area source", area, RMAP_COUNT(area)},
-                 {"a list of rays", rays, RMAP_COUNT(rays)}};
-    (void)rmap_reader_check_map(reader, node, known[type].what, known[type].key, known[type].n);
-}
+#define PLACED "at direction rotate scale matrix "
+#define LIGHT  "flux spectrum rays_share medium within"
+const struct rmap_mapping rmap_source_keys = {
+    "sources",
+    "collimated point area rays",
+    {{"a collimated source", "name type shape " PLACED LIGHT},
+     {"a point source", "name type distribution cone cosine_power " PLACED LIGHT},
+     {"an area source", "name type shape distribution " PLACED LIGHT},
+     {"a list of rays", "name type rays " LIGHT}},
+    {{"rays_share", RMAP_KEY_NUMBER, offsetof(struct rmap_source, share), &rmap_range_positive, 1},
+     {"medium", RMAP_KEY_MEDIUM, offsetof(struct rmap_source, medium)}}};
 
-static enum rmap_status read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    struct rmap_source *source, struct rmap_source_light *light)
+static void read_source(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_source *source, struct rmap_source_light *light)
 {
-    static const char *const lambertian[] = {"lambertian", "cosine"};
-    enum rmap_status st = RMAP_OK;
-    int type = -1, choice = 0;
-    source->share = 1;
+    int choice = 0;
     source->medium = -1;
     source->frame = rmap_affine_identity();
     source->cosine_power = 1;
@@ -212,15 +194,13 @@ static enum rmap_status read_source(struct rmap_reader *reader, const struct rma
     light->spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     light->spectrum_given = rmap_yaml_get(node, "spectrum") != NULL;
     rmap_reader_read_flux(reader, node, light);
-    RMAP_TRY(rmap_reader_source_spectrum(reader, node, &light->spectrum));
-    RMAP_TRY(rmap_reader_medium(reader, node, "medium", &source->medium));
-    (void)rmap_reader_number(reader, node, "rays_share", RMAP_OPTIONAL, &rmap_range_positive,
-                             &source->share);
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, RMAP_COUNT(type_word),
-                            &type))
-        goto out;
+    rmap_reader_source_spectrum(reader, node, &light->spectrum);
+    int type = rmap_reader_type(reader, node, &rmap_source_keys);
+    (void)rmap_reader_fill(reader, node, &rmap_source_keys, type, source);
+    if (type < 0)
+        return;
+    (void)rmap_reader_known(reader, node, &rmap_source_keys, type);
     source->type = (enum rmap_source_type)type;
-    check_keys(reader, node, type);
     switch (source->type) {
     case RMAP_SOURCE_COLLIMATED:
         read_shape(reader, node, source);
@@ -231,22 +211,20 @@ static enum rmap_status read_source(struct rmap_reader *reader, const struct rma
         break;
     case RMAP_SOURCE_AREA:
         read_shape(reader, node, source);
-        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, lambertian, 2,
+        (void)rmap_reader_choice(reader, node, "distribution", RMAP_OPTIONAL, "lambertian cosine",
                                  &choice);
         source->distribution = RMAP_DISTRIBUTION_COSINE;
         break;
     case RMAP_SOURCE_RAYS:
-        RMAP_TRY(read_rays(reader, node, source));
-        goto out;
+        read_rays(reader, node, source);
+        return;
     }
     read_frame(reader, node, source);
-out:
-    return st;
 }
 
 /* ---- what a source says by saying nothing ---- */
 
-enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
+void rmap_reader_surrounding_medium(struct rmap_reader *reader, int32_t *medium_ret)
 {
     const struct rmap_scene *scene = reader->scene;
     const struct rmap_name *name = rmap_names_find(&reader->media, "air");
@@ -254,11 +232,11 @@ enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader, int3
         name = rmap_names_find(&reader->media, "vacuum");
     if (name) {
         *medium_ret = name->index;
-        return RMAP_OK;
+        return;
     }
-    size_t *count = rmap_alloc(scene->n_medium, sizeof *count), most = 0;
+    size_t *count = rmap_reader_alloc(reader, scene->n_medium, sizeof *count), most = 0;
     if (!count)
-        return rmap_reader_no_memory(reader);
+        return;
     *medium_ret = -1;
     for (size_t i = 0; i < scene->n_object; i++)
         if (scene->object[i].medium_front >= 0)
@@ -269,14 +247,12 @@ enum rmap_status rmap_reader_surrounding_medium(struct rmap_reader *reader, int3
         most = count[i];
         *medium_ret = (int32_t)i;
     }
-    rmap_free(count);
-    return *medium_ret >= 0 ? RMAP_OK : rmap_reader_vacuum(reader, medium_ret);
+    if (*medium_ret < 0)
+        rmap_reader_vacuum(reader, medium_ret);
 }
 
-static enum rmap_status settle(struct rmap_reader *reader, const struct rmap_source_light *light,
-                               size_t n)
+static void settle(struct rmap_reader *reader, const struct rmap_source_light *light, size_t n)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     bool all_lumens = n > 0;
     int32_t medium = -1;
@@ -288,30 +264,26 @@ static enum rmap_status settle(struct rmap_reader *reader, const struct rmap_sou
         struct rmap_source *source = &scene->source[light[i].source];
         bool named = source->medium >= 0 || rmap_yaml_get(light[i].node, "medium");
         if (!named && medium < 0)
-            RMAP_TRY(rmap_reader_surrounding_medium(reader, &medium));
+            rmap_reader_surrounding_medium(reader, &medium);
         if (!named)
             source->medium = medium;
-        RMAP_TRY(
-            rmap_reader_place_within(reader, light[i].node, source->medium, &source->gradient));
+        rmap_reader_place_within(reader, light[i].node, source->medium, &source->gradient);
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader)
+void rmap_reader_read_sources(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
     const struct rmap_yaml_node *sources = rmap_yaml_get(reader->root, "sources");
     if (sources && !rmap_reader_check_list(reader, sources, "'sources'"))
-        return RMAP_OK;
+        return;
     if (!sources || !sources->n_item) {
         rmap_reader_error(reader, sources, "no sources: a scene needs at least one");
-        return RMAP_OK;
+        return;
     }
     struct rmap_source_light *light = rmap_reader_alloc(reader, sources->n_item, sizeof *light);
     if (!light)
-        return rmap_reader_no_memory(reader);
+        return;
     size_t n = 0;
     for (size_t i = 0; i < sources->n_item; i++) {
         const struct rmap_yaml_node *node = sources->item[i].value;
@@ -319,21 +291,14 @@ enum rmap_status rmap_reader_read_sources(struct rmap_reader *reader)
             rmap_reader_error(reader, node, "a source must be a mapping, as in {name: lamp, ...}");
             continue;
         }
-        void *array = scene->source;
-        struct rmap_source *source = rmap_reader_append(reader, &array, &scene->n_source,
-                                                        &reader->cap_source, sizeof *source);
+        struct rmap_source *source =
+            RMAP_READER_NEW(reader, scene->source, scene->n_source, reader->cap_source);
         if (!source)
-            return rmap_reader_no_memory(reader);
-        scene->source = array;
-        source->name = rmap_strdup(rmap_reader_name(reader, node));
-        if (!source->name)
-            return rmap_reader_no_memory(reader);
+            return;
+        source->name = rmap_reader_strdup(reader, rmap_reader_name(reader, node));
         light[n].source = (int32_t)(scene->n_source - 1);
-        RMAP_TRY(rmap_reader_add_member(reader, source->name, RMAP_MEMBER_SOURCE, light[n].source,
-                                        node));
-        RMAP_TRY(read_source(reader, node, source, &light[n++]));
+        rmap_reader_add_member(reader, source->name, RMAP_MEMBER_SOURCE, light[n].source, node);
+        read_source(reader, node, source, &light[n++]);
     }
-    RMAP_TRY(settle(reader, light, n));
-out:
-    return st;
+    settle(reader, light, n);
 }

@@ -6,19 +6,19 @@
 
 #include "io/scene/scene_reader.h"
 
-static enum rmap_status read_column(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    const char *key, const struct rmap_range *range, size_t *n_ret,
-                                    double **column_ret)
+static void read_column(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        const char *key, const struct rmap_range *range, size_t *n_ret,
+                        double **column_ret)
 {
     const struct rmap_yaml_node *list = rmap_yaml_get(node, key);
     char what[80];
     (void)snprintf(what, sizeof what, "'%s'", key);
     *n_ret = 0;
     if (!rmap_reader_check_list(reader, list, what))
-        return RMAP_OK;
+        return;
     double *column = rmap_reader_alloc(reader, list->n_item, sizeof *column);
     if (!column)
-        return rmap_reader_no_memory(reader);
+        return;
     bool good = true;
     for (size_t i = 0; i < list->n_item; i++)
         good &= rmap_reader_scalar(reader, list->item[i].value, what, range, &column[i]);
@@ -28,7 +28,6 @@ static enum rmap_status read_column(struct rmap_reader *reader, const struct rma
         *n_ret = list->n_item;
         *column_ret = column;
     }
-    return RMAP_OK;
 }
 
 static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_node *list,
@@ -44,44 +43,42 @@ static bool is_increasing(struct rmap_reader *reader, const struct rmap_yaml_nod
     return true;
 }
 
-enum rmap_status rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const char *const *key, size_t n_key, size_t n_required,
-                                   const struct rmap_range *range, size_t *n_ret, double **column)
+void rmap_reader_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const char *keys, size_t n_required, const struct rmap_range *range,
+                       size_t *n_ret, double **column)
 {
-    enum rmap_status st = RMAP_OK;
+    struct rmap_words key;
     bool good = true;
     *n_ret = 0;
-    for (size_t k = 0; k < n_key; k++)
+    rmap_words_split(keys, &key);
+    for (size_t k = 0; k < key.n; k++)
         column[k] = NULL;
-    if (!rmap_reader_check_map(reader, node, "a table", key, n_key))
-        goto out;
+    if (!rmap_reader_check_keys(reader, node, "a table", key.word, key.n))
+        return;
     size_t n_row = 0;
-    for (size_t k = 0; k < n_key; k++) {
-        const struct rmap_yaml_node *list = rmap_yaml_get(node, key[k]);
+    for (size_t k = 0; k < key.n; k++) {
+        const struct rmap_yaml_node *list = rmap_yaml_get(node, key.word[k]);
         size_t n = 0;
         if (!list && k >= n_required)
             continue;
         if (!list) {
-            rmap_reader_error(reader, node, "'%s' is missing: add it", key[k]);
+            rmap_reader_error(reader, node, "'%s' is missing: add it", key.word[k]);
             good = false;
             continue;
         }
-        RMAP_TRY(
-            read_column(reader, node, key[k], k ? range : &rmap_range_positive, &n, &column[k]));
+        read_column(reader, node, key.word[k], k ? range : &rmap_range_positive, &n, &column[k]);
         good &= n > 0;
         if (k == 0)
             n_row = n;
         else if (n && n_row && n != n_row) {
-            rmap_reader_error(reader, list, "'%s' has %zu entries, 'wavelength' has %zu", key[k], n,
-                              n_row);
+            rmap_reader_error(reader, list, "'%s' has %zu entries, 'wavelength' has %zu",
+                              key.word[k], n, n_row);
             good = false;
         }
     }
-    good = good && is_increasing(reader, rmap_yaml_get(node, key[0]), column[0], n_row);
+    good = good && is_increasing(reader, rmap_yaml_get(node, key.word[0]), column[0], n_row);
     if (good)
         *n_ret = n_row;
-out:
-    return st;
 }
 
 static bool read_rgb(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -93,64 +90,55 @@ static bool read_rgb(struct rmap_reader *reader, const struct rmap_yaml_node *no
 }
 
 /* {wavelength: [...], value: [...]} */
-static enum rmap_status read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   const struct rmap_range *range, struct rmap_spectrum *spectrum,
-                                   bool *good)
+static void read_table(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       const struct rmap_range *range, struct rmap_spectrum *spectrum, bool *good)
 {
-    static const char *const key[] = {"wavelength", "value"};
     double *column[2];
-    enum rmap_status st = RMAP_OK;
-    RMAP_TRY(rmap_reader_table(reader, node, key, 2, 2, range, &spectrum->table.n, column));
+    rmap_reader_table(reader, node, "wavelength value", 2, range, &spectrum->table.n, column);
     *good = spectrum->table.n > 0;
     if (*good) {
         spectrum->kind = RMAP_SPECTRUM_TABLE;
         spectrum->table.wavelength_nm = column[0];
         spectrum->table.value = column[1];
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                                      const char *key, enum rmap_need need,
-                                      const struct rmap_range *range, double *value)
+void rmap_reader_quantity(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                          const char *key, enum rmap_need need, const struct rmap_range *range,
+                          double *value)
 {
-    static const char *const known[] = {"rgb", "wavelength", "value"};
-    enum rmap_status st = RMAP_OK;
     struct rmap_spectrum spectrum = {.kind = RMAP_SPECTRUM_EQUAL};
     const struct rmap_yaml_node *node = rmap_yaml_get(map, key);
     bool good = true;
     if (!node || node->kind == RMAP_YAML_SCALAR) {
         good = rmap_reader_number(reader, map, key, need, range, &spectrum.value) && node;
     } else if (rmap_yaml_get(node, "rgb")) {
-        (void)rmap_reader_check_map(reader, node, "an rgb value", known, 1);
+        (void)rmap_reader_check_map(reader, node, "an rgb value", "rgb");
         good = read_rgb(reader, node, range, &spectrum);
     } else if (rmap_yaml_get(node, "wavelength") || rmap_yaml_get(node, "value")) {
-        RMAP_TRY(read_table(reader, node, range, &spectrum, &good));
+        read_table(reader, node, range, &spectrum, &good);
     } else {
         char what[120];
         (void)snprintf(what, sizeof what, "'%s' (a number, {wavelength, value} or {rgb})", key);
-        if (rmap_reader_check_map(reader, node, what, known, RMAP_COUNT(known)) && !node->n_item)
+        if (rmap_reader_check_map(reader, node, what, "rgb wavelength value") && !node->n_item)
             rmap_reader_error(reader, node, "%s is empty", what);
         good = false;
     }
     if (good)
         rmap_spectrum_sample(&spectrum, &reader->scene->channels, value);
-out:
-    return st;
 }
 
-static enum rmap_status read_lines(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                   struct rmap_spectrum *spectrum)
+static void read_lines(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_spectrum *spectrum)
 {
     if (node->kind != RMAP_YAML_MAP || !node->n_item) {
         rmap_reader_error(reader, node, "'lines' must be a mapping {wavelength: power, ...}");
-        return RMAP_OK;
+        return;
     }
     double *nm = rmap_reader_alloc(reader, node->n_item, sizeof *nm);
     double *power = rmap_reader_alloc(reader, node->n_item, sizeof *power);
     if (!nm || !power)
-        return rmap_reader_no_memory(reader);
+        return;
     size_t n = 0;
     for (size_t i = 0; i < node->n_item; i++) {
         const struct rmap_yaml_item *item = &node->item[i];
@@ -172,29 +160,25 @@ static enum rmap_status read_lines(struct rmap_reader *reader, const struct rmap
         spectrum->kind = RMAP_SPECTRUM_LINES;
         spectrum->table = (struct rmap_table1){n, nm, power};
     }
-    return RMAP_OK;
 }
 
-enum rmap_status rmap_reader_source_spectrum(struct rmap_reader *reader,
-                                             const struct rmap_yaml_node *source,
-                                             struct rmap_spectrum *spectrum)
+void rmap_reader_source_spectrum(struct rmap_reader *reader, const struct rmap_yaml_node *source,
+                                 struct rmap_spectrum *spectrum)
 {
-    static const char *const key[] = {"lines", "table", "blackbody", "rgb", "wavelength", "value"};
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *node = rmap_yaml_get(source, "spectrum");
     bool good = true;
     *spectrum = (struct rmap_spectrum){.kind = RMAP_SPECTRUM_EQUAL, .value = 1};
     if (!node)
-        goto out;
+        return;
     if (node->kind == RMAP_YAML_SCALAR) {
-        static const char *const word[] = {"equal", "D65"};
         int choice = 0;
-        (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL, word, 2, &choice);
+        (void)rmap_reader_choice(reader, source, "spectrum", RMAP_OPTIONAL, "equal D65", &choice);
         spectrum->kind = choice ? RMAP_SPECTRUM_D65 : RMAP_SPECTRUM_EQUAL;
-        goto out;
+        return;
     }
-    if (!rmap_reader_check_map(reader, node, "a spectrum", key, RMAP_COUNT(key)))
-        goto out;
+    if (!rmap_reader_check_map(reader, node, "a spectrum",
+                               "lines table blackbody rgb wavelength value"))
+        return;
     const struct rmap_yaml_node *lines = rmap_yaml_get(node, "lines");
     const struct rmap_yaml_node *table = rmap_yaml_get(node, "table");
     bool plain = rmap_yaml_get(node, "wavelength") || rmap_yaml_get(node, "value");
@@ -205,15 +189,12 @@ enum rmap_status rmap_reader_source_spectrum(struct rmap_reader *reader,
                           "a spectrum is one of: D65, equal, {lines: {nm: power}}, {table: "
                           "{wavelength, value}}, {blackbody: kelvin}, {rgb: [r, g, b]}");
     else if (lines)
-        RMAP_TRY(read_lines(reader, lines, spectrum));
+        read_lines(reader, lines, spectrum);
     else if (table || plain)
-        RMAP_TRY(
-            read_table(reader, table ? table : node, &rmap_range_nonnegative, spectrum, &good));
+        read_table(reader, table ? table : node, &rmap_range_nonnegative, spectrum, &good);
     else if (rgb)
         (void)read_rgb(reader, node, &rmap_range_nonnegative, spectrum);
     else if (rmap_reader_number(reader, node, "blackbody", RMAP_REQUIRED, &rmap_range_positive,
                                 &spectrum->temperature_k))
         spectrum->kind = RMAP_SPECTRUM_BLACKBODY;
-out:
-    return st;
 }

@@ -5,69 +5,50 @@
 #include <string.h>
 
 #include "base/alloc.h"
-#include "io/scene/scene_reader.h"
+#include "io/scene/scene_keys.h"
 
-static const char *const type_word[] = {
-#define ROW(symbol, name, phrase, look, events) name,
-    RMAP_SURFACE_TABLE(ROW)
-#undef ROW
-};
-
-static enum rmap_status new_surface(struct rmap_reader *reader, const char *name, int32_t line,
-                                    struct rmap_surface **surface_ret)
+static struct rmap_surface *new_surface(struct rmap_reader *reader, const char *name, int32_t line)
 {
-    enum rmap_status st = RMAP_OK;
     struct rmap_scene *scene = reader->scene;
-    void *array = scene->surface;
-    struct rmap_surface *surface = rmap_reader_append(reader, &array, &scene->n_surface,
-                                                      &reader->cap_surface, sizeof *surface);
+    struct rmap_surface *surface =
+        RMAP_READER_NEW(reader, scene->surface, scene->n_surface, reader->cap_surface);
     if (!surface)
-        return rmap_reader_no_memory(reader);
-    scene->surface = array;
+        return NULL;
     surface->type = RMAP_SURFACE_ABSORBER;
-    surface->name = rmap_strdup(name);
-    if (!surface->name)
-        return rmap_reader_no_memory(reader);
-    RMAP_TRY(rmap_names_add(&reader->surfaces, surface->name, 0, (int32_t)(scene->n_surface - 1),
-                            line, reader->err));
-    *surface_ret = surface;
-out:
-    return st;
+    surface->name = rmap_reader_strdup(reader, name);
+    rmap_reader_add_name(reader, &reader->surfaces, surface->name, 0,
+                         (int32_t)(scene->n_surface - 1), line);
+    return surface;
 }
 
-static enum rmap_status read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                  struct rmap_surface *surface)
+static void read_coat(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                      struct rmap_surface *surface)
 {
-    static const char *const key[] = {"reflectance"};
-    static const char *const word[] = {"ideal", "none"};
     const struct rmap_yaml_node *coat = rmap_yaml_get(node, "coat");
     int choice = 1;
     if (!coat)
-        return RMAP_OK;
+        return;
     if (coat->kind == RMAP_YAML_SCALAR) {
-        (void)rmap_reader_choice(reader, node, "coat", RMAP_OPTIONAL, word, 2, &choice);
+        (void)rmap_reader_choice(reader, node, "coat", RMAP_OPTIONAL, "ideal none", &choice);
         surface->coat = choice == 0 ? RMAP_COAT_IDEAL : RMAP_COAT_NONE;
-        return RMAP_OK;
+        return;
     }
-    if (!rmap_reader_check_map(reader, coat, "a coat", key, RMAP_COUNT(key)))
-        return RMAP_OK;
+    if (!rmap_reader_check_map(reader, coat, "a coat", "reflectance"))
+        return;
     surface->coat = RMAP_COAT_REFLECTANCE;
-    return rmap_reader_quantity(reader, coat, "reflectance", RMAP_REQUIRED, &rmap_range_share,
-                                surface->reflect_specular);
+    rmap_reader_quantity(reader, coat, "reflectance", RMAP_REQUIRED, &rmap_range_share,
+                         surface->reflect_specular);
 }
 
 /* metal: {n: 0.2, k: 3} or metal: {table: {wavelength, n, k}} */
-static enum rmap_status read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *metal,
-                                   struct rmap_surface *surface)
+static void read_metal(struct rmap_reader *reader, const struct rmap_yaml_node *metal,
+                       struct rmap_surface *surface)
 {
-    static const char *const key[] = {"table", "n", "k"};
-    static const char *const column_key[] = {"wavelength", "n", "k"};
-    enum rmap_status st = RMAP_OK;
     const struct rmap_channels *channels = &reader->scene->channels;
     const struct rmap_yaml_node *table = rmap_yaml_get(metal, "table");
     surface->is_metal = true;
-    if (!rmap_reader_check_map(reader, metal, "a metal", key, RMAP_COUNT(key)))
-        goto out;
+    if (!rmap_reader_check_map(reader, metal, "a metal", "table n k"))
+        return;
     if (!table) {
         double n = 0, k = 0;
         (void)rmap_reader_number(reader, metal, "n", RMAP_REQUIRED, &rmap_range_nonnegative, &n);
@@ -76,186 +57,162 @@ static enum rmap_status read_metal(struct rmap_reader *reader, const struct rmap
             surface->metal_n[i] = n;
             surface->metal_k[i] = k;
         }
-        goto out;
+        return;
     }
     double *column[3];
     size_t n = 0;
     if (rmap_yaml_get(metal, "n") || rmap_yaml_get(metal, "k"))
         rmap_reader_error(reader, metal, "a metal has a table, or n and k, not both");
-    RMAP_TRY(
-        rmap_reader_table(reader, table, column_key, 3, 3, &rmap_range_nonnegative, &n, column));
+    rmap_reader_table(reader, table, "wavelength n k", 3, &rmap_range_nonnegative, &n, column);
     if (!n)
-        goto out;
+        return;
     const struct rmap_table1 index = {n, column[0], column[1]}, loss = {n, column[0], column[2]};
     for (int i = 0; i < channels->n; i++) {
         surface->metal_n[i] = rmap_table1_at(&index, channels->wavelength_nm[i]);
         surface->metal_k[i] = rmap_table1_at(&loss, channels->wavelength_nm[i]);
     }
-out:
-    return st;
 }
 
-static enum rmap_status read_mirror(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                    struct rmap_surface *surface)
+static void read_mirror(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_surface *surface)
 {
     const struct rmap_yaml_node *metal = rmap_yaml_get(node, "metal");
     if (metal && rmap_yaml_get(node, "reflectance"))
         rmap_reader_error(reader, metal, "a mirror has a reflectance or is a metal, not both");
-    if (metal)
-        return read_metal(reader, metal, surface);
-    return rmap_reader_quantity(reader, node, "reflectance", RMAP_REQUIRED, &rmap_range_share,
-                                surface->reflect_specular);
+    if (metal) {
+        read_metal(reader, metal, surface);
+        return;
+    }
+    rmap_reader_quantity(reader, node, "reflectance", RMAP_REQUIRED, &rmap_range_share,
+                         surface->reflect_specular);
 }
 
-static enum rmap_status read_mixture(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                     struct rmap_surface *surface)
+static void check_shares(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         const struct rmap_surface *surface)
 {
-    enum rmap_status st = RMAP_OK;
-    size_t n_before = reader->diagnostics->n_error;
-    RMAP_TRY(rmap_reader_quantity(reader, node, "reflect_specular", RMAP_OPTIONAL,
-                                  &rmap_range_share, surface->reflect_specular));
-    RMAP_TRY(rmap_reader_quantity(reader, node, "reflect_diffuse", RMAP_OPTIONAL, &rmap_range_share,
-                                  surface->reflect_diffuse));
-    RMAP_TRY(rmap_reader_quantity(reader, node, "transmit_specular", RMAP_OPTIONAL,
-                                  &rmap_range_share, surface->transmit_specular));
-    RMAP_TRY(rmap_reader_quantity(reader, node, "transmit_diffuse", RMAP_OPTIONAL,
-                                  &rmap_range_share, surface->transmit_diffuse));
-    for (int i = 0; i < reader->scene->channels.n && n_before == reader->diagnostics->n_error;
-         i++) {
+    for (int i = 0; i < reader->scene->channels.n; i++) {
         double sum = surface->reflect_specular[i] + surface->reflect_diffuse[i] +
                      surface->transmit_specular[i] + surface->transmit_diffuse[i];
-        if (sum > 1 + 1e-9)
-            rmap_reader_error(reader, node,
-                              "the shares of mixture '%.60s' sum to %.9g: more than 1 is no "
-                              "surface",
-                              surface->name, sum);
+        if (!(sum > 1 + 1e-9))
+            continue;
+        rmap_reader_error(reader, node,
+                          "the shares of mixture '%.60s' sum to %.9g: more than 1 is no surface",
+                          surface->name, sum);
+        return;
     }
-out:
-    return st;
 }
 
-static enum rmap_status read_surface(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                                     struct rmap_surface *surface)
+#define SHARES(member) RMAP_KEY_SHARES, offsetof(struct rmap_surface, member), &rmap_range_share
+const struct rmap_mapping rmap_surface_keys = {
+#define ROW(symbol, name, phrase, keys, look, events) name " "
+    "surfaces",
+    RMAP_SURFACE_TABLE(ROW),
+#undef ROW
+#define ROW(symbol, name, phrase, keys, look, events) {phrase, "type " keys},
+    {RMAP_SURFACE_TABLE(ROW)},
+#undef ROW
+    {{"reflectance", SHARES(reflect_diffuse), 0, RMAP_REQUIRED, RMAP_TYPE(RMAP_SURFACE_LAMBERT)},
+     {"reflect_specular", SHARES(reflect_specular)},
+     {"reflect_diffuse", SHARES(reflect_diffuse)},
+     {"transmit_specular", SHARES(transmit_specular)},
+     {"transmit_diffuse", SHARES(transmit_diffuse)}}};
+#undef SHARES
+
+static void read_surface(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                         struct rmap_surface *surface)
 {
-    static const char *const any[] = {"type",
-                                      "coat",
-                                      "reflectance",
-                                      "metal",
-                                      "reflect_specular",
-                                      "reflect_diffuse",
-                                      "transmit_specular",
-                                      "transmit_diffuse"};
-    static const char *const fresnel[] = {"type", "coat"};
-    static const char *const mirror[] = {"type", "reflectance", "metal"};
-    static const char *const lambert[] = {"type", "reflectance"};
-    static const char *const mixture[] = {"type", "reflect_specular", "reflect_diffuse",
-                                          "transmit_specular", "transmit_diffuse"};
-    int type = -1;
-    if (!rmap_reader_choice(reader, node, "type", RMAP_REQUIRED, type_word, RMAP_COUNT(type_word),
-                            &type)) {
-        (void)rmap_reader_check_map(reader, node, "a surface", any, RMAP_COUNT(any));
-        return RMAP_OK;
+    int type = rmap_reader_type(reader, node, &rmap_surface_keys);
+    if (type < 0) {
+        (void)rmap_reader_check_map(reader, node, "a surface",
+#define ROW(symbol, name, phrase, keys, look, events) keys " "
+                                    "type " RMAP_SURFACE_TABLE(ROW));
+#undef ROW
+        return;
     }
     surface->type = (enum rmap_surface_type)type;
-    switch (surface->type) {
-    case RMAP_SURFACE_FRESNEL:
-        (void)rmap_reader_check_map(reader, node, "a fresnel surface", fresnel, 2);
-        return read_coat(reader, node, surface);
-    case RMAP_SURFACE_MIRROR:
-        (void)rmap_reader_check_map(reader, node, "a mirror", mirror, 3);
-        return read_mirror(reader, node, surface);
-    case RMAP_SURFACE_LAMBERT:
-        (void)rmap_reader_check_map(reader, node, "a lambert surface", lambert, 2);
-        return rmap_reader_quantity(reader, node, "reflectance", RMAP_REQUIRED, &rmap_range_share,
-                                    surface->reflect_diffuse);
-    case RMAP_SURFACE_ABSORBER:
-        (void)rmap_reader_check_map(reader, node, "an absorber", any, 1);
-        return RMAP_OK;
-    case RMAP_SURFACE_MIXTURE:
-        (void)rmap_reader_check_map(reader, node, "a mixture", mixture, RMAP_COUNT(mixture));
-        return read_mixture(reader, node, surface);
-    }
-    return RMAP_OK;
+    (void)rmap_reader_known(reader, node, &rmap_surface_keys, type);
+    bool good = rmap_reader_fill(reader, node, &rmap_surface_keys, type, surface);
+    if (surface->type == RMAP_SURFACE_FRESNEL)
+        read_coat(reader, node, surface);
+    else if (surface->type == RMAP_SURFACE_MIRROR)
+        read_mirror(reader, node, surface);
+    else if (good)
+        check_shares(reader, node, surface);
 }
 
-enum rmap_status rmap_reader_read_surfaces(struct rmap_reader *reader)
+void rmap_reader_read_surfaces(struct rmap_reader *reader)
 {
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *surfaces = rmap_yaml_get(reader->root, "surfaces");
     if (!surfaces)
-        return RMAP_OK;
+        return;
     if (surfaces->kind != RMAP_YAML_MAP) {
         rmap_reader_error(reader, surfaces, "surfaces must be a mapping {name: surface, ...}");
-        return RMAP_OK;
+        return;
     }
     for (size_t i = 0; i < surfaces->n_item; i++) {
         const struct rmap_yaml_item *item = &surfaces->item[i];
         const struct rmap_yaml_node place = {.line = item->line, .column = item->column};
-        struct rmap_surface *surface = NULL;
         if (rmap_names_find(&reader->surfaces, item->key) ||
             !rmap_reader_check_name(reader, &place, item->key))
             continue;
-        RMAP_TRY(new_surface(reader, item->key, item->line, &surface));
+        struct rmap_surface *surface = new_surface(reader, item->key, item->line);
+        if (!surface)
+            return;
         if (item->value->kind == RMAP_YAML_MAP)
-            RMAP_TRY(read_surface(reader, item->value, surface));
+            read_surface(reader, item->value, surface);
         else
             rmap_reader_error(reader, &place, "surface '%.60s' must be a mapping, as in {type: %s}",
-                              item->key, type_word[0]);
+                              item->key, rmap_surface_model[0].name);
     }
-out:
-    return st;
 }
 
-enum rmap_status rmap_reader_builtin_surface(struct rmap_reader *reader,
-                                             enum rmap_surface_type type, int32_t *surface_ret)
+void rmap_reader_builtin_surface(struct rmap_reader *reader, enum rmap_surface_type type,
+                                 int32_t *surface_ret)
 {
-    struct rmap_surface *surface = NULL;
-    const struct rmap_name *known = rmap_names_find(&reader->surfaces, type_word[type]);
+    const struct rmap_name *known =
+        rmap_names_find(&reader->surfaces, rmap_surface_model[type].name);
     if (known) {
         *surface_ret = known->index;
-        return RMAP_OK;
+        return;
     }
-    enum rmap_status st = new_surface(reader, type_word[type], 0, &surface);
-    if (st != RMAP_OK)
-        return st;
+    struct rmap_surface *surface = new_surface(reader, rmap_surface_model[type].name, 0);
+    if (!surface)
+        return;
     surface->type = type;
     *surface_ret = (int32_t)(reader->scene->n_surface - 1);
-    return RMAP_OK;
 }
 
 /* `fresnel` (bare) and `absorber` exist without being defined. */
-static enum rmap_status find_surface(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                                     const char *key, enum rmap_need need, int32_t *surface_ret)
+static void find_surface(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                         const char *key, enum rmap_need need, int32_t *surface_ret)
 {
     const char *name = rmap_reader_text(reader, map, key, need);
     if (!name)
-        return RMAP_OK;
-    if (strcmp(name, type_word[RMAP_SURFACE_FRESNEL]) == 0)
-        return rmap_reader_builtin_surface(reader, RMAP_SURFACE_FRESNEL, surface_ret);
-    if (strcmp(name, type_word[RMAP_SURFACE_ABSORBER]) == 0)
-        return rmap_reader_builtin_surface(reader, RMAP_SURFACE_ABSORBER, surface_ret);
+        return;
+    if (strcmp(name, rmap_surface_model[RMAP_SURFACE_FRESNEL].name) == 0) {
+        rmap_reader_builtin_surface(reader, RMAP_SURFACE_FRESNEL, surface_ret);
+        return;
+    }
+    if (strcmp(name, rmap_surface_model[RMAP_SURFACE_ABSORBER].name) == 0) {
+        rmap_reader_builtin_surface(reader, RMAP_SURFACE_ABSORBER, surface_ret);
+        return;
+    }
     *surface_ret =
         rmap_reader_find(reader, &reader->surfaces, "surface", rmap_yaml_get(map, key), name);
-    return RMAP_OK;
 }
 
-enum rmap_status rmap_reader_surface_pair(struct rmap_reader *reader,
-                                          const struct rmap_yaml_node *map, const char *key,
-                                          int32_t *front_ret, int32_t *back_ret)
+void rmap_reader_surface_pair(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                              const char *key, int32_t *front_ret, int32_t *back_ret)
 {
-    static const char *const side[] = {"front", "back"};
-    enum rmap_status st = RMAP_OK;
     const struct rmap_yaml_node *node = rmap_yaml_get(map, key);
     if (!node)
-        return RMAP_OK;
+        return;
     if (node->kind != RMAP_YAML_MAP) {
-        RMAP_TRY(find_surface(reader, map, key, RMAP_REQUIRED, front_ret));
+        find_surface(reader, map, key, RMAP_REQUIRED, front_ret);
         *back_ret = *front_ret;
-        goto out;
+        return;
     }
-    (void)rmap_reader_check_map(reader, node, "a surface pair", side, RMAP_COUNT(side));
-    RMAP_TRY(find_surface(reader, node, "front", RMAP_REQUIRED, front_ret));
-    RMAP_TRY(find_surface(reader, node, "back", RMAP_REQUIRED, back_ret));
-out:
-    return st;
+    (void)rmap_reader_check_map(reader, node, "a surface pair", "front back");
+    find_surface(reader, node, "front", RMAP_REQUIRED, front_ret);
+    find_surface(reader, node, "back", RMAP_REQUIRED, back_ret);
 }

@@ -190,15 +190,22 @@ bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_no
 bool rmap_reader_bool(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
                       bool *value)
 {
-    static const char *const word[] = {"true", "yes", "on", "false", "no", "off"};
     int choice = *value ? 0 : 3;
-    if (!rmap_reader_choice(reader, map, key, RMAP_OPTIONAL, word, RMAP_COUNT(word), &choice))
-        return false;
+    bool good =
+        rmap_reader_choice(reader, map, key, RMAP_OPTIONAL, "true yes on false no off", &choice);
     *value = choice < 3;
-    return true;
+    return good;
 }
 
 bool rmap_reader_choice(struct rmap_reader *reader, const struct rmap_yaml_node *map,
+                        const char *key, enum rmap_need need, const char *words, int *choice_ret)
+{
+    struct rmap_words known;
+    rmap_words_split(words, &known);
+    return rmap_reader_one_of(reader, map, key, need, known.word, known.n, choice_ret);
+}
+
+bool rmap_reader_one_of(struct rmap_reader *reader, const struct rmap_yaml_node *map,
                         const char *key, enum rmap_need need, const char *const *word,
                         size_t n_word, int *choice_ret)
 {

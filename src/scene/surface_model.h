@@ -10,29 +10,32 @@
  * that its shares depend on the angle. */
 enum rmap_look { RMAP_LOOK_REFRACTING, RMAP_LOOK_MIRROR, RMAP_LOOK_OTHER, RMAP_LOOK_COUNT };
 
-/* Columns: symbol, `type` in a scene file, in sentences, look, and what light may meet there beside
- * absorption: letters of path("..."), the commonest first. */
+/* Columns: symbol, `type` in a scene file, in sentences, keys beside `type`, look, and what light
+ * may meet there beside absorption: letters of path("..."), the commonest first. */
 #define RMAP_SURFACE_TABLE(X)                                                                      \
-    X(FRESNEL, "fresnel", "a fresnel surface", RMAP_LOOK_REFRACTING, "TRI")                        \
-    X(MIRROR, "mirror", "a mirror", RMAP_LOOK_MIRROR, "R")                                         \
-    X(LAMBERT, "lambert", "a lambert surface", RMAP_LOOK_OTHER, "D")                               \
-    X(ABSORBER, "absorber", "an absorber", RMAP_LOOK_OTHER, "")                                    \
-    X(MIXTURE, "mixture", "a mixture", RMAP_LOOK_OTHER, "RDTdI")
+    X(FRESNEL, "fresnel", "a fresnel surface", "coat", RMAP_LOOK_REFRACTING, "TRI")                \
+    X(MIRROR, "mirror", "a mirror", "reflectance metal", RMAP_LOOK_MIRROR, "R")                    \
+    X(LAMBERT, "lambert", "a lambert surface", "reflectance", RMAP_LOOK_OTHER, "D")                \
+    X(ABSORBER, "absorber", "an absorber", "", RMAP_LOOK_OTHER, "")                                \
+    X(MIXTURE, "mixture", "a mixture",                                                             \
+      "reflect_specular reflect_diffuse transmit_specular transmit_diffuse", RMAP_LOOK_OTHER,      \
+      "RDTdI")
 
 enum rmap_surface_type {
-#define RMAP_SURFACE_ENUM(symbol, name, phrase, look, events) RMAP_SURFACE_##symbol,
+#define RMAP_SURFACE_ENUM(symbol, name, phrase, keys, look, events) RMAP_SURFACE_##symbol,
     RMAP_SURFACE_TABLE(RMAP_SURFACE_ENUM)
 #undef RMAP_SURFACE_ENUM
 };
 
 struct rmap_surface_model {
-    const char *name, *phrase;
+    const char *name, *phrase, *keys;
     enum rmap_look look;
     const char *events;
 };
 
 static const struct rmap_surface_model rmap_surface_model[] = {
-#define RMAP_SURFACE_ROW(symbol, name, phrase, look, events) {name, phrase, look, events},
+#define RMAP_SURFACE_ROW(symbol, name, phrase, keys, look, events)                                 \
+    {name, phrase, keys, look, events},
     RMAP_SURFACE_TABLE(RMAP_SURFACE_ROW)
 #undef RMAP_SURFACE_ROW
 };
