@@ -232,8 +232,11 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
 
 /* Fills the derived part once everything else stands: inverse transforms, bounding sphere,
  * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
- * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short. */
-
+ * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short.
+ *
+ * A finished scene may be edited and finished again: places, surfaces and media of objects, shapes,
+ * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
+ * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
