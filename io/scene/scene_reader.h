@@ -253,13 +253,6 @@ void rmap_reader_choose_simulation(struct rmap_reader *reader);
 /* Reads all of them, and leaves out of a scene without mistakes what is not chosen. */
 void rmap_reader_read_simulations(struct rmap_reader *reader);
 
-/* What takes part: [n_object], [n_source], [n_detector]. */
-struct rmap_keep {
-    bool *object, *source, *detector;
-};
-/* Leaves the rest out, with emptied groups, unused geometries, and detectors that lay on them. */
-void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep);
-
 /* ---- shared between sections ---- */
 
 /* The unit of length that `key` names; NULL when absent or wrong. */
@@ -329,27 +322,9 @@ struct rmap_affine rmap_placement_rigid(const struct rmap_affine *placement);
  * two, that it is nearest to. Plain planes so have the world's own axes. */
 void rmap_placement_plane(struct rmap_vec3 axis, struct rmap_vec3 *x, struct rmap_vec3 *y);
 
-/* The table of a `lens`; leaves entry broken when it is wrong. */
-void rmap_reader_read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           struct rmap_geometry_entry *entry);
-
-/* The shape keys of a cap, shared by `conic` and the rows of a `lens`. */
-bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                       struct rmap_shape *shape);
-
 /* A new geometry of the scene; *index_ret its index. The name is copied. */
 void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
                            const struct rmap_shape *shape, int32_t *index_ret);
-
-/* `on:` of a detector, whose list of faces is the scene's. */
-void rmap_reader_detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             struct rmap_detector *detector);
-/* The frame that what it lies on suggests, and the smallest centred rectangle that covers the
- * bounds of that. node: the detector. */
-void rmap_reader_adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             struct rmap_detector *detector);
-void rmap_reader_adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                            struct rmap_detector *detector);
 
 /* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
 void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -379,25 +354,5 @@ void rmap_reader_settle_frames(struct rmap_reader *reader);
  * (`within`); 0: not, or uniform. */
 void rmap_reader_place_within(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               int32_t medium, int32_t *gradient_ret);
-
-/* Objects as they are made. */
-struct rmap_object_plan {
-    const char *name;
-    const struct rmap_yaml_node *node;
-    bool derived; /* part of a lens: its id comes from its name, not from the node */
-    int32_t parent, geometry;
-    struct rmap_affine to_world;
-    int32_t surface_front, surface_back, medium_front, medium_back;
-    /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
-    const struct rmap_affine *element_front, *element_back;
-};
-void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object_plan *plan);
-void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
-                           const struct rmap_yaml_node *node, int32_t parent,
-                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret);
-/* An instance of a prescription: a group and its surfaces, edges and stop. The plan's surfaces
- * are those of the caps. */
-void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geometry_entry *entry,
-                             const struct rmap_object_plan *plan, int32_t outside);
 
 #endif
