@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which source a ray id belongs to.
+ */
 #include "scene/schedule.h"
 
 #include <math.h>
