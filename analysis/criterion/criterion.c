@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A criterion as a whole: made of its text, its nodes and blocks, destroyed.
+ */
 #include "analysis/criterion/criterion.h"
 
 #include <string.h>

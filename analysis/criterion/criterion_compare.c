@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Verdicts of comparisons, as loops without a branch per ray.
+ */
 #include "analysis/criterion/criterion_compare.h"
 
 #include <math.h>

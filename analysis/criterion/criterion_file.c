@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A file of definitions: read, looked up.
+ */
 #include "analysis/criterion/criterion_file.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What can be said of a criterion that nothing matched.
+ */
 #include "analysis/criterion/criterion_hint.h"
 
 #include <math.h>

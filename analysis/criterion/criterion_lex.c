@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Text to tokens.
+ */
 #include "analysis/criterion/criterion_lex.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Names of a map's scene, and the nearest one to a wrong one.
+ */
 #include "analysis/criterion/criterion_names.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Ghost and scatter orders of rays and registrations.
+ */
 #include "analysis/criterion/path_order.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Automata that criteria share.
+ */
 #include "analysis/criterion/path_store.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * An automaton run along one ray, registration by registration.
+ */
 #include "analysis/criterion/path_walk.h"
 
 struct rmap_path_walk rmap_path_walk_from(const struct rmap_path_table *table, size_t ray,

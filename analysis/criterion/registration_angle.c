@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Comparisons of a registration's angle without an arc cosine where the ends allow it.
+ */
 #include "analysis/criterion/registration_angle.h"
 
 #include <math.h>

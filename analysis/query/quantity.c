@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Numbers of `stats --of`: their text to what is to be read.
+ */
 #include "analysis/query/quantity.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Tests as numbers.
+ */
 #include "analysis/query/quantity_count.h"
 
 #include <stdio.h>

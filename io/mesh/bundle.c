@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The parts of a bundle: made, added to, destroyed.
+ */
 #include "io/mesh/bundle.h"
 
 #include <string.h>

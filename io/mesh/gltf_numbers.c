@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The JSON document of a glTF file, and numbers out of its buffers.
+ */
 #include "io/mesh/gltf_numbers.h"
 
 #include <stdarg.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Vertices hashed by position, triangles gathered.
+ */
 #include "io/mesh/mesh_builder.h"
 
 #include <math.h>

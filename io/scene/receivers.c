@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Receivers: detectors from a file of their own.
+ */
 #include "io/scene/receivers.h"
 
 #include "io/file/text_file.h"

@@ -1,12 +1,236 @@
 /* SPDX-License-Identifier: MIT
  *
- * Virtual detectors: planes free in space or lying on an object, and far-field grids.
+ * Virtual detectors: planes free in space or lying on an object, some faces of its mesh, or a
+ * group, whose frame and size they take; and far-field grids.
  */
 #include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "base/alloc.h"
 #include "io/scene/scene_keys.h"
+#include "io/scene/scene_reader.h"
+
+/* The object or group that `key` of the mapping names. */
+static void find_on(struct rmap_reader *reader, const struct rmap_yaml_node *node, const char *key,
+                    struct rmap_detector *detector)
+{
+    const char *text = rmap_reader_text(reader, node, key, RMAP_REQUIRED);
+    const struct rmap_yaml_node *at = rmap_yaml_get(node, key);
+    if (!text)
+        return;
+    const struct rmap_name *name = rmap_names_find(&reader->members, text);
+    if (!name)
+        (void)rmap_reader_find(reader, &reader->members, "object", at, text);
+    else if (name->kind == RMAP_MEMBER_OBJECT)
+        detector->on_object = name->index;
+    else if (name->kind == RMAP_MEMBER_GROUP)
+        detector->on_group = name->index;
+    else
+        rmap_reader_error(reader, at, "'%.60s' is no object or group", text);
+}
+
+/* "3" or "3..5"; false: neither. */
+static bool parse_range(const char *text, unsigned long *low, unsigned long *high)
+{
+    char *end;
+    if (*text < '0' || *text > '9')
+        return false;
+    *low = *high = strtoul(text, &end, 10);
+    if (strncmp(end, "..", 2) == 0 && end[2] >= '0' && end[2] <= '9')
+        *high = strtoul(end + 2, &end, 10);
+    return *end == 0;
+}
+
+/* Marks the faces that one word means: a number, a range of them, or a name of the mesh file. */
+static void mark_faces(struct rmap_reader *reader, const struct rmap_yaml_node *at,
+                       const struct rmap_mesh *mesh, uint8_t *face)
+{
+    unsigned long low, high;
+    bool found = false;
+    if (at->kind != RMAP_YAML_SCALAR) {
+        rmap_reader_error(reader, at, "a face must be a number, a range such as 0..3, or a name");
+        return;
+    }
+    if (!at->quoted && parse_range(at->text, &low, &high)) {
+        if (low > high)
+            rmap_reader_error(reader, at, "the range %.40s runs backwards", at->text);
+        else if (high >= mesh->n_face)
+            rmap_reader_error(reader, at, "there is no face %lu: the mesh has 0 to %zu", high,
+                              mesh->n_face - 1);
+        else
+            memset(face + low, 1, high - low + 1);
+        return;
+    }
+    for (size_t i = 0; i < mesh->n_face; i++)
+        if (mesh->face_name[i] && strcmp(mesh->face_name[i], at->text) == 0) {
+            face[i] = 1;
+            found = true;
+        }
+    if (!found)
+        rmap_reader_error(reader, at, "the mesh has no face named '%.60s'", at->text);
+}
+
+static void read_faces(struct rmap_reader *reader, const struct rmap_yaml_node *on,
+                       struct rmap_detector *detector)
+{
+    const struct rmap_scene *scene = reader->scene;
+    const struct rmap_yaml_node *faces = rmap_yaml_get(on, "faces");
+    const struct rmap_mesh *mesh = NULL;
+    if (detector->on_object >= 0)
+        mesh = scene->geometry[scene->object[detector->on_object].geometry].mesh;
+    if (!faces) {
+        rmap_reader_error(reader, on, "'faces' is missing: give it, or the object's name alone");
+        return;
+    }
+    if (!mesh || mesh->n_face == 0) {
+        if (rmap_detector_lies_on(detector))
+            rmap_reader_error(reader, faces, "'faces' are of an object that is a mesh");
+        return;
+    }
+    detector->face = rmap_alloc(mesh->n_face, 1);
+    if (!detector->face) {
+        rmap_reader_no_memory(reader);
+        return;
+    }
+    if (faces->kind != RMAP_YAML_LIST)
+        mark_faces(reader, faces, mesh, detector->face);
+    else if (faces->n_item == 0)
+        rmap_reader_error(reader, faces, "'faces' names none");
+    for (size_t i = 0; faces->kind == RMAP_YAML_LIST && i < faces->n_item; i++)
+        mark_faces(reader, faces->item[i].value, mesh, detector->face);
+}
+
+static void detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_detector *detector)
+{
+    const struct rmap_yaml_node *on = rmap_yaml_get(node, "on");
+    if (on->kind != RMAP_YAML_MAP) {
+        find_on(reader, node, "on", detector);
+        return;
+    }
+    (void)rmap_reader_check_map(reader, on, "what a detector lies on", "object faces");
+    find_on(reader, on, "object", detector);
+    read_faces(reader, on, detector);
+}
+
+static bool has_triangle(const struct rmap_detector *detector, const struct rmap_mesh *mesh,
+                         size_t t)
+{
+    return !detector->face || detector->face[mesh->face[t]];
+}
+
+/* Area-weighted mean normal in the world of what it lies on of a mesh, not normalised, and the
+ * area. */
+static struct rmap_vec3 mean_normal(const struct rmap_detector *detector,
+                                    const struct rmap_mesh *mesh, const struct rmap_affine *place,
+                                    double *area_ret)
+{
+    struct rmap_vec3 sum = {0, 0, 0};
+    *area_ret = 0;
+    for (size_t t = 0; t < mesh->n_triangle; t++) {
+        struct rmap_vec3 corner[3];
+        if (!has_triangle(detector, mesh, t))
+            continue;
+        rmap_mesh_corners(mesh, t, corner);
+        struct rmap_vec3 a = rmap_affine_vector(place, rmap_sub(corner[1], corner[0]));
+        struct rmap_vec3 b = rmap_affine_vector(place, rmap_sub(corner[2], corner[0]));
+        sum = rmap_add(sum, rmap_cross(a, b));
+        *area_ret += rmap_length(rmap_cross(a, b));
+    }
+    return rmap_affine_determinant(place) < 0 ? rmap_scale(sum, -1) : sum;
+}
+
+/* Bounds of what it lies on of an object, in the object's frame. */
+static void bounds_of(const struct rmap_scene *scene, const struct rmap_object *object,
+                      const struct rmap_detector *detector, struct rmap_vec3 *lower,
+                      struct rmap_vec3 *upper)
+{
+    const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+    bool any = false;
+    for (size_t t = 0; detector->face && t < geometry->mesh->n_triangle; t++) {
+        struct rmap_vec3 corner[3];
+        if (!has_triangle(detector, geometry->mesh, t))
+            continue;
+        rmap_mesh_corners(geometry->mesh, t, corner);
+        for (int k = 0; k < 3; k++) {
+            const struct rmap_vec3 c = corner[k], l = any ? *lower : c, u = any ? *upper : c;
+            *lower = rmap_vec3(fmin(l.x, c.x), fmin(l.y, c.y), fmin(l.z, c.z));
+            *upper = rmap_vec3(fmax(u.x, c.x), fmax(u.y, c.y), fmax(u.z, c.z));
+            any = true;
+        }
+    }
+    if (!any)
+        rmap_geometry_bounds(geometry, lower, upper);
+}
+
+static void adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                        struct rmap_detector *detector)
+{
+    const struct rmap_scene *scene = reader->scene;
+    bool directed = rmap_yaml_get(node, "direction") != NULL;
+    struct rmap_vec3 axis[3], lower, upper;
+    if (detector->on_object < 0) {
+        const struct rmap_affine *place = &reader->group_to_world[detector->on_group];
+        rmap_placement_axes(place, axis);
+        detector->origin = place->t;
+    } else {
+        const struct rmap_object *object = &scene->object[detector->on_object];
+        const struct rmap_geometry *geometry = &scene->geometry[object->geometry];
+        rmap_placement_axes(&object->to_world, axis);
+        detector->origin = object->to_world.t;
+        if (geometry->kind == RMAP_GEOMETRY_MESH) {
+            bounds_of(scene, object, detector, &lower, &upper);
+            detector->origin =
+                rmap_affine_point(&object->to_world, rmap_scale(rmap_add(lower, upper), 0.5));
+            double area;
+            struct rmap_vec3 normal =
+                mean_normal(detector, geometry->mesh, &object->to_world, &area);
+            if (rmap_length(normal) > 1e-6 * area) {
+                axis[2] = rmap_normalize(normal);
+                rmap_placement_plane(axis[2], &axis[0], &axis[1]);
+            } else if (!directed) {
+                rmap_reader_error(reader, node,
+                                  "the normals of mesh '%.60s' cancel: say where detector '%.60s' "
+                                  "faces, with 'direction'",
+                                  object->name, detector->name);
+            }
+        }
+    }
+    detector->x = axis[0];
+    detector->y = axis[1];
+    detector->axis = axis[2];
+}
+
+static void widen(const struct rmap_scene *scene, const struct rmap_object *object,
+                  struct rmap_detector *detector)
+{
+    struct rmap_vec3 lower, upper;
+    bounds_of(scene, object, detector, &lower, &upper);
+    for (int k = 0; k < 8; k++) {
+        struct rmap_vec3 corner = rmap_vec3(k & 1 ? upper.x : lower.x, k & 2 ? upper.y : lower.y,
+                                            k & 4 ? upper.z : lower.z);
+        corner = rmap_sub(rmap_affine_point(&object->to_world, corner), detector->origin);
+        detector->size[0] = fmax(detector->size[0], 2 * fabs(rmap_dot(corner, detector->x)));
+        detector->size[1] = fmax(detector->size[1], 2 * fabs(rmap_dot(corner, detector->y)));
+    }
+}
+
+static void adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
+                       struct rmap_detector *detector)
+{
+    const struct rmap_scene *scene = reader->scene;
+    detector->size[0] = detector->size[1] = 0;
+    for (size_t i = 0; i < scene->n_object; i++)
+        if (rmap_detector_lies_at(scene, detector, i))
+            widen(scene, &scene->object[i], detector);
+    if (!(detector->size[0] > 0 && detector->size[1] > 0))
+        rmap_reader_error(reader, node,
+                          "'size' is missing: what detector '%.60s' lies on has no extent in its "
+                          "plane",
+                          detector->name);
+}
 
 #define CELLS_PER_SIDE_MAX 65535 /* cells are stored in 16 bits */
 #define CELLS_MAX          (1u << 26)
@@ -59,7 +283,7 @@ static void read_frame(struct rmap_reader *reader, const struct rmap_yaml_node *
     bool good = rmap_reader_placement(reader, node, &placement);
     good &= rmap_reader_direction(reader, node, axis_key, &axis);
     if (lies_on)
-        rmap_reader_adopt_frame(reader, node, detector);
+        adopt_frame(reader, node, detector);
     if (!good)
         return;
     if (!lies_on || rmap_yaml_get(node, "at") || matrix)
@@ -97,12 +321,12 @@ static void read_plane(struct rmap_reader *reader, const struct rmap_yaml_node *
     detector->type = RMAP_DETECTOR_PLANE;
     detector->size[0] = detector->size[1] = 1;
     if (on) {
-        rmap_reader_detector_on(reader, node, detector);
+        detector_on(reader, node, detector);
         lies_on = rmap_detector_lies_on(detector);
     }
     read_frame(reader, node, "direction", rmap_vec3(0, 0, -1), lies_on, detector);
     if (lies_on && !rmap_yaml_get(node, "size")) {
-        rmap_reader_adopt_size(reader, node, detector);
+        adopt_size(reader, node, detector);
         return;
     }
     if (!on || rmap_yaml_get(node, "size"))

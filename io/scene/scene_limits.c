@@ -1,4 +1,8 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Whether a column's values name things that the scene has; a check per element type, as it runs on
+ * every chunk that is read.
+ */
 #include "io/scene/scene_limits.h"
 
 #include "base/wide.h"

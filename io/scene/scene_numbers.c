@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * The scene's numbers as tables of fields, which writing, reading and comparing walk through.
+ */
 #include "io/scene/scene_numbers.h"
 
 #include <math.h>

@@ -18,6 +18,7 @@
 #include "io/file/diagnostics.h"
 #include "io/mesh/bundle.h"
 #include "io/scene/receivers.h"
+#include "io/scene/scene_values.h"
 #include "io/scene/yaml_tree.h"
 #include "optics/dispersion.h"
 #include "optics/spectrum.h"
@@ -110,107 +111,6 @@ struct rmap_reader {
     void *arena;                            /* blocks that live as long as the reader */
 };
 
-/* ---- scene_values.c: values ---- */
-
-void rmap_reader_error(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                       const char *format, ...) RMAP_PRINTF(3, 4);
-void rmap_reader_warn(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                      const char *format, ...) RMAP_PRINTF(3, 4);
-
-/* "what 'word' (did you mean 'x'?)" + remedy */
-void rmap_reader_unknown(struct rmap_reader *reader, int line, int column, const char *what,
-                         const char *word, const char *const *known, size_t n_known);
-
-/* The words of a text that blanks part, each once. */
-struct rmap_words {
-    size_t n;
-    const char *word[32];
-    char text[400];
-};
-void rmap_words_split(const char *text, struct rmap_words *words);
-
-/* False, with a complaint, when node is no mapping. Complains about keys that are not known: words,
- * or an array of them. */
-bool rmap_reader_check_map(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           const char *what, const char *keys);
-bool rmap_reader_check_keys(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                            const char *what, const char *const *known, size_t n_known);
-bool rmap_reader_check_list(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                            const char *what);
-
-enum rmap_need { RMAP_OPTIONAL, RMAP_REQUIRED };
-
-/* Closed range; the text completes "'key' must be ...". */
-struct rmap_range {
-    double from, to;
-    const char *text;
-};
-extern const struct rmap_range rmap_range_any, rmap_range_positive, rmap_range_nonnegative,
-    rmap_range_share;
-
-/* All of these: false after a complaint (or when a required key is missing, complained of);
- * true with *value untouched when an optional key is absent. */
-bool rmap_reader_number(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, enum rmap_need need, const struct rmap_range *range,
-                        double *value);
-bool rmap_reader_whole(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                       const char *key, uint64_t from, uint64_t to, uint64_t *value);
-bool rmap_reader_bool(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
-                      bool *value);
-bool rmap_reader_vec3(struct rmap_reader *reader, const struct rmap_yaml_node *map, const char *key,
-                      struct rmap_vec3 *value);
-/* The same, of length 1; zero is refused. */
-bool rmap_reader_direction(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                           const char *key, struct rmap_vec3 *value);
-/* n_min to n_max numbers, or a single one standing alone when n_min is 1. *n_ret numbers. */
-bool rmap_reader_numbers(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                         const char *key, enum rmap_need need, const struct rmap_range *range,
-                         size_t n_min, size_t n_max, double *value, size_t *n_ret);
-/* One of the words, as a text or as an array; *choice_ret its index. */
-bool rmap_reader_choice(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, enum rmap_need need, const char *words, int *choice_ret);
-bool rmap_reader_one_of(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                        const char *key, enum rmap_need need, const char *const *word,
-                        size_t n_word, int *choice_ret);
-/* NULL when absent or wrong. */
-const char *rmap_reader_text(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                             const char *key, enum rmap_need need);
-/* A name that people and criteria can write; RMAP_UNNAMED after a complaint. */
-const char *rmap_reader_name(struct rmap_reader *reader, const struct rmap_yaml_node *map);
-bool rmap_reader_check_name(struct rmap_reader *reader, const struct rmap_yaml_node *at,
-                            const char *name);
-
-/* The number that a scalar node is; `what` names it in the complaint. */
-bool rmap_reader_scalar(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                        const char *what, const struct rmap_range *range, double *value);
-/* A whole text as a finite number, in the notation of YAML and C, no hexadecimal. */
-bool rmap_reader_parse_number(const char *text, size_t len, double *value);
-/* "60 s" -> 60 and "s"; the unit may be empty. Borrowed from text. */
-bool rmap_reader_parse_quantity(const char *text, double *value, const char **unit_ret);
-
-/* The scene cannot be read, for what reader->failure says; for want of memory. */
-void rmap_reader_fail(struct rmap_reader *reader, enum rmap_status status);
-void rmap_reader_no_memory(struct rmap_reader *reader);
-
-/* Hands a library's verdict on, whose text is in reader->failure: RMAP_INPUT becomes a complaint at
- * node. */
-void rmap_reader_made(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                      enum rmap_status status);
-
-/* Zeroed memory that lives as long as the reader; NULL when short, which the reader then knows. */
-void *rmap_reader_alloc(struct rmap_reader *reader, size_t n, size_t size);
-void rmap_reader_release(struct rmap_reader *reader); /* all of it */
-/* A copy that the scene owns; so NULL. */
-char *rmap_reader_strdup(struct rmap_reader *reader, const char *text);
-
-/* A zeroed new element at the end of an array, or NULL. */
-#define RMAP_READER_NEW(reader, array, n, cap)                                                     \
-    (rmap_reader_room((reader), &(array), &(cap), (n), sizeof *(array)) ? &(array)[(n)++] : NULL)
-bool rmap_reader_room(struct rmap_reader *reader, void *array_address, size_t *cap, size_t n,
-                      size_t size);
-
-#define RMAP_COUNT(array) (sizeof(array) / sizeof((array)[0]))
-
 /* ---- scene_names.c ---- */
 
 const struct rmap_name *rmap_names_find(const struct rmap_names *names, const char *text);
@@ -252,13 +152,6 @@ void rmap_reader_read_background(struct rmap_reader *reader);
 void rmap_reader_choose_simulation(struct rmap_reader *reader);
 /* Reads all of them, and leaves out of a scene without mistakes what is not chosen. */
 void rmap_reader_read_simulations(struct rmap_reader *reader);
-
-/* What takes part: [n_object], [n_source], [n_detector]. */
-struct rmap_keep {
-    bool *object, *source, *detector;
-};
-/* Leaves the rest out, with emptied groups, unused geometries, and detectors that lay on them. */
-void rmap_reader_reduce(struct rmap_reader *reader, const struct rmap_keep *keep);
 
 /* ---- shared between sections ---- */
 
@@ -329,27 +222,9 @@ struct rmap_affine rmap_placement_rigid(const struct rmap_affine *placement);
  * two, that it is nearest to. Plain planes so have the world's own axes. */
 void rmap_placement_plane(struct rmap_vec3 axis, struct rmap_vec3 *x, struct rmap_vec3 *y);
 
-/* The table of a `lens`; leaves entry broken when it is wrong. */
-void rmap_reader_read_lens(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                           struct rmap_geometry_entry *entry);
-
-/* The shape keys of a cap, shared by `conic` and the rows of a `lens`. */
-bool rmap_reader_conic(struct rmap_reader *reader, const struct rmap_yaml_node *map,
-                       struct rmap_shape *shape);
-
 /* A new geometry of the scene; *index_ret its index. The name is copied. */
 void rmap_reader_add_shape(struct rmap_reader *reader, const char *name,
                            const struct rmap_shape *shape, int32_t *index_ret);
-
-/* `on:` of a detector, whose list of faces is the scene's. */
-void rmap_reader_detector_on(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             struct rmap_detector *detector);
-/* The frame that what it lies on suggests, and the smallest centred rectangle that covers the
- * bounds of that. node: the detector. */
-void rmap_reader_adopt_frame(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                             struct rmap_detector *detector);
-void rmap_reader_adopt_size(struct rmap_reader *reader, const struct rmap_yaml_node *node,
-                            struct rmap_detector *detector);
 
 /* `gradient:` of a medium: how light is traced through it, and the frame of its index. */
 void rmap_reader_gradient(struct rmap_reader *reader, const struct rmap_yaml_node *node,
@@ -379,25 +254,5 @@ void rmap_reader_settle_frames(struct rmap_reader *reader);
  * (`within`); 0: not, or uniform. */
 void rmap_reader_place_within(struct rmap_reader *reader, const struct rmap_yaml_node *node,
                               int32_t medium, int32_t *gradient_ret);
-
-/* Objects as they are made. */
-struct rmap_object_plan {
-    const char *name;
-    const struct rmap_yaml_node *node;
-    bool derived; /* part of a lens: its id comes from its name, not from the node */
-    int32_t parent, geometry;
-    struct rmap_affine to_world;
-    int32_t surface_front, surface_back, medium_front, medium_back;
-    /* Of an element of a lens: the frame of a gradient medium on that side; NULL: to_world. */
-    const struct rmap_affine *element_front, *element_back;
-};
-void rmap_reader_add_object(struct rmap_reader *reader, const struct rmap_object_plan *plan);
-void rmap_reader_add_group(struct rmap_reader *reader, const char *name,
-                           const struct rmap_yaml_node *node, int32_t parent,
-                           const struct rmap_affine *to_world, bool derived, int32_t *group_ret);
-/* An instance of a prescription: a group and its surfaces, edges and stop. The plan's surfaces
- * are those of the caps. */
-void rmap_reader_expand_lens(struct rmap_reader *reader, const struct rmap_geometry_entry *entry,
-                             const struct rmap_object_plan *plan, int32_t outside);
 
 #endif

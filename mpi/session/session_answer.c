@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A line of a session: which command it is, or the criterion that it asks.
+ */
 #include "mpi/session/session_answer.h"
 
 #include <ctype.h>

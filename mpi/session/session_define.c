@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * `let` in a session.
+ */
 #include "mpi/session/session_define.h"
 
 #include <stdio.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Lines by libedit at a terminal, by getline from a pipe.
+ */
 #include "mpi/session/session_input.h"
 
 #include <ctype.h>

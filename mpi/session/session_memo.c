@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Answers kept from one question to the next.
+ */
 #include "mpi/session/session_memo.h"
 
 #include <string.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * What `status` tells.
+ */
 #include "mpi/session/session_status.h"
 #include "io/map/map_json.h"
 

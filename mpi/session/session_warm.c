@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * History indexes in memory for pieces that have none on disk.
+ */
 #include "mpi/session/session_warm.h"
 
 #include "base/alloc.h"

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Words for completion: the session's, the language's, and the names of the scene.
+ */
 #include "mpi/session/session_words.h"
 
 #include "analysis/criterion/criterion_word.h"

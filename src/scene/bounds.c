@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Boxes about points and geometries.
+ */
 #include "scene/bounds.h"
 
 #include <math.h>

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * A scene made and destroyed, and what is asked of it.
+ */
 #include "scene/scene.h"
 
 #include "base/alloc.h"

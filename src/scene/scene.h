@@ -38,23 +38,6 @@ struct rmap_medium {
     bool scattering_at_all;
 };
 
-enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL };
-
-/* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's
- * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse. */
-struct rmap_surface {
-    char *name;
-    enum rmap_surface_type type;
-    enum rmap_coat coat;
-    bool is_metal;
-    double reflect_specular[RMAP_CHANNEL_MAX];
-    double reflect_diffuse[RMAP_CHANNEL_MAX];
-    double transmit_specular[RMAP_CHANNEL_MAX];
-    double transmit_diffuse[RMAP_CHANNEL_MAX];
-    double metal_n[RMAP_CHANNEL_MAX];
-    double metal_k[RMAP_CHANNEL_MAX];
-};
-
 enum rmap_geometry_kind { RMAP_GEOMETRY_SHAPE, RMAP_GEOMETRY_MESH };
 
 /* A unique geometry, in its own frame; shared by its instances. A prescription (`lens`) has
@@ -232,8 +215,11 @@ void rmap_scene_destroy(struct rmap_scene *scene); /* owns all it points to; NUL
 
 /* Fills the derived part once everything else stands: inverse transforms, bounding sphere,
  * schedule, lists of detectors, area tables. RMAP_INPUT for a singular transform or a scene
- * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short. */
-
+ * that reaches to infinity or too far to be traced or stored, RMAP_SYSTEM when memory is short.
+ *
+ * A finished scene may be edited and finished again: places, surfaces and media of objects, shapes,
+ * surfaces, sources, detectors, and how many there are. Where a gradient medium lives is not told
+ * by an object that moves: its `to_world` is to be moved with it. */
 enum rmap_status rmap_scene_finish(struct rmap_scene *scene, struct rmap_error *err) RMAP_MUST_USE;
 
 /* Has gradient media: its rays may be curved, and its maps have /curve. */
@@ -243,11 +229,7 @@ bool rmap_scene_is_curved(const struct rmap_scene *scene);
  * there is inside the scene. Before the scene's rmap_accel is made. */
 void rmap_scene_include(struct rmap_scene *scene, const struct rmap_camera *camera);
 
-/* How a surface, or an object's front, is drawn. */
-static inline enum rmap_look rmap_surface_look(const struct rmap_surface *surface)
-{
-    return rmap_surface_model[surface->type].look;
-}
+/* How an object's front is drawn. */
 static inline enum rmap_look rmap_object_look(const struct rmap_scene *scene, size_t object)
 {
     return rmap_surface_look(&scene->surface[scene->object[object].surface_front]);

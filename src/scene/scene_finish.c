@@ -174,6 +174,12 @@ static enum rmap_status tabulate_areas(struct rmap_scene *scene, struct rmap_sou
 /* Lists of detectors by kind; those on a group stand with each of its objects. */
 static enum rmap_status list_detectors(struct rmap_scene *scene, struct rmap_error *err)
 {
+    rmap_free(scene->free_detector);
+    rmap_free(scene->far_detector);
+    rmap_free(scene->on_first);
+    rmap_free(scene->on_detector);
+    scene->n_free_detector = scene->n_far_detector = 0;
+    scene->on_detector = NULL;
     scene->free_detector = rmap_alloc(scene->n_detector, sizeof *scene->free_detector);
     scene->far_detector = rmap_alloc(scene->n_detector, sizeof *scene->far_detector);
     scene->on_first = rmap_alloc(scene->n_object + 1, sizeof *scene->on_first);

@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Places of gradient media: one per frame, with sizes and options.
+ */
 #include "scene/scene_gradient.h"
 
 #include <stdlib.h>

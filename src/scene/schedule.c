@@ -1,4 +1,7 @@
-/* SPDX-License-Identifier: MIT */
+/* SPDX-License-Identifier: MIT
+ *
+ * Which source a ray id belongs to.
+ */
 #include "scene/schedule.h"
 
 #include <math.h>
@@ -97,6 +100,9 @@ enum rmap_status rmap_scene_schedule(struct rmap_scene *scene, struct rmap_error
     }
     if (scene->n_source == 0)
         goto out;
+    rmap_free(scene->schedule);
+    rmap_free(scene->schedule_rank);
+    rmap_free(scene->schedule_quota);
     size_t period = choose_period(scene, total);
     scene->schedule = rmap_alloc(period, sizeof *scene->schedule);
     scene->schedule_rank = rmap_alloc(period, sizeof *scene->schedule_rank);

@@ -1,10 +1,15 @@
 /* SPDX-License-Identifier: MIT
  *
- * What surfaces there are: one table, which drives the scene file, criteria, reports and pictures.
+ * What surfaces there are: one table, which drives the scene file, criteria, reports and pictures,
+ * and the numbers that they have.
  * What happens at one of them is src/trace/interact.c.
  */
 #ifndef RMAP_SURFACE_MODEL_H
 #define RMAP_SURFACE_MODEL_H
+
+#include <stdbool.h>
+
+#include "optics/spectrum.h"
 
 /* How a surface looks where it is drawn. REFRACTING: it lets light through by Fresnel's laws, so
  * that its shares depend on the angle. */
@@ -39,5 +44,27 @@ static const struct rmap_surface_model rmap_surface_model[] = {
     RMAP_SURFACE_TABLE(RMAP_SURFACE_ROW)
 #undef RMAP_SURFACE_ROW
 };
+
+enum rmap_coat { RMAP_COAT_NONE, RMAP_COAT_REFLECTANCE, RMAP_COAT_IDEAL };
+
+/* Shares per channel; what is left over is absorbed. FRESNEL: reflect_specular is the coat's
+ * reflectance. MIRROR: its reflectance, or metal n, k when is_metal. LAMBERT: reflect_diffuse. */
+struct rmap_surface {
+    char *name;
+    enum rmap_surface_type type;
+    enum rmap_coat coat;
+    bool is_metal;
+    double reflect_specular[RMAP_CHANNEL_MAX];
+    double reflect_diffuse[RMAP_CHANNEL_MAX];
+    double transmit_specular[RMAP_CHANNEL_MAX];
+    double transmit_diffuse[RMAP_CHANNEL_MAX];
+    double metal_n[RMAP_CHANNEL_MAX];
+    double metal_k[RMAP_CHANNEL_MAX];
+};
+
+static inline enum rmap_look rmap_surface_look(const struct rmap_surface *surface)
+{
+    return rmap_surface_model[surface->type].look;
+}
 
 #endif
